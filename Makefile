@@ -1,0 +1,55 @@
+# Everything lives in .venv, which the first target sets up: plain python3 >= 3.11 and a package
+# index are all it needs. `make PYTHON=python3.12 study` picks another interpreter.
+
+PYTHON ?= python3
+BIN := .venv/bin
+READY := .venv/.ready
+STUDY_FLAGS ?=
+
+.PHONY: help setup study table test test-slow lint benchmark clean
+
+help:
+	@echo "make study      optimal deployment of the 24-module antenna, into results/"
+	@echo "make table      the paper's figures beside ours"
+	@echo "make test       fast tests"
+	@echo "make test-slow  slow tests"
+	@echo "make lint       formatting, lint, types, import rule"
+	@echo "make benchmark  timings"
+	@echo "make clean      remove caches (keeps .venv and results/)"
+
+setup: $(READY)
+
+$(READY): pyproject.toml constraints.txt
+	@command -v $(PYTHON) >/dev/null || { echo "antenna-ocp needs Python 3.11 or newer, but '$(PYTHON)' is not on the PATH; name one with make PYTHON=..."; exit 1; }
+	@$(PYTHON) -c 'import sys; v = sys.version.split()[0]; sys.exit(0 if sys.version_info >= (3, 11) else "antenna-ocp needs Python 3.11 or newer, but $(PYTHON) is " + v + "; name a newer one with make PYTHON=...")'
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { echo "$(PYTHON) lacks the modules venv and ensurepip; install your system's python3-venv package or name another interpreter with make PYTHON=..."; exit 1; }
+	@echo "setting up .venv (once, a minute or two) ..."
+	@test -x $(BIN)/python || $(PYTHON) -m venv .venv
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt setuptools
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation -c constraints.txt -e '.[test,lint]'
+	@touch $@
+
+study: $(READY)
+	$(BIN)/antenna-ocp truss $(STUDY_FLAGS)
+
+table: $(READY)
+	$(BIN)/antenna-ocp table
+
+test: $(READY)
+	$(BIN)/python -m pytest
+
+test-slow: $(READY)
+	$(BIN)/python -m pytest -m slow
+
+lint: $(READY)
+	$(BIN)/ruff format --check
+	$(BIN)/ruff check
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+benchmark: $(READY)
+	$(BIN)/antenna-ocp benchmarks
+
+clean:
+	rm -rf build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	find . -name __pycache__ -not -path './.venv/*' -prune -exec rm -rf {} +

@@ -1,0 +1,1 @@
+"""The studies of the antenna and the command `antenna-ocp` that runs them."""

@@ -1,0 +1,1 @@
+"""The ring truss: its optimal deployment, stated, solved, verified, drawn and exported."""
