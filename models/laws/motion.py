@@ -1,0 +1,106 @@
+"""What a motion law is: a deployment angle over time with exact derivatives."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from models.errors import require
+from models.peaks import dense_peak
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Histories of a law, all of shape (m,).
+
+    Attributes
+    ----------
+    time : [s].
+    angle, speed, acceleration, jerk : [rad, rad/s, rad/s^2, rad/s^3].
+    """
+
+    time: Array
+    angle: Array
+    speed: Array
+    acceleration: Array
+    jerk: Array
+
+
+class Law(Protocol):
+    """A motion law on [0, duration].
+
+    `breakpoints` are the times strictly inside at which its pieces meet, where the jerk or a
+    derivative of it may jump: meshes and quadratures should split there.
+    """
+
+    @property
+    def duration(self) -> float: ...
+    @property
+    def start_angle(self) -> float: ...
+    @property
+    def end_angle(self) -> float: ...
+    @property
+    def breakpoints(self) -> tuple[float, ...]: ...
+    def motion(self, time: ArrayLike) -> Motion: ...
+
+
+@dataclass(frozen=True)
+class Peaks:
+    """Greatest absolute speed [rad/s], acceleration [rad/s^2] and jerk [rad/s^3] of a law."""
+
+    speed: float
+    acceleration: float
+    jerk: float
+
+
+def peaks(law: Law) -> Peaks:
+    """Peaks of a law, located between samples as well as on them."""
+
+    def peak(name: str) -> float:
+        return dense_peak(
+            lambda t: np.abs(getattr(law.motion(t), name)),
+            0.0,
+            law.duration,
+            breakpoints=law.breakpoints,
+            samples=501,
+        ).value
+
+    return Peaks(speed=peak("speed"), acceleration=peak("acceleration"), jerk=peak("jerk"))
+
+
+def check_duration(duration: float) -> None:
+    """Raise ModelError unless `duration` is positive and finite."""
+    require(0 < duration < math.inf, f"duration is {duration!r} s; give a positive finite time.")
+
+
+def check_stroke(start_angle: float, end_angle: float) -> None:
+    """Raise ModelError unless the angles are finite and increase."""
+    finite = math.isfinite(start_angle) and math.isfinite(end_angle)
+    require(
+        finite and start_angle < end_angle,
+        f"the law runs from {start_angle!r} to {end_angle!r} rad; give start_angle < end_angle.",
+    )
+
+
+def law_times(time: ArrayLike, duration: float) -> Array:
+    """Times as an array (m,), refused outside [0, duration] but for rounding."""
+    times = np.atleast_1d(np.asarray(time, dtype=float))
+    slack = 1e-12 * duration
+    require(
+        times.ndim == 1 and bool(np.all((times >= -slack) & (times <= duration + slack))),
+        f"times must be one array within [0, {duration:g}] s; the law is not defined elsewhere.",
+    )
+    return np.clip(times, 0.0, duration)
+
+
+def increasing(values: Sequence[float]) -> bool:
+    """Whether all values are finite and each exceeds the one before."""
+    array = np.asarray(values, dtype=float)
+    return bool(np.isfinite(array).all() and (np.diff(array) > 0).all())

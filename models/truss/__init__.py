@@ -1,0 +1,88 @@
+"""The ring truss: expressions in, expressions out, after DOI 10.1109/ACCESS.2019.2918614."""
+
+from models.truss.bounds import least_peak_reaction, least_peak_rope_acceleration
+from models.truss.dynamics import (
+    ForceCoefficients,
+    angular_acceleration,
+    force_coefficients,
+    rope_force,
+    static_force,
+)
+from models.truss.evaluate import TrussMotion, evaluate_motion
+from models.truss.friction import joint_damping, joint_loss
+from models.truss.inertia import (
+    inertia,
+    inertia_slope,
+    kinetic_energy,
+    linear_momentum,
+    reaction_force,
+    total_mass,
+)
+from models.truss.kinematics import (
+    angle_from_rope_length,
+    node_position,
+    ring_radius,
+    rope_acceleration,
+    rope_length,
+    rope_speed,
+    slider_distance,
+    slider_distance_curvature,
+    slider_distance_slope,
+)
+from models.truss.parameters import (
+    DYNAMIC_SET,
+    KINEMATIC_SET,
+    TUBE_LINEAR_DENSITY,
+    JointMasses,
+    TrussParameters,
+    with_symbols,
+)
+from models.truss.potential import Net, potential, potential_slope
+from models.truss.pulleys import pulley_loss_by_sum
+from models.truss.rope import far_end_ratio, pulley_loss, rope_leverage, tension_ratios
+from models.truss.statics import StaticPeak, static_peak
+
+__all__ = [
+    "DYNAMIC_SET",
+    "KINEMATIC_SET",
+    "TUBE_LINEAR_DENSITY",
+    "ForceCoefficients",
+    "JointMasses",
+    "Net",
+    "StaticPeak",
+    "TrussMotion",
+    "TrussParameters",
+    "angle_from_rope_length",
+    "angular_acceleration",
+    "evaluate_motion",
+    "far_end_ratio",
+    "force_coefficients",
+    "inertia",
+    "inertia_slope",
+    "joint_damping",
+    "joint_loss",
+    "kinetic_energy",
+    "least_peak_reaction",
+    "least_peak_rope_acceleration",
+    "linear_momentum",
+    "node_position",
+    "potential",
+    "potential_slope",
+    "pulley_loss",
+    "pulley_loss_by_sum",
+    "reaction_force",
+    "ring_radius",
+    "rope_acceleration",
+    "rope_force",
+    "rope_length",
+    "rope_leverage",
+    "rope_speed",
+    "slider_distance",
+    "slider_distance_curvature",
+    "slider_distance_slope",
+    "static_force",
+    "static_peak",
+    "tension_ratios",
+    "total_mass",
+    "with_symbols",
+]

@@ -1,0 +1,78 @@
+"""Equation of motion of the ring truss, (37)-(38), solved for force or acceleration.
+
+Symbols: T1 [N] motor force on one rope; J [kg m^2]; U [J]; D [N m s/rad]; f [m]; alpha [rad],
+omega [rad/s], acc [rad/s^2].
+
+    J acc + J' omega^2 / 2 + D omega + U' = T1 f
+
+The friction opposes the motion; (38) prints it with the opposite sign if (27) is inserted.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from models.truss.friction import joint_damping
+from models.truss.inertia import inertia, inertia_slope
+from models.truss.kinematics import Expression
+from models.truss.parameters import TrussParameters
+from models.truss.potential import Net, potential_slope
+from models.truss.rope import rope_leverage
+
+
+class ForceCoefficients(NamedTuple):
+    """T1 = static + centrifugal omega^2 + viscous omega + inertial acc, functions of alpha."""
+
+    static: Expression  # c0 = U'/f [N]
+    centrifugal: Expression  # c1 = J'/(2 f) [N s^2]
+    viscous: Expression  # c2 = D/f [N s]
+    inertial: Expression  # c3 = J/f [N s^2]
+
+
+def force_coefficients(
+    parameters: TrussParameters, alpha: Expression, net: Net = "by angle"
+) -> ForceCoefficients:
+    """The four functions of alpha that make up the rope force, (38)."""
+    f = rope_leverage(parameters, alpha)
+    return ForceCoefficients(
+        static=potential_slope(parameters, alpha, net) / f,
+        centrifugal=inertia_slope(parameters, alpha) / (2 * f),
+        viscous=joint_damping(parameters, alpha) / f,
+        inertial=inertia(parameters, alpha) / f,
+    )
+
+
+def rope_force(
+    parameters: TrussParameters,
+    alpha: Expression,
+    omega: Expression,
+    acc: Expression,
+    net: Net = "by angle",
+) -> Expression:
+    """T1 [N] that a motion needs, (38); omega >= 0 where mu > 0."""
+    c0, c1, c2, c3 = force_coefficients(parameters, alpha, net)
+    return c0 + c1 * omega**2 + c2 * omega + c3 * acc
+
+
+def angular_acceleration(
+    parameters: TrussParameters,
+    alpha: Expression,
+    omega: Expression,
+    tension: Expression,
+    net: Net = "by angle",
+) -> Expression:
+    """acc [rad/s^2] under the motor force `tension` [N] on each rope, (38); omega >= 0."""
+    torque = (
+        tension * rope_leverage(parameters, alpha)
+        - inertia_slope(parameters, alpha) * omega**2 / 2
+        - joint_damping(parameters, alpha) * omega
+        - potential_slope(parameters, alpha, net)
+    )
+    return torque / inertia(parameters, alpha)
+
+
+def static_force(
+    parameters: TrussParameters, alpha: Expression, net: Net = "by angle"
+) -> Expression:
+    """U'/f [N], the motor force on each rope that holds the truss at rest."""
+    return potential_slope(parameters, alpha, net) / rope_leverage(parameters, alpha)

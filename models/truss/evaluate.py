@@ -1,0 +1,151 @@
+"""Numbers of a given motion: forces, powers and energies of the truss along it.
+
+Symbols: alpha [rad], omega [rad/s], acc [rad/s^2]; T1 [N] motor force on each of the two ropes.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from models.errors import require
+from models.truss.dynamics import rope_force
+from models.truss.friction import joint_loss
+from models.truss.inertia import kinetic_energy, linear_momentum, reaction_force
+from models.truss.kinematics import rope_acceleration, rope_length, rope_speed
+from models.truss.parameters import TrussParameters
+from models.truss.potential import Net, potential
+from models.truss.pulleys import pulley_loss_by_sum
+from models.truss.rope import far_end_ratio
+
+Array = NDArray[np.float64]
+
+_BEYOND_OPEN = 1e-4  # [rad] past 90 deg: the paper's printed law ends 3.7e-6 rad past it
+_BACKWARD_SLACK = 1e-6  # of the greatest speed: what a solver's bounds may leave
+
+
+@dataclass(frozen=True)
+class TrussMotion:
+    """Histories of a motion, all of shape (m,).
+
+    Attributes
+    ----------
+    angle, speed, acceleration : alpha [rad] and its time derivatives, as given.
+    rope_length, rope_speed, rope_acceleration : of one rope [m, m/s, m/s^2], (20); the speed is
+        dL/dt, negative while the rope is hauled in.
+    rope_force, far_end_tension : T1 at the motor and T_4n at the fixed end [N], (38), (29).
+    motor_power : -2 T1 dL/dt [W], of both ropes.
+    joint_power, pulley_power : dissipated [W]; the pulleys summed one by one.
+    kinetic_energy, potential_energy : [J], (22), (26).
+    momentum, reaction_force : along the line from the fixed bar to the centre [N s, N].
+    """
+
+    angle: Array
+    speed: Array
+    acceleration: Array
+    rope_length: Array
+    rope_speed: Array
+    rope_acceleration: Array
+    rope_force: Array
+    far_end_tension: Array
+    motor_power: Array
+    joint_power: Array
+    pulley_power: Array
+    kinetic_energy: Array
+    potential_energy: Array
+    momentum: Array
+    reaction_force: Array
+
+
+def evaluate_motion(
+    parameters: TrussParameters,
+    angle: ArrayLike,
+    speed: ArrayLike,
+    acceleration: ArrayLike,
+    *,
+    net: Net = "by angle",
+) -> TrussMotion:
+    """Evaluate the truss along a motion given by angle, speed, acceleration of shape (m,).
+
+    Raises
+    ------
+    ModelError
+        If shapes differ, a value is not finite, an angle lies outside (0, 90 deg], or the speed
+        is negative with pulley friction, whose sense would turn round.
+    """
+    alpha, omega, acc = (
+        np.atleast_1d(np.asarray(values, dtype=float)) for values in (angle, speed, acceleration)
+    )
+    _check_motion(parameters, alpha, omega, acc)
+    rows = _kernel(parameters, net)(*(values[None, :] for values in (alpha, omega, acc)))
+    history = dict(zip(_QUANTITIES, (row.full().ravel() for row in rows), strict=True))
+    force = history["rope_force"]
+    return TrussMotion(
+        angle=alpha,
+        speed=omega,
+        acceleration=acc,
+        motor_power=-2 * force * history["rope_speed"],
+        pulley_power=pulley_loss_by_sum(parameters, alpha, omega, force),
+        **history,
+    )
+
+
+_QUANTITIES = (
+    "rope_length",
+    "rope_speed",
+    "rope_acceleration",
+    "rope_force",
+    "far_end_tension",
+    "joint_power",
+    "kinetic_energy",
+    "potential_energy",
+    "momentum",
+    "reaction_force",
+)
+
+
+@functools.lru_cache(maxsize=32)
+def _kernel(parameters: TrussParameters, net: Net) -> ca.Function:
+    """Function of scalars (alpha, omega, acc) to `_QUANTITIES`, compiled once per truss."""
+    alpha, omega, acc = (ca.SX.sym(name) for name in ("alpha", "omega", "acc"))
+    force = rope_force(parameters, alpha, omega, acc, net)
+    outputs = [
+        rope_length(parameters, alpha),
+        rope_speed(parameters, alpha, omega),
+        rope_acceleration(parameters, alpha, omega, acc),
+        force,
+        force * far_end_ratio(parameters, alpha),
+        joint_loss(parameters, alpha, omega),
+        kinetic_energy(parameters, alpha, omega),
+        potential(parameters, alpha, net),
+        linear_momentum(parameters, alpha, omega),
+        reaction_force(parameters, alpha, omega, acc),
+    ]
+    kernel: ca.Function = ca.Function("truss", [alpha, omega, acc], outputs, {"cse": True})
+    return kernel
+
+
+def _check_motion(parameters: TrussParameters, alpha: Array, omega: Array, acc: Array) -> None:
+    require(
+        alpha.ndim == 1 and alpha.shape == omega.shape == acc.shape and alpha.size > 0,
+        f"angle, speed, acceleration have the shapes {alpha.shape}, {omega.shape}, {acc.shape}; "
+        "give three arrays of one length.",
+    )
+    finite = all(np.isfinite(values).all() for values in (alpha, omega, acc))
+    require(finite, "the motion holds values that are not finite; remove them.")
+    low, high = alpha.min(), alpha.max()
+    require(
+        low > 0 and high <= math.pi / 2 + _BEYOND_OPEN,
+        f"the angle runs from {low:g} to {high:g} rad; keep it in (0, pi/2].",
+    )
+    slowest = omega.min()
+    require(
+        parameters.pulley_friction == 0 or slowest >= -_BACKWARD_SLACK * np.abs(omega).max(),
+        f"the speed falls to {slowest:g} rad/s, but pulley friction is modelled for a rope hauled "
+        "in only; keep the speed non-negative or set pulley_friction to 0.",
+    )

@@ -1,0 +1,207 @@
+"""Parameters of the ring truss and the two sets of the paper.
+
+Source: Lu, Qi, Hu, Li, Zhang, "Deployment Dynamics of Large Space Antenna and Supporting
+Arms", IEEE Access 2019, DOI 10.1109/ACCESS.2019.2918614; "(n)" is its equation n.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import numbers
+import types
+import warnings
+from dataclasses import dataclass, field
+from typing import Any, Literal, cast
+
+from models.errors import require
+
+TUBE_OUTER_DIAMETER = 0.020  # [m], assumed: the paper prints no section
+TUBE_INNER_DIAMETER = 0.018  # [m], assumed
+TUBE_DENSITY = 1800.0  # [kg/m^3], printed, though there called a linear density
+TUBE_LINEAR_DENSITY = round(
+    TUBE_DENSITY * math.pi / 4 * (TUBE_OUTER_DIAMETER**2 - TUBE_INNER_DIAMETER**2), 4
+)  # [kg/m], 0.1074: to the four digits that the assumption deserves
+
+
+@dataclass(frozen=True)
+class JointMasses:
+    """Point masses of the joints [kg], one value for each of the four types of node.
+
+    Attributes
+    ----------
+    bar_end : nodes 1, 2, 4, 5, the ends of the vertical bars.
+    middle : nodes 3, 6, where the two halves of a cross-bar pair meet.
+    crank : nodes 7, 9, 11, 13, where the links meet the cross-bars.
+    slider : nodes 8, 10, 12, 14, on the vertical bars.
+
+    Raises
+    ------
+    ModelError
+        If a mass is negative or not finite.
+    """
+
+    bar_end: float = 0.0
+    middle: float = 0.0
+    crank: float = 0.0
+    slider: float = 0.0
+
+    def __post_init__(self) -> None:
+        for item in dataclasses.fields(self):
+            _require_number(f"joint mass {item.name}", getattr(self, item.name), zero=True)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrussParameters:
+    """Ring truss of n identical modules; the defaults are the paper's dynamic set.
+
+    The assumed values are `linear_density` and `joint_masses`: the paper gives neither.
+
+    Attributes
+    ----------
+    bar_length : a [m], vertical bar.
+    half_cross_bar : b [m], half of a cross-bar.
+    crank : c [m], from the end of the vertical bar along the cross-bar to the link.
+    link : d [m], from the crank joint to the slider.
+    modules : n [-].
+    stowed_angle : alpha0 [rad], between vertical bar and cross-bar before deployment.
+    net_angle : alpha_c [rad], from which the cable net is taut.
+    spring_stiffness : k1 [N/m], springs between slider and end of the bar.
+    net_stiffness : k2 [N/m], equivalent springs of the cable net.
+    spring_free_length : l0 [m].
+    joint_friction : xi1 [N m s/rad], viscous friction of the rotating joints.
+    slider_friction : xi2 [N s/m], viscous friction of the sliders.
+    pulley_friction : mu [-], between rope and pulley.
+    linear_density : rho [kg/m].
+    joint_masses : point masses at the nodes [kg].
+    counting : "once" counts what neighbours share (vertical bars, their ends and sliders)
+        once; "as printed" counts it in both modules, as (22)-(23) do.
+
+    Raises
+    ------
+    ModelError
+        If the geometry cannot work or a value is not finite or has the wrong sign.
+
+    Warns
+    -----
+    UserWarning
+        If the spring pulls while stowed: l0 < e(alpha0).
+    """
+
+    bar_length: float = 1.0
+    half_cross_bar: float = 0.45
+    crank: float = 0.1
+    link: float = 0.15
+    modules: int = 24
+    stowed_angle: float = math.radians(4.4)
+    net_angle: float = math.radians(80.0)
+    spring_stiffness: float = 100.0
+    net_stiffness: float = 200.0
+    spring_free_length: float = 0.3
+    joint_friction: float = 0.1
+    slider_friction: float = 0.1
+    pulley_friction: float = 0.0
+    linear_density: float = TUBE_LINEAR_DENSITY
+    joint_masses: JointMasses = field(default_factory=JointMasses)
+    counting: Literal["once", "as printed"] = "once"
+
+    def __post_init__(self) -> None:
+        _check_values(self)
+        _check_geometry(self)
+
+
+_POSITIVE = (
+    "bar_length",
+    "half_cross_bar",
+    "crank",
+    "link",
+    "stowed_angle",
+    "net_angle",
+    "spring_free_length",
+    "linear_density",
+)
+_NOT_NEGATIVE = (
+    "spring_stiffness",
+    "net_stiffness",
+    "joint_friction",
+    "slider_friction",
+    "pulley_friction",
+)
+
+
+def _require_number(name: str, value: object, *, zero: bool = False) -> None:
+    number = isinstance(value, numbers.Real) and not isinstance(value, bool)
+    require(
+        number and math.isfinite(cast(float, value)) and (cast(float, value) > 0 or zero),
+        f"{name} is {value!r}; give a finite {'non-negative' if zero else 'positive'} number.",
+    )
+    require(cast(float, value) >= 0, f"{name} is {value!r}; give a non-negative number.")
+
+
+def _check_values(p: TrussParameters) -> None:
+    for name in _POSITIVE:
+        _require_number(name, getattr(p, name))
+    for name in _NOT_NEGATIVE:
+        _require_number(name, getattr(p, name), zero=True)
+    require(
+        isinstance(p.modules, numbers.Integral) and p.modules >= 3,
+        f"modules is {p.modules!r}; a closed ring needs an integer of at least 3.",
+    )
+    require(
+        p.counting in ("once", "as printed"),
+        f'counting is {p.counting!r}; choose "once" or "as printed".',
+    )
+    require(
+        isinstance(p.joint_masses, JointMasses),
+        f"joint_masses is {p.joint_masses!r}; give a JointMasses.",
+    )
+
+
+def _check_geometry(p: TrussParameters) -> None:
+    a, b, c, d = p.bar_length, p.half_cross_bar, p.crank, p.link
+    alpha0, alpha_c = p.stowed_angle, p.net_angle
+    require(d > c, f"link {d:g} m is not longer than the crank {c:g} m; lengthen the link.")
+    require(c <= b, f"crank {c:g} m exceeds the half cross-bar {b:g} m; shorten the crank.")
+    require(
+        alpha0 < alpha_c < math.pi / 2,
+        f"net_angle {alpha_c:g} rad is not between stowed_angle {alpha0:g} rad and pi/2; "
+        "choose 0 < stowed_angle < net_angle < pi/2 in radians.",
+    )
+    height = 2 * b * math.cos(alpha0)
+    require(
+        height <= a,
+        f"stowed cross-bars need {height:g} m but bar_length is {a:g} m; lengthen the bar.",
+    )
+    e0 = c * math.cos(alpha0) + math.sqrt(d**2 - (c * math.sin(alpha0)) ** 2)  # (16)
+    require(
+        2 * e0 <= a,
+        f"stowed sliders need {2 * e0:g} m but bar_length is {a:g} m; shorten crank or link.",
+    )
+    if p.spring_free_length < e0:
+        warnings.warn(
+            f"spring_free_length {p.spring_free_length:g} m is below the stowed slider distance "
+            f"{e0:g} m, so the spring pulls at first; lengthen it to keep the rope taut.",
+            stacklevel=4,
+        )
+
+
+def with_symbols(parameters: TrussParameters, **symbols: Any) -> TrussParameters:
+    """Stand-in for `parameters` with some attributes replaced by CasADi symbols.
+
+    Nothing is checked: this serves derivatives and optimisation with respect to parameters.
+    `modules` and `counting` stay plain.
+
+    Raises
+    ------
+    ModelError
+        If a name is not one of the attributes that may be symbols.
+    """
+    values = {f.name: getattr(parameters, f.name) for f in dataclasses.fields(parameters)}
+    unknown = symbols.keys() - (values.keys() - {"modules", "counting"})
+    require(not unknown, f"{sorted(unknown)} cannot be symbols; name attributes of the truss.")
+    return cast(TrussParameters, types.SimpleNamespace(**(values | symbols)))
+
+
+DYNAMIC_SET = TrussParameters()  # Figs 17-20 of the paper, mu = 0
+# Figs 11-13: only the half cross-bar differs; what the paper leaves open there is as above.
+KINEMATIC_SET = dataclasses.replace(DYNAMIC_SET, half_cross_bar=0.5)

@@ -1,0 +1,82 @@
+"""Tension along the two ropes and their generalised force, (28)-(35).
+
+Symbols: T1 [N] force of the motor on one rope; f [m] generalised force of both ropes per T1;
+mu pulley friction; alpha [rad]; omega [rad/s]; n modules; e [m] slider distance.
+
+The rope is taken to run towards the motor (omega >= 0): with mu > 0 nothing here holds for
+omega < 0, where the friction would act the other way.
+"""
+
+from __future__ import annotations
+
+import math
+
+import casadi as ca
+
+from models.truss.kinematics import Expression, rope_speed, slider_distance_slope
+from models.truss.parameters import TrussParameters
+
+_SERIES_TERMS = 20  # |y| <= 1: the first neglected term is below 1e-19, in y'' below 1e-16
+
+
+def tension_ratios(parameters: TrussParameters, alpha: Expression) -> Expression:
+    """T_k / T1 of all segments k = 1..4n of a rope, shape (4n,), (29). It grows with n."""
+    mu = parameters.pulley_friction
+    within = (
+        0 * alpha,
+        math.pi - alpha,
+        2 * math.pi - 3 * alpha,
+        3 * math.pi - 4 * alpha,
+    )
+    wraps = [4 * i * (math.pi - alpha) + turn for i in range(parameters.modules) for turn in within]
+    return ca.exp(-mu * ca.vertcat(*wraps))
+
+
+def far_end_ratio(parameters: TrussParameters, alpha: Expression) -> Expression:
+    """T_4n / T1, the tension of the last segment, (29)."""
+    wrap = 4 * (parameters.modules - 1) * (math.pi - alpha) + 3 * math.pi - 4 * alpha
+    return ca.exp(-parameters.pulley_friction * wrap)
+
+
+def rope_leverage(parameters: TrussParameters, alpha: Expression) -> Expression:
+    """f(alpha) [m], (34)-(35): T1 f is the generalised force of both ropes.
+
+    The sum over modules is a geometric series of ratio exp(-x), x = 4 mu (pi - alpha).
+    """
+    mu, n = parameters.pulley_friction, parameters.modules
+    x = 4 * mu * (math.pi - alpha)
+    series = n * decay_mean(n * x) / decay_mean(x)
+    slope = slider_distance_slope(parameters, alpha)
+    return -2 * slope * series * (1 + ca.exp(-mu * (3 * math.pi - 4 * alpha)))
+
+
+def pulley_loss(
+    parameters: TrussParameters, alpha: Expression, omega: Expression, tension: Expression
+) -> Expression:
+    """Power dissipated at the pulleys of both ropes [W]: motor power less what drives the truss.
+
+    It equals the sum over pulleys of tension drop times speed of the rope over the pulley,
+    where the rope beyond a pulley, up to its fixed far end, shortens through it.
+    """
+    motor_power = -2 * tension * rope_speed(parameters, alpha, omega)
+    return motor_power - tension * rope_leverage(parameters, alpha) * omega
+
+
+def decay_mean(y: Expression) -> Expression:
+    """(1 - exp(-y)) / y, the mean of exp(-y s) on [0, 1], for y >= 0.
+
+    Smooth and accurate to rounding with its derivatives, through y = 0: a power series below 1,
+    the quotient above. Each branch sees an argument at which it is finite.
+    """
+    small = y < 1
+    quotient_at = ca.if_else(small, 1, y)
+    quotient = (1 - ca.exp(-quotient_at)) / quotient_at
+    return ca.if_else(small, _decay_series(ca.if_else(small, y, 0)), quotient)
+
+
+def _decay_series(y: Expression) -> Expression:
+    """Horner form of sum (-y)^k / (k + 1)!."""
+    total: Expression = 1.0
+    for k in range(_SERIES_TERMS, 1, -1):
+        total = 1 - y / k * total
+    return total
