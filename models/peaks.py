@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
@@ -49,7 +50,7 @@ def dense_peak(
     edges = [start, *inside, end]
     found = [
         _zoom(function, low, high)
-        for left, right in zip(edges[:-1], edges[1:], strict=True)
+        for left, right in itertools.pairwise(edges)
         for low, high in _brackets(function, np.linspace(left, right, samples))
     ]
     return max(found, key=lambda peak: peak.value)

@@ -72,7 +72,7 @@ class Bezier:
 
 
 def pinned(points: Sequence[float], start_angle: float, end_angle: float) -> tuple[float, ...]:
-    """The points with the first and last three set to the angles, so that (45) holds exactly.
+    """Set the first and last three points to the angles, so that (45) holds exactly.
 
     Raises
     ------

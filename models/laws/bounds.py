@@ -12,7 +12,7 @@ from models.errors import require
 
 
 def least_peak_acceleration(stroke: float, duration: float, *, jerk: float | None = None) -> float:
-    """Least peak acceleration, without a jerk limit 4 D/T^2, else (j T/4)(1 - sqrt(1 - 32 D/(j T^3))).
+    """Least peak acceleration: 4 D/T^2, or (j T/4)(1 - sqrt(1 - 32 D/(j T^3))) under a jerk cap.
 
     The first is an infimum, not attained if the acceleration is to vanish at both ends; the
     second is attained by `JerkLimited`.

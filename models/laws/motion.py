@@ -41,14 +41,28 @@ class Law(Protocol):
     """
 
     @property
-    def duration(self) -> float: ...
+    def duration(self) -> float:
+        """T [s]."""
+        ...
+
     @property
-    def start_angle(self) -> float: ...
+    def start_angle(self) -> float:
+        """Angle at time 0 [rad]."""
+        ...
+
     @property
-    def end_angle(self) -> float: ...
+    def end_angle(self) -> float:
+        """Angle at T [rad]."""
+        ...
+
     @property
-    def breakpoints(self) -> tuple[float, ...]: ...
-    def motion(self, time: ArrayLike) -> Motion: ...
+    def breakpoints(self) -> tuple[float, ...]:
+        """Inner times at which pieces meet [s]."""
+        ...
+
+    def motion(self, time: ArrayLike) -> Motion:
+        """Motion at times (m,) in [0, T]."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -90,14 +104,15 @@ def check_stroke(start_angle: float, end_angle: float) -> None:
 
 
 def law_times(time: ArrayLike, duration: float) -> Array:
-    """Times as an array (m,), refused outside [0, duration] but for rounding."""
+    """Return times as an array (m,), refused outside [0, duration] but for rounding."""
     times = np.atleast_1d(np.asarray(time, dtype=float))
     slack = 1e-12 * duration
     require(
         times.ndim == 1 and bool(np.all((times >= -slack) & (times <= duration + slack))),
         f"times must be one array within [0, {duration:g}] s; the law is not defined elsewhere.",
     )
-    return np.clip(times, 0.0, duration)
+    inside: Array = np.clip(times, 0.0, duration)
+    return inside
 
 
 def increasing(values: Sequence[float]) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -86,7 +87,7 @@ class PiecewiseJerk:
         return np.array(states)
 
 
-def _advance(angle, speed, acceleration, jerk, dt):  # type: ignore[no-untyped-def]
+def _advance(angle: Any, speed: Any, acceleration: Any, jerk: Any, dt: Any) -> tuple[Any, Any, Any]:
     """State after dt under constant jerk; numbers or arrays alike."""
     return (
         angle + dt * (speed + dt * (acceleration / 2 + dt * jerk / 6)),

@@ -47,7 +47,7 @@ class Tabulated:
         least = 2 if self.ends == "at rest" else _DEGREE + 1
         require(
             len(self.times) == len(self.angles) >= least,
-            f"{len(self.times)} times and {len(self.angles)} angles; give at least {least} of each.",
+            f"{len(self.times)} times, {len(self.angles)} angles; give at least {least} of each.",
         )
         require(
             self.times[0] == 0 and increasing(self.times),

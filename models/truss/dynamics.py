@@ -32,7 +32,7 @@ class ForceCoefficients(NamedTuple):
 def force_coefficients(
     parameters: TrussParameters, alpha: Expression, net: Net = "by angle"
 ) -> ForceCoefficients:
-    """The four functions of alpha that make up the rope force, (38)."""
+    """Return the four functions of alpha that make up the rope force, (38)."""
     f = rope_leverage(parameters, alpha)
     return ForceCoefficients(
         static=potential_slope(parameters, alpha, net) / f,
@@ -61,7 +61,7 @@ def angular_acceleration(
     tension: Expression,
     net: Net = "by angle",
 ) -> Expression:
-    """acc [rad/s^2] under the motor force `tension` [N] on each rope, (38); omega >= 0."""
+    """Angular acceleration [rad/s^2] under the motor force `tension` [N] on each rope, (38); omega >= 0."""
     torque = (
         tension * rope_leverage(parameters, alpha)
         - inertia_slope(parameters, alpha) * omega**2 / 2

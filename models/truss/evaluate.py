@@ -111,7 +111,7 @@ _QUANTITIES = (
 
 @functools.lru_cache(maxsize=32)
 def _kernel(parameters: TrussParameters, net: Net) -> ca.Function:
-    """Function of scalars (alpha, omega, acc) to `_QUANTITIES`, compiled once per truss."""
+    """Compile scalars (alpha, omega, acc) -> `_QUANTITIES`, once per truss."""
     alpha, omega, acc = (ca.SX.sym(name) for name in ("alpha", "omega", "acc"))
     force = rope_force(parameters, alpha, omega, acc, net)
     outputs = [

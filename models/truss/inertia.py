@@ -101,7 +101,7 @@ def reaction_force(
 
 
 def inertia_coefficients(parameters: TrussParameters) -> InertiaCoefficients:
-    """The constants of J, summed over the rods and joints of one module and over the ring."""
+    """Return the constants of J, summed over the rods and joints of one module and over the ring."""
     nodes = module_nodes(parameters)
     n, side = parameters.modules, 2 * parameters.half_cross_bar
     corners = 1 / (2 * math.sin(math.pi / n) ** 2)  # sum |g_i|^2 / n
@@ -120,7 +120,7 @@ def inertia_coefficients(parameters: TrussParameters) -> InertiaCoefficients:
 
 def _elements(parameters: TrussParameters) -> list[tuple[Expression, int, int]]:
     """(mass, node, node) of each rod and, with twice the same node, of each joint of a module."""
-    share = {name: 0.5 if parameters.counting == "once" else 1.0 for name in SHARED}
+    share = dict.fromkeys(SHARED, 0.5 if parameters.counting == "once" else 1.0)
     rods = [
         (share.get(name, 1.0) * parameters.linear_density * getattr(parameters, name), j, k)
         for name, pairs in RODS.items()

@@ -32,7 +32,7 @@ class Node(NamedTuple):
 
 
 def module_nodes(parameters: TrussParameters) -> dict[int, Node]:
-    """The 14 nodes of a module, numbered as in the paper's Fig. 7, lengths in m."""
+    """Return the 14 nodes of a module, numbered as in the paper's Fig. 7, lengths in m."""
     a, b, c = parameters.bar_length, parameters.half_cross_bar, parameters.crank
     return {
         1: Node(0, 0, 0, 0),
@@ -53,7 +53,7 @@ def module_nodes(parameters: TrussParameters) -> dict[int, Node]:
 
 
 def link_ratio(parameters: TrussParameters, alpha: Expression) -> Expression:
-    """g = c cos(alpha) / sqrt(d^2 - c^2 sin(alpha)^2), the link's turning rate per alpha."""
+    """Turning rate of the link per alpha, g = c cos(alpha) / sqrt(d^2 - c^2 sin(alpha)^2)."""
     c = parameters.crank
     return c * ca.cos(alpha) / _link_height(parameters, alpha)
 

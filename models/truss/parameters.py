@@ -131,11 +131,11 @@ _NOT_NEGATIVE = (
 
 def _require_number(name: str, value: object, *, zero: bool = False) -> None:
     number = isinstance(value, numbers.Real) and not isinstance(value, bool)
+    size = float(cast(float, value)) if number else math.nan
     require(
-        number and math.isfinite(cast(float, value)) and (cast(float, value) > 0 or zero),
+        math.isfinite(size) and (size > 0 or (zero and size == 0)),
         f"{name} is {value!r}; give a finite {'non-negative' if zero else 'positive'} number.",
     )
-    require(cast(float, value) >= 0, f"{name} is {value!r}; give a non-negative number.")
 
 
 def _check_values(p: TrussParameters) -> None:
@@ -143,9 +143,10 @@ def _check_values(p: TrussParameters) -> None:
         _require_number(name, getattr(p, name))
     for name in _NOT_NEGATIVE:
         _require_number(name, getattr(p, name), zero=True)
+    modules: object = p.modules
     require(
-        isinstance(p.modules, numbers.Integral) and p.modules >= 3,
-        f"modules is {p.modules!r}; a closed ring needs an integer of at least 3.",
+        isinstance(modules, int) and modules >= 3,
+        f"modules is {modules!r}; a closed ring needs an int of at least 3.",
     )
     require(
         p.counting in ("once", "as printed"),
