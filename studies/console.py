@@ -1,0 +1,61 @@
+"""All that is printed: progress lines, plain lines and tables. Nothing else prints."""
+
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TextIO
+
+
+@dataclass(frozen=True)
+class Table:
+    """A titled table of text cells; the first column is left-aligned, the others right-aligned."""
+
+    title: str
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    notes: Sequence[str] = ()
+
+    def __str__(self) -> str:
+        """Return the table as it is printed."""
+        widths = [max(map(len, column)) for column in zip(self.head, *self.rows, strict=True)]
+        rule = "  ".join("-" * width for width in widths)
+        lines = [self.title, "", _row(self.head, widths), rule]
+        lines += [_row(row, widths) for row in self.rows]
+        return "\n".join([*lines, *([""] if self.notes else []), *self.notes])
+
+
+def _row(cells: Sequence[str], widths: Sequence[int]) -> str:
+    first, *others = [
+        cell.ljust(width) if column == 0 else cell.rjust(width)
+        for column, (cell, width) in enumerate(zip(cells, widths, strict=True))
+    ]
+    return "  ".join([first, *others]).rstrip()
+
+
+def number(value: float | None, digits: int = 5) -> str:
+    """Return a number with `digits` significant digits, or a dash where there is none."""
+    return "-" if value is None or value != value else f"{value:.{digits}g}"
+
+
+@dataclass
+class Console:
+    """Prints results to standard output and progress to standard error."""
+
+    out: TextIO = field(default_factory=lambda: sys.stdout)
+    progress_to: TextIO = field(default_factory=lambda: sys.stderr)
+    started: float = field(default_factory=time.monotonic)
+
+    def say(self, text: object = "") -> None:
+        """Print a result."""
+        print(text, file=self.out, flush=True)
+
+    def progress(self, text: str) -> None:
+        """Print a line of progress with the seconds since the start."""
+        print(
+            f"[{time.monotonic() - self.started:6.1f} s] {text}", file=self.progress_to, flush=True
+        )
+
+    def complain(self, sentence: str) -> None:
+        """Print an error."""
+        print(f"antenna-ocp: {sentence}", file=self.progress_to, flush=True)

@@ -1,0 +1,37 @@
+"""What the exit code of `antenna-ocp` means, and the error that carries one."""
+
+from enum import IntEnum
+
+
+class ExitCode(IntEnum):
+    """Exit code of the command; `meaning` is its sentence for `--help` and the README."""
+
+    OK = 0, "done; every check passed"
+    BAD_INPUT = 2, "a flag, a file or a value is wrong; nothing was computed"
+    INFEASIBLE = 3, "no motion meets the stated caps"
+    NOT_SOLVED = 4, "the solver failed; the inputs are kept in the results folder"
+    NOT_VERIFIED = 5, "a result or a profile was computed but failed a check; see its record"
+    NO_RESULTS_FOLDER = 6, "the results folder exists already or cannot be written"
+    INTERNAL = 70, "a defect of this program; a report was written to the file named"
+    INTERRUPTED = 130, "interrupted (Ctrl-C); what was found until then is kept"
+
+    meaning: str
+
+    def __new__(cls, value: int, meaning: str) -> "ExitCode":
+        member = int.__new__(cls, value)
+        member._value_ = value
+        member.meaning = meaning
+        return member
+
+
+class StudyError(Exception):
+    """One clear sentence for the user, and the exit code that goes with it."""
+
+    def __init__(self, sentence: str, exit_code: ExitCode = ExitCode.BAD_INPUT) -> None:
+        super().__init__(sentence)
+        self.exit_code = exit_code
+
+
+def exit_code_table() -> str:
+    """Return the documentation of all exit codes, a line each."""
+    return "\n".join(f"  {code.value:>3}  {code.meaning}" for code in ExitCode)

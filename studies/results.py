@@ -1,0 +1,149 @@
+"""The results folder, made and tried before any computation, and where a result comes from."""
+
+import json
+import platform
+import re
+import shutil
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib import metadata
+from pathlib import Path
+
+from studies.exit_codes import ExitCode, StudyError
+
+DEFAULT_PARENT = Path("results")
+OUR_MARK = "provenance.json"
+
+
+@dataclass(frozen=True)
+class ResultsFolder:
+    """A folder that exists, is writable and is ours.
+
+    Attributes
+    ----------
+    path : the folder.
+    replaced : where the folder that it replaces waits until this one is complete, or None.
+    """
+
+    path: Path
+    replaced: Path | None = None
+
+    def file(self, name: str) -> Path:
+        """Return the path of the file `name` in this folder."""
+        return self.path / name
+
+    def write_json(self, name: str, content: Mapping[str, object]) -> Path:
+        """Write `content` as JSON (numbers that are not finite become null) and return its path."""
+        path = self.file(name)
+        path.write_text(json.dumps(_finite(content), indent=2, ensure_ascii=False) + "\n", "utf-8")
+        return path
+
+    def complete(self) -> None:
+        """Remove the folder that this one replaces."""
+        if self.replaced is not None:
+            shutil.rmtree(self.replaced, ignore_errors=True)
+
+
+def open_results(asked: Path | None, name: str, overwrite: bool = False) -> ResultsFolder:
+    """Create the results folder and try to write in it.
+
+    Parameters
+    ----------
+    asked : path or None
+        The folder the user named; without one the first free of `results/name`,
+        `results/name-2`, ... is taken.
+    name : str
+        Name of the study, for the default.
+    overwrite : bool
+        Whether an existing results folder may be replaced.
+
+    Raises
+    ------
+    StudyError
+        If the folder exists and may not be replaced, or cannot be created or written.
+    """
+    path = asked if asked is not None else _first_free(DEFAULT_PARENT, name)
+    if path.exists() and not (path.is_dir() and not any(path.iterdir())):
+        replaced = _make_room(path, overwrite)
+    else:
+        replaced = None
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=path):
+            pass
+    except OSError as error:
+        raise StudyError(
+            f"the results folder {path} cannot be written ({error.strerror}); "
+            "name another one with --results",
+            ExitCode.NO_RESULTS_FOLDER,
+        ) from error
+    folder = ResultsFolder(path, replaced)
+    folder.write_json(OUR_MARK, provenance())
+    return folder
+
+
+def _first_free(parent: Path, name: str) -> Path:
+    candidates = (parent / (name if i == 1 else f"{name}-{i}") for i in range(1, 100_000))
+    return next(path for path in candidates if not path.exists())
+
+
+def _make_room(path: Path, overwrite: bool) -> Path:
+    """Move an existing results folder aside if that was asked for and is safe."""
+    if not overwrite:
+        raise StudyError(
+            f"the results folder {path} exists already; name a new one with --results "
+            "or replace it with --overwrite",
+            ExitCode.NO_RESULTS_FOLDER,
+        )
+    if not (path / OUR_MARK).is_file():
+        raise StudyError(
+            f"{path} is not a results folder of antenna-ocp (it has no {OUR_MARK}), so "
+            "--overwrite leaves it alone; name another one with --results",
+            ExitCode.NO_RESULTS_FOLDER,
+        )
+    aside = _first_free(path.parent, f"{path.name}.replaced")
+    try:
+        return path.rename(aside)
+    except OSError as error:
+        raise StudyError(
+            f"the results folder {path} cannot be replaced ({error.strerror}); "
+            "name another one with --results",
+            ExitCode.NO_RESULTS_FOLDER,
+        ) from error
+
+
+def provenance() -> dict[str, object]:
+    """Return the versions this result depends on, and when it was made."""
+    return {
+        "program": "antenna-ocp",
+        "versions": {
+            "antenna-ocp": _version("antenna-ocp"),
+            "python": platform.python_version(),
+            **{name: _version(name) for name in ("casadi", "numpy", "scipy", "matplotlib")},
+        },
+        "machine": platform.machine(),
+        "made": datetime.now(UTC).isoformat(timespec="seconds"),
+        "paper": "Lu, Qi, Hu, Li, Zhang, IEEE Access 2019, DOI 10.1109/ACCESS.2019.2918614",
+    }
+
+
+def _version(name: str) -> str:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return "run from its source tree"
+
+
+def _finite(value: object) -> object:
+    """Return `value` with every number that JSON cannot hold replaced by None."""
+    if isinstance(value, Mapping):
+        return {str(key): _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    if hasattr(value, "tolist"):
+        return _finite(value.tolist())
+    if isinstance(value, float) and not re.fullmatch(r"-?\d.*", repr(value)):
+        return None
+    return value

@@ -1,0 +1,303 @@
+"""Least time under a force cap, and least force in a given time, from the phase plane.
+
+With 0 <= T1 <= F and no other cap, no motion from rest at alpha0 is faster at any angle than the
+one with T1 = F, and none that comes to rest at pi/2 is faster than the one with T1 = 0. The two
+cross once (their kinetic energies differ in slope by F f > 0), so the lower of the two gives the
+least time, globally.
+
+Symbols: alpha [rad], omega [rad/s], t [s], T1 and F [N].
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from models.truss import Net, TrussParameters, angular_acceleration, static_force, static_peak
+
+Array = NDArray[np.float64]
+
+DEPLOYED = math.pi / 2
+TOLERANCE = 1e-12  # of the integration; its dense output is then good to about 1e-10
+NEAR_LIMIT = 1e-8  # relative distance from the limit force below which forces are not resolved
+LIMIT_TOLERANCE = 1e-11  # relative, of the limit force
+FOREVER = 1e6  # [s]
+BEYOND = 2.0  # [rad], an angle past the deployed one
+
+
+@dataclass(frozen=True)
+class FastestMotion:
+    """The fastest motion under a force cap.
+
+    Attributes
+    ----------
+    force : float
+        The cap F [N].
+    duration : float
+        T_min(F) [s].
+    switch_angle, switch_time : float
+        Where and when T1 drops from F to 0 [rad], [s].
+    time, angle, speed, rope_force : ndarray, shape (m,)
+        The motion, dense [s], [rad], [rad/s], [N].
+    """
+
+    force: float
+    duration: float
+    switch_angle: float
+    switch_time: float
+    time: Array
+    angle: Array
+    speed: Array
+    rope_force: Array
+
+
+@dataclass(frozen=True)
+class LeastForce:
+    """Least peak of the rope force in a given duration, with no other cap.
+
+    Attributes
+    ----------
+    force : float
+        F(T) [N]; if it is not attained, the limit it tends to.
+    attained : bool
+        Whether a motion attains `force`.
+    motion : FastestMotion
+        The motion at `force`, or at a force barely above the limit.
+    """
+
+    force: float
+    attained: bool
+    motion: FastestMotion
+
+    @property
+    def sentence(self) -> str:
+        """What to say of this bound."""
+        if self.attained:
+            return f"least peak rope force without further caps: {self.force:.6g} N (phase plane)"
+        return (
+            f"without further caps the least peak rope force tends to {self.force:.6g} N, a limit "
+            "that no motion attains: it would arrive at rest in the unstable equilibrium at "
+            f"{math.degrees(_slowest_angle(self.motion)):.2f} deg"
+        )
+
+
+class PhasePlane:
+    """The phase plane of one truss.
+
+    Parameters
+    ----------
+    parameters : TrussParameters
+    """
+
+    def __init__(self, parameters: TrussParameters) -> None:
+        self.parameters = parameters
+        self._acceleration = _acceleration_functions(parameters)
+        self._braking = self._flow(0.0, DEPLOYED, 0.0, sign=-1.0)
+
+    def fastest(self, force: float) -> FastestMotion | None:
+        """Return the fastest motion with 0 <= T1 <= force [N], None if no motion gets through."""
+        if force <= _static(self.parameters, self.parameters.stowed_angle):
+            return None
+        driven = self._flow(force, self.parameters.stowed_angle, 0.0, sign=1.0, below=self._braking)
+        if driven.stalled:
+            return None
+        return _join(force, driven, self._braking)
+
+    def least_time(self, force: float) -> float:
+        """T_min(force) [s]; infinite if no motion gets through."""
+        motion = self.fastest(force)
+        return math.inf if motion is None else motion.duration
+
+    @cached_property
+    def limit_force(self) -> float:
+        """Largest force [N] with which no motion gets through."""
+        low = _static(self.parameters, self.parameters.stowed_angle)
+        high = static_peak(self.parameters).force  # suffices even at a crawl
+        while high - low > LIMIT_TOLERANCE * high:
+            middle = (low + high) / 2
+            low, high = (middle, high) if self.fastest(middle) is None else (low, middle)
+        return high
+
+    def least_force(self, duration: float) -> LeastForce:
+        """F that solves T_min(F) = duration [s], or the limit where T_min outlasts it."""
+        limit = self.limit_force
+        nearest = limit * (1 + NEAR_LIMIT)
+        slowest = self.fastest(nearest)
+        assert slowest is not None
+        if slowest.duration <= duration:
+            return LeastForce(limit, False, slowest)
+        high = 2 * limit
+        while self.least_time(high) > duration:
+            high *= 2
+
+        def excess(logarithm: float) -> float:
+            return self.least_time(limit + math.exp(logarithm)) - duration
+
+        bracket = math.log(nearest - limit), math.log(high - limit)
+        force = limit + math.exp(brentq(excess, *bracket, xtol=1e-10, rtol=1e-14))
+        motion = self.fastest(force)
+        assert motion is not None
+        return LeastForce(force, True, motion)
+
+    def _flow(
+        self, force: float, angle: float, speed: float, sign: float, below: _Flow | None = None
+    ) -> _Flow:
+        """Integrate under constant `force`, forwards or (sign -1) backwards in time.
+
+        Ends at rest (stall), where it meets the flow `below`, or at the end of the stroke; the
+        flow `below` is at rest there, so a flow that is driven always meets it or stalls.
+        """
+        net_angle = self.parameters.net_angle
+        goal = self.parameters.stowed_angle if below is None else BEYOND
+        pieces: list[Any] = []
+        start, state, stalled = 0.0, (angle, speed), False
+        nets: tuple[Net, ...] = ("slack", "taut") if sign > 0 else ("taut", "slack")
+        for net, edge in zip(nets, (net_angle, goal), strict=True):
+            piece = self._piece(force, net, state, start, sign, edge, below)
+            pieces.append(piece)
+            start, state = float(piece.t[-1]), tuple(piece.y[:, -1])
+            stalled = piece.t_events[1].size > 0
+            met = below is not None and piece.t_events[2].size > 0
+            if stalled or met:
+                break
+        return _Flow(tuple(pieces), stalled)
+
+    def _piece(
+        self,
+        force: float,
+        net: Net,
+        state: tuple[float, ...],
+        start: float,
+        sign: float,
+        edge: float,
+        below: _Flow | None,
+    ) -> Any:
+        acceleration = self._acceleration[net]
+
+        def rates(_: float, y: Array) -> tuple[float, float]:
+            return sign * y[1], sign * float(acceleration(y[0], y[1], force))
+
+        events = [_event(lambda y: y[0] - edge), _event(lambda y: y[1], direction=-1)]
+        if below is not None:
+            events.append(_event(lambda y: y[1] - below.speed_at(y[0]), direction=1))
+        return solve_ivp(
+            rates, (start, FOREVER), state, method="DOP853", dense_output=True,
+            rtol=TOLERANCE, atol=TOLERANCE * 1e-2, events=events,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Flow:
+    """A curve of the phase plane: pieces of dense output over the time run so far."""
+
+    pieces: tuple[Any, ...]
+    stalled: bool
+
+    @property
+    def duration(self) -> float:
+        return float(self.pieces[-1].t[-1])
+
+    def __call__(self, time: Array) -> Array:
+        """Angle and speed at `time`, shape (2, m)."""
+        values = np.empty((2, time.size))
+        for piece in reversed(self.pieces):
+            inside = time <= piece.t[-1]
+            if inside.any():
+                values[:, inside] = piece.sol(time[inside])
+        return values
+
+    def time_at(self, angle: float) -> float:
+        """Time at which the flow passes `angle`, that of its nearer end if it does not."""
+        side = np.sign(self.pieces[-1].y[0, -1] - self.pieces[0].y[0, 0])
+        if side * angle <= side * self.pieces[0].y[0, 0]:
+            return 0.0
+        for piece in self.pieces:
+            if side * angle <= side * piece.y[0, -1]:
+                return _invert(piece, angle)
+        return self.duration
+
+    def speed_at(self, angle: float) -> float:
+        return float(self(np.array([self.time_at(angle)]))[1, 0])
+
+    def upto(self, time: float, points: int = 400) -> Array:
+        """Times from 0 to `time`, those of the integrator's steps with some between."""
+        steps = np.unique(np.concatenate([piece.t for piece in self.pieces]))
+        steps = np.append(steps[steps < time], time)
+        between = max(1, points // max(1, steps.size - 1))
+        fractions = np.arange(between) / between
+        return np.append((steps[:-1, None] + np.diff(steps)[:, None] * fractions).ravel(), time)
+
+
+def _invert(piece: Any, angle: float) -> float:
+    """Time at which a piece of flow passes `angle`."""
+    side = np.sign(piece.y[0, -1] - piece.y[0, 0])
+    index = int(np.searchsorted(side * piece.y[0], side * angle))
+    if index == 0 or piece.y[0, index] == angle:
+        return float(piece.t[index])
+    return float(
+        brentq(
+            lambda t: float(piece.sol(t)[0]) - angle, piece.t[index - 1], piece.t[index],
+            xtol=1e-14, rtol=1e-14,
+        )
+    )  # fmt: skip
+
+
+def _event(function: Callable[[Array], float], direction: float = 0.0) -> Any:
+    def event(_: float, y: Array) -> float:
+        return function(y)
+
+    event.terminal = True  # type: ignore[attr-defined]
+    event.direction = direction  # type: ignore[attr-defined]
+    return event
+
+
+def _join(force: float, driven: _Flow, braking: _Flow) -> FastestMotion:
+    """Motion along `driven`, then back along `braking`."""
+    switch_time = driven.duration
+    switch_angle = float(driven.pieces[-1].y[0, -1])
+    brake_time = braking.time_at(switch_angle)
+    duration = switch_time + brake_time
+    first, last = driven.upto(switch_time), braking.upto(brake_time)[::-1]
+    angle, speed = np.hstack([driven(first), braking(last)])
+    return FastestMotion(
+        force=force,
+        duration=duration,
+        switch_angle=switch_angle,
+        switch_time=switch_time,
+        time=np.concatenate([first, duration - last]),
+        angle=angle,
+        speed=speed,
+        rope_force=np.concatenate([np.full(first.size, force), np.zeros(last.size)]),
+    )
+
+
+def _acceleration_functions(parameters: TrussParameters) -> dict[Net, ca.Function]:
+    alpha, omega, tension = (ca.SX.sym(name) for name in ("alpha", "omega", "tension"))
+    nets: tuple[Net, ...] = ("slack", "taut")
+    expressions = {
+        net: angular_acceleration(parameters, alpha, omega, tension, net=net) for net in nets
+    }
+    return {
+        net: ca.Function(net, [alpha, omega, tension], [expression], {"cse": True})
+        for net, expression in expressions.items()
+    }
+
+
+def _static(parameters: TrussParameters, angle: float) -> float:
+    return float(static_force(parameters, angle))
+
+
+def _slowest_angle(motion: FastestMotion) -> float:
+    """Angle of the last local minimum of the speed [rad]."""
+    inner = motion.speed[1:-1]
+    dips = np.flatnonzero((inner <= motion.speed[:-2]) & (inner < motion.speed[2:]))
+    return float(motion.angle[dips[-1] + 1]) if dips.size else float(motion.angle[-1])
