@@ -1,0 +1,188 @@
+"""A motion law on a truss: all its histories, its peaks between samples, its energies.
+
+Every number that a table, a figure or an export shows comes from here, whichever law it is.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from models.laws import Law, Motion
+from models.peaks import dense_peak
+from models.truss import TrussMotion, TrussParameters, evaluate_motion
+from studies.truss.quantities import QUANTITIES
+
+Array = NDArray[np.float64]
+
+GRID_POINTS = 4000  # samples of a motion, spread over its pieces, before peaks are refined
+CANDIDATES = 4  # highest samples of a quantity that are refined
+GAUSS_POINTS = 8  # per cell of the energy quadrature
+GAUSS_CELLS = 400  # cells of the energy quadrature, spread over the pieces
+
+
+class Extreme(NamedTuple):
+    """An extreme value and when it is taken [s]."""
+
+    value: float
+    time: float
+
+
+@dataclass(frozen=True)
+class Energies:
+    """Energies since the start, shape (m,) [J]; each from its own formula.
+
+    Attributes
+    ----------
+    time : [s].
+    motor : work of the motor, the integral of 2 T1 times the rope's speed.
+    kinetic, potential : change of kinetic energy (22) and of potential energy (26).
+    joints, pulleys : dissipated; the pulleys' summed pulley by pulley.
+    """
+
+    time: Array
+    motor: Array
+    kinetic: Array
+    potential: Array
+    joints: Array
+    pulleys: Array
+
+    @property
+    def imbalance(self) -> float:
+        """Largest miss of the balance at any time, relative to the work of the motor."""
+        miss = self.motor - self.kinetic - self.potential - self.joints - self.pulleys
+        return float(np.abs(miss).max() / np.abs(self.motor).max())
+
+
+@dataclass(frozen=True)
+class Deployment:
+    """A motion law on a truss.
+
+    Attributes
+    ----------
+    name : how tables and figures call it.
+    law : angle over time.
+    truss : its parameters.
+    """
+
+    name: str
+    law: Law
+    truss: TrussParameters
+
+    def at(self, time: ArrayLike) -> tuple[Motion, TrussMotion]:
+        """Histories at times (m,) in [0, T]."""
+        motion = self.law.motion(time)
+        return motion, evaluate_motion(self.truss, motion.angle, motion.speed, motion.acceleration)
+
+    @cached_property
+    def edges(self) -> tuple[float, ...]:
+        """Start, end and all times between at which a history has a kink [s]."""
+        duration = self.law.duration
+        inner = sorted({*self.law.breakpoints, *self._net_times})
+        close = 1e-12 * duration
+        kept = [t for t in inner if close < t < duration - close]
+        return (0.0, *kept, duration)
+
+    @cached_property
+    def _net_times(self) -> tuple[float, ...]:
+        """Times at which the angle passes the net angle [s]."""
+        grid = np.linspace(0.0, self.law.duration, GRID_POINTS)
+        above = self.law.motion(grid).angle >= self.truss.net_angle
+        return tuple(self._net_time(*grid[k : k + 2]) for k in np.flatnonzero(np.diff(above)))
+
+    def _net_time(self, low: float, high: float) -> float:
+        above = self.law.motion(high).angle[0] >= self.truss.net_angle
+        for _ in range(60):
+            middle = (low + high) / 2
+            beyond = self.law.motion(middle).angle[0] >= self.truss.net_angle
+            low, high = (low, middle) if beyond == above else (middle, high)
+        return high
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """Every quantity of `studies.truss.quantities`."""
+        work = float(self.energies.motor[-1])
+        extremes = {key: extreme.value for key, extreme in self.extremes.items()}
+        return {**extremes, "energy": work, "time": float(self.law.duration)}
+
+    @cached_property
+    def extremes(self) -> dict[str, Extreme]:
+        """Peaks and least values, located between samples, and when they are taken."""
+        grid = np.concatenate([np.linspace(a, b, m) for a, b, m in self._cells(GRID_POINTS, 5)])
+        keys = [key for key, quantity in QUANTITIES.items() if quantity.kind in ("peak", "least")]
+        histories = self.histories(grid)
+        return {key: self._extreme(key, grid, histories[key]) for key in keys}
+
+    def histories(self, time: Array) -> dict[str, Array]:
+        """What the extremes are taken of, at times (m,)."""
+        motion, truss = self.at(time)
+        return {
+            "peak-speed": np.abs(motion.speed),
+            "peak-acceleration": np.abs(motion.acceleration),
+            "peak-jerk": np.abs(motion.jerk),
+            "peak-rope-acceleration": np.abs(truss.rope_acceleration),
+            "peak-force": truss.rope_force,
+            "peak-reaction": np.abs(truss.reaction_force),
+            "peak-power": truss.motor_power,
+            "least-tension": np.minimum(truss.rope_force, truss.far_end_tension),
+        }
+
+    def _extreme(self, key: str, grid: Array, values: Array) -> Extreme:
+        if not np.isfinite(values).all():
+            return Extreme(float("nan"), float("nan"))
+        sign = -1.0 if QUANTITIES[key].kind == "least" else 1.0
+
+        def signed(time: Array) -> Array:
+            return sign * self.histories(time)[key]
+
+        brackets = {_bracket(grid, k) for k in np.argsort(-sign * values)[:CANDIDATES]}
+        peaks = [_refine(signed, *bracket) for bracket in brackets]
+        best = max(peaks, key=lambda extreme: extreme.value)
+        return Extreme(sign * best.value, best.time)
+
+    def _cells(self, total: int, least: int) -> list[tuple[float, float, int]]:
+        """Pieces (start, end, points), `total` points shared out by length."""
+        return [
+            (a, b, max(least, round(total * (b - a) / self.law.duration)))
+            for a, b in itertools.pairwise(self.edges)
+        ]
+
+    @cached_property
+    def energies(self) -> Energies:
+        """Energy histories by Gauss quadrature on cells split at every kink."""
+        cells = [np.linspace(a, b, m + 1) for a, b, m in self._cells(GAUSS_CELLS, 2)]
+        time = np.concatenate([cells[0], *(cell[1:] for cell in cells[1:])])
+        nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+        half = np.diff(time) / 2
+        _, inside = self.at(((time[:-1] + half)[:, None] + half[:, None] * nodes).ravel())
+        _, ends = self.at(time)
+
+        def integral(power: Array) -> Array:
+            parts = half * (power.reshape(half.size, GAUSS_POINTS) @ weights)
+            return np.concatenate([[0.0], np.cumsum(parts)])
+
+        return Energies(
+            time=time,
+            motor=integral(inside.motor_power),
+            kinetic=ends.kinetic_energy - ends.kinetic_energy[0],
+            potential=ends.potential_energy - ends.potential_energy[0],
+            joints=integral(inside.joint_power),
+            pulleys=integral(inside.pulley_power),
+        )
+
+
+def _bracket(grid: Array, k: int) -> tuple[float, float]:
+    return float(grid[max(k - 1, 0)]), float(grid[min(k + 1, grid.size - 1)])
+
+
+def _refine(function: Callable[[Array], Array], low: float, high: float) -> Extreme:
+    if not low < high:
+        return Extreme(float(function(np.array([low]))[0]), low)
+    peak = dense_peak(function, low, high, samples=11)
+    return Extreme(peak.value, peak.where)

@@ -1,0 +1,44 @@
+"""The quantities a deployment is judged by, and the objectives among them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+Kind = Literal["peak", "least", "integral", "value"]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number that a motion has.
+
+    Attributes
+    ----------
+    title : how tables and figures call it.
+    unit : SI unit.
+    kind : largest absolute value, least value, integral over time, or a plain value.
+    needs_forces : whether it depends on the dynamics.
+    """
+
+    title: str
+    unit: str
+    kind: Kind
+    needs_forces: bool
+
+
+OBJECTIVES = {
+    "peak-acceleration": Quantity("peak angular acceleration", "rad/s^2", "peak", False),
+    "peak-rope-acceleration": Quantity("peak rope acceleration", "m/s^2", "peak", False),
+    "peak-force": Quantity("peak rope force", "N", "peak", True),
+    "peak-reaction": Quantity("peak reaction on the arm", "N", "peak", False),
+    "peak-power": Quantity("peak motor power", "W", "peak", True),
+    "energy": Quantity("work of the motor", "J", "integral", True),
+    "time": Quantity("duration", "s", "value", False),
+}
+
+QUANTITIES = {
+    **OBJECTIVES,
+    "peak-speed": Quantity("peak angular speed", "rad/s", "peak", False),
+    "peak-jerk": Quantity("peak angular jerk", "rad/s^3", "peak", False),
+    "least-tension": Quantity("least tension of all segments", "N", "least", True),
+}
