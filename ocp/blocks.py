@@ -1,0 +1,222 @@
+"""Nonlinear programs assembled from repeated small kernels.
+
+A block is one small SX function applied to many index sets of the decision vector ("instances").
+Its first and second derivatives are taken once, on the kernel, mapped over the instances and
+scattered into the sparse Jacobian and Hessian.  Set-up therefore costs the same for one interval
+as for a thousand, but for the index lists.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+Integers = NDArray[np.int64]
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Block:
+    """One kernel and the places it is applied to.
+
+    Attributes
+    ----------
+    kernel : SX function ``(w, d, c) -> (f, g)``
+        Local variables (n_w,), data of the instance (n_d,) and constants of the problem to a
+        contribution to the objective (1,) and rows (m,).
+    columns : (n, n_w) decision variables of each instance.
+    data : (n, n_d) numbers of each instance.
+    rows : (n, m) rows of the constraint vector that each instance adds to.
+    label : callable (instance, row) -> str
+        What a row means, in the user's words.
+    """
+
+    name: str
+    kernel: ca.Function
+    columns: Integers
+    data: Array
+    rows: Integers
+    label: Callable[[int, int], str]
+
+    @property
+    def count(self) -> int:
+        """Number of instances."""
+        return len(self.columns)
+
+    @cached_property
+    def derivatives(self) -> KernelDerivatives:
+        """Gradient, Jacobian and Hessian of the kernel."""
+        return differentiate(self.kernel)
+
+
+@dataclass(frozen=True)
+class KernelDerivatives:
+    """Non-zeros of a kernel's derivatives as functions, with their places."""
+
+    gradient: ca.Function
+    gradient_at: Integers
+    jacobian: ca.Function
+    jacobian_at: tuple[Integers, Integers]
+    hessian: ca.Function
+    hessian_at: tuple[Integers, Integers]
+
+
+def differentiate(kernel: ca.Function) -> KernelDerivatives:
+    """Derivatives of a kernel with respect to its local variables."""
+    w, d, c = (ca.SX.sym(s, kernel.sparsity_in(i)) for i, s in enumerate("wdc"))
+    f, g = kernel(w, d, c)
+    sigma, lam = ca.SX.sym("sigma"), ca.SX.sym("lam", g.shape[0])
+    gradient, jacobian = ca.jacobian(f, w), ca.jacobian(g, w)
+    hessian = ca.triu(ca.hessian(sigma * f + ca.dot(lam, g), w)[0])
+    return KernelDerivatives(
+        _function("gradient", [w, d, c], [f, gradient]), _places(gradient)[1],
+        _function("jacobian", [w, d, c], [g, jacobian]), _places(jacobian),
+        _function("hessian", [w, d, c, sigma, lam], [hessian]), _places(hessian),
+    )  # fmt: skip
+
+
+def _function(name: str, inputs: list[Any], outputs: list[Any]) -> ca.Function:
+    *values, matrix = outputs
+    nonzeros = matrix.nz[:] if matrix.nnz() else ca.SX(0, 1)
+    return ca.Function(name, inputs, ca.cse([*values, nonzeros]))
+
+
+def _places(matrix: Any) -> tuple[Integers, Integers]:
+    rows, columns = matrix.sparsity().get_triplet()
+    return np.array(rows, dtype=np.int64), np.array(columns, dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class Program:
+    """A nonlinear program: functions of ``(x, p)`` in the form that CasADi's solvers take."""
+
+    variables: int
+    rows: int
+    constants: int
+    oracle: ca.Function
+    objective_gradient: ca.Function
+    constraint_jacobian: ca.Function
+    lagrangian_hessian: ca.Function
+
+
+def assemble(blocks: Sequence[Block], variables: int, rows: int, constants: int) -> Program:
+    """Sum the blocks into one program of the given sizes."""
+    x, p = ca.MX.sym("x", variables), ca.MX.sym("p", constants)
+    sigma, lam = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", rows)
+    local = [_gather(x, block.columns) for block in blocks]
+    data = [ca.DM(block.data.T) for block in blocks]
+
+    def mapped(function: Callable[[Block], ca.Function], *more: Callable[[Block], Any]) -> list[Any]:
+        results = []
+        for block, w, d in zip(blocks, local, data, strict=True):
+            arguments = [w, d, p, *(get(block) for get in more)]
+            shared = [False, False, True, True, False][: len(arguments)]
+            results.append(function(block).map(block.count, shared)(*arguments))
+        return results
+
+    values = mapped(lambda b: b.kernel)
+    f = _total([f for f, _ in values])
+    g = _scatter([g for _, g in values], [b.rows for b in blocks], rows)
+    gradients = mapped(lambda b: b.derivatives.gradient)
+    jacobians = mapped(lambda b: b.derivatives.jacobian)
+    hessians = mapped(
+        lambda b: b.derivatives.hessian, lambda _: sigma, lambda b: _gather(lam, b.rows)
+    )
+    grad = _scatter(
+        [nz for _, nz in gradients],
+        [b.columns[:, b.derivatives.gradient_at] for b in blocks],
+        variables,
+    )
+    jac = _sparse(
+        [nz for _, nz in jacobians],
+        [b.rows[:, b.derivatives.jacobian_at[0]] for b in blocks],
+        [b.columns[:, b.derivatives.jacobian_at[1]] for b in blocks],
+        (rows, variables),
+    )
+    hess = _sparse(
+        hessians, *_upper_places(blocks), (variables, variables), _diagonal_weights(blocks)
+    )
+    return Program(
+        variables, rows, constants,
+        ca.Function("nlp", [x, p], [f, g], ["x", "p"], ["f", "g"]),
+        ca.Function("nlp_grad_f", [x, p], [f, grad], ["x", "p"], ["f", "grad_f_x"]),
+        ca.Function("nlp_jac_g", [x, p], [g, jac], ["x", "p"], ["g", "jac_g_x"]),
+        ca.Function(
+            "nlp_hess_l", [x, p, sigma, lam], [hess],
+            ["x", "p", "lam_f", "lam_g"], ["triu_hess_gamma_x_x"],
+        ),
+    )  # fmt: skip
+
+
+def _gather(vector: Any, places: Integers) -> Any:
+    if places.size == 0:
+        return ca.MX(places.shape[1], places.shape[0])
+    return ca.reshape(vector[places.ravel().tolist()], places.shape[1], places.shape[0])
+
+
+def _total(parts: list[Any]) -> Any:
+    return ca.sum1(ca.vertcat(*[ca.vec(ca.sum2(part)) for part in parts]))
+
+
+def _scatter(parts: list[Any], places: list[Integers], size: int) -> Any:
+    """Add the entries of the parts into a dense vector."""
+    flat = np.concatenate([place.ravel() for place in places])
+    entries = ca.vertcat(*[ca.vec(part) for part in parts])
+    if flat.size == size and np.array_equal(np.sort(flat), np.arange(size)):
+        return entries[np.argsort(flat).tolist()]
+    return ca.densify(ca.mtimes(_selection(flat, size, np.ones(flat.size)), entries))
+
+
+def _sparse(
+    parts: list[Any],
+    rows: list[Integers],
+    columns: list[Integers],
+    shape: tuple[int, int],
+    weights: Array | None = None,
+) -> Any:
+    """Add the entries of the parts into a sparse matrix."""
+    row = np.concatenate([r.ravel() for r in rows])
+    column = np.concatenate([c.ravel() for c in columns])
+    if row.size == 0:
+        return ca.MX(*shape)
+    key, slot = np.unique(column * shape[0] + row, return_inverse=True)
+    offsets = np.searchsorted(key // shape[0], np.arange(shape[1] + 1))
+    pattern = ca.Sparsity(*shape, offsets.tolist(), (key % shape[0]).tolist())
+    entries = ca.vertcat(*[ca.vec(part) for part in parts])
+    unit = weights is None or bool(np.all(weights == 1.0))
+    if unit and key.size == row.size:
+        return ca.MX(pattern, entries[np.argsort(slot).tolist()])
+    scale = np.ones(row.size) if weights is None else weights
+    total = ca.mtimes(_selection(slot.ravel(), key.size, scale), entries)
+    return ca.MX(pattern, ca.densify(total))
+
+
+def _selection(places: Integers, size: int, weights: Array) -> ca.DM:
+    """Matrix (size, len(places)) that adds entry j, weighted, to place ``places[j]``."""
+    pattern = ca.Sparsity(size, places.size, list(range(places.size + 1)), places.tolist())
+    return ca.DM(pattern, weights)
+
+
+def _upper_places(blocks: Sequence[Block]) -> tuple[list[Integers], list[Integers]]:
+    rows, columns = [], []
+    for block in blocks:
+        i, j = (block.columns[:, at] for at in block.derivatives.hessian_at)
+        rows.append(np.minimum(i, j))
+        columns.append(np.maximum(i, j))
+    return rows, columns
+
+
+def _diagonal_weights(blocks: Sequence[Block]) -> Array:
+    """2 where two local variables of an instance are the same decision variable, else 1."""
+    weights = []
+    for block in blocks:
+        a, b = block.derivatives.hessian_at
+        doubled = (block.columns[:, a] == block.columns[:, b]) & (a != b)[None, :]
+        weights.append(np.where(doubled, 2.0, 1.0).ravel())
+    return np.concatenate(weights) if weights else np.empty(0)

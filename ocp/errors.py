@@ -1,0 +1,58 @@
+"""What can go wrong, in the words of the user's problem."""
+
+
+class OcpError(Exception):
+    """Base of all errors of the toolkit: one sentence naming the thing, the value, the remedy."""
+
+
+class StatementError(OcpError, ValueError):
+    """The problem as stated cannot be transcribed."""
+
+
+class SolveFailed(OcpError):
+    """No solution was found.
+
+    Attributes
+    ----------
+    iterate : object or None
+        The last iterate, for inspection only; it is not a solution.
+    """
+
+    def __init__(self, message: str, iterate: object | None = None) -> None:
+        super().__init__(message)
+        self.iterate = iterate
+
+
+class Infeasible(SolveFailed):
+    """The solver found no point that meets all constraints."""
+
+
+class IterationLimit(SolveFailed):
+    """The budget of iterations or seconds ran out."""
+
+
+class InvalidNumber(SolveFailed):
+    """An expression of the problem is NaN or infinite where the solver needs it."""
+
+
+class Unverified(SolveFailed):
+    """A solver's answer did not pass its verification."""
+
+
+class Interrupted(OcpError):
+    """The user stopped the solve.
+
+    Attributes
+    ----------
+    iterate : object or None
+        The last iterate with its violation; not a solution.
+    verified : object or None
+        The last mesh round that passed its verification, if there was one.
+    """
+
+    def __init__(
+        self, message: str, iterate: object | None = None, verified: object | None = None
+    ) -> None:
+        super().__init__(message)
+        self.iterate = iterate
+        self.verified = verified

@@ -1,0 +1,169 @@
+"""IPOPT, with typed settings and failures told apart."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from ocp.blocks import Program
+
+Array = NDArray[np.float64]
+Outcome = Literal["solved", "infeasible", "budget", "invalid number", "interrupted", "failed"]
+log = logging.getLogger(__name__)
+
+_OUTCOMES: dict[str, Outcome] = {
+    "Solve_Succeeded": "solved",
+    "Solved_To_Acceptable_Level": "failed",
+    "Feasible_Point_Found": "solved",
+    "Infeasible_Problem_Detected": "infeasible",
+    "Maximum_Iterations_Exceeded": "budget",
+    "Maximum_CpuTime_Exceeded": "budget",
+    "Maximum_WallTime_Exceeded": "budget",
+    "Invalid_Number_Detected": "invalid number",
+    "User_Requested_Stop": "interrupted",
+    "Restoration_Failed": "infeasible",
+}
+
+
+@dataclass(frozen=True)
+class IpoptOptions:
+    """IPOPT's options that this toolkit sets; see IPOPT's own manual for their meaning."""
+
+    tolerance: float = 1e-9
+    constraint_violation: float = 1e-9
+    max_iterations: int = 1000
+    seconds: float = 1e6
+    linear_solver: str = "mumps"
+    barrier: Literal["monotone", "adaptive"] = "adaptive"
+    print_level: int = 0
+    start_barrier: float = 0.1
+
+
+@dataclass(frozen=True)
+class NlpResult:
+    """What a run of IPOPT left behind.
+
+    Attributes
+    ----------
+    x : (n,) scaled unknowns.
+    bound_multipliers : (n,), row_multipliers : (m,) in CasADi's sign, ``L = f + lam^T g``.
+    """
+
+    outcome: Outcome
+    status: str
+    x: Array
+    objective: float
+    rows: Array
+    bound_multipliers: Array
+    row_multipliers: Array
+    iterations: int
+    seconds: float
+    history: dict[str, list[float]] = field(default_factory=dict)
+
+
+class _Watch(ca.Callback):  # type: ignore[misc]
+    """Passes every iterate to a listener; a true answer stops the solve."""
+
+    def __init__(self, program: Program, listener: Callable[[int, float, Array, Array], bool]):
+        ca.Callback.__init__(self)
+        self.program, self.listener, self.count = program, listener, 0
+        self.error: BaseException | None = None
+        self.construct("watch", {})
+
+    def get_n_in(self) -> int:
+        return int(ca.nlpsol_n_out())
+
+    def get_n_out(self) -> int:
+        return 1
+
+    def get_sparsity_in(self, i: int) -> Any:
+        sizes = {
+            "x": self.program.variables, "f": 1, "g": self.program.rows,
+            "lam_x": self.program.variables, "lam_g": self.program.rows,
+            "lam_p": self.program.constants,
+        }  # fmt: skip
+        return ca.Sparsity.dense(sizes[ca.nlpsol_out(i)], 1)
+
+    def eval(self, arg: Any) -> list[float]:
+        try:
+            x, f, g = (np.array(arg[i]).ravel() for i in range(3))
+            stop = self.listener(self.count, float(f[0]), x, g)
+        except BaseException as error:  # noqa: BLE001 - re-raised once the solver has returned
+            self.error, stop = error, True
+        self.count += 1
+        return [1.0 if stop else 0.0]
+
+
+def run(
+    program: Program,
+    x0: Array,
+    column_limits: tuple[Array, Array],
+    row_limits: tuple[Array, Array],
+    constants: Array,
+    options: IpoptOptions,
+    multipliers: tuple[Array, Array] | None = None,
+    listener: Callable[[int, float, Array, Array], bool] | None = None,
+) -> NlpResult:
+    """Run IPOPT from `x0`; never raises for a failed solve, the outcome tells."""
+    settings: dict[str, Any] = {
+        "grad_f": program.objective_gradient,
+        "jac_g": program.constraint_jacobian,
+        "hess_lag": program.lagrangian_hessian,
+        "print_time": False,
+        "calc_lam_p": False,
+        "show_eval_warnings": False,
+        "ipopt.sb": "yes",
+        "ipopt.print_level": options.print_level,
+        "ipopt.tol": options.tolerance,
+        "ipopt.constr_viol_tol": options.constraint_violation,
+        "ipopt.dual_inf_tol": 1e-6,
+        "ipopt.compl_inf_tol": 1e-8,
+        "ipopt.acceptable_iter": 0,
+        "ipopt.max_iter": options.max_iterations,
+        "ipopt.max_wall_time": options.seconds,
+        "ipopt.linear_solver": options.linear_solver,
+        "ipopt.mu_strategy": options.barrier,
+        "ipopt.bound_relax_factor": 0.0,
+        "ipopt.honor_original_bounds": "yes",
+        "ipopt.max_soc": 2,
+    }
+    start: dict[str, Any] = {"x0": x0}
+    if multipliers is not None:
+        settings |= {
+            "ipopt.warm_start_init_point": "yes",
+            "ipopt.mu_init": options.start_barrier,
+            "ipopt.warm_start_bound_push": 1e-8,
+            "ipopt.warm_start_bound_frac": 1e-8,
+            "ipopt.warm_start_slack_bound_push": 1e-8,
+            "ipopt.warm_start_slack_bound_frac": 1e-8,
+            "ipopt.warm_start_mult_bound_push": 1e-8,
+            "ipopt.mu_strategy": "monotone",
+        }
+        start |= {"lam_x0": multipliers[0], "lam_g0": multipliers[1]}
+    watch = None
+    if listener is not None:
+        watch = _Watch(program, listener)
+        settings["iteration_callback"] = watch
+    solver = ca.nlpsol("solver", "ipopt", program.oracle, settings)
+    result = solver(
+        **start, p=constants, lbx=column_limits[0], ubx=column_limits[1],
+        lbg=row_limits[0], ubg=row_limits[1],
+    )  # fmt: skip
+    if watch is not None and watch.error is not None:
+        raise watch.error
+    stats = solver.stats()
+    status = str(stats["return_status"])
+    log.debug("IPOPT: %s after %d iterations", status, stats["iter_count"])
+    return NlpResult(
+        _OUTCOMES.get(status, "failed"), status,
+        *(np.array(result[key]).ravel() for key in ("x",)), float(result["f"]),
+        *(np.array(result[key]).ravel() for key in ("g", "lam_x", "lam_g")),
+        int(stats["iter_count"]), float(stats.get("t_wall_total", 0.0)),
+        {k: list(v) for k, v in stats.get("iterations", {}).items()},
+    )  # fmt: skip

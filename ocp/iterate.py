@@ -1,0 +1,125 @@
+"""Between decision vectors and trajectories."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from ocp.guess import Start
+from ocp.layout import Group, PhaseLayout
+from ocp.symbols import Between
+from ocp.trajectory import PhaseTrajectory, Piece, Trajectory
+from ocp.transcribe import Transcription
+
+Array = NDArray[np.float64]
+_INSIDE = 1e-9
+
+
+def decision_vector(
+    transcription: Transcription, start: Start, constants: Mapping[str, float]
+) -> Array:
+    """Scaled decision vector that represents a start as well as the mesh allows."""
+    x = np.zeros(transcription.columns.count)
+    for layout in transcription.layouts:
+        _fill_phase(x, layout, start)
+    for unknown, column in zip(
+        transcription.problem.unknowns, transcription.unknown_ids, strict=True
+    ):
+        x[column] = start.unknowns[unknown.name]
+    x /= transcription.sizes
+    lower, upper = transcription.columns.evaluate(constants)
+    x = np.clip(x, lower, upper)
+    for functional, column in transcription.peak_ids.items():
+        x[column] = _peak(transcription, x, functional, constants)
+    return np.asarray(np.clip(x, lower, upper))
+
+
+def _fill_phase(x: Array, layout: PhaseLayout, start: Start) -> None:
+    own, points = start.phases[layout.phase.name], layout.mesh.breakpoints
+    for group in layout.groups:
+        left, width = points[group.intervals], np.diff(points)[group.intervals]
+        support = left[:, None] + np.clip(group.scheme.support, 0.0, 1.0) * width[:, None]
+        inner = left[:, None] + (0.5 + (group.scheme.points - 0.5) * (1 - _INSIDE)) * width[:, None]
+        values = own.at_fractions(support.ravel())
+        for j, state in enumerate(layout.states):
+            x[group.support[:, :, j]] = values[state.name].reshape(support.shape)
+        values = own.at_fractions(inner.ravel())
+        for signals, ids in ((layout.polynomial, group.controls),
+                             (layout.algebraics, group.algebraics)):  # fmt: skip
+            for j, signal in enumerate(signals):
+                x[ids[:, :, j]] = values[signal.name].reshape(inner.shape)
+    values = own.at_fractions(points)
+    for j, state in enumerate(layout.states):
+        x[layout.nodes[:, j]] = values[state.name]
+    for j, control in enumerate(layout.linear):
+        x[layout.knots[:, j]] = values[control.name]
+    middle = own.at_fractions(0.5 * (points[:-1] + points[1:]))
+    for j, control in enumerate(layout.constant):
+        x[layout.steps[:, j]] = middle[control.name]
+    if layout.clock is not None:
+        shares = points[layout.mesh.arc_ends]
+        begin, end = own.start, own.end
+        x[layout.clock] = begin + shares * (end - begin)
+
+
+def _peak(
+    transcription: Transcription, x: Array, functional: object, constants: Mapping[str, float]
+) -> float:
+    """Largest value over the rows of a peak, a little above it: a feasible epigraph value."""
+    program, column = transcription.program, transcription.peak_ids[functional]  # type: ignore[index]
+    trial = x.copy()
+    trial[column] = 0.0
+    values = [constants[c.name] for c in transcription.problem.constants]
+    g = np.array(program.oracle(trial, ca.DM(values))[1]).ravel()
+    pattern = program.constraint_jacobian.sparsity_out(1)
+    offsets = pattern.colind()
+    rows = pattern.row()[offsets[column] : offsets[column + 1]]
+    upper = transcription.rows.evaluate(constants)[1]
+    tight = [g[r] for r in rows if upper[r] == 0.0 and np.isfinite(g[r])]
+    return float(max(tight, default=1.0))
+
+
+def trajectory_of(
+    transcription: Transcription, x: Array, constants: Mapping[str, float]
+) -> Trajectory:
+    """The trajectory that a decision vector stands for."""
+    values = x * transcription.sizes
+    phases = tuple(_phase_trajectory(layout, values) for layout in transcription.layouts)
+    unknowns = {
+        u.name: float(values[column])
+        for u, column in zip(transcription.problem.unknowns, transcription.unknown_ids, strict=True)
+    }
+    return Trajectory(phases, unknowns, dict(constants))
+
+
+def _phase_trajectory(layout: PhaseLayout, values: Array) -> PhaseTrajectory:
+    mesh = layout.mesh
+    if layout.clock is None:
+        ends = np.array([float(layout.phase.start), float(layout.phase.end)])  # type: ignore[arg-type]
+        breakpoints = ends[0] + mesh.breakpoints * (ends[1] - ends[0])
+    else:
+        ends, (begin, _) = values[layout.clock], mesh.in_arc
+        arc = mesh.arc_of
+        left = ends[arc] + begin * np.diff(ends)[arc]
+        breakpoints = np.append(left, ends[-1])
+
+    def piece(group: Group) -> Piece:
+        return Piece(
+            group.scheme.degree, group.intervals, values[group.support],
+            values[group.controls], values[group.algebraics],
+        )  # fmt: skip
+
+    return PhaseTrajectory(
+        layout.phase.name, layout.groups[0].scheme.name, breakpoints,
+        *(tuple(s.name for s in signals) for signals in (
+            layout.states, layout.constant, layout.linear, layout.polynomial,
+            layout.algebraics)),
+        values[layout.steps], values[layout.knots],
+        tuple(piece(group) for group in layout.groups),
+    )  # fmt: skip
+
+
+__all__ = ["Between", "decision_vector", "trajectory_of"]

@@ -1,0 +1,142 @@
+"""Where each unknown of a phase sits in the decision vector.
+
+The unknowns of a phase are stacked interval by interval, so that neighbours in time are
+neighbours in the linear algebra.  All index sets are arrays over the intervals.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocp.errors import StatementError
+from ocp.mesh import PhaseMesh
+from ocp.schemes import Scheme, SchemeName, scheme
+from ocp.statement import Functional, Phase, Problem
+from ocp.symbols import Algebraic, Between, Control, ControlShape, State
+
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Group:
+    """The intervals of one degree.
+
+    Attributes
+    ----------
+    intervals : (m,) their numbers.
+    support : (m, degree + 1, n_x) state unknowns at the support points.
+    controls : (m, degree, n_p) polynomial controls at the collocation points.
+    algebraics : (m, degree, n_z) algebraic signals at the collocation points.
+    """
+
+    scheme: Scheme
+    intervals: Integers
+    support: Integers
+    controls: Integers
+    algebraics: Integers
+
+
+@dataclass(frozen=True)
+class PhaseLayout:
+    """Index sets of one phase.
+
+    Attributes
+    ----------
+    nodes : (N + 1, n_x) states at the breakpoints.
+    knots : (N + 1, n_l) piecewise linear controls at the breakpoints.
+    totals : (N + 1, n_q) running values of integrals that enter non-linearly or in bounds.
+    steps : (N, n_c) piecewise constant controls.
+    clock : (A + 1,) times of the arc ends, or None where they are fixed.
+    """
+
+    phase: Phase
+    mesh: PhaseMesh
+    states: tuple[State, ...]
+    constant: tuple[Control, ...]
+    linear: tuple[Control, ...]
+    polynomial: tuple[Control, ...]
+    algebraics: tuple[Algebraic, ...]
+    integrals: tuple[Functional, ...]
+    nodes: Integers
+    knots: Integers
+    totals: Integers
+    steps: Integers
+    groups: tuple[Group, ...]
+    clock: Integers | None
+    stop: int
+
+    @property
+    def intervals(self) -> int:
+        """Number of intervals."""
+        return self.mesh.intervals
+
+    @property
+    def signals(self) -> tuple[State | Control | Algebraic, ...]:
+        """All signals in the order of a trajectory."""
+        return (*self.states, *self.constant, *self.linear, *self.polynomial, *self.algebraics)
+
+
+def lay_out(
+    problem: Problem,
+    phase: Phase,
+    mesh: PhaseMesh,
+    name: SchemeName,
+    default_shape: ControlShape,
+    integrals: tuple[Functional, ...],
+    first: int,
+) -> PhaseLayout:
+    """Assign the unknowns of a phase, starting at column `first`."""
+    controls: dict[str, list[Control]] = {"constant": [], "linear": [], "polynomial": []}
+    for control in problem.signals_of(phase, Control):
+        shape = control.shape or default_shape
+        if shape not in controls:
+            raise StatementError(
+                f"the shape of control '{control.name}' is {shape!r}; choose constant, linear or "
+                "polynomial"
+            )
+        controls[shape].append(control)
+    algebraics = problem.signals_of(phase, Algebraic)
+    n_x, n_c, n_l, n_p = len(phase.states), *(len(c) for c in controls.values())
+    n_z, n_q, count = len(algebraics), len(integrals), mesh.intervals
+    schemes = {int(d): scheme(name, int(d)) for d in np.unique(mesh.degrees)}
+    inner = {d: s.support.size - 1 - s.ends_on_support for d, s in schemes.items()}
+    sizes = np.array([n_x + n_l + n_q + n_c
+                      + inner[int(d)] * n_x + schemes[int(d)].degree * (n_p + n_z)
+                      for d in np.unique(mesh.degrees)])  # fmt: skip
+    lengths = sizes[np.searchsorted(np.unique(mesh.degrees), mesh.degrees)]
+    offsets = first + np.concatenate([[0], np.cumsum(lengths)])
+
+    def at_breakpoints(skip: int, size: int) -> Integers:
+        return np.asarray(offsets[:, None] + skip + np.arange(size))
+
+    nodes = at_breakpoints(0, n_x)
+    groups = []
+    for degree, method in schemes.items():
+        own = np.flatnonzero(mesh.degrees == degree)
+        begin = offsets[own][:, None, None] + n_x + n_l + n_q + n_c
+        s, m = method.degree, inner[degree]
+        block = begin + np.arange(m * n_x).reshape(m, n_x)
+        support = [nodes[own][:, None, :], block]
+        if method.ends_on_support:
+            support.append(nodes[own + 1][:, None, :])
+        begin = begin + m * n_x
+        groups.append(Group(
+            method, own, np.concatenate(support, axis=1),
+            begin + np.arange(s * n_p).reshape(s, n_p),
+            begin + s * n_p + np.arange(s * n_z).reshape(s, n_z),
+        ))  # fmt: skip
+    stop = int(offsets[-1]) + n_x + n_l + n_q
+    free = isinstance(phase.start, Between) or isinstance(phase.end, Between) or mesh.movable
+    clock = None
+    if free:
+        clock = np.arange(stop, stop + mesh.arc_ends.size)
+        stop += mesh.arc_ends.size
+    return PhaseLayout(
+        phase, mesh, phase.states,
+        *(tuple(c) for c in controls.values()), algebraics, integrals,
+        nodes, at_breakpoints(n_x, n_l), at_breakpoints(n_x + n_l, n_q),
+        at_breakpoints(n_x + n_l + n_q, n_c)[:-1], tuple(groups), clock, stop,
+    )  # fmt: skip

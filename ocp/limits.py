@@ -1,0 +1,48 @@
+"""Bounds of unknowns and rows, some of which depend on the constants of the problem."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocp.guess import evaluate_limit
+from ocp.symbols import is_number
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+class Limits:
+    """Scaled lower and upper limits of a growing list of entries."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._blocks: list[tuple[Integers, Any, Any, float]] = []
+
+    def take(self, instances: int, limits: list[tuple[Any, Any, float]]) -> Integers:
+        """Entries for rows ``(lower, upper, scale)`` repeated; ids of shape (instances, rows)."""
+        size = instances * len(limits)
+        ids = np.arange(self.count, self.count + size).reshape(instances, len(limits))
+        self.count += size
+        for j, (lower, upper, scale) in enumerate(limits):
+            self.bound(ids[:, j], lower, upper, scale)
+        return ids
+
+    def bound(self, ids: Integers, lower: Any, upper: Any, scale: float) -> None:
+        """Set (and override) the limits of some entries."""
+        self._blocks.append((np.asarray(ids).ravel(), lower, upper, scale))
+
+    def evaluate(self, constants: Mapping[str, float]) -> tuple[Array, Array]:
+        """Lower and upper limits, shape (count,) each, at values of the constants."""
+        lower, upper = np.full(self.count, -np.inf), np.full(self.count, np.inf)
+        for ids, low, high, scale in self._blocks:
+            lower[ids] = _number(low, constants) / scale
+            upper[ids] = _number(high, constants) / scale
+        return lower, upper
+
+
+def _number(value: Any, constants: Mapping[str, float]) -> float:
+    return float(value) if is_number(value) else evaluate_limit(value, constants)

@@ -1,0 +1,218 @@
+"""Local variables of a kernel, and the expressions of a phase at one point of an interval."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from ocp.blocks import Block
+from ocp.layout import Group, PhaseLayout
+from ocp.schemes import lagrange
+from ocp.statement import Problem
+from ocp.symbols import time
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+class Local:
+    """Collects a kernel's local variables and data together with their instances."""
+
+    def __init__(self, instances: int) -> None:
+        self.instances = instances
+        self._variables: list[ca.SX] = []
+        self._columns: list[Integers] = []
+        self._symbols: list[ca.SX] = []
+        self._data: list[Array] = []
+
+    def variables(self, ids: Integers, scales: Sequence[float]) -> ca.SX:
+        """Unscaled values of decision variables ``ids`` (instances, m)."""
+        ids = np.broadcast_to(ids, (self.instances, len(scales)))
+        w = ca.SX.sym("w", len(scales))
+        self._variables.append(w)
+        self._columns.append(ids)
+        return w * ca.DM(np.asarray(scales, dtype=float)) if len(scales) else w
+
+    def data(self, values: Array) -> ca.SX:
+        """Symbols for numbers that differ from instance to instance, (instances, m)."""
+        values = np.broadcast_to(values, (self.instances, np.shape(values)[-1]))
+        d = ca.SX.sym("d", values.shape[1])
+        self._symbols.append(d)
+        self._data.append(values)
+        return d
+
+    def absorb(self, other: Local) -> None:
+        """Take over the variables and data of another kernel of as many instances."""
+        self._variables += other._variables
+        self._columns += other._columns
+        self._symbols += other._symbols
+        self._data += other._data
+
+    def block(
+        self, name: str, constants: ca.SX, objective: Any, rows: list[Any], ids: Integers,
+        label: Callable[[int, int], str],
+    ) -> Block:  # fmt: skip
+        """The finished block."""
+        w, d = ca.vertcat(*self._variables), ca.vertcat(*self._symbols)
+        g = ca.vertcat(*rows) if rows else ca.SX(0, 1)
+        f = ca.densify(ca.SX(objective))
+        empty = np.empty((self.instances, 0))
+        kernel = ca.Function("kernel", [w, d, constants], ca.cse([f, ca.densify(g)]))
+        columns = np.hstack([empty.astype(np.int64), *self._columns])
+        return Block(name, kernel, columns, np.hstack([empty, *self._data]), ids, label)
+
+
+@dataclass(frozen=True)
+class Point:
+    """Signals, time and interval length at one point of an interval, as local expressions."""
+
+    signals: ca.SX
+    time: Any
+    length: Any
+    unknowns: ca.SX
+    rate_rows: ca.SX | None = None
+
+
+@dataclass(frozen=True)
+class Context:
+    """What every kernel of a problem shares."""
+
+    problem: Problem
+    signal_scales: Mapping[str, float]
+    unknown_ids: Integers
+    unknown_scales: tuple[float, ...]
+    time_scale: float
+
+    @property
+    def constants(self) -> ca.SX:
+        """Symbols of the named constants (n_k,)."""
+        return ca.vertcat(*[c.symbol for c in self.problem.constants], ca.SX(0, 1))
+
+    def scales(self, signals: Sequence[Any]) -> list[float]:
+        """Sizes of signals."""
+        return [self.signal_scales[s.name] for s in signals]
+
+    def unknowns(self, local: Local) -> ca.SX:
+        """Static unknowns as local variables."""
+        if not self.unknown_scales:
+            return ca.SX(0, 1)
+        return local.variables(self.unknown_ids[None, :], self.unknown_scales)
+
+    def expressions(self, layout: PhaseLayout, point: Point, wanted: Sequence[Any]) -> list[ca.SX]:
+        """Expressions of the phase's signals at a point."""
+        if not wanted:
+            return []
+        symbols = [s.symbol for s in layout.signals]
+        unknowns = [u.symbol for u in self.problem.unknowns]
+        f = ca.Function(
+            "at", [ca.vertcat(*symbols, ca.SX(0, 1)), ca.vertcat(*unknowns, ca.SX(0, 1)),
+                   time.symbol, self.constants],
+            [ca.vertcat(*[ca.densify(ca.SX(e)) for e in wanted])],
+        )  # fmt: skip
+        return ca.vertsplit(f(point.signals, point.unknowns, point.time, self.constants))
+
+
+def clock(
+    context: Context, layout: PhaseLayout, local: Local, intervals: Integers, tau: Array
+) -> tuple[Any, Any]:
+    """Time and interval length at local times ``tau`` (instances,) of the intervals."""
+    begin, length = (part[intervals] for part in layout.mesh.in_arc)
+    if layout.clock is None:
+        phase, points = layout.phase, layout.mesh.breakpoints
+        span = float(phase.end) - float(phase.start)  # type: ignore[arg-type]
+        h = np.diff(points)[intervals] * span
+        t = float(phase.start) + points[intervals] * span + tau * h  # type: ignore[arg-type]
+        d = local.data(np.stack([t, h], axis=1))
+        return d[0], d[1]
+    arc = layout.mesh.arc_of[intervals]
+    ids = np.stack([layout.clock[arc], layout.clock[arc + 1]], axis=1)
+    ends = local.variables(ids, [context.time_scale] * 2)
+    d = local.data(np.stack([begin + length * tau, length], axis=1))
+    span = ends[1] - ends[0]
+    return ends[0] + d[0] * span, d[1] * span
+
+
+def collocation_point(
+    context: Context, layout: PhaseLayout, group: Group
+) -> tuple[Local, Point, Any]:
+    """Local expressions at the collocation points of a group; one instance a point.
+
+    Returns
+    -------
+    local, point
+        ``point.rate_rows`` is the derivative of the state polynomial times the interval length.
+    weight : SX
+        Quadrature weight of the point on [0, 1].
+    """
+    method = group.scheme
+    m, s = group.intervals.size, method.degree
+    local = Local(m * s)
+    intervals, tau = np.repeat(group.intervals, s), np.tile(method.points, m)
+    others = np.array([[i for i in range(s + 1) if i != j] for j in method.own])
+    own = group.support[:, method.own, :].reshape(m * s, -1)
+    rest = group.support[:, others, :].reshape(m * s, -1)
+    n_x = len(layout.states)
+    scales = context.scales(layout.states)
+    x = local.variables(own, scales)
+    other = ca.reshape(local.variables(rest, scales * s), n_x, s)
+    slopes = np.hstack([
+        np.take_along_axis(method.derivative, method.own[:, None], axis=1),
+        np.take_along_axis(method.derivative, others, axis=1),
+    ])  # fmt: skip
+    d = local.data(np.tile(slopes, (m, 1)))
+    rate = d[0] * x + ca.mtimes(other, d[1:])
+    weight = local.data(np.tile(method.weights, m)[:, None])
+    controls = [
+        local.variables(layout.steps[intervals], context.scales(layout.constant)),
+        _linear(context, layout, local, intervals, tau),
+        local.variables(
+            group.controls.reshape(m * s, -1), context.scales(layout.polynomial)
+        ),
+    ]
+    z = local.variables(group.algebraics.reshape(m * s, -1), context.scales(layout.algebraics))
+    t, h = clock(context, layout, local, intervals, tau)
+    point = Point(ca.vertcat(x, *controls, z), t, h, context.unknowns(local), rate)
+    return local, point, weight
+
+
+def sample_point(
+    context: Context, layout: PhaseLayout, group: Group, intervals: Integers, tau: Array
+) -> tuple[Local, Point]:
+    """Local expressions at arbitrary local times of some intervals of a group."""
+    method, n = group.scheme, intervals.size
+    local = Local(n)
+    row = np.searchsorted(group.intervals, intervals)
+
+    def interpolated(ids: Integers, signals: Sequence[Any], nodes: Array) -> Any:
+        if not signals:
+            return ca.SX(0, 1)
+        weights = local.data(lagrange(nodes, tau))
+        values = local.variables(ids[row].reshape(n, -1), context.scales(signals) * nodes.size)
+        return ca.mtimes(ca.reshape(values, len(signals), nodes.size), weights)
+
+    x = interpolated(group.support, layout.states, method.support)
+    controls = [
+        local.variables(layout.steps[intervals], context.scales(layout.constant)),
+        _linear(context, layout, local, intervals, tau),
+        interpolated(group.controls, layout.polynomial, method.points),
+    ]
+    z = interpolated(group.algebraics, layout.algebraics, method.points)
+    t, h = clock(context, layout, local, intervals, tau)
+    return local, Point(ca.vertcat(x, *controls, z), t, h, context.unknowns(local))
+
+
+def _linear(
+    context: Context, layout: PhaseLayout, local: Local, intervals: Integers, tau: Array
+) -> Any:
+    if not layout.linear:
+        return ca.SX(0, 1)
+    scales = context.scales(layout.linear)
+    left = local.variables(layout.knots[intervals], scales)
+    right = local.variables(layout.knots[intervals + 1], scales)
+    d = local.data(np.stack([1.0 - tau, tau], axis=1))
+    return d[0] * left + d[1] * right

@@ -1,0 +1,91 @@
+"""Meshes: where the intervals of a phase begin, their degrees, and which breakpoints may move."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocp.errors import StatementError
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class PhaseMesh:
+    """Mesh of one phase.
+
+    Attributes
+    ----------
+    breakpoints : (N + 1,) fractions of the phase, from 0 to 1.
+    degrees : (N,) collocation points of each interval.
+    movable : (m,) indices of inner breakpoints that the optimiser may move; between two of them
+        (an "arc") the intervals keep their proportions.
+    """
+
+    breakpoints: Array
+    degrees: Integers
+    movable: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        points = np.asarray(self.breakpoints, dtype=float)
+        degrees = np.broadcast_to(np.asarray(self.degrees, dtype=np.int64), (len(points) - 1,))
+        object.__setattr__(self, "breakpoints", points)
+        object.__setattr__(self, "degrees", degrees)
+        if len(points) < 2 or points[0] != 0.0 or points[-1] != 1.0:
+            raise StatementError("the breakpoints of a mesh run from 0 to 1, both included")
+        if not np.all(np.diff(points) > 0):
+            raise StatementError("the breakpoints of a mesh must increase; remove the repeated one")
+        if any(not 0 < i < self.intervals for i in self.movable):
+            raise StatementError(
+                f"only inner breakpoints (1 to {self.intervals - 1}) can move, got {self.movable}"
+            )
+
+    @property
+    def intervals(self) -> int:
+        """Number of intervals N."""
+        return len(self.breakpoints) - 1
+
+    @property
+    def arc_ends(self) -> Integers:
+        """(A + 1,) breakpoint indices at which the arcs begin and end."""
+        return np.array([0, *sorted(self.movable), self.intervals], dtype=np.int64)
+
+    @property
+    def arc_of(self) -> Integers:
+        """(N,) arc of each interval."""
+        return np.searchsorted(self.arc_ends, np.arange(self.intervals), side="right") - 1
+
+    @property
+    def in_arc(self) -> tuple[Array, Array]:
+        """Start and length of each interval as fractions of its arc, shape (N,) each."""
+        ends = self.breakpoints[self.arc_ends]
+        left, length = ends[:-1][self.arc_of], np.diff(ends)[self.arc_of]
+        return (self.breakpoints[:-1] - left) / length, np.diff(self.breakpoints) / length
+
+    def moved(self, breakpoints: Array) -> PhaseMesh:
+        """The same mesh with other breakpoints."""
+        return replace(self, breakpoints=breakpoints)
+
+    def frozen(self) -> PhaseMesh:
+        """The same mesh without movable breakpoints."""
+        return replace(self, movable=())
+
+
+def uniform(intervals: int, degree: int) -> PhaseMesh:
+    """A mesh of equal intervals."""
+    if intervals < 1 or int(intervals) != intervals:
+        raise StatementError(f"a mesh of {intervals!r} intervals is impossible; ask for 1 or more")
+    return PhaseMesh(np.linspace(0.0, 1.0, int(intervals) + 1), np.array([degree]))
+
+
+def with_points(mesh: PhaseMesh, fractions: Array, closest: float = 1e-9) -> PhaseMesh:
+    """The mesh with further breakpoints; intervals that are cut keep their degree."""
+    near = np.abs(mesh.breakpoints[:, None] - np.asarray(fractions)[None, :]).min(axis=0)
+    added = np.unique(np.asarray(fractions)[near > closest])
+    points = np.sort(np.concatenate([mesh.breakpoints, added]))
+    parents = np.searchsorted(mesh.breakpoints, points[:-1], side="right") - 1
+    kept = tuple(int(np.searchsorted(points, mesh.breakpoints[i])) for i in mesh.movable)
+    return PhaseMesh(points, mesh.degrees[parents], kept)

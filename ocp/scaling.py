@@ -1,0 +1,227 @@
+"""Automatic scaling: typical sizes of signals, rows and the objective.
+
+A signal's size comes from its statement, else from its guess and boundary values, else from its
+bounds, else along the dynamics (a derivative is about the size of its state over the duration).
+An expression's size is how far it moves when its signals move by their sizes around the guess.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from ocp.guess import Start, evaluate_limit, signals_of
+from ocp.statement import Functional, Phase, Problem
+from ocp.symbols import Signal, Symbol, is_number, resolve, time
+
+Array = NDArray[np.float64]
+_FRACTIONS = np.linspace(0.0, 1.0, 17)
+_STEP = 0.5
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Typical sizes, in the units of the statement.
+
+    Attributes
+    ----------
+    signals, unknowns, functionals : size by name (functionals by object).
+    bounds : size by (phase name or "", bound name).
+    time : typical duration [s].
+    objective : size of the objective.
+    """
+
+    signals: Mapping[str, float]
+    unknowns: Mapping[str, float]
+    bounds: Mapping[tuple[str, str], float]
+    functionals: Mapping[Functional, float]
+    time: float
+    objective: float
+    reasons: Mapping[str, str] = field(default_factory=dict)
+
+
+def scales_of(problem: Problem, start: Start, constants: Mapping[str, float]) -> Scales:
+    """Scales of a problem around a start."""
+    signals, reasons = _signal_scales(problem, start, constants)
+    unknowns = {u.name: u.scale or _size(start.unknowns[u.name]) or 1.0 for u in problem.unknowns}
+    duration = max(s.end - s.start for s in start.phases.values())
+    probe = {
+        phase.name: _Probe(problem, phase, start, signals, unknowns, constants)
+        for phase in problem.phases
+    }
+    bounds = {
+        (phase.name, b.name): b.scale or probe[phase.name].variation(b.expression) or 1.0
+        for phase in problem.phases for b in phase.bounds
+    }  # fmt: skip
+    functionals = {f: _functional_scale(f, probe, duration) for f in problem.functionals}
+    terminal = {**{f: functionals[f] for f in problem.functionals}}
+    for b in (*problem.bounds, *problem.links):
+        bounds["", b.name] = b.scale or _terminal_scale(b.expression, terminal, unknowns, constants)
+    objective = _terminal_scale(problem.objective, terminal, unknowns, constants)
+    return Scales(signals, unknowns, bounds, functionals, duration, objective, reasons)
+
+
+def _size(values: Any) -> float:
+    finite = np.abs(np.asarray(values, dtype=float))
+    finite = finite[np.isfinite(finite)]
+    return float(finite.max()) if finite.size else 0.0
+
+
+def _signal_scales(
+    problem: Problem, start: Start, constants: Mapping[str, float]
+) -> tuple[dict[str, float], dict[str, str]]:
+    scales: dict[str, float] = {}
+    reasons: dict[str, str] = {}
+    for phase in problem.phases:
+        values = start.phases[phase.name].at_fractions(_FRACTIONS)
+        for signal in signals_of(problem, phase):
+            size, reason = _own_scale(signal, phase, values[signal.name], constants)
+            if size > scales.get(signal.name, 0.0):
+                scales[signal.name], reasons[signal.name] = size, reason
+    for phase in problem.phases:
+        duration = start.phases[phase.name].end - start.phases[phase.name].start
+        _along_dynamics(phase, duration, scales, reasons)
+    for phase in problem.phases:
+        for signal in signals_of(problem, phase):
+            if signal.name not in scales:
+                scales[signal.name], reasons[signal.name] = 1.0, "nothing known"
+    return scales, reasons
+
+
+def _own_scale(
+    signal: Signal, phase: Phase, guess: Array, constants: Mapping[str, float]
+) -> tuple[float, str]:
+    if signal.scale is not None:
+        return signal.scale, "stated"
+    ends = [v.get(signal) for v in (phase.initial, phase.final)]  # type: ignore[call-overload]
+    numbers = [evaluate_limit(v, constants) for v in ends if v is not None and v is not False
+               and not isinstance(v, tuple)]  # fmt: skip
+    size = max(_size(guess), _size(numbers))
+    if size > 0:
+        return size, "guess and boundary values"
+    limits = [evaluate_limit(v, constants) for v in (signal.lower, signal.upper)]
+    size = _size(limits)
+    return size, "bounds" if size > 0 else ""
+
+
+def _along_dynamics(
+    phase: Phase, duration: float, scales: dict[str, float], reasons: dict[str, str]
+) -> None:
+    """Pass sizes down and up chains of derivatives."""
+    links = [
+        (state.name, symbol.name)
+        for state, rate in phase.dynamics.items()
+        if rate.is_symbolic()
+        for symbol in resolve(rate, "a derivative")
+        if isinstance(symbol, Signal)
+    ]
+    for _ in links:
+        for state, rate in links:
+            if state in scales and rate not in scales:
+                scales[rate] = 2.0 * scales[state] / duration
+                reasons[rate] = f"'{state}' over the duration"
+    for _ in links:
+        for state, rate in links:
+            if rate in scales and state not in scales:
+                scales[state] = 0.5 * scales[rate] * duration
+                reasons[state] = f"'{rate}' times the duration"
+
+
+class _Probe:
+    """Evaluates expressions of one phase around its start."""
+
+    def __init__(
+        self, problem: Problem, phase: Phase, start: Start,
+        scales: Mapping[str, float], unknowns: Mapping[str, float],
+        constants: Mapping[str, float],
+    ) -> None:  # fmt: skip
+        own = start.phases[phase.name]
+        values = own.at_fractions(_FRACTIONS)
+        self.duration = own.end - own.start
+        self.symbols: list[Symbol] = [*signals_of(problem, phase), *problem.unknowns]
+        centre = [values[s.name] if isinstance(s, Signal)
+                  else np.full(_FRACTIONS.size, start.unknowns[s.name])
+                  for s in self.symbols]  # fmt: skip
+        sizes = [scales[s.name] if isinstance(s, Signal) else unknowns[s.name]
+                 for s in self.symbols]  # fmt: skip
+        rows = [np.array(centre)]
+        for i, size in enumerate(sizes):
+            moved = np.array(centre)
+            moved[i] += _STEP * size
+            rows.append(moved)
+        self.points = np.hstack(rows)
+        self.times = np.tile(own.start + _FRACTIONS * self.duration, len(rows))
+        self.constants = problem.constants
+        self.values = [constants[c.name] for c in problem.constants]
+
+    def _evaluate(self, expression: ca.SX) -> Array:
+        inputs = [s.symbol for s in self.symbols]
+        f = ca.Function(
+            "probe", [ca.vertcat(*inputs), time.symbol, *[c.symbol for c in self.constants]],
+            [expression],
+        )  # fmt: skip
+        count = self.times.size
+        out = f.map(count)(self.points, self.times[None, :], *[
+            np.full((1, count), v) for v in self.values])  # fmt: skip
+        return np.array(out).reshape(-1, _FRACTIONS.size)
+
+    def variation(self, expression: ca.SX) -> float:
+        """Largest change when one signal moves by its size."""
+        values = self._evaluate(expression)
+        return _size((values[1:] - values[:1]) / _STEP) if len(values) > 1 else 0.0
+
+    def size(self, expression: ca.SX) -> float:
+        """Largest value around the start."""
+        return max(_size(self._evaluate(expression)[0]), self.variation(expression))
+
+
+def _functional_scale(f: Functional, probes: Mapping[str, _Probe], duration: float) -> float:
+    if f.kind in ("start time", "end time"):
+        return duration
+    if f.kind == "integral":
+        return max(probes[n].size(e) * probes[n].duration for n, e in f.pieces) or 1.0
+    if f.kind == "peak":
+        return max(probes[n].size(e) for n, e in f.pieces) or 1.0
+    return max(probes[n].variation(e) for n, e in f.pieces) or 1.0
+
+
+def _terminal_scale(
+    expression: ca.SX,
+    functionals: Mapping[Functional, float],
+    unknowns: Mapping[str, float],
+    constants: Mapping[str, float],
+) -> float:
+    """How far a terminal expression moves when its numbers move by their sizes."""
+    symbols = resolve(expression, "the objective")
+    centre = [_terminal_value(s, functionals, unknowns, constants) for s in symbols]
+    f = ca.Function("terminal", [s.symbol for s in symbols], [expression])
+    base, moves = float(f(*centre)), []
+    for i, symbol in enumerate(symbols):
+        if isinstance(symbol, Functional) or symbol.name in unknowns:
+            shifted = list(centre)
+            shifted[i] *= 1.0 + _STEP
+            moves.append((float(f(*shifted)) - base) / _STEP)
+    size = _size(moves)
+    return size if size > 0 and math.isfinite(size) else 1.0
+
+
+def _terminal_value(
+    symbol: Symbol,
+    functionals: Mapping[Functional, float],
+    unknowns: Mapping[str, float],
+    constants: Mapping[str, float],
+) -> float:
+    if isinstance(symbol, Functional):
+        return functionals[symbol]
+    return unknowns[symbol.name] if symbol.name in unknowns else constants[symbol.name]
+
+
+def limits(values: Sequence[Any], constants: Mapping[str, float]) -> Array:
+    """Bounds as numbers."""
+    return np.array([float(v) if is_number(v) else evaluate_limit(v, constants) for v in values])

@@ -1,0 +1,467 @@
+"""The statement of an optimal control problem: phases, bounds, links, objective.
+
+Nothing here is numerical: a ``Problem`` holds expressions of declared symbols, and
+`ocp.transcribe` turns it into a nonlinear program.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, Literal
+
+import casadi as ca
+
+from ocp.errors import StatementError
+from ocp.symbols import (
+    Algebraic,
+    Between,
+    Constant,
+    Control,
+    Signal,
+    State,
+    Symbol,
+    Time,
+    Unknown,
+    check_interval,
+    is_number,
+    resolve,
+    scalar,
+)
+
+FunctionalKind = Literal["start", "end", "integral", "value", "start time", "end time", "peak"]
+Guess = Any  # number, (first, last), callable of time, or (times, values)
+
+
+@dataclass(frozen=True)
+class Bound:
+    """``lower <= expression <= upper``, with a name and a unit for messages.
+
+    In a phase it holds at all times, in a problem it bounds one number.  Equal bounds make an
+    equation.
+    """
+
+    name: str
+    expression: Any
+    unit: str = "1"
+    lower: Any = -math.inf
+    upper: Any = math.inf
+    scale: float | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "expression", scalar(self.expression, f"the bound '{self.name}'"))
+        check_interval(self.name, self.lower, self.upper)
+        if is_number(self.lower) and is_number(self.upper):
+            if math.isinf(self.lower) and math.isinf(self.upper):
+                raise StatementError(
+                    f"the bound '{self.name}' has neither a lower nor an upper limit; give one"
+                )
+
+    @property
+    def is_equation(self) -> bool:
+        """Whether lower and upper limit are the same."""
+        if is_number(self.lower) and is_number(self.upper):
+            return bool(self.lower == self.upper)
+        return self.lower is self.upper
+
+
+@dataclass(frozen=True, eq=False)
+class Functional(Symbol):
+    """A number that a trajectory has: an end value, an integral, a time, a peak.
+
+    ``pieces`` pairs phase names with expressions (one piece, except for a peak over phases).
+    """
+
+    name: str
+    unit: str
+    kind: FunctionalKind
+    pieces: tuple[tuple[str, ca.SX], ...]
+    at: float | None = None
+    absolute: bool = False
+    symbols: tuple[Symbol, ...] = ()
+    symbol: ca.SX = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        self._declare()
+
+
+@dataclass(frozen=True, eq=False)
+class Phase:
+    """A stretch of time with one set of dynamics.
+
+    Parameters
+    ----------
+    name : str
+    dynamics : mapping of State to expression
+        Time derivative of each state.
+    initial, final : mapping of State to number, expression of constants or (lower, upper)
+        Boundary values; a state left out is free.
+    start, end : number or Between
+        Initial and final time [s].
+    bounds : sequence of Bound
+        Path constraints; those whose limits agree are algebraic equations, imposed at the
+        collocation points.
+    guess : mapping of Signal to guess
+        A number, a pair (first, last), a callable of time (vectorised), or (times, values).
+
+    Raises
+    ------
+    StatementError
+        When something is missing, misspelt or contradicts itself.
+    """
+
+    name: str
+    dynamics: Mapping[State, Any]
+    initial: Mapping[State, Any] = field(default_factory=dict)
+    final: Mapping[State, Any] = field(default_factory=dict)
+    start: float | Between = 0.0
+    end: float | Between = 1.0
+    bounds: Sequence[Bound] = ()
+    guess: Mapping[Signal, Guess] = field(default_factory=dict)
+    _functionals: list[Functional] = field(init=False, repr=False, default_factory=list)
+
+    def __post_init__(self) -> None:
+        derivatives = {}
+        for state, rate in self.dynamics.items():
+            if not isinstance(state, State):
+                raise StatementError(
+                    f"the dynamics of phase '{self.name}' name {state!r}, which is no State"
+                )
+            derivatives[state] = scalar(rate, f"the derivative of '{state.name}'")
+        object.__setattr__(self, "dynamics", derivatives)
+        _check_times(self)
+        _check_boundary(self, "initial", self.initial)
+        _check_boundary(self, "final", self.final)
+        _check_symbols(self)
+
+    @cached_property
+    def symbols(self) -> tuple[Symbol, ...]:
+        """All declared symbols the phase's expressions depend on, in order of appearance."""
+        found: dict[Symbol, None] = {}
+        for state, rate in self.dynamics.items():
+            found[state] = None
+            for symbol in resolve(rate, f"the derivative of '{state.name}' in '{self.name}'"):
+                found[symbol] = None
+        for bound in self.bounds:
+            for expression in (bound.expression, bound.lower, bound.upper):
+                for symbol in resolve(expression, f"the bound '{bound.name}' in '{self.name}'"):
+                    found[symbol] = None
+        return tuple(found)
+
+    @property
+    def states(self) -> tuple[State, ...]:
+        """The states, in the order of the dynamics."""
+        return tuple(self.dynamics)
+
+    def signals(self, kind: type[Signal]) -> tuple[Any, ...]:
+        """The controls or algebraic signals that the phase and its functionals use."""
+        found: dict[Symbol, None] = dict.fromkeys(self.symbols)
+        for functional in self._functionals:
+            if all(name == self.name for name, _ in functional.pieces):
+                found.update(dict.fromkeys(functional.symbols))
+        return tuple(symbol for symbol in found if isinstance(symbol, kind))
+
+    def integral(self, expression: Any, name: str = "integral", unit: str = "1") -> Functional:
+        """Integral of an expression over the phase."""
+        return self._functional("integral", name, unit, expression)
+
+    def at_start(self, expression: Any) -> Functional:
+        """Value of an expression at the start of the phase."""
+        return self._functional("start", f"start of {self.name}", "1", expression)
+
+    def at_end(self, expression: Any) -> Functional:
+        """Value of an expression at the end of the phase."""
+        return self._functional("end", f"end of {self.name}", "1", expression)
+
+    def at(self, instant: float, expression: Any) -> Functional:
+        """Value of an expression at a given time [s] inside a phase of fixed times."""
+        if isinstance(self.start, Between) or isinstance(self.end, Between):
+            raise StatementError(
+                f"a value at {instant} s needs fixed times, but phase '{self.name}' has a free "
+                "one; split the phase there"
+            )
+        if not self.start <= instant <= self.end:
+            raise StatementError(
+                f"{instant} s lies outside phase '{self.name}' ({self.start} to {self.end} s)"
+            )
+        return self._functional("value", f"value at {instant} s", "1", expression, at=instant)
+
+    @cached_property
+    def start_time(self) -> Functional:
+        """The initial time [s]."""
+        return self._functional("start time", f"start of {self.name}", "s", 0)
+
+    @cached_property
+    def end_time(self) -> Functional:
+        """The final time [s]."""
+        return self._functional("end time", f"end of {self.name}", "s", 0)
+
+    @property
+    def duration(self) -> ca.SX:
+        """Final minus initial time [s]."""
+        return self.end_time - self.start_time
+
+    def peak(self, expression: Any, **options: Any) -> Functional:
+        """Largest value of an expression over this phase, see `peak`."""
+        return peak((self, expression), **options)
+
+    def _functional(
+        self, kind: FunctionalKind, name: str, unit: str, expression: Any, at: float | None = None
+    ) -> Functional:
+        sx = scalar(expression, f"the {name}")
+        made = Functional(
+            name, unit, kind, ((self.name, sx),), at, symbols=resolve(sx, f"the {name}")
+        )
+        self._functionals.append(made)
+        return made
+
+
+def peak(
+    *pieces: tuple[Phase, Any], name: str = "peak", unit: str = "1", absolute: bool = False
+) -> Functional:
+    """Largest value of expressions over all times of their phases.
+
+    Parameters
+    ----------
+    *pieces : (Phase, expression)
+        The peak is the largest over all of them.
+    absolute : bool
+        Take the largest absolute value.
+    """
+    if not pieces:
+        raise StatementError(f"the peak '{name}' has no (phase, expression) piece; give one")
+    sx = tuple((phase.name, scalar(e, f"the peak '{name}'")) for phase, e in pieces)
+    symbols = tuple(dict.fromkeys(s for _, e in sx for s in resolve(e, f"the peak '{name}'")))
+    made = Functional(name, unit, "peak", sx, absolute=absolute, symbols=symbols)
+    for phase, _ in pieces:
+        phase._functionals.append(made)
+    return made
+
+
+def joined(
+    first: Phase, second: Phase, jump: Mapping[State, Any] | None = None
+) -> tuple[Bound, ...]:
+    """Links that make time and shared states continuous from one phase to the next.
+
+    Parameters
+    ----------
+    jump : mapping of State to expression of the first phase's signals, optional
+        The value right after the instant, where it differs from the value right before.
+    """
+    after = dict(jump or {})
+    links = [
+        Bound(
+            f"time from {first.name} to {second.name}",
+            second.start_time - first.end_time, "s", 0, 0,
+        )
+    ]  # fmt: skip
+    for state in second.states:
+        if state in first.dynamics or state in after:
+            before = after.get(state, state)
+            links.append(
+                Bound(
+                    f"{state.name} from {first.name} to {second.name}",
+                    second.at_start(state) - first.at_end(before), state.unit, 0, 0,
+                )
+            )  # fmt: skip
+    return tuple(links)
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Phases, the bounds and links between them, and what to minimise or maximise.
+
+    Raises
+    ------
+    StatementError
+        When there is no or more than one objective, a name appears twice, or an expression uses
+        what the problem does not have.
+    """
+
+    name: str
+    phases: Sequence[Phase]
+    minimise: Any = None
+    maximise: Any = None
+    bounds: Sequence[Bound] = ()
+    links: Sequence[Bound] = ()
+
+    def __post_init__(self) -> None:
+        if isinstance(self.phases, Phase):
+            object.__setattr__(self, "phases", (self.phases,))
+        object.__setattr__(self, "phases", tuple(self.phases))
+        object.__setattr__(self, "bounds", tuple(self.bounds))
+        object.__setattr__(self, "links", tuple(self.links))
+        if (self.minimise is None) == (self.maximise is None):
+            raise StatementError(
+                f"problem '{self.name}' needs exactly one of minimise and maximise"
+            )
+        _check_names("phase", [phase.name for phase in self.phases], self.name)
+        symbols = self.symbols
+        for kind in (State, Control, Algebraic, Unknown, Constant):
+            _check_names(
+                kind.__name__, [s.name for s in symbols if type(s) is kind], self.name
+            )
+        for symbol in (*self.terminal_symbols,):
+            if isinstance(symbol, (Signal, Time)):
+                raise StatementError(
+                    f"the objective or a bound of problem '{self.name}' uses the signal "
+                    f"'{symbol.name}' as if it were a number; wrap it in at_start, at_end, at, "
+                    "integral or peak of a phase"
+                )
+        names = {phase.name for phase in self.phases}
+        for functional in self.functionals:
+            for phase_name, _ in functional.pieces:
+                if phase_name not in names:
+                    raise StatementError(
+                        f"'{functional.name}' belongs to phase '{phase_name}', which problem "
+                        f"'{self.name}' does not have; add the phase"
+                    )
+
+    @property
+    def objective(self) -> ca.SX:
+        """The expression to minimise (the negative of what is maximised)."""
+        if self.minimise is not None:
+            return scalar(self.minimise, "the objective")
+        return -scalar(self.maximise, "the objective")
+
+    @property
+    def sense(self) -> float:
+        """1 when minimising, -1 when maximising."""
+        return 1.0 if self.minimise is not None else -1.0
+
+    @cached_property
+    def terminal_symbols(self) -> tuple[Symbol, ...]:
+        """Symbols of the objective, the bounds and the links."""
+        found = dict.fromkeys(resolve(self.objective, "the objective"))
+        for bound in (*self.bounds, *self.links):
+            for expression in (bound.expression, bound.lower, bound.upper):
+                found.update(dict.fromkeys(resolve(expression, f"the bound '{bound.name}'")))
+        return tuple(found)
+
+    @cached_property
+    def functionals(self) -> tuple[Functional, ...]:
+        """The functionals in use."""
+        return tuple(s for s in self.terminal_symbols if isinstance(s, Functional))
+
+    @cached_property
+    def symbols(self) -> tuple[Symbol, ...]:
+        """All declared symbols in use."""
+        found: dict[Symbol, None] = {}
+        for phase in self.phases:
+            found.update(dict.fromkeys(phase.symbols))
+            for values in (phase.initial, phase.final):
+                for value in values.values():
+                    for item in value if isinstance(value, tuple) else (value,):
+                        found.update(dict.fromkeys(resolve(item, "a boundary value")))
+        for functional in self.functionals:
+            found.update(dict.fromkeys(functional.symbols))
+        found.update(dict.fromkeys(self.terminal_symbols))
+        for signal in list(found):
+            if isinstance(signal, (Signal, Unknown)):
+                for limit in (signal.lower, signal.upper):
+                    found.update(dict.fromkeys(resolve(limit, f"a bound of '{signal.name}'")))
+        return tuple(found)
+
+    @cached_property
+    def unknowns(self) -> tuple[Unknown, ...]:
+        """The static decision parameters."""
+        return tuple(s for s in self.symbols if isinstance(s, Unknown))
+
+    @cached_property
+    def constants(self) -> tuple[Constant, ...]:
+        """The named constants."""
+        return tuple(s for s in self.symbols if isinstance(s, Constant))
+
+    def phase(self, name: str) -> Phase:
+        """The phase of that name."""
+        return next(phase for phase in self.phases if phase.name == name)
+
+    def signals_of(self, phase: Phase, kind: type[Signal]) -> tuple[Any, ...]:
+        """Controls or algebraic signals of a phase, those of its functionals in use included."""
+        found: dict[Symbol, None] = dict.fromkeys(phase.symbols)
+        for functional in self.functionals:
+            for name, expression in functional.pieces:
+                if name == phase.name:
+                    found.update(dict.fromkeys(resolve(expression, functional.name)))
+        return tuple(symbol for symbol in found if isinstance(symbol, kind))
+
+
+def _check_names(what: str, names: list[str], problem: str) -> None:
+    twice = {name for name in names if names.count(name) > 1}
+    if twice:
+        raise StatementError(
+            f"problem '{problem}' has more than one {what} called '{sorted(twice)[0]}'; "
+            "rename one of them"
+        )
+
+
+def _check_times(phase: Phase) -> None:
+    for what, value in (("start", phase.start), ("end", phase.end)):
+        if not isinstance(value, Between):
+            if not isinstance(value, (int, float)) or not math.isfinite(value):
+                raise StatementError(
+                    f"the {what} of phase '{phase.name}' is {value!r}; give a finite number of "
+                    "seconds or Between(lower, upper)"
+                )
+    first = phase.start.lower if isinstance(phase.start, Between) else phase.start
+    last = phase.end.upper if isinstance(phase.end, Between) else phase.end
+    if not last > first:
+        raise StatementError(
+            f"phase '{phase.name}' ends at {last} s, not after its start at {first} s"
+        )
+
+
+def _check_boundary(phase: Phase, what: str, values: Mapping[State, Any]) -> None:
+    for state, value in values.items():
+        if state not in phase.dynamics:
+            raise StatementError(
+                f"phase '{phase.name}' has an {what} value for "
+                f"'{getattr(state, 'name', state)}' but no dynamics for it; add its derivative"
+            )
+        pair = value if isinstance(value, tuple) else (value, value)
+        if len(pair) != 2:
+            raise StatementError(
+                f"the {what} value of '{state.name}' is {value!r}; give a number or a pair "
+                "(lower, upper)"
+            )
+        check_interval(f"{what} {state.name}", *pair)
+        outside = [
+            v for v in pair
+            if is_number(v) and math.isfinite(v)
+            and ((is_number(state.lower) and v < state.lower)
+                 or (is_number(state.upper) and v > state.upper))
+        ]  # fmt: skip
+        if outside and not isinstance(value, tuple):
+            raise StatementError(
+                f"the {what} value {outside[0]} of '{state.name}' lies outside its bounds "
+                f"[{state.lower}, {state.upper}]; change one of them"
+            )
+
+
+def _check_symbols(phase: Phase) -> None:
+    for symbol in phase.symbols:
+        if isinstance(symbol, State) and symbol not in phase.dynamics:
+            raise StatementError(
+                f"phase '{phase.name}' uses the state '{symbol.name}' but has no dynamics for "
+                "it; add its derivative"
+            )
+        if isinstance(symbol, Functional):
+            raise StatementError(
+                f"phase '{phase.name}' uses '{symbol.name}', a number of the whole motion, in "
+                "its own expressions; bring it in as an Unknown linked by a Bound"
+            )
+
+
+def with_objective(
+    problem: Problem, minimise: Any, extra_bounds: Sequence[Bound] = ()
+) -> Problem:
+    """The same phases and links with another objective and further bounds."""
+    return Problem(
+        problem.name, problem.phases, minimise=minimise,
+        bounds=(*problem.bounds, *extra_bounds), links=problem.links,
+    )  # fmt: skip
+
+
+Law = Callable[[Any], Any]

@@ -1,0 +1,108 @@
+"""The objective, the bounds and the links of a problem: one kernel over end values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from ocp.blocks import Block
+from ocp.layout import PhaseLayout
+from ocp.limits import Limits
+from ocp.local import Context, Local, Point, sample_point
+from ocp.scaling import Scales
+from ocp.statement import Functional
+
+
+def terminal_block(
+    context: Context,
+    layouts: Sequence[PhaseLayout],
+    scales: Scales,
+    weights: Mapping[Functional, ca.SX],
+    peak_ids: Mapping[Functional, int],
+    rows: Limits,
+) -> Block:
+    """Objective (without inlined integrals), bounds and links."""
+    problem = context.problem
+    local = Local(1)
+    unknowns = context.unknowns(local)
+    named = {layout.phase.name: layout for layout in layouts}
+    values = [
+        ca.SX(0) if f in weights else _value(context, local, named, f, unknowns, scales, peak_ids)
+        for f in problem.functionals
+    ]
+    bounds = (*problem.bounds, *problem.links)
+    sizes = [scales.bounds["", b.name] for b in bounds]
+    expressions = [problem.objective / scales.objective]
+    expressions += [b.expression / size for b, size in zip(bounds, sizes, strict=True)]
+    inputs = [f.symbol for f in problem.functionals]
+    f = ca.Function(
+        "terminal",
+        [ca.vertcat(*inputs, ca.SX(0, 1)),
+         ca.vertcat(*[u.symbol for u in problem.unknowns], ca.SX(0, 1)), context.constants],
+        [ca.vertcat(*expressions)],
+    )  # fmt: skip
+    out = f(ca.vertcat(*values, ca.SX(0, 1)), unknowns, context.constants)
+    ids = rows.take(1, [(b.lower, b.upper, s) for b, s in zip(bounds, sizes, strict=True)])
+    return local.block(
+        "terminal", context.constants, out[0], [out[1:]] if bounds else [], ids,
+        lambda instance, row: f"'{bounds[row].name}'",
+    )  # fmt: skip
+
+
+def _value(
+    context: Context,
+    local: Local,
+    layouts: Mapping[str, PhaseLayout],
+    f: Functional,
+    unknowns: ca.SX,
+    scales: Scales,
+    peak_ids: Mapping[Functional, int],
+) -> Any:
+    """A functional as an expression of local variables."""
+    if f.kind == "peak":
+        return local.variables(np.array([[peak_ids[f]]]), [scales.functionals[f]])
+    name, expression = f.pieces[0]
+    layout = layouts[name]
+    if f.kind == "integral":
+        column = layout.totals[-1:, [layout.integrals.index(f)]]
+        return local.variables(column, [scales.functionals[f]])
+    if f.kind in ("start time", "end time"):
+        return _instant(local, layout, 0 if f.kind == "start time" else -1, scales)
+    if f.kind == "value":
+        phase, points = layout.phase, layout.mesh.breakpoints
+        at = (f.at - phase.start) / (phase.end - phase.start)  # type: ignore[operator]
+        node = int(np.argmin(np.abs(points - at)))
+    else:
+        node = 0 if f.kind == "start" else layout.intervals
+    point = _at_node(context, local, layout, node, unknowns, scales, f)
+    return context.expressions(layout, point, [expression])[0]
+
+
+def _instant(local: Local, layout: PhaseLayout, end: int, scales: Scales) -> Any:
+    if layout.clock is None:
+        phase = layout.phase
+        return ca.SX(float(phase.start if end == 0 else phase.end))  # type: ignore[arg-type]
+    return local.variables(layout.clock[[end]][None, :], [scales.time])
+
+
+def _at_node(
+    context: Context, local: Local, layout: PhaseLayout, node: int, unknowns: ca.SX,
+    scales: Scales, f: Functional,
+) -> Point:  # fmt: skip
+    """Signals at a breakpoint; controls as in the interval on its left (right at the start)."""
+    interval, tau = (0, 0.0) if node == 0 else (node - 1, 1.0)
+    group = next(g for g in layout.groups if interval in g.intervals)
+    sub, point = sample_point(
+        context, layout, group, np.array([interval]), np.array([tau])
+    )
+    used = {s.name for s in f.symbols}
+    if used & {c.name for c in layout.signals[len(layout.states) :]}:
+        local.absorb(sub)
+        return Point(point.signals, point.time, point.length, unknowns)
+    x = local.variables(layout.nodes[[node]], context.scales(layout.states))
+    rest = ca.SX.zeros(len(layout.signals) - len(layout.states))
+    t = f.at if f.kind == "value" else _instant(local, layout, 0 if node == 0 else -1, scales)
+    return Point(ca.vertcat(x, rest), t, ca.SX(0), unknowns)
