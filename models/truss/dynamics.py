@@ -61,7 +61,7 @@ def angular_acceleration(
     tension: Expression,
     net: Net = "by angle",
 ) -> Expression:
-    """Angular acceleration [rad/s^2] under the motor force `tension` [N] on each rope, (38); omega >= 0."""
+    """Angular acceleration [rad/s^2] under the motor force `tension` [N] on both ropes, (38)."""
     torque = (
         tension * rope_leverage(parameters, alpha)
         - inertia_slope(parameters, alpha) * omega**2 / 2

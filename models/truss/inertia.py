@@ -101,7 +101,7 @@ def reaction_force(
 
 
 def inertia_coefficients(parameters: TrussParameters) -> InertiaCoefficients:
-    """Return the constants of J, summed over the rods and joints of one module and over the ring."""
+    """Return the constants of J, summed over rods and joints of a module and over the ring."""
     nodes = module_nodes(parameters)
     n, side = parameters.modules, 2 * parameters.half_cross_bar
     corners = 1 / (2 * math.sin(math.pi / n) ** 2)  # sum |g_i|^2 / n

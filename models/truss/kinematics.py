@@ -4,7 +4,7 @@ Symbols: alpha [rad] deployment angle; omega [rad/s] and acc [rad/s^2] its time 
 e [m] slider-to-end distance; L [m] length of one rope; a, b, c, d [m] bar, half cross-bar,
 crank, link; n modules; beta = 2 pi/n. A prime is a derivative with respect to alpha.
 
-Every function takes numbers or CasADi expressions and returns the like.
+Every function takes numbers or CasADi expressions; numbers come back as a float or a DM.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def module_nodes(parameters: TrussParameters) -> dict[int, Node]:
 
 
 def link_ratio(parameters: TrussParameters, alpha: Expression) -> Expression:
-    """Turning rate of the link per alpha, g = c cos(alpha) / sqrt(d^2 - c^2 sin(alpha)^2)."""
+    """Give the turning rate of the link per alpha, g = c cos(alpha) / sqrt(d^2 - c^2 sin(alpha)^2)."""
     c = parameters.crank
     return c * ca.cos(alpha) / _link_height(parameters, alpha)
 

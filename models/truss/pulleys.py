@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 
+import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -28,7 +29,7 @@ def pulley_loss_by_sum(
     angle, speed, tension : alpha [rad], omega [rad/s], T1 [N], shape (m,), omega >= 0.
     """
     alpha = np.atleast_1d(np.asarray(angle, dtype=float))
-    slope = slider_distance_slope(parameters, alpha).full().ravel()
+    slope = slider_distance_slope(parameters, ca.DM(alpha)).full().ravel()
     hauled = -slope * np.asarray(speed, dtype=float)  # by each sliding segment [m/s]
     wraps = (math.pi - alpha, math.pi - 2 * alpha, math.pi - alpha, math.pi + 0 * alpha)
     sliding = (1, 0, 0, 1)  # which of a module's segments change length

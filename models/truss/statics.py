@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import casadi as ca
+
 from models.peaks import dense_peak
 from models.truss.dynamics import static_force
 from models.truss.parameters import TrussParameters
@@ -20,7 +22,7 @@ class StaticPeak(NamedTuple):
 def static_peak(parameters: TrussParameters) -> StaticPeak:
     """Maximum of U'/f from stowed to open, at the truss's own pulley friction."""
     peak = dense_peak(
-        lambda alpha: static_force(parameters, alpha).full().ravel(),
+        lambda alpha: static_force(parameters, ca.DM(alpha)).full().ravel(),
         parameters.stowed_angle,
         math.pi / 2,
         breakpoints=(parameters.net_angle,),
