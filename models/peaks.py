@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from models.errors import require
 
-_CANDIDATES = 8  # grid maxima that are refined in each piece
-_ZOOMS = 8  # each narrows the bracket 20 times: 4e10 in all
-_ZOOM_POINTS = 41
+_CANDIDATES = 8  # highest grid maxima, all of which are refined
+_ZOOMS = 5  # each narrows the bracket 100 times: 1e10 in all
+_ZOOM_POINTS = 201
 
 
 class Peak(NamedTuple):
@@ -37,7 +37,7 @@ def dense_peak(
     ----------
     function : maps an array (m,) to values (m,); pass the absolute value where that is meant.
     breakpoints : points inside at which it need not be smooth; it is sampled piece by piece.
-    samples : points on each piece; the highest grid maxima are then refined by zooming in.
+    samples : points on each piece; the highest maxima among them are refined by zooming in.
 
     Raises
     ------
@@ -47,25 +47,24 @@ def dense_peak(
     require(start < end, f"the interval [{start:g}, {end:g}] is empty; give start < end.")
     require(samples >= 3, f"samples is {samples}; give at least 3.")
     inside = sorted({b for b in breakpoints if start < b < end})
-    edges = [start, *inside, end]
-    found = [
-        _zoom(function, low, high)
-        for left, right in itertools.pairwise(edges)
-        for low, high in _brackets(function, np.linspace(left, right, samples))
+    brackets = [
+        bracket
+        for left, right in itertools.pairwise([start, *inside, end])
+        for bracket in _brackets(function, np.linspace(left, right, samples))
     ]
-    return max(found, key=lambda peak: peak.value)
+    highest = sorted(brackets, reverse=True)[:_CANDIDATES]
+    return max((_zoom(function, low, high) for _, low, high in highest), key=lambda p: p.value)
 
 
 def _brackets(
     function: Callable[[NDArray[np.float64]], NDArray[np.float64]], grid: NDArray[np.float64]
-) -> list[tuple[float, float]]:
-    """Neighbours on both sides of the highest local maxima on the grid."""
+) -> list[tuple[float, float, float]]:
+    """Height and both neighbours of each local maximum on the grid."""
     values = np.asarray(function(grid), dtype=float)
     walled = np.concatenate([[-np.inf], values, [-np.inf]])
     tops = np.flatnonzero((values >= walled[:-2]) & (values >= walled[2:]))
-    highest = tops[np.argsort(-values[tops], kind="stable")][:_CANDIDATES]
-    last = grid.size - 1
-    return [(float(grid[max(k - 1, 0)]), float(grid[min(k + 1, last)])) for k in highest]
+    left, right = grid[np.maximum(tops - 1, 0)], grid[np.minimum(tops + 1, grid.size - 1)]
+    return list(zip(values[tops].tolist(), left.tolist(), right.tolist(), strict=True))
 
 
 def _zoom(

@@ -53,7 +53,7 @@ def module_nodes(parameters: TrussParameters) -> dict[int, Node]:
 
 
 def link_ratio(parameters: TrussParameters, alpha: Expression) -> Expression:
-    """Give the turning rate of the link per alpha, g = c cos(alpha) / sqrt(d^2 - c^2 sin(alpha)^2)."""
+    """Turn of the link per alpha, g = c cos(alpha) / sqrt(d^2 - c^2 sin(alpha)^2)."""
     c = parameters.crank
     return c * ca.cos(alpha) / _link_height(parameters, alpha)
 

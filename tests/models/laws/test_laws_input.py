@@ -29,7 +29,7 @@ def test_bad_angles(angles):
 
 def test_infeasible_jerk_cap_names_the_least_feasible_one():
     least = 32 * 1.4 / 10.0**3
-    with pytest.raises(ModelError, match="raise it to at least 0.0448"):
+    with pytest.raises(ModelError, match=r"raise it to at least 0\.0448"):
         laws.JerkLimited(10.0, 0.1, 1.5, 0.99 * least)
     for jerk in (0.0, -1.0, math.nan, math.inf):
         with pytest.raises(ModelError, match="jerk cap"):

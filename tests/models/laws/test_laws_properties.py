@@ -1,5 +1,6 @@
 """Every law keeps its end conditions and its derivatives are those of its angle."""
 
+import itertools
 import math
 
 import numpy as np
@@ -67,7 +68,7 @@ def test_derivatives(law):
     """On each smooth piece, integrals of a derivative are differences of what it derives."""
     x, w = np.polynomial.legendre.leggauss(12)  # exact for polynomials up to degree 23
     edges = [0.0, *law.breakpoints, law.duration]
-    for low, high in zip(edges[:-1], edges[1:], strict=True):
+    for low, high in itertools.pairwise(edges):
         # Just inside, so that a jump of the jerk does not enter.
         a, b = low + 1e-9 * (high - low), high - 1e-9 * (high - low)
         ends, inner = law.motion([a, b]), law.motion((a + b) / 2 + (b - a) / 2 * x)
@@ -82,18 +83,19 @@ def test_derivatives(law):
 @given(any_laws())
 def test_breakpoints_lie_inside_and_increase(law):
     edges = [0.0, *law.breakpoints, law.duration]
-    assert all(low < high for low, high in zip(edges[:-1], edges[1:], strict=True))
+    assert all(low < high for low, high in itertools.pairwise(edges))
 
 
 @given(any_laws(), st.floats(0.0, 1.0))
-def test_angle_and_its_rates_are_continuous(law, where):
+def test_angle_and_speed_are_continuous(law, where):
     span = law.duration
     step = 1e-7 * span
     t = min(max(where * span, step), span - step)
     for at in (t, *law.breakpoints):
         motion = law.motion([at - step, at + step])
-        bound = max(1.0, laws.peaks(law).speed * span)
-        assert abs(np.diff(motion.angle)[0]) <= 1e-6 * bound
+        gap = np.diff([motion.angle, motion.speed * span], axis=1)
+        # Two steps of 1e-7 of the duration, at rates that these laws keep well below 1e3.
+        assert np.abs(gap).max() <= 2e-4
 
 
 @given(resting_laws())
@@ -122,16 +124,16 @@ def test_bezier_stays_in_the_hull_of_its_points(points, duration):
     assert angle.max() <= max(points) + 1e-12
 
 
-def test_a_table_of_a_law_gives_the_law_back():
-    law = laws.Step5(10.0, 0.1, 1.5)
+def test_a_table_of_a_smooth_law_gives_it_back_at_sixth_order():
+    law = laws.Bezier(10.0)
+    dense = np.linspace(0, 10, 777)
     errors = []
-    for count in (21, 41):  # both put a knot on the break of the law
+    for count in (21, 41):
         times = np.linspace(0, 10, count)
         table = laws.Tabulated(times, law.motion(times).angle)
-        dense = np.linspace(0, 10, 777)
         errors.append(np.abs(table.motion(dense).angle - law.motion(dense).angle).max())
-    assert errors[1] < 1e-6
-    assert errors[0] / errors[1] > 2**4  # the law is smooth but for its fourth derivative
+    order = np.log2(errors[0] / errors[1])
+    assert order == pytest.approx(6, abs=0.5)  # of quintic splines, before its limit
 
 
 def test_dwell_waits_then_plays():

@@ -75,37 +75,25 @@ class TrussTwin:
 
     def material(self, alpha):
         """Positions and masses of points that move as the whole truss: (m, 3), (m,)."""
+        parts = [part for i in range(self.p.modules) for part in self.parts(alpha, i)]
+        return np.array([place for place, _ in parts]), np.array([mass for _, mass in parts])
+
+    def parts(self, alpha, i):
+        """(position, mass) of what module i adds to the ring: its left column, or both."""
         p, m = self.p, self.p.joint_masses
-        points, masses = [], []
-
-        def point(position, mass):
-            points.append(position)
-            masses.append(mass)
-
-        def rod(start, end, length):
-            for s, weight in GAUSS:
-                point(start + s * (end - start), weight * p.linear_density * length)
-
-        for i in range(p.modules):
-            u = self.module(alpha, i)
-            for j, k in ((2, 3), (3, 4), (5, 6), (6, 1)):
-                rod(u[j], u[k], p.half_cross_bar)
-            for j, k in ((7, 8), (9, 10), (11, 12), (13, 14)):
-                rod(u[j], u[k], p.link)
-            for j in (3, 6):
-                point(u[j], m.middle)
-            for j in (7, 9, 11, 13):
-                point(u[j], m.crank)
-            columns = ((1, 2, 8, 10),)
-            if p.counting == "as printed":
-                columns = ((1, 2, 8, 10), (5, 4, 14, 12))
-            for head, foot, upper, lower in columns:
-                rod(u[head], u[foot], p.bar_length)
-                point(u[head], m.bar_end)
-                point(u[foot], m.bar_end)
-                point(u[upper], m.slider)
-                point(u[lower], m.slider)
-        return np.array(points), np.array(masses)
+        u = self.module(alpha, i)
+        columns = [(1, 2, 8, 10), (5, 4, 14, 12)][: 1 if p.counting == "once" else 2]
+        rods = [(j, k, p.half_cross_bar) for j, k in ((2, 3), (3, 4), (5, 6), (6, 1))]
+        rods += [(j, k, p.link) for j, k in ((7, 8), (9, 10), (11, 12), (13, 14))]
+        rods += [(head, foot, p.bar_length) for head, foot, _, _ in columns]
+        joints = [(j, m.middle) for j in (3, 6)] + [(j, m.crank) for j in (7, 9, 11, 13)]
+        for head, foot, upper, lower in columns:
+            joints += [(head, m.bar_end), (foot, m.bar_end), (upper, m.slider), (lower, m.slider)]
+        return [(u[j], mass) for j, mass in joints] + [
+            (u[j] + s * (u[k] - u[j]), weight * p.linear_density * length)
+            for j, k, length in rods
+            for s, weight in GAUSS
+        ]
 
     def inertia(self, alpha):
         """J and J'."""

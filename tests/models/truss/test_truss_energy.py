@@ -1,6 +1,7 @@
 """Motor work equals stored energy and losses along a motion, at every time."""
 
 import dataclasses
+import itertools
 import math
 
 import numpy as np
@@ -33,7 +34,7 @@ def integrals(parameters, law, times):
     x, w = np.polynomial.legendre.leggauss(24)
     sums = {0.0: np.zeros(3)}
     total = np.zeros(3)
-    for low, high in zip(edges[:-1], edges[1:], strict=True):
+    for low, high in itertools.pairwise(edges):
         h = evaluate(parameters, law, (low + high) / 2 + (high - low) / 2 * x)
         powers = np.stack([h.motor_power, h.joint_power, h.pulley_power])
         total = total + (high - low) / 2 * powers @ w
