@@ -124,8 +124,12 @@ class PhasePlane:
         high = static_peak(self.parameters).force  # suffices even at a crawl
         while high - low > LIMIT_TOLERANCE * high:
             middle = (low + high) / 2
-            low, high = (middle, high) if self.fastest(middle) is None else (low, middle)
+            low, high = (low, middle) if self._gets_through(middle) else (middle, high)
         return high
+
+    def _gets_through(self, force: float) -> bool:
+        """Whether constant `force` reaches the end of the stroke; braking early changes nothing."""
+        return not self._flow(force, self.parameters.stowed_angle, 0.0, sign=1.0).stalled
 
     def least_force(self, duration: float) -> LeastForce:
         """F that solves T_min(F) = duration [s], or the limit where T_min outlasts it."""
@@ -157,7 +161,8 @@ class PhasePlane:
         flow `below` is at rest there, so a flow that is driven always meets it or stalls.
         """
         net_angle = self.parameters.net_angle
-        goal = self.parameters.stowed_angle if below is None else BEYOND
+        goal = DEPLOYED if sign > 0 else self.parameters.stowed_angle
+        goal = goal if below is None else BEYOND
         pieces: list[Any] = []
         start, state, stalled = 0.0, (angle, speed), False
         nets: tuple[Net, ...] = ("slack", "taut") if sign > 0 else ("taut", "slack")
