@@ -95,20 +95,13 @@ class TrussTwin:
             for s, weight in GAUSS
         ]
 
-    def inertia(self, alpha):
-        """J and J'."""
+    def kinetics(self, alpha):
+        """J and J', and momentum per unit of omega and its derivative by alpha, (3,) each."""
         masses = self.material(alpha)[1]
         _, v, a = taylor(lambda z: self.material(z)[0], alpha)
-        return (
-            float(masses @ np.sum(v * v, axis=1)),
-            2 * float(masses @ np.sum(v * a, axis=1)),
-        )
-
-    def momentum(self, alpha):
-        """Linear momentum per unit of omega (3,) and its derivative by alpha (3,)."""
-        masses = self.material(alpha)[1]
-        _, v, a = taylor(lambda z: self.material(z)[0], alpha)
-        return masses @ v, masses @ a
+        inertia = masses @ np.sum(v * v, axis=1)
+        slope = 2 * masses @ np.sum(v * a, axis=1)
+        return inertia, slope, masses @ v, masses @ a
 
     def mass(self):
         return float(self.material(1.0)[1].sum())

@@ -35,10 +35,9 @@ def test_inertia_and_momentum(twin, modules, counting):
     other = twin(p)
     assert truss.total_mass(p) == close(other.mass())
     for alpha in ANGLES:
-        value, slope = other.inertia(alpha)
+        value, slope, momentum, rate = other.kinetics(alpha)
         assert truss.inertia(p, alpha) == close(value)
         assert truss.inertia_slope(p, alpha) == close(slope)
-        momentum, rate = other.momentum(alpha)
         centre = np.array([math.sin(math.pi / modules), math.cos(math.pi / modules), 0])
         # Directed to the centre: the sideways and vertical parts vanish.
         assert momentum == close(centre * truss.linear_momentum(p, alpha, 1.0))
@@ -91,7 +90,7 @@ def test_motion_is_the_lagrange_equation_of_the_twin(twin):
     p = truss_of(6, mu=0.01)
     other = twin(p)
     alpha, omega, acc = 1.45, 0.2, -0.4
-    inertia, slope = other.inertia(alpha)
+    inertia, slope, _, _ = other.kinetics(alpha)
     torque = inertia * acc + slope * omega**2 / 2 + other.damping(alpha) * omega
     force = (torque + other.potential(alpha)[1]) / other.rope(alpha)[2]
     assert truss.rope_force(p, alpha, omega, acc) == close(force)
