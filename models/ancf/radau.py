@@ -1,0 +1,95 @@
+"""Radau IIA collocation on the unit step, for q'' = a directly.
+
+Symbols: s stages, c nodes (s,), A Butcher matrix (s, s), lambda and T the eigenvalues and
+eigenvectors of A. The step from (q_0, v_0) with stage accelerations a_j is
+V_i = v_0 + h sum_j A_ij a_j,  Q_i = q_0 + h c_i v_0 + h^2 sum_j (A^2)_ij a_j;
+c_s = 1, so the last stage is the end of the step. The order is 2 s - 1, the method L-stable.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from math import factorial
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+
+from models.errors import ModelError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Radau:
+    """Tables of the method with `stages` stages (an odd number).
+
+    Attributes
+    ----------
+    nodes : (s,)
+    matrix, square : (s, s)
+        A and A^2.
+    values, vectors, inverse : complex (s,), (s, s), (s, s)
+        A = vectors diag(values) inverse; the real eigenvalue first, then one of each pair.
+    lagrange : (s, s)
+        Monomial coefficients (rows, degree 0 up) of the Lagrange polynomials (columns).
+    at_start : (s,)
+        Lagrange polynomials at 0.
+    """
+
+    nodes: Array
+    matrix: Array
+    square: Array
+    values: NDArray[np.complex128]
+    vectors: NDArray[np.complex128]
+    inverse: NDArray[np.complex128]
+    lagrange: Array
+    at_start: Array
+
+    @property
+    def stages(self) -> int:
+        """Number of stages s."""
+        return len(self.nodes)
+
+    def weights(self, theta: Array, integrals: int) -> Array:
+        """Lagrange polynomials, integrated 0, 1 or 2 times from 0, at `theta` (m,); (m, s)."""
+        powers = [
+            theta ** (k + integrals) * factorial(k) / factorial(k + integrals)
+            for k in range(self.stages)
+        ]
+        return np.stack(powers, axis=-1) @ self.lagrange
+
+
+@lru_cache(maxsize=8)
+def radau(stages: int) -> Radau:
+    """Tables of Radau IIA with 3, 5 or 7 stages (orders 5, 9, 13).
+
+    Raises
+    ------
+    ModelError
+        For another number of stages.
+    """
+    if stages not in (3, 5, 7):
+        raise ModelError(f"Radau stages is {stages}; use 3, 5 or 7.")
+    polynomial = np.zeros(stages + 1)
+    polynomial[-2:] = -1.0, 1.0
+    nodes = (1 + np.sort(legendre.legroots(polynomial))) / 2
+    nodes[-1] = 1.0
+    degrees = np.arange(stages)
+    lagrange = np.linalg.inv(nodes[:, None] ** degrees)
+    matrix = (nodes[:, None] ** (degrees + 1) / (degrees + 1)) @ lagrange
+    values, vectors = np.linalg.eig(matrix)
+    keep = np.flatnonzero(values.imag > -1e-12)
+    keep = keep[np.argsort(np.abs(values[keep].imag))]
+    inverse = np.linalg.inv(vectors)
+    return Radau(
+        nodes,
+        matrix,
+        matrix @ matrix,
+        values[keep],
+        vectors[:, keep],
+        inverse[keep],
+        lagrange,
+        lagrange[0].copy(),
+    )
