@@ -29,6 +29,7 @@ from models.truss.kinematics import (
     slider_distance_curvature,
     slider_distance_slope,
 )
+from models.truss.nodes import NodeMotion, node_motion, ring_positions
 from models.truss.parameters import (
     DYNAMIC_SET,
     KINEMATIC_SET,
@@ -49,6 +50,7 @@ __all__ = [
     "ForceCoefficients",
     "JointMasses",
     "Net",
+    "NodeMotion",
     "StaticPeak",
     "TrussMotion",
     "TrussParameters",
@@ -65,12 +67,14 @@ __all__ = [
     "least_peak_reaction",
     "least_peak_rope_acceleration",
     "linear_momentum",
+    "node_motion",
     "node_position",
     "potential",
     "potential_slope",
     "pulley_loss",
     "pulley_loss_by_sum",
     "reaction_force",
+    "ring_positions",
     "ring_radius",
     "rope_acceleration",
     "rope_force",
