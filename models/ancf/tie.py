@@ -51,7 +51,7 @@ class TieMap:
         for tie in self.ties:
             phi, w, dw = tie.joint.law(t)
             g, gd, gdd = (y[tie.b[0]].copy() for y in out)
-            u, ud, udd = self._direction(tie, phi, w, dw, out)
+            u, ud, udd = self.direction(tie, phi, w, dw, out)
             b = list(tie.b)
             x[b] = g * u
             xd[b] = gd * u + g * ud
@@ -59,7 +59,7 @@ class TieMap:
         return x, xd, xdd
 
     @staticmethod
-    def _direction(
+    def direction(
         tie: Tie, phi: Array, w: Array, dw: Array, xs: list[Array]
     ) -> tuple[Array, Array, Array]:
         """u = R(phi) a and its two time derivatives, (2, m)."""
