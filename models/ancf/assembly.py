@@ -98,10 +98,15 @@ class Assembly:
         pull = (slope * (self.weight[:, None] * force)).reshape(2 * len(self.axial), -1)
         return np.asarray(self.slope.T @ pull + self.bending @ x)
 
-    def tangent(self, x: Array) -> Array:
-        """Hessian of (6) at one configuration x (n,), dense (n, n) [N/m]."""
+    def tangent(self, x: Array, pull: Array | None = None) -> Array:
+        """Hessian of (6) at one configuration x (n,), dense (n, n) [N/m].
+
+        `pull` (G,) takes the place of the axial forces EA eps [N] where these are unknowns.
+        """
         slope = (self.slope @ x).reshape(2, -1)
-        force = self.weight * self.axial * 0.5 * ((slope**2).sum(axis=0) - 1.0)
+        if pull is None:
+            pull = self.axial * 0.5 * ((slope**2).sum(axis=0) - 1.0)
+        force = self.weight * pull
         n_e, n_g, _ = self.rows.shape
         pulled = self.rows[..., None] * slope.T.reshape(n_e, n_g, 1, 2)
         pulled = pulled.reshape(n_e, n_g, 8)

@@ -99,6 +99,17 @@ class TieMap:
         half = self.pull(at, wide, matrix)
         return self.pull(at[: len(half)], wide[:, : len(half)], half.T)
 
+    def curvature(self, t: float, force: Array) -> Array:
+        """Part f . d2x/dz2 of the stiffness for a force f (n,) on x, (n_z, n_z)."""
+        out = np.zeros((self.size, self.size))
+        for tie in self.ties:
+            if tie.a is not None:
+                phi = tie.joint.law(np.full(1, t))[0]
+                part = rotate(-phi, force[list(tie.b), None])[:, 0]
+                out[tie.b[0], list(tie.a)] = part
+                out[list(tie.a), tie.b[0]] = part
+        return out[np.ix_(self.keep, self.keep)]
+
     def drop(self, t: float, x: Array, rate: Array) -> tuple[Array, Array]:
         """z and its velocity from x and xdot that respect the ties at one instant."""
         z, v = x.copy(), rate.copy()

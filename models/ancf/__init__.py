@@ -1,0 +1,1 @@
+"""Planar ANCF beams: element, chains, simulation, modes and locks."""

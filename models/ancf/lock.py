@@ -1,0 +1,256 @@
+"""Locking of joints at the end of a motion, and what it leaves.
+
+A lock acts at once at the angle reached: positions are continuous, velocities are projected
+by the inelastic impulse M (v+ - v-) = Phi_q^T Lambda, the joint torque is zero afterwards.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve
+
+from models.ancf.assembly import dense
+from models.ancf.eliminated import Eliminated
+from models.ancf.integrator import Settings
+from models.ancf.joint import (
+    Driven,
+    Free,
+    Joint,
+    Locked,
+    check_joints,
+    joint_angles,
+    joint_rates,
+    quarter,
+)
+from models.ancf.link import Chain
+from models.ancf.modes import equilibrium
+from models.ancf.simulate import Simulation, simulate
+from models.ancf.state import State
+from models.errors import ModelError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Engagement:
+    """What a lock does.
+
+    Attributes
+    ----------
+    time : float
+        [s]
+    joints : tuple of Joint
+        Joints afterwards: the engaged ones Locked at the angle reached, others Free unless
+        locked before.
+    state : State
+        State right after.
+    impulse : (L,)
+        Angular impulse of each joint on the link after it [N m s].
+    lost_energy : float
+        Kinetic energy lost [J].
+    angle : (L,)
+        Joint angles reached [rad].
+    miss : dict
+        Angle reached less target of each engaged joint with a target [rad].
+    """
+
+    time: float
+    joints: tuple[Joint, ...]
+    state: State
+    impulse: Array
+    lost_energy: float
+    angle: Array
+    miss: dict[int, float]
+
+
+def engage(
+    chain: Chain,
+    joints: Sequence[Joint],
+    state: State,
+    engaged: Sequence[int],
+    *,
+    time: float = 0.0,
+    targets: Mapping[int, float] | None = None,
+    tolerance: float | None = None,
+) -> Engagement:
+    """Lock joints at the angles they have.
+
+    Parameters
+    ----------
+    chain : Chain
+    joints : sequence of Joint
+        What was done at the joints until then.
+    state : State
+        State right before.
+    engaged : sequence of int
+        Joints to lock.
+    time : float
+        [s]
+    targets : mapping, optional
+        Angle wanted of a joint [rad].
+    tolerance : float, optional
+        Largest miss that the lock accepts [rad]; any by default.
+
+    Raises
+    ------
+    ModelError
+        If a joint is missing, or misses its target by more than the tolerance.
+    """
+    joints, targets = list(check_joints(chain, joints)), targets or {}
+    angle = joint_angles(chain, state.q[:, None])[:, 0]
+    for k in engaged:
+        if not 0 <= k < len(joints) or not chain.pinned:
+            raise ModelError(f"engage: joint {k} cannot lock; the chain has {len(joints)} joints.")
+    miss = {k: _wrap(angle[k] - targets[k]) for k in engaged if k in targets}
+    for k, off in miss.items():
+        if tolerance is not None and abs(off) > tolerance:
+            raise ModelError(
+                f"engage: joint {k} is at {angle[k]:.6g} rad and misses the lock at "
+                f"{targets[k]:.6g} rad by {off:.2e} rad, more than {tolerance:.2e}; "
+                "change the law, the time or the tolerance."
+            )
+    after = tuple(
+        Locked(float(angle[k])) if k in engaged
+        else joint if isinstance(joint, Locked) else Free()
+        for k, joint in enumerate(joints)
+    )
+    form = Eliminated(chain, after)
+    asm, at = form.assembly, np.full(1, time)
+    x, before = asm.gather(state.q)[:, None], asm.gather(state.v)
+    mass = dense(asm.mass)
+    z = form.state(time, state.q, state.v)[0][:, None]
+    pulled = form.ties.pull(at, x, (mass @ before)[:, None])
+    rate = solve(form.ties.reduce(time, x[:, 0], mass), pulled, assume_a="pos")
+    q, v = form.nodes(at, z, rate)
+    kick = mass @ (asm.gather(v[:, 0]) - before)
+    impulse = np.zeros(len(joints))
+    for tie in form.ties.ties:
+        k = next(i for i, joint in enumerate(after) if joint is tie.joint)
+        b = list(tie.b)
+        impulse[k] = (quarter(x[b]) * kick[b, None]).sum()
+    now = asm.gather(v[:, 0])
+    lost = 0.5 * float(before @ mass @ before - now @ mass @ now)
+    return Engagement(time, after, State(q[:, 0], v[:, 0]), impulse, lost, angle, miss)
+
+
+def residual_energy(chain: Chain, joints: Sequence[Joint], state: State) -> float:
+    """Kinetic and potential energy of a state above the equilibrium of the locked chain [J]."""
+    form = Eliminated(chain, joints)
+    rest = state
+    if any(chain.gravity):
+        rest = equilibrium(chain, joints, state)
+    return _mechanical(form, state) - (_mechanical(form, rest) if rest is not state else 0.0)
+
+
+def _mechanical(form: Eliminated, state: State) -> float:
+    asm = form.assembly
+    x, v = asm.gather(state.q), asm.gather(state.v)
+    kinetic = 0.5 * float(v @ (asm.mass @ v))
+    return kinetic + float(asm.strain_energy(x[:, None])[0]) - float(asm.gravity @ x)
+
+
+@dataclass(frozen=True, eq=False)
+class LockedRun:
+    """A motion, its lock, and the motion that the lock leaves."""
+
+    before: Simulation
+    engagement: Engagement
+    after: Simulation | None
+    residual_energy: float
+
+
+def run_and_lock(
+    chain: Chain,
+    joints: Sequence[Joint],
+    state: State,
+    times: Array,
+    engaged: Sequence[int],
+    *,
+    after: Array | None = None,
+    targets: Mapping[int, float] | None = None,
+    tolerance: float | None = None,
+    settings: Settings | None = None,
+) -> LockedRun:
+    """Simulate to `times[-1]`, lock there, and simulate the locked chain at `after` if given.
+
+    `after` starts at `times[-1]`; for the other arguments see `simulate` and `engage`.
+    """
+    before = simulate(chain, joints, state, times, settings=settings)
+    lock = engage(
+        chain, joints, before.final, engaged,
+        time=float(times[-1]), targets=targets, tolerance=tolerance,
+    )
+    left = residual_energy(chain, lock.joints, lock.state)
+    rest = None
+    if after is not None:
+        rest = simulate(chain, lock.joints, lock.state, after, settings=settings)
+    return LockedRun(before, lock, rest, left)
+
+
+def latch_time(
+    chain: Chain,
+    joints: Sequence[Joint],
+    motion: Simulation,
+    joint: int,
+    target: float,
+    *,
+    tolerance: float = 1e-6,
+    settings: Settings | None = None,
+) -> tuple[float, State]:
+    """First time [s] at which a joint comes to a latch, and the state there.
+
+    Parameters
+    ----------
+    motion : Simulation
+        The motion of `chain` with `joints`, with output dense enough to show the approach.
+    joint : int
+    target : float
+        Angle of the latch [rad], as followed from the start without jumps.
+    tolerance : float
+        Distance at which the latch catches [rad].
+
+    Raises
+    ------
+    ModelError
+        If the joint does not arrive.
+    """
+    off = motion.joint_angles()[joint] - target
+    side = np.sign(off[0]) or 1.0
+    beyond = np.flatnonzero(side * off <= tolerance)
+    if not len(beyond):
+        best = int(np.argmin(np.abs(off)))
+        raise ModelError(
+            f"latch: joint {joint} comes no nearer than {abs(off[best]):.2e} rad to the latch at "
+            f"{target:.6g} rad (at t = {motion.times[best]:.4g} s); change the law or the target."
+        )
+    i = max(int(beyond[0]) - 1, 0)
+    state = State(motion.q[:, i], motion.v[:, i])
+    t = float(motion.times[i])
+    until = float(motion.times[beyond[0]])
+    for _ in range(20):
+        gap = _wrap(joint_angles(chain, state.q[:, None])[joint, 0] - target)
+        if abs(gap) <= tolerance:
+            return t, state
+        rate = float(joint_rates(chain, state.q[:, None], state.v[:, None])[joint, 0])
+        guess = t - gap / rate if rate * gap < 0 else until
+        step = float(np.clip(guess, t, until)) - t
+        moved = simulate(chain, joints, state, np.array([t, t + step]), settings=settings)
+        if side * _wrap(joint_angles(chain, moved.q[:, -1:])[joint, 0] - target) < -tolerance:
+            until = t + step / 2
+            continue
+        t, state = t + step, moved.final
+    raise ModelError(f"latch: joint {joint} is not caught near t = {t:.6g} s; raise the tolerance.")
+
+
+def _wrap(angle: float) -> float:
+    """Angle in (-pi, pi]."""
+    return float(np.angle(np.exp(1j * angle)))
+
+
+__all__ = [
+    "Driven", "Engagement", "LockedRun", "engage", "latch_time", "residual_energy", "run_and_lock",
+]
