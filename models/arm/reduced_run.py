@@ -1,0 +1,131 @@
+"""Numbers from the reduced arm: motion under torque laws, natural modes, lock."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+from scipy.linalg import eigh, solve
+
+from models.ancf.joint import Free, Locked, Torque
+from models.arm.reduced import ReducedArm
+from models.errors import ModelError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedMotion:
+    """Motion of a reduced arm: times (m,) [s], q and v (n, m), tip and elbow (2, m) [m]."""
+
+    model: ReducedArm
+    times: Array
+    q: Array
+    v: Array
+    tip: Array
+    elbow: Array
+
+
+def simulate_reduced(
+    model: ReducedArm,
+    q: Array,
+    times: Array,
+    *,
+    v: Array | None = None,
+    root: Torque | Free | None = None,
+    elbow: Torque | Free | None = None,
+    tolerance: float = 1e-10,
+) -> ReducedMotion:
+    """Integrate a reduced arm with an explicit method of order 8, between breakpoints.
+
+    Parameters
+    ----------
+    model : ReducedArm
+    q : (n,)
+        Coordinates at `times[0]`.
+    times : (m,)
+        Increasing instants [s].
+    v : (n,), optional
+        Rates, zero by default.
+    root, elbow : Torque, optional
+        Torques; none by default.
+    tolerance : float
+        Relative and absolute tolerance of the integrator.
+
+    Raises
+    ------
+    ModelError
+        If the integrator fails.
+    """
+    laws = [joint if isinstance(joint, Torque) else None for joint in (root, elbow)]
+    start, end = float(times[0]), float(times[-1])
+    breaks = {b for law in laws if law for b in law.breakpoints if start < b < end}
+    edges = sorted({start, end} | breaks)
+    state = np.concatenate((q, np.zeros(model.size) if v is None else v))
+    out = np.empty((2 * model.size, len(times)))
+    out[:, 0] = state
+    for lo, hi in zip(edges[:-1], edges[1:], strict=True):
+        inside = (times > lo) & (times <= hi)
+        asked = np.append(times[inside], hi)
+        edge = 1e-13 * max(1.0, abs(hi))
+
+        def rate(t: float, y: Array, lo: float = lo + edge, hi: float = hi - edge) -> Array:
+            at = np.clip(np.full(1, t), lo, hi)
+            tau = [0.0 if law is None else float(law.torque(at)[0]) for law in laws]
+            half = model.size
+            return np.concatenate((y[half:], model.dynamics(y[:half], y[half:], tau).full()[:, 0]))
+
+        done = solve_ivp(
+            rate, (lo, hi), state, method="DOP853", t_eval=np.unique(asked),
+            rtol=max(tolerance, 3e-14), atol=tolerance,
+        )
+        if not done.success:
+            raise ModelError(
+                f"simulate_reduced: stopped at t = {done.t[-1]:g} s ({done.message}); "
+                "raise the tolerance or declare a breakpoint."
+            )
+        out[:, inside], state = done.y[:, : inside.sum()], done.y[:, -1]
+    q_all, v_all = out[: model.size], out[model.size :]
+    nodes = model.to_nodes(q_all, v_all, 1)[0]
+    return ReducedMotion(model, times, q_all, v_all, nodes[12:14], nodes[4:6])
+
+
+def reduced_modes(model: ReducedArm, q: Array) -> tuple[Array, Array]:
+    """Frequencies (k,) [Hz] and shapes (n, k) at undeformed coordinates, rigid motions left out."""
+    mass, stiffness = (m.full() for m in model.linear(q))
+    squares, vectors = eigh(stiffness, mass)
+    elastic = squares > 1e-9 * squares[-1]
+    return np.sqrt(squares[elastic]) / (2 * pi), vectors[:, elastic]
+
+
+def lock_reduced(
+    model: ReducedArm, q: Array, v: Array, *, root: bool = False, elbow: bool = False
+) -> tuple[ReducedArm, Array, Array]:
+    """Lock joints at the angles reached: the locked model, its coordinates and its rates.
+
+    The rates are those after the inelastic impulse: J^T M J v+ = J^T M v, with J the tangent
+    of the locked coordinates in the free ones.
+    """
+    p = np.array(model.embed(q).full())[:, 0]
+    angle = float(model.elbow_angle(q))
+    locked = ReducedArm(
+        model.parameters, model.variant,
+        float(p[0]) if root else model.root_lock,
+        angle if elbow else model.elbow_lock,
+    )
+    kept = [model.coordinates.index(name) for name in locked.coordinates]
+    z = q[kept]
+    import casadi as ca
+
+    s = ca.SX.sym("s", locked.size)
+    all_six = ca.Function("p", [s], [ca.jacobian(locked.embed(s), s)])(z).full()
+    rows = [("theta1", "delta1", "psi1", "theta2", "delta2", "psi2").index(n) for n in model.coordinates]
+    J = all_six[rows]
+    mass = model.linear(q)[0].full()
+    return locked, z, solve(J.T @ mass @ J, J.T @ mass @ v, assume_a="pos")
+
+
+__all__ = ["Free", "Locked", "ReducedMotion", "lock_reduced", "reduced_modes", "simulate_reduced"]
