@@ -146,7 +146,7 @@ class _Integrator:
             form.factor(h * table.values)
             self.factored = h
         at = np.clip(t + h * table.nodes, *self.inside)
-        drift = z[:, None] + np.outer(v, h * table.nodes)
+        drift = z[:, None] + v[:, None] * (h * table.nodes)
         a, pull, last = a.copy(), pull.copy(), np.inf
         for _ in range(_ITERATIONS):
             self.steps.iterations += 1
@@ -174,12 +174,10 @@ class _Integrator:
         """Simplified Newton correction of all stages."""
         table = self.table
         mixed = rhs @ table.inverse.T
-        out = np.outer(self.form.solve(0, mixed[:, 0].real), table.vectors[:, 0].real)
+        mixed[:, 0] = self.form.solve(0, mixed[:, 0].real)
         for k in range(1, len(table.values)):
-            w = self.form.solve(k, mixed[:, k])
-            out += 2.0 * (np.outer(w.real, table.vectors[:, k].real)
-                          - np.outer(w.imag, table.vectors[:, k].imag))
-        return out
+            mixed[:, k] = self.form.solve(k, mixed[:, k])
+        return np.asarray((mixed @ table.joined).real)
 
     def _error(self, z: Array, v: Array, h: float, a0: Array, a: Array) -> float:
         """Local error over the tolerance: filtered misfit of the stage polynomial at the start."""

@@ -102,12 +102,12 @@ def slope_pair(chain: Chain, joint: int) -> tuple[slice | None, slice]:
 def rotate(phi: Array, a: Array) -> Array:
     """R(phi) a for vectors (2, m)."""
     c, s = np.cos(phi), np.sin(phi)
-    return np.stack((c * a[0] - s * a[1], s * a[0] + c * a[1]))
+    return np.array((c * a[0] - s * a[1], s * a[0] + c * a[1]))
 
 
 def quarter(a: Array) -> Array:
     """Counter-clockwise quarter turn of vectors (2, m)."""
-    return np.stack((-a[1], a[0]))
+    return np.array((-a[1], a[0]))
 
 
 def joint_angles(chain: Chain, q: Array) -> Array:

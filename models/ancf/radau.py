@@ -32,6 +32,8 @@ class Radau:
         A and A^2.
     values, vectors, inverse : complex (s,), (s, s), (s, s)
         A = vectors diag(values) inverse; the real eigenvalue first, then one of each pair.
+    joined : complex ((s + 1) / 2, s)
+        Real part of `w @ joined` sums the eigenvectors and their conjugates.
     lagrange : (s, s)
         Monomial coefficients (rows, degree 0 up) of the Lagrange polynomials (columns).
     at_start : (s,)
@@ -44,6 +46,7 @@ class Radau:
     values: NDArray[np.complex128]
     vectors: NDArray[np.complex128]
     inverse: NDArray[np.complex128]
+    joined: NDArray[np.complex128]
     lagrange: Array
     at_start: Array
 
@@ -83,13 +86,15 @@ def radau(stages: int) -> Radau:
     keep = np.flatnonzero(values.imag > -1e-12)
     keep = keep[np.argsort(np.abs(values[keep].imag))]
     inverse = np.linalg.inv(vectors)
+    twice = np.where(np.arange(len(keep)) == 0, 1.0, 2.0)
     return Radau(
-        nodes,
-        matrix,
-        matrix @ matrix,
-        values[keep],
-        vectors[:, keep],
-        inverse[keep],
-        lagrange,
-        lagrange[0].copy(),
+        nodes=nodes,
+        matrix=matrix,
+        square=matrix @ matrix,
+        values=values[keep],
+        vectors=vectors[:, keep],
+        inverse=inverse[keep],
+        joined=(vectors[:, keep] * twice).T,
+        lagrange=lagrange,
+        at_start=lagrange[0].copy(),
     )

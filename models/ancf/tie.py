@@ -64,7 +64,7 @@ class TieMap:
     ) -> tuple[Array, Array, Array]:
         """u = R(phi) a and its two time derivatives, (2, m)."""
         if tie.a is None:
-            u = np.stack((np.cos(phi), np.sin(phi)))
+            u = np.array((np.cos(phi), np.sin(phi)))
             n = quarter(u)
             return u, w * n, dw * n - w**2 * u
         u, ud, udd = (rotate(phi, y[list(tie.a)]) for y in xs)
@@ -86,18 +86,25 @@ class TieMap:
 
     def jacobian(self, t: float, x: Array) -> Array:
         """J = dx/dz (n, n_z) at one instant and configuration x (n,)."""
-        at = np.full(1, t)
-        return self.pull(np.repeat(at, self.size), np.repeat(x[:, None], self.size, 1),
-                         np.eye(self.size)).T
+        return self._columns(t, x, np.eye(self.size))
 
     def reduce(self, t: float, x: Array, matrix: Array) -> Array:
         """J^T S J of a symmetric matrix (n, n) at one instant."""
         if not self.ties:
             return matrix
-        at = np.full(self.size, t)
-        wide = np.repeat(x[:, None], self.size, axis=1)
-        half = self.pull(at, wide, matrix)
-        return self.pull(at[: len(half)], wide[:, : len(half)], half.T)
+        return self._columns(t, x, self._columns(t, x, matrix).T)
+
+    def _columns(self, t: float, x: Array, matrix: Array) -> Array:
+        """S J of a matrix with n columns."""
+        out = matrix.copy()
+        for tie in self.ties:
+            phi, b = tie.joint.law(np.full(1, t))[0][0], list(tie.b)
+            turn = np.array([[np.cos(phi), -np.sin(phi)], [np.sin(phi), np.cos(phi)]])
+            u = turn[:, 0] if tie.a is None else turn @ x[list(tie.a)]
+            if tie.a is not None:
+                out[:, list(tie.a)] += matrix[:, b] @ turn * ((x[b] @ u) / (u @ u))
+            out[:, tie.b[0]] = matrix[:, b] @ u
+        return out[:, self.keep]
 
     def curvature(self, t: float, force: Array) -> Array:
         """Part f . d2x/dz2 of the stiffness for a force f (n,) on x, (n_z, n_z)."""
@@ -129,5 +136,5 @@ class TieMap:
     @staticmethod
     def _before(tie: Tie, x: Array) -> Array:
         if tie.a is None:
-            return np.stack((np.ones(x.shape[1]), np.zeros(x.shape[1])))
+            return np.array((np.ones(x.shape[1]), np.zeros(x.shape[1])))
         return x[list(tie.a)]
