@@ -1,1 +1,32 @@
-"""Optimal control by direct collocation on CasADi and IPOPT."""
+"""Optimal control by direct collocation on CasADi and IPOPT.
+
+State a problem with `State`, `Control`, `Phase` and `Problem`, hand it to `solve`, and read the
+`Solution`, which has been refined, replayed by another integrator and checked between its points.
+"""
+
+from ocp.errors import (
+    Infeasible,
+    Interrupted,
+    InvalidNumber,
+    IterationLimit,
+    OcpError,
+    SolveFailed,
+    StatementError,
+    Unverified,
+)
+from ocp.ipopt import IpoptOptions
+from ocp.settings import Settings
+from ocp.solution import Round, Solution, Verification
+from ocp.solve import solve, solve_lexicographic
+from ocp.statement import Bound, Functional, Phase, Problem, joined, peak, with_objective
+from ocp.symbols import Algebraic, Between, Constant, Control, State, Unknown, time
+from ocp.trajectory import PhaseTrajectory, Trajectory
+from ocp.transcribe import Mesh
+
+__all__ = [
+    "Algebraic", "Between", "Bound", "Constant", "Control", "Functional", "Infeasible",
+    "Interrupted", "InvalidNumber", "IpoptOptions", "IterationLimit", "Mesh", "OcpError", "Phase",
+    "PhaseTrajectory", "Problem", "Round", "Settings", "Solution", "SolveFailed", "State",
+    "StatementError", "Trajectory", "Unknown", "Unverified", "Verification", "joined", "peak",
+    "solve", "solve_lexicographic", "time", "with_objective",
+]  # fmt: skip

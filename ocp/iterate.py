@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from ocp.guess import Start
 from ocp.layout import Group, PhaseLayout
-from ocp.symbols import Between
 from ocp.trajectory import PhaseTrajectory, Piece, Trajectory
 from ocp.transcribe import Transcription
 
@@ -54,15 +53,17 @@ def _fill_phase(x: Array, layout: PhaseLayout, start: Start) -> None:
     values = own.at_fractions(points)
     for j, state in enumerate(layout.states):
         x[layout.nodes[:, j]] = values[state.name]
+    inside = np.array([_INSIDE, 1.0 - _INSIDE])
+    ends = own.at_fractions((points[:-1, None] + inside * np.diff(points)[:, None]).ravel())
     for j, control in enumerate(layout.linear):
-        x[layout.knots[:, j]] = values[control.name]
+        x[layout.ramps[:, :, j]] = ends[control.name].reshape(-1, 2)
     middle = own.at_fractions(0.5 * (points[:-1] + points[1:]))
     for j, control in enumerate(layout.constant):
         x[layout.steps[:, j]] = middle[control.name]
-    if layout.clock is not None:
-        shares = points[layout.mesh.arc_ends]
-        begin, end = own.start, own.end
-        x[layout.clock] = begin + shares * (end - begin)
+    if layout.ends is not None:
+        x[layout.ends] = own.start, own.end
+    here = layout.moved >= 0
+    x[layout.moved[here]] = points[here]
 
 
 def _peak(
@@ -92,19 +93,19 @@ def trajectory_of(
         u.name: float(values[column])
         for u, column in zip(transcription.problem.unknowns, transcription.unknown_ids, strict=True)
     }
-    return Trajectory(phases, unknowns, dict(constants))
+    peaks = tuple(float(values[column]) for column in transcription.peak_ids.values())
+    return Trajectory(phases, unknowns, dict(constants), peaks)
 
 
 def _phase_trajectory(layout: PhaseLayout, values: Array) -> PhaseTrajectory:
     mesh = layout.mesh
-    if layout.clock is None:
-        ends = np.array([float(layout.phase.start), float(layout.phase.end)])  # type: ignore[arg-type]
-        breakpoints = ends[0] + mesh.breakpoints * (ends[1] - ends[0])
+    fractions, here = mesh.breakpoints.copy(), layout.moved >= 0
+    fractions[here] = values[layout.moved[here]]
+    if layout.ends is None:
+        begin, end = float(layout.phase.start), float(layout.phase.end)  # type: ignore[arg-type]
     else:
-        ends, (begin, _) = values[layout.clock], mesh.in_arc
-        arc = mesh.arc_of
-        left = ends[arc] + begin * np.diff(ends)[arc]
-        breakpoints = np.append(left, ends[-1])
+        begin, end = values[layout.ends]
+    breakpoints = begin + fractions * (end - begin)
 
     def piece(group: Group) -> Piece:
         return Piece(
@@ -117,9 +118,6 @@ def _phase_trajectory(layout: PhaseLayout, values: Array) -> PhaseTrajectory:
         *(tuple(s.name for s in signals) for signals in (
             layout.states, layout.constant, layout.linear, layout.polynomial,
             layout.algebraics)),
-        values[layout.steps], values[layout.knots],
+        values[layout.steps], values[layout.ramps],
         tuple(piece(group) for group in layout.groups),
     )  # fmt: skip
-
-
-__all__ = ["Between", "decision_vector", "trajectory_of"]

@@ -22,11 +22,12 @@ Integers = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Group:
-    """The intervals of one degree.
+    """The intervals of one degree whose breakpoints all stay, or all have a movable end.
 
     Attributes
     ----------
     intervals : (m,) their numbers.
+    moving : whether they have a movable end.
     support : (m, degree + 1, n_x) state unknowns at the support points.
     controls : (m, degree, n_p) polynomial controls at the collocation points.
     algebraics : (m, degree, n_z) algebraic signals at the collocation points.
@@ -34,6 +35,7 @@ class Group:
 
     scheme: Scheme
     intervals: Integers
+    moving: bool
     support: Integers
     controls: Integers
     algebraics: Integers
@@ -46,10 +48,11 @@ class PhaseLayout:
     Attributes
     ----------
     nodes : (N + 1, n_x) states at the breakpoints.
-    knots : (N + 1, n_l) piecewise linear controls at the breakpoints.
+    ramps : (N, 2, n_l) piecewise linear controls at both ends of each interval.
     totals : (N + 1, n_q) running values of integrals that enter non-linearly or in bounds.
     steps : (N, n_c) piecewise constant controls.
-    clock : (A + 1,) times of the arc ends, or None where they are fixed.
+    ends : (2,) initial and final time, or None where both are fixed.
+    moved : (N + 1,) breakpoints of moving intervals as fractions of the phase, -1 elsewhere.
     """
 
     phase: Phase
@@ -61,11 +64,12 @@ class PhaseLayout:
     algebraics: tuple[Algebraic, ...]
     integrals: tuple[Functional, ...]
     nodes: Integers
-    knots: Integers
+    ramps: Integers
     totals: Integers
     steps: Integers
     groups: tuple[Group, ...]
-    clock: Integers | None
+    ends: Integers | None
+    moved: Integers
     stop: int
 
     @property
@@ -103,7 +107,7 @@ def lay_out(
     n_z, n_q, count = len(algebraics), len(integrals), mesh.intervals
     schemes = {int(d): scheme(name, int(d)) for d in np.unique(mesh.degrees)}
     inner = {d: s.support.size - 1 - s.ends_on_support for d, s in schemes.items()}
-    sizes = np.array([n_x + n_l + n_q + n_c
+    sizes = np.array([n_x + 2 * n_l + n_q + n_c
                       + inner[int(d)] * n_x + schemes[int(d)].degree * (n_p + n_z)
                       for d in np.unique(mesh.degrees)])  # fmt: skip
     lengths = sizes[np.searchsorted(np.unique(mesh.degrees), mesh.degrees)]
@@ -114,9 +118,10 @@ def lay_out(
 
     nodes = at_breakpoints(0, n_x)
     groups = []
-    for degree, method in schemes.items():
-        own = np.flatnonzero(mesh.degrees == degree)
-        begin = offsets[own][:, None, None] + n_x + n_l + n_q + n_c
+    for degree, moving in sorted({*zip(mesh.degrees.tolist(), mesh.moving.tolist(), strict=True)}):
+        method = schemes[degree]
+        own = np.flatnonzero((mesh.degrees == degree) & (mesh.moving == moving))
+        begin = offsets[own][:, None, None] + n_x + n_q + 2 * n_l + n_c
         s, m = method.degree, inner[degree]
         block = begin + np.arange(m * n_x).reshape(m, n_x)
         support = [nodes[own][:, None, :], block]
@@ -124,19 +129,23 @@ def lay_out(
             support.append(nodes[own + 1][:, None, :])
         begin = begin + m * n_x
         groups.append(Group(
-            method, own, np.concatenate(support, axis=1),
+            method, own, moving, np.concatenate(support, axis=1),
             begin + np.arange(s * n_p).reshape(s, n_p),
             begin + s * n_p + np.arange(s * n_z).reshape(s, n_z),
         ))  # fmt: skip
-    stop = int(offsets[-1]) + n_x + n_l + n_q
-    free = isinstance(phase.start, Between) or isinstance(phase.end, Between) or mesh.movable
-    clock = None
-    if free:
-        clock = np.arange(stop, stop + mesh.arc_ends.size)
-        stop += mesh.arc_ends.size
+    stop = int(offsets[-1]) + n_x + n_q
+    ends = None
+    if isinstance(phase.start, Between) or isinstance(phase.end, Between):
+        ends = np.array([stop, stop + 1])
+        stop += 2
+    moved = np.full(count + 1, -1)
+    touched = np.flatnonzero(np.append(mesh.moving, False) | np.insert(mesh.moving, 0, False))
+    moved[touched] = stop + np.arange(touched.size)
+    stop += touched.size
     return PhaseLayout(
         phase, mesh, phase.states,
         *(tuple(c) for c in controls.values()), algebraics, integrals,
-        nodes, at_breakpoints(n_x, n_l), at_breakpoints(n_x + n_l, n_q),
-        at_breakpoints(n_x + n_l + n_q, n_c)[:-1], tuple(groups), clock, stop,
+        nodes, at_breakpoints(n_x + n_q, 2 * n_l)[:-1].reshape(count, 2, n_l),
+        at_breakpoints(n_x, n_q), at_breakpoints(n_x + n_q + 2 * n_l, n_c)[:-1],
+        tuple(groups), ends, moved, stop,
     )  # fmt: skip

@@ -118,23 +118,33 @@ class Context:
 
 
 def clock(
-    context: Context, layout: PhaseLayout, local: Local, intervals: Integers, tau: Array
-) -> tuple[Any, Any]:
-    """Time and interval length at local times ``tau`` (instances,) of the intervals."""
-    begin, length = (part[intervals] for part in layout.mesh.in_arc)
-    if layout.clock is None:
-        phase, points = layout.phase, layout.mesh.breakpoints
+    context: Context, layout: PhaseLayout, local: Local, group: Group, intervals: Integers,
+    tau: Array,
+) -> tuple[Any, Any]:  # fmt: skip
+    """Time and interval length at local times ``tau`` (instances,) of the group's intervals."""
+    phase, points = layout.phase, layout.mesh.breakpoints
+    if layout.ends is None and not group.moving:  # all known: plain numbers
         span = float(phase.end) - float(phase.start)  # type: ignore[arg-type]
         h = np.diff(points)[intervals] * span
         t = float(phase.start) + points[intervals] * span + tau * h  # type: ignore[arg-type]
         d = local.data(np.stack([t, h], axis=1))
         return d[0], d[1]
-    arc = layout.mesh.arc_of[intervals]
-    ids = np.stack([layout.clock[arc], layout.clock[arc + 1]], axis=1)
-    ends = local.variables(ids, [context.time_scale] * 2)
-    d = local.data(np.stack([begin + length * tau, length], axis=1))
-    span = ends[1] - ends[0]
-    return ends[0] + d[0] * span, d[1] * span
+    if group.moving:
+        ids = np.stack([layout.moved[intervals], layout.moved[intervals + 1]], axis=1)
+        sides = local.variables(ids, [1.0, 1.0])
+        at = sides[0] + local.data(tau[:, None]) * (sides[1] - sides[0])
+        length = sides[1] - sides[0]
+    else:
+        d = local.data(np.stack([points[intervals] + tau * np.diff(points)[intervals],
+                                 np.diff(points)[intervals]], axis=1))  # fmt: skip
+        at, length = d[0], d[1]
+    if layout.ends is None:
+        begin: Any = float(phase.start)  # type: ignore[arg-type]
+        span = float(phase.end) - begin  # type: ignore[arg-type]
+    else:
+        ends = local.variables(layout.ends[None, :], [context.time_scale] * 2)
+        begin, span = ends[0], ends[1] - ends[0]
+    return begin + at * span, length * span
 
 
 def collocation_point(
@@ -175,7 +185,7 @@ def collocation_point(
         ),
     ]
     z = local.variables(group.algebraics.reshape(m * s, -1), context.scales(layout.algebraics))
-    t, h = clock(context, layout, local, intervals, tau)
+    t, h = clock(context, layout, local, group, intervals, tau)
     point = Point(ca.vertcat(x, *controls, z), t, h, context.unknowns(local), rate)
     return local, point, weight
 
@@ -202,7 +212,7 @@ def sample_point(
         interpolated(group.controls, layout.polynomial, method.points),
     ]
     z = interpolated(group.algebraics, layout.algebraics, method.points)
-    t, h = clock(context, layout, local, intervals, tau)
+    t, h = clock(context, layout, local, group, intervals, tau)
     return local, Point(ca.vertcat(x, *controls, z), t, h, context.unknowns(local))
 
 
@@ -212,7 +222,7 @@ def _linear(
     if not layout.linear:
         return ca.SX(0, 1)
     scales = context.scales(layout.linear)
-    left = local.variables(layout.knots[intervals], scales)
-    right = local.variables(layout.knots[intervals + 1], scales)
+    left = local.variables(layout.ramps[intervals, 0], scales)
+    right = local.variables(layout.ramps[intervals, 1], scales)
     d = local.data(np.stack([1.0 - tau, tau], axis=1))
     return d[0] * left + d[1] * right

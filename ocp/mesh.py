@@ -21,8 +21,8 @@ class PhaseMesh:
     ----------
     breakpoints : (N + 1,) fractions of the phase, from 0 to 1.
     degrees : (N,) collocation points of each interval.
-    movable : (m,) indices of inner breakpoints that the optimiser may move; between two of them
-        (an "arc") the intervals keep their proportions.
+    movable : (m,) indices of inner breakpoints that the optimiser may move between their
+        neighbours.
     """
 
     breakpoints: Array
@@ -49,25 +49,11 @@ class PhaseMesh:
         return len(self.breakpoints) - 1
 
     @property
-    def arc_ends(self) -> Integers:
-        """(A + 1,) breakpoint indices at which the arcs begin and end."""
-        return np.array([0, *sorted(self.movable), self.intervals], dtype=np.int64)
-
-    @property
-    def arc_of(self) -> Integers:
-        """(N,) arc of each interval."""
-        return np.searchsorted(self.arc_ends, np.arange(self.intervals), side="right") - 1
-
-    @property
-    def in_arc(self) -> tuple[Array, Array]:
-        """Start and length of each interval as fractions of its arc, shape (N,) each."""
-        ends = self.breakpoints[self.arc_ends]
-        left, length = ends[:-1][self.arc_of], np.diff(ends)[self.arc_of]
-        return (self.breakpoints[:-1] - left) / length, np.diff(self.breakpoints) / length
-
-    def moved(self, breakpoints: Array) -> PhaseMesh:
-        """The same mesh with other breakpoints."""
-        return replace(self, breakpoints=breakpoints)
+    def moving(self) -> NDArray[np.bool_]:
+        """(N,) whether an interval has a movable end."""
+        free = np.zeros(self.intervals + 1, dtype=bool)
+        free[list(self.movable)] = True
+        return np.asarray(free[:-1] | free[1:])
 
     def frozen(self) -> PhaseMesh:
         """The same mesh without movable breakpoints."""

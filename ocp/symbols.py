@@ -92,9 +92,9 @@ class Algebraic(Signal):
 class Control(Signal):
     """A signal that the optimiser chooses.
 
-    ``shape`` says how it may vary within a mesh interval: "constant"; "linear" (continuous,
-    piecewise linear); or "polynomial" (of the transcription's degree, free to jump between
-    intervals).  The first two keep their bounds in continuous time by construction.
+    ``shape`` says how it may vary within a mesh interval: "constant"; "linear"; or
+    "polynomial" (of the transcription's degree).  All may jump between intervals.  The first two
+    keep their bounds in continuous time by construction.
     """
 
     shape: ControlShape | None = None

@@ -82,10 +82,10 @@ def _value(
 
 
 def _instant(local: Local, layout: PhaseLayout, end: int, scales: Scales) -> Any:
-    if layout.clock is None:
+    if layout.ends is None:
         phase = layout.phase
         return ca.SX(float(phase.start if end == 0 else phase.end))  # type: ignore[arg-type]
-    return local.variables(layout.clock[[end]][None, :], [scales.time])
+    return local.variables(layout.ends[[end]][None, :], [scales.time])
 
 
 def _at_node(

@@ -47,7 +47,7 @@ class PhaseTrajectory:
     breakpoints : (N + 1,) times [s].
     states, constant, linear, polynomial, algebraics : names of the signals of each kind.
     steps : (N, n_c) values of piecewise constant controls.
-    knots : (N + 1, n_l) values of piecewise linear controls.
+    ramps : (N, 2, n_l) end values of piecewise linear controls.
     pieces : polynomial values, by degree.
     """
 
@@ -60,7 +60,7 @@ class PhaseTrajectory:
     polynomial: tuple[str, ...]
     algebraics: tuple[str, ...]
     steps: Array
-    knots: Array
+    ramps: Array
     pieces: tuple[Piece, ...]
 
     @property
@@ -114,8 +114,8 @@ class PhaseTrajectory:
             inner = lagrange(method.points, tau[here])
             p[here] = _combine(inner, piece.controls[row])
             z[here] = _combine(inner, piece.algebraics[row])
-        knots = self.knots[k] * (1.0 - tau)[:, None] + self.knots[k + 1] * tau[:, None]
-        return np.hstack([x, self.steps[k], knots, p, z])
+        ramps = self.ramps[k, 0] * (1.0 - tau)[:, None] + self.ramps[k, 1] * tau[:, None]
+        return np.hstack([x, self.steps[k], ramps, p, z])
 
     def rates(self, intervals: Integers, tau: Array) -> Array:
         """Time derivatives of the state polynomials, shape (m, n_x)."""
@@ -146,11 +146,12 @@ def _combine(weights: Array, values: Array) -> Array:
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Phases in order, static unknowns and constants by name."""
+    """Phases in order, static unknowns and constants by name, peaks in the problem's order."""
 
     phases: tuple[PhaseTrajectory, ...]
     unknowns: Mapping[str, float] = field(default_factory=dict)
     constants: Mapping[str, float] = field(default_factory=dict)
+    peaks: tuple[float, ...] = ()
 
     def phase(self, name: str) -> PhaseTrajectory:
         """The phase of that name."""

@@ -25,7 +25,7 @@ from ocp.terminal import terminal_block
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
-_SHORTEST_ARC = 0.02
+_SHORTEST = 0.02
 
 
 @dataclass(frozen=True)
@@ -198,9 +198,9 @@ def _column_limits(
                 if value is not None:
                     pair = value if isinstance(value, tuple) else (value, value)
                     put(layout.nodes[node, j], *pair, size)
-        for signals, ids in ((layout.constant, layout.steps), (layout.linear, layout.knots)):
+        for signals, ids in ((layout.constant, layout.steps), (layout.linear, layout.ramps)):
             for j, control in enumerate(signals):
-                put(ids[:, j], control.lower, control.upper, scales.signals[control.name])
+                put(ids[..., j], control.lower, control.upper, scales.signals[control.name])
         for group in layout.groups:
             for signals, ids in ((layout.polynomial, group.controls),
                                  (layout.algebraics, group.algebraics)):  # fmt: skip
@@ -209,12 +209,14 @@ def _column_limits(
         for j, f in enumerate(layout.integrals):
             put(layout.totals[1:, j], -np.inf, np.inf, scales.functionals[f])
             put(layout.totals[0, j], 0.0, 0.0, scales.functionals[f])
-        if layout.clock is not None:
-            put(layout.clock, -np.inf, np.inf, scales.time)
-            for end, value in ((0, phase.start), (-1, phase.end)):
+        if layout.ends is not None:
+            for column, value in zip(layout.ends, (phase.start, phase.end), strict=True):
                 free = isinstance(value, Between)
                 low, high = (value.lower, value.upper) if free else (value, value)  # type: ignore[union-attr]
-                put(layout.clock[end], low, high, scales.time)
+                put(column, low, high, scales.time)
+        for i in np.flatnonzero(layout.moved >= 0):
+            at = float(layout.mesh.breakpoints[i])
+            put(layout.moved[i], *((0.0, 1.0) if i in layout.mesh.movable else (at, at)), 1.0)
     for unknown, column in zip(problem.unknowns, unknown_ids, strict=True):
         put(column, unknown.lower, unknown.upper, scales.unknowns[unknown.name])
     for f, column in peak_ids.items():
@@ -341,18 +343,23 @@ def _connection_blocks(
         blocks.append(local.block(
             f"{phase.name}: integrals", context.constants, 0, [right - left], totals,
             _simple_label(f"an integral in phase '{phase.name}'")))  # fmt: skip
-    if layout.clock is not None:
-        arcs = layout.clock.size - 1
-        local = Local(arcs)
-        ends = local.variables(np.stack([layout.clock[:-1], layout.clock[1:]], 1), [1.0, 1.0])
-        shares = np.diff(layout.mesh.breakpoints[layout.mesh.arc_ends])
-        d = local.data(shares[:, None])
-        span = local.variables(layout.clock[[0, -1]][None, :], [1.0, 1.0])
-        row = (ends[1] - ends[0]) - (_SHORTEST_ARC * d * (span[1] - span[0]) if arcs > 1 else 0)
-        ids = rows.take(arcs, [(0.0, np.inf, 1.0)])
+    if layout.ends is not None:
+        local = Local(1)
+        ends = local.variables(layout.ends[None, :], [1.0, 1.0])
         blocks.append(local.block(
-            f"{phase.name}: arcs", context.constants, 0, [row], ids,
+            f"{phase.name}: duration", context.constants, 0, [ends[1] - ends[0]],
+            rows.take(1, [(0.0, np.inf, 1.0)]),
             _simple_label(f"duration of phase '{phase.name}'")))  # fmt: skip
+    moving = np.flatnonzero(layout.mesh.moving)
+    if moving.size:
+        local = Local(moving.size)
+        sides = local.variables(
+            np.stack([layout.moved[moving], layout.moved[moving + 1]], axis=1), [1.0, 1.0])  # fmt: skip
+        width = local.data(np.diff(layout.mesh.breakpoints)[moving][:, None])
+        blocks.append(local.block(
+            f"{phase.name}: breakpoints", context.constants, 0,
+            [(sides[1] - sides[0]) / width], rows.take(moving.size, [(_SHORTEST, np.inf, 1.0)]),
+            _simple_label(f"order of the breakpoints in phase '{phase.name}'")))  # fmt: skip
     return blocks
 
 

@@ -1,0 +1,111 @@
+"""What happens between the collocation points: peaks, path constraints, dynamics."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocp.continuous import Continuous
+from ocp.evaluate import Evaluator
+from ocp.guess import evaluate_limit
+from ocp.statement import Functional
+from ocp.trajectory import Trajectory
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+_POINTS = 16
+_ZOOMS = 5
+
+
+@dataclass(frozen=True)
+class Extremes:
+    """The largest value of an expression in each interval.
+
+    Attributes
+    ----------
+    values, tau : (N,) the value and the local time at which it is taken.
+    """
+
+    values: Array
+    tau: Array
+
+
+def maxima(function: Callable[[Integers, Array], Array], intervals: int) -> Extremes:
+    """Largest value in every interval by dense sampling and repeated zooming in.
+
+    `function` takes intervals and local times, (m,) each, and returns (m,) values.
+    """
+    everyone = np.arange(intervals)
+    grid = 0.5 - 0.5 * np.cos(np.pi * np.arange(_POINTS) / (_POINTS - 1))
+    tau = np.broadcast_to(grid, (intervals, _POINTS))
+    best, at = np.full(intervals, -np.inf), np.zeros(intervals)
+    for _ in range(_ZOOMS):
+        k = np.repeat(everyone, tau.shape[1])
+        values = function(k, tau.ravel()).reshape(tau.shape)
+        values = np.where(np.isfinite(values), values, np.inf)
+        i = np.argmax(values, axis=1)
+        top = values[everyone, i]
+        better = top > best
+        best, at = np.where(better, top, best), np.where(better, tau[everyone, i], at)
+        low = tau[everyone, np.maximum(i - 1, 0)]
+        high = tau[everyone, np.minimum(i + 1, tau.shape[1] - 1)]
+        tau = low[:, None] + np.linspace(0.0, 1.0, 9) * (high - low)[:, None]
+    return Extremes(best, at)
+
+
+def constraint_excess(
+    evaluator: Evaluator, trajectory: Trajectory, phase: str, constraint: Continuous,
+    peaks: dict[Functional, float],
+) -> Extremes:  # fmt: skip
+    """How far a continuous constraint is exceeded in each interval, in units of its scale."""
+    lower = evaluate_limit(constraint.lower, trajectory.constants)
+    upper = evaluate_limit(constraint.upper, trajectory.constants)
+    if constraint.peak is not None:
+        upper = peaks[constraint.peak]
+
+    def excess(intervals: Integers, tau: Array) -> Array:
+        values = constraint.sign * evaluator.values(
+            trajectory, phase, [constraint.expression], intervals, tau
+        ).ravel()
+        return np.asarray(np.maximum(values - upper, lower - values) / constraint.scale)
+
+    return maxima(excess, len(trajectory.phase(phase).breakpoints) - 1)
+
+
+def dense_peak(evaluator: Evaluator, trajectory: Trajectory, functional: Functional) -> float:
+    """A peak evaluated between the points, over all its phases."""
+    best = -np.inf
+    for name, expression in functional.pieces:
+
+        def value(k: Integers, tau: Array, n: str = name, e: Any = expression) -> Array:
+            found = evaluator.values(trajectory, n, [e], k, tau).ravel()
+            return np.abs(found) if functional.absolute else found
+
+        count = len(trajectory.phase(name).breakpoints) - 1
+        best = max(best, float(maxima(value, count).values.max()))
+    return best
+
+
+def dynamics_error(
+    evaluator: Evaluator, trajectory: Trajectory, phase: str, sizes: Sequence[float]
+) -> Array:
+    """Integrated residual of the dynamics in each interval relative to the states' sizes, (N,).
+
+    The residual ``|x' - f|`` of the collocation polynomial is integrated by Gauss quadrature of
+    one point more than the degree (Betts, "Practical Methods for Optimal Control", sec. 4.7).
+    """
+    own = trajectory.phase(phase)
+    nodes, weights = np.polynomial.legendre.leggauss(int(own.degrees.max()) + 2)
+    count = len(own.breakpoints) - 1
+    k, tau = np.repeat(np.arange(count), nodes.size), np.tile(0.5 * (nodes + 1.0), count)
+    rates = list(evaluator.phase_of(phase).dynamics.values())
+    given = evaluator.values(trajectory, phase, rates, k, tau)
+    residual = np.abs(own.rates(k, tau) - given) / np.asarray(sizes)
+    steps = np.diff(own.breakpoints)
+    summed = np.einsum("kqs,q->ks", residual.reshape(count, nodes.size, -1), 0.5 * weights)
+    error = (summed * steps[:, None]).max(axis=1)
+    return np.where(np.isfinite(error), error, np.inf)

@@ -1,0 +1,200 @@
+"""Mesh refinement: what is wrong between the points, and the next mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocp.between import Extremes, constraint_excess, dynamics_error
+from ocp.evaluate import Evaluator
+from ocp.guess import evaluate_limit
+from ocp.mesh import PhaseMesh
+from ocp.settings import Settings
+from ocp.switches import Jump, control_errors, control_samples, jumps, settled, with_jumps
+from ocp.trajectory import PhaseTrajectory, Trajectory
+from ocp.transcribe import Extra, Mesh, Transcription
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class PhaseAssessment:
+    """Errors of one phase, per interval.
+
+    Attributes
+    ----------
+    dynamics, control : (N,) relative errors.
+    excess : one `Extremes` a continuous constraint, relative to its scale.
+    jumps : found jumps of the controls.
+    """
+
+    dynamics: Array
+    control: Array
+    excess: tuple[Extremes, ...]
+    jumps: tuple[Jump, ...]
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """Errors of a solved mesh round between its points."""
+
+    phases: tuple[PhaseAssessment, ...]
+
+    @property
+    def dynamics(self) -> float:
+        """Largest error of the dynamics."""
+        return max(float(p.dynamics.max()) for p in self.phases)
+
+    @property
+    def excess(self) -> float:
+        """Largest excess of a continuous constraint."""
+        return max((float(e.values.max()) for p in self.phases for e in p.excess), default=0.0)
+
+
+def assess(
+    transcription: Transcription, trajectory: Trajectory, evaluator: Evaluator
+) -> Assessment:
+    """Evaluate a round's solution between its points."""
+    peaks = dict(zip(transcription.peak_ids, trajectory.peaks, strict=True))
+    phases = []
+    for layout, found, mesh in zip(
+        transcription.layouts, transcription.constraints, transcription.mesh.phases, strict=True
+    ):
+        own = trajectory.phase(layout.phase.name)
+        sizes = [transcription.scales.signals[s.name] for s in layout.states]
+        excess = tuple(
+            constraint_excess(evaluator, trajectory, own.name, c, peaks)
+            if not c.is_equation else _nothing(mesh.intervals)
+            for c in found
+        )  # fmt: skip
+        limits = {
+            c.name: (evaluate_limit(c.lower, trajectory.constants),
+                     evaluate_limit(c.upper, trajectory.constants))
+            for c in (*layout.constant, *layout.linear, *layout.polynomial)
+        }  # fmt: skip
+        fractions = (own.breakpoints - own.start) / (own.end - own.start)
+        all_jumps = [
+            jump for j, name in enumerate(own.controls)
+            for jump in jumps(*control_samples(own, j), fractions, limits[name])
+        ]  # fmt: skip
+        phases.append(PhaseAssessment(
+            dynamics_error(evaluator, trajectory, own.name, sizes),
+            control_errors(own, mesh, limits), excess, tuple(all_jumps)))  # fmt: skip
+    return Assessment(tuple(phases))
+
+
+def _nothing(intervals: int) -> Extremes:
+    return Extremes(np.full(intervals, -np.inf), np.full(intervals, 0.5))
+
+
+def next_mesh(
+    transcription: Transcription, trajectory: Trajectory, assessment: Assessment,
+    settings: Settings, resolve_controls: bool,
+) -> Mesh | None:  # fmt: skip
+    """A better mesh, or None when the assessment meets all tolerances."""
+    phases, extras, changed = [], [], False
+    for i, (mesh, found) in enumerate(
+        zip(transcription.mesh.phases, assessment.phases, strict=True)
+    ):
+        own = trajectory.phases[i]
+        base, pressed = settled(mesh, own) if mesh.movable else (mesh, False)
+        marks = None if pressed else _marks(base, own, found, settings, resolve_controls)
+        jumped = with_jumps(base, found.jumps) if settings.move_breakpoints else None
+        refined = _refined(jumped or base, base, marks, settings)
+        points = _points(transcription.mesh.extra[i], mesh, base, refined, found, settings)
+        changed |= pressed or not _equal(refined, base)
+        changed |= any(float(e.values.max()) > settings.path_tolerance for e in found.excess)
+        phases.append(refined)
+        extras.append(points)
+    return Mesh(tuple(phases), tuple(extras)) if changed else None
+
+
+def _equal(a: PhaseMesh, b: PhaseMesh) -> bool:
+    return (
+        np.array_equal(a.breakpoints, b.breakpoints)
+        and np.array_equal(a.degrees, b.degrees)
+        and a.movable == b.movable
+    )
+
+
+@dataclass(frozen=True)
+class _Marks:
+    split: NDArray[np.bool_]
+    raised: NDArray[np.int64]
+
+
+def _marks(
+    mesh: PhaseMesh, own: PhaseTrajectory, found: PhaseAssessment, settings: Settings,
+    resolve_controls: bool,
+) -> _Marks:  # fmt: skip
+    """Intervals to split, and degrees to raise the others to."""
+    ratio = found.dynamics / settings.dynamics_tolerance
+    degrees = mesh.degrees.astype(float)
+    wanted = np.ceil(degrees + np.log(np.maximum(ratio, 1.0)) / np.log(degrees + 1.0))
+    fixed_degree = settings.scheme in ("trapezoid", "hermite-simpson")
+    high = (wanted > settings.highest_degree) | fixed_degree
+    split = (ratio > 1.0) & high
+    raised = np.where((ratio > 1.0) & ~high, wanted, degrees).astype(np.int64)
+    if resolve_controls:
+        share = np.diff(own.breakpoints) / (own.end - own.start)
+        split |= found.control**2 * share > 0.1 * settings.objective_tolerance
+    return _Marks(split & (np.diff(own.breakpoints) > 1e-7 * (own.end - own.start)), raised)
+
+
+def _refined(
+    mesh: PhaseMesh, base: PhaseMesh, marks: _Marks | None, settings: Settings
+) -> PhaseMesh:
+    """Split and raise marked intervals; those that a jump already replaced are left alone."""
+    if marks is None or not (marks.split.any() or np.any(marks.raised != base.degrees)):
+        return mesh
+    middle = 0.5 * (mesh.breakpoints[:-1] + mesh.breakpoints[1:])
+    parent = np.clip(np.searchsorted(base.breakpoints, middle) - 1, 0, base.intervals - 1)
+    untouched = np.isin(mesh.breakpoints[:-1], base.breakpoints) & np.isin(
+        mesh.breakpoints[1:], base.breakpoints
+    )
+    split = marks.split[parent] & untouched
+    if mesh.intervals + split.sum() > settings.most_intervals:
+        split[:] = False
+    points = np.sort(np.concatenate([mesh.breakpoints, middle[split]]))
+    parents = np.searchsorted(mesh.breakpoints, points[:-1], side="right") - 1
+    degrees = np.where(untouched, marks.raised[parent], mesh.degrees)[parents]
+    movable = tuple(int(np.searchsorted(points, mesh.breakpoints[i])) for i in mesh.movable)
+    return PhaseMesh(points, degrees, movable)
+
+
+def _points(
+    extra: Sequence[Extra], mesh: PhaseMesh, base: PhaseMesh, refined: PhaseMesh,
+    found: PhaseAssessment, settings: Settings,
+) -> tuple[Extra, ...]:  # fmt: skip
+    """Old extra points, carried over, and a new one wherever a constraint is exceeded."""
+    old = base.breakpoints if base.intervals == mesh.intervals else mesh.breakpoints
+    carried = []
+    fractions: dict[int, list[float]] = {}
+    for e in extra:
+        at = old[e.intervals] + e.tau * np.diff(old)[e.intervals]
+        fractions.setdefault(e.constraint, []).extend(at)
+    for c, e in enumerate(found.excess):
+        over = np.flatnonzero(e.values > settings.path_tolerance)
+        if over.size:
+            at = old[over] + e.tau[over] * np.diff(old)[over]
+            fractions.setdefault(c, []).extend(at)
+    for c, values in fractions.items():
+        at = np.unique(np.array(values))
+        k = np.clip(np.searchsorted(refined.breakpoints, at, side="right") - 1, 0,
+                    refined.intervals - 1)  # fmt: skip
+        tau = (at - refined.breakpoints[k]) / np.diff(refined.breakpoints)[k]
+        keep = _spread(k, tau)
+        carried.append(Extra(c, k[keep], np.clip(tau[keep], 0.0, 1.0)))
+    return tuple(carried)
+
+
+def _spread(intervals: NDArray[np.int64], tau: Array) -> NDArray[np.bool_]:
+    """Keep one of several points of an interval that lie almost on top of each other."""
+    keep = np.ones(tau.size, dtype=bool)
+    for i in range(1, tau.size):
+        close = intervals[i] == intervals[i - 1] and tau[i] - tau[i - 1] < 1e-6
+        keep[i] = not close
+    return keep

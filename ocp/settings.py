@@ -1,0 +1,55 @@
+"""Settings of a solve, with defaults meant for problems nobody here has seen."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from ocp.errors import StatementError
+from ocp.ipopt import IpoptOptions
+from ocp.schemes import SchemeName
+from ocp.symbols import ControlShape
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How to discretise, refine, solve and verify.
+
+    Attributes
+    ----------
+    scheme, degree, intervals : transcription and the uniform mesh of the first round (per phase).
+    control_shape : of controls that do not state their own.
+    refine : whether to adapt the mesh.
+    dynamics_tolerance : integrated residual of the dynamics per interval, relative.
+    path_tolerance : excess of peaks, path constraints and bounds between the points, relative.
+    objective_tolerance : relative change of the optimum in the last refinement of the controls.
+    replay_tolerance : miss of the replayed end state, relative.
+    rounds, most_intervals : limits of the adaptation.
+    """
+
+    scheme: SchemeName = "radau"
+    degree: int = 4
+    intervals: int = 20
+    control_shape: ControlShape = "polynomial"
+    refine: bool = True
+    dynamics_tolerance: float = 1e-7
+    path_tolerance: float = 1e-7
+    objective_tolerance: float = 1e-7
+    replay_tolerance: float = 1e-6
+    rounds: int = 25
+    most_intervals: int = 4000
+    highest_degree: int = 8
+    move_breakpoints: bool = True
+    ipopt: IpoptOptions = field(default_factory=IpoptOptions)
+
+    def __post_init__(self) -> None:
+        for name in ("degree", "intervals", "rounds", "most_intervals", "highest_degree"):
+            value = getattr(self, name)
+            if not isinstance(value, int) or value < 1:
+                raise StatementError(f"the setting '{name}' is {value!r}; give a positive integer")
+        for name in ("dynamics", "path", "objective", "replay"):
+            value = getattr(self, f"{name}_tolerance")
+            if not (math.isfinite(value) and value > 0):
+                raise StatementError(
+                    f"the setting '{name}_tolerance' is {value!r}; give a positive number"
+                )

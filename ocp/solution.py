@@ -1,0 +1,136 @@
+"""What a solve returns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocp.errors import StatementError
+from ocp.evaluate import Evaluator
+from ocp.replay import Replay
+from ocp.statement import Functional, Phase, Problem
+from ocp.symbols import resolve, scalar
+from ocp.trajectory import Trajectory
+from ocp.transcribe import Mesh
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Round:
+    """Record of one mesh round."""
+
+    intervals: int
+    extra_points: int
+    movable: int
+    iterations: int
+    seconds: float
+    objective: float
+    dynamics_error: float
+    excess: float
+    status: str
+
+
+@dataclass(frozen=True)
+class Verification:
+    """What the independent replay and the evaluation between the points found.
+
+    Attributes
+    ----------
+    miss : replayed end state minus the solution's, relative to the states' sizes.
+    excess : largest excess of a path constraint or bound of the replayed motion, relative.
+    peaks : (name, epigraph value, dense value of the replayed motion) of each peak.
+    passed, reasons : whether all tolerances are met, and if not, why.
+    """
+
+    miss: float
+    excess: float
+    peaks: tuple[tuple[str, float, float], ...]
+    objective: float
+    replayed_objective: float
+    integrator_error: float
+    amplification: float
+    restarts: int
+    passed: bool
+    reasons: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A verified trajectory and how it came about.
+
+    Attributes
+    ----------
+    objective : value of what was minimised or maximised, as the solver reports it.
+    trajectory, replayed : the solution and its independent replay.
+    record : the mesh rounds.
+    verdict : "global: bound met", "local: ..." or "unverified", in words.
+    """
+
+    problem: Problem
+    objective: float
+    trajectory: Trajectory
+    replayed: Trajectory
+    replay: Replay
+    verification: Verification
+    mesh: Mesh
+    record: tuple[Round, ...]
+    verdict: str
+    evaluator: Evaluator
+    seconds: float = 0.0
+
+    @property
+    def breakpoints(self) -> Array:
+        """Times of the mesh, all phases [s]."""
+        return np.unique(np.concatenate([p.breakpoints for p in self.trajectory.phases]))
+
+    @property
+    def iterations(self) -> int:
+        """Iterations of the solver over all rounds."""
+        return sum(r.iterations for r in self.record)
+
+    def value(self, expression: Any) -> float:
+        """One number: an expression of functionals, unknowns and constants.
+
+        Peaks and integrals are evaluated densely, between the points too.
+        """
+        from ocp.between import dense_peak
+
+        symbols = resolve(scalar(expression, "an expression"), "an expression")
+        peaks = {
+            f: dense_peak(self.evaluator, self.trajectory, f)
+            for f in symbols if isinstance(f, Functional) and f.kind == "peak"
+        }  # fmt: skip
+        return self.evaluator.number(self.trajectory, expression, peaks)
+
+    def sample(
+        self, expression: Any, times: Any, phase: Phase | str | None = None, *,
+        replayed: bool = False,
+    ) -> Array:  # fmt: skip
+        """An expression of signals at times [s], shape of `times`.
+
+        At an instant shared by two phases the later one answers unless `phase` says otherwise.
+        With `replayed`, states come from the independent replay.
+        """
+        t = np.asarray(times, dtype=float)
+        flat, source = t.ravel(), self.replayed if replayed else self.trajectory
+        result = np.full(flat.size, np.nan)
+        names = [p.name for p in self.problem.phases]
+        if phase is not None:
+            names = [phase if isinstance(phase, str) else phase.name]
+        for name in names:
+            own = source.phase(name)
+            slack = 1e-9 * (1.0 + abs(own.end - own.start))
+            here = (flat >= own.start - slack) & (flat <= own.end + slack)
+            if here.any():
+                k, tau = own.locate(np.clip(flat[here], own.start, own.end))
+                result[here] = self.evaluator.values(source, name, [expression], k, tau).ravel()
+        if np.isnan(result).any():
+            first, last = source.phases[0].start, source.phases[-1].end
+            bad = flat[np.isnan(result)][0]
+            if not first <= bad <= last:
+                raise StatementError(f"{bad} s lies outside the motion ({first} to {last} s)")
+        return result.reshape(t.shape)

@@ -1,0 +1,322 @@
+"""The one verb: `solve` a problem, refine its mesh, verify the answer."""
+
+from __future__ import annotations
+
+import dataclasses
+import logging
+import time as clock
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocp.between import dense_peak
+from ocp.diagnose import failure
+from ocp.errors import Interrupted, SolveFailed, StatementError, Unverified
+from ocp.evaluate import Evaluator
+from ocp.guess import start_of
+from ocp.ipopt import NlpResult, run
+from ocp.iterate import decision_vector, trajectory_of
+from ocp.mesh import uniform
+from ocp.refine import Assessment, assess, next_mesh
+from ocp.replay import Replay, replay, replayed
+from ocp.scaling import scales_of
+from ocp.settings import Settings
+from ocp.solution import Round, Solution, Verification
+from ocp.statement import Bound, Problem, with_objective
+from ocp.symbols import Constant
+from ocp.trajectory import Trajectory
+from ocp.transcribe import Mesh, Method, Transcription, check_bound_of_peak, transcribe
+
+Array = NDArray[np.float64]
+Progress = Callable[[str], None]
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class _Solved:
+    """One solved mesh round."""
+
+    transcription: Transcription
+    result: NlpResult
+    trajectory: Trajectory
+    assessment: Assessment
+    objective: float
+
+
+def solve(
+    problem: Problem,
+    *,
+    settings: Settings | None = None,
+    guess: Solution | Trajectory | None = None,
+    mesh: Mesh | None = None,
+    constants: Mapping[Constant, float] | None = None,
+    bound: float | None = None,
+    progress: Progress | None = None,
+) -> Solution:
+    """Solve an optimal control problem and verify the answer.
+
+    Parameters
+    ----------
+    guess : Solution or Trajectory, optional
+        Where to start instead of the guess in the statement; its mesh may differ.
+    mesh : Mesh, optional
+        First mesh; by default that of the guess if it is a `Solution`, else a uniform one.
+    constants : mapping of Constant to number, optional
+        Values that replace those of the statement.
+    bound : float, optional
+        A proven bound of the optimum: a lower one when minimising, an upper one when maximising.
+    progress : callable, optional
+        Receives one line of text per iteration.
+
+    Raises
+    ------
+    StatementError
+        The statement contradicts itself.
+    SolveFailed
+        No solution was found; the message names the worst constraint.
+    Unverified
+        The solver's answer did not pass its verification; ``error.iterate`` holds it.
+    Interrupted
+        The user stopped the solve.
+    """
+    settings = settings or Settings()
+    begin = clock.perf_counter()
+    for b in problem.bounds:
+        check_bound_of_peak(b)
+    values = _constants(problem, constants)
+    start = guess.trajectory if isinstance(guess, Solution) else guess
+    if mesh is None:
+        mesh = guess.mesh if isinstance(guess, Solution) else _first_mesh(problem, settings)
+    evaluator = Evaluator(problem)
+    rounds, record = _rounds(problem, settings, values, start, mesh, evaluator, progress)
+    return _finished(problem, settings, rounds, record, evaluator, bound, begin)
+
+
+def _constants(
+    problem: Problem, changed: Mapping[Constant, float] | None
+) -> dict[str, float]:
+    values = {c.name: float(c.value) for c in problem.constants}
+    for constant, value in (changed or {}).items():
+        if constant.name not in values:
+            raise StatementError(
+                f"problem '{problem.name}' does not use the constant '{constant.name}'"
+            )
+        values[constant.name] = float(value)
+    return values
+
+
+def _first_mesh(problem: Problem, settings: Settings) -> Mesh:
+    return Mesh(tuple(uniform(settings.intervals, settings.degree) for _ in problem.phases))
+
+
+def _rounds(
+    problem: Problem, settings: Settings, constants: dict[str, float],
+    guess: Trajectory | None, mesh: Mesh, evaluator: Evaluator, progress: Progress | None,
+) -> tuple[list[_Solved], list[Round]]:  # fmt: skip
+    """Solve, assess and refine until all tolerances are met or the rounds are used up."""
+    scales = scales_of(problem, start_of(problem, constants, guess), constants)
+    method = Method(settings.scheme, settings.control_shape)
+    solved: list[_Solved] = []
+    record: list[Round] = []
+    while True:
+        transcription = transcribe(problem, mesh, method, scales)
+        result = _run(transcription, settings, constants, guess, bool(solved), record, progress)
+        if result.outcome != "solved":
+            record.append(_failed_round(transcription, result))
+            if not solved:
+                raise _diagnosed(transcription, result, constants)
+            if any(m.movable for m in mesh.phases):  # give up moving breakpoints, bisect instead
+                settings = dataclasses.replace(settings, move_breakpoints=False)
+                mesh = _frozen(next_or_same(solved[-1], settings))
+                guess = solved[-1].trajectory
+                if len(record) < settings.rounds:
+                    continue
+            break
+        trajectory = trajectory_of(transcription, result.x, constants)
+        found = assess(transcription, trajectory, evaluator)
+        objective = problem.sense * result.objective * scales.objective
+        solved.append(_Solved(transcription, result, trajectory, found, objective))
+        record.append(_round(solved[-1]))
+        log.info("round %d: %s", len(record), record[-1])
+        following = _following(solved, settings) if settings.refine else None
+        if following is None or len(record) >= settings.rounds:
+            break
+        mesh, guess = following, trajectory
+    return solved, record
+
+
+def next_or_same(last: _Solved, settings: Settings) -> Mesh:
+    """The next mesh of a solved round, or its own."""
+    found = next_mesh(last.transcription, last.trajectory, last.assessment, settings, True)
+    return found or last.transcription.mesh
+
+
+def _following(solved: Sequence[_Solved], settings: Settings) -> Mesh | None:
+    """The mesh of the next round, or None when the last round meets all tolerances."""
+    last = solved[-1]
+    change = np.inf
+    if len(solved) > 1:
+        size = max(abs(last.objective), 1e-3 * last.transcription.scales.objective)
+        change = abs(last.objective - solved[-2].objective) / size
+    return next_mesh(
+        last.transcription, last.trajectory, last.assessment, settings,
+        resolve_controls=change > settings.objective_tolerance,
+    )  # fmt: skip
+
+
+def _best(solved: Sequence[_Solved], settings: Settings) -> _Solved:
+    """The best round whose motion holds between the points; the last one if none does."""
+    holds = [s for s in solved if s.assessment.dynamics <= settings.dynamics_tolerance
+             and s.assessment.excess <= settings.path_tolerance]  # fmt: skip
+    return min(holds, key=lambda s: s.result.objective, default=solved[-1])
+
+
+def _frozen(mesh: Mesh) -> Mesh:
+    return Mesh(tuple(m.frozen() for m in mesh.phases), mesh.extra)
+
+
+def _run(
+    transcription: Transcription, settings: Settings, constants: Mapping[str, float],
+    guess: Trajectory | None, warm: bool, record: Sequence[Round], progress: Progress | None,
+) -> NlpResult:  # fmt: skip
+    start = start_of(transcription.problem, constants, guess)
+    x0 = decision_vector(transcription, start, constants)
+    parameters = np.array([constants[c.name] for c in transcription.problem.constants])
+    options = settings.ipopt
+    if warm:
+        options = dataclasses.replace(options, start_barrier=1e-4, barrier="monotone")
+    listener = _listener(transcription, progress, len(record)) if progress else None
+    return run(
+        transcription.program, x0, transcription.columns.evaluate(constants),
+        transcription.rows.evaluate(constants), parameters, options, listener=listener,
+    )  # fmt: skip
+
+
+def _listener(transcription: Transcription, progress: Progress, number: int) -> Any:
+    scale = transcription.scales.objective * transcription.problem.sense
+
+    def listen(iteration: int, objective: float, x: Array, rows: Array) -> bool:
+        progress(
+            f"{transcription.problem.name}: mesh round {number + 1} "
+            f"({transcription.mesh.intervals} intervals), iteration {iteration}, "
+            f"objective {objective * scale:.6g}"
+        )
+        return False
+
+    return listen
+
+
+def _diagnosed(
+    transcription: Transcription, result: NlpResult, constants: Mapping[str, float]
+) -> SolveFailed | Interrupted:
+    iterate = trajectory_of(transcription, result.x, constants)
+    if result.outcome == "interrupted":
+        return Interrupted(f"'{transcription.problem.name}' was stopped", iterate)
+    values = np.array([constants[c.name] for c in transcription.problem.constants])
+    return failure(transcription, result, transcription.rows.evaluate(constants), values, iterate)
+
+
+def _round(solved: _Solved) -> Round:
+    mesh = solved.transcription.mesh
+    return Round(
+        mesh.intervals, sum(e.tau.size for extra in mesh.extra for e in extra),
+        sum(len(m.movable) for m in mesh.phases), solved.result.iterations,
+        solved.result.seconds, solved.objective, solved.assessment.dynamics,
+        solved.assessment.excess, solved.result.status,
+    )  # fmt: skip
+
+
+def _failed_round(transcription: Transcription, result: NlpResult) -> Round:
+    mesh = transcription.mesh
+    return Round(
+        mesh.intervals, sum(e.tau.size for extra in mesh.extra for e in extra),
+        sum(len(m.movable) for m in mesh.phases), result.iterations, result.seconds,
+        float("nan"), float("nan"), float("nan"), result.status,
+    )  # fmt: skip
+
+
+def _finished(
+    problem: Problem, settings: Settings, rounds: Sequence[_Solved], record: Sequence[Round],
+    evaluator: Evaluator, bound: float | None, begin: float,
+) -> Solution:  # fmt: skip
+    last = _best(rounds, settings)
+    done = replay(problem, last.trajectory, dict(last.transcription.scales.signals))
+    again = replayed(last.trajectory, done)
+    verification = _verify(problem, settings, last, done, again, evaluator)
+    solution = Solution(
+        problem, last.objective, last.trajectory, again, done, verification,
+        last.transcription.mesh, tuple(record), _verdict(last.objective, problem, bound, settings),
+        evaluator, clock.perf_counter() - begin,
+    )  # fmt: skip
+    if not verification.passed and settings.refine:
+        raise Unverified(
+            f"the answer for '{problem.name}' did not pass its verification: "
+            + "; ".join(verification.reasons) + "; loosen the tolerance named, allow more "
+            "rounds or intervals, or look at the unverified answer in error.iterate",
+            dataclasses.replace(solution, verdict="unverified"))  # fmt: skip
+    return solution
+
+
+def _verdict(objective: float, problem: Problem, bound: float | None, settings: Settings) -> str:
+    if bound is not None:
+        gap = abs(objective - bound) / max(abs(bound), 1e-300)
+        if gap <= max(10 * settings.objective_tolerance, 1e-5):
+            return f"global: bound met (gap {gap:.1e})"
+    return "local: best of 1 start"
+
+
+def _verify(
+    problem: Problem, settings: Settings, last: _Solved, done: Replay, again: Trajectory,
+    evaluator: Evaluator,
+) -> Verification:  # fmt: skip
+    reasons = []
+    found = assess(last.transcription, again, evaluator)
+    if not done.miss <= settings.replay_tolerance:
+        reasons.append(f"the replay misses the end state by {done.miss:.2e} of its size "
+                       f"(tolerance {settings.replay_tolerance:.0e})")  # fmt: skip
+    allowed = 10 * settings.path_tolerance
+    if found.excess > allowed:
+        reasons.append(f"a path constraint or peak of the replay is exceeded by "
+                       f"{found.excess:.2e} of its size (tolerance {allowed:.0e})")  # fmt: skip
+    if last.assessment.dynamics > 10 * settings.dynamics_tolerance:
+        reasons.append(f"the dynamics are off by {last.assessment.dynamics:.2e} between the "
+                       f"points (tolerance {settings.dynamics_tolerance:.0e})")  # fmt: skip
+    peaks = {f: dense_peak(evaluator, again, f) for f in last.transcription.peak_ids}
+    listed = tuple(
+        (f.name, value, peaks[f])
+        for f, value in zip(last.transcription.peak_ids, last.trajectory.peaks, strict=True)
+    )
+    objective = problem.sense * evaluator.number(again, problem.objective, peaks)
+    return Verification(
+        done.miss, found.excess, listed, last.objective, objective,
+        max(p.error for p in done.phases), max(p.amplification for p in done.phases),
+        sum(p.restarts for p in done.phases), not reasons, tuple(reasons),
+    )  # fmt: skip
+
+
+def solve_lexicographic(
+    problem: Problem, objectives: Sequence[Any], *, slack: float = 1e-6, **options: Any
+) -> Solution:
+    """Minimise several objectives in order of importance.
+
+    Each one is minimised with all earlier ones held at their optimum, up to a relative `slack`.
+    The verdict and the record of the first stage that can fail is that of the last solve.
+    """
+    if not objectives:
+        raise StatementError("a lexicographic solve needs at least one objective")
+    solution = solve(with_objective(problem, objectives[0]), **options)
+    held: list[Bound] = []
+    for number, (before, following) in enumerate(
+        zip(objectives[:-1], objectives[1:], strict=True), start=1
+    ):
+        value = solution.objective
+        held.append(Bound(f"objective {number}", before, upper=value + slack * abs(value)))
+        stage = with_objective(problem, following, held)
+        solution = solve(stage, **{**options, "guess": solution})
+    return solution
+
+
+__all__ = ["solve", "solve_lexicographic"]
