@@ -123,6 +123,7 @@ def _equal(a: PhaseMesh, b: PhaseMesh) -> bool:
 @dataclass(frozen=True)
 class _Marks:
     split: NDArray[np.bool_]
+    forced: NDArray[np.bool_]
     raised: NDArray[np.int64]
 
 
@@ -130,18 +131,20 @@ def _marks(
     mesh: PhaseMesh, own: PhaseTrajectory, found: PhaseAssessment, settings: Settings,
     resolve_controls: bool,
 ) -> _Marks:  # fmt: skip
-    """Intervals to split, and degrees to raise the others to."""
+    """Intervals to split (forced: for their dynamics), and degrees to raise the others to."""
     ratio = found.dynamics / settings.dynamics_tolerance
     degrees = mesh.degrees.astype(float)
     wanted = np.ceil(degrees + np.log(np.maximum(ratio, 1.0)) / np.log(degrees + 1.0))
     fixed_degree = settings.scheme in ("trapezoid", "hermite-simpson")
     high = (wanted > settings.highest_degree) | fixed_degree
-    split = (ratio > 1.0) & high
+    forced = (ratio > 1.0) & high
+    split = forced.copy()
     raised = np.where((ratio > 1.0) & ~high, wanted, degrees).astype(np.int64)
     if resolve_controls:
         share = np.diff(own.breakpoints) / (own.end - own.start)
         split |= found.control**2 * share > 0.1 * settings.objective_tolerance
-    return _Marks(split & (np.diff(own.breakpoints) > 1e-7 * (own.end - own.start)), raised)
+    wide = np.diff(own.breakpoints) > 1e-7 * (own.end - own.start)
+    return _Marks(split & wide, forced & wide, raised)
 
 
 def _refined(
@@ -155,7 +158,7 @@ def _refined(
     untouched = np.isin(mesh.breakpoints[:-1], base.breakpoints) & np.isin(
         mesh.breakpoints[1:], base.breakpoints
     )
-    split = marks.split[parent] & untouched
+    split = marks.split[parent] & untouched & ~(mesh.moving & ~marks.forced[parent])
     if mesh.intervals + split.sum() > settings.most_intervals:
         split[:] = False
     points = np.sort(np.concatenate([mesh.breakpoints, middle[split]]))

@@ -44,6 +44,7 @@ class _Solved:
     trajectory: Trajectory
     assessment: Assessment
     objective: float
+    controls_refined: bool = False
 
 
 def solve(
@@ -121,6 +122,7 @@ def _rounds(
     method = Method(settings.scheme, settings.control_shape)
     solved: list[_Solved] = []
     record: list[Round] = []
+    finer = False
     while True:
         transcription = transcribe(problem, mesh, method, scales)
         result = _run(transcription, settings, constants, guess, bool(solved), record, progress)
@@ -138,12 +140,13 @@ def _rounds(
         trajectory = trajectory_of(transcription, result.x, constants)
         found = assess(transcription, trajectory, evaluator)
         objective = problem.sense * result.objective * scales.objective
-        solved.append(_Solved(transcription, result, trajectory, found, objective))
+        solved.append(_Solved(transcription, result, trajectory, found, objective, finer))
         record.append(_round(solved[-1]))
         log.info("round %d: %s", len(record), record[-1])
         following = _following(solved, settings) if settings.refine else None
         if following is None or len(record) >= settings.rounds:
             break
+        finer = following.intervals > mesh.intervals
         mesh, guess = following, trajectory
     return solved, record
 
@@ -163,7 +166,7 @@ def _following(solved: Sequence[_Solved], settings: Settings) -> Mesh | None:
         change = abs(last.objective - solved[-2].objective) / size
     return next_mesh(
         last.transcription, last.trajectory, last.assessment, settings,
-        resolve_controls=change > settings.objective_tolerance,
+        resolve_controls=not (last.controls_refined and change <= settings.objective_tolerance),
     )  # fmt: skip
 
 
