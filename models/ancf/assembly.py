@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ from models.ancf.element import AXIAL_POINTS, BENDING_POINTS, gauss, mass_matrix
 from models.ancf.link import Chain
 
 Array = NDArray[np.float64]
-Matrix = Array | sparse.csr_array
+Matrix: TypeAlias = Any  # a dense array, or a sparse one of a large mesh
 _DENSE_BELOW = 160  # coordinates; under this size dense products beat sparse ones
 
 
@@ -89,7 +90,8 @@ class Assembly:
     def strain_energy(self, x: Array) -> Array:
         """U of (6) [J], (s,)."""
         stretch = 0.5 * (self.weight * self.axial) @ self.strain(x) ** 2
-        return np.asarray(stretch + 0.5 * (x * (self.bending @ x)).sum(axis=0))
+        curve = np.asarray(self.bend_curve @ x).reshape(2, len(self.bend_weight), -1)
+        return np.asarray(stretch + 0.5 * self.bend_weight @ (curve**2).sum(axis=0))
 
     def internal_force(self, x: Array) -> Array:
         """Gradient of (6) [N], (n, s)."""
@@ -159,11 +161,12 @@ def assemble(chain: Chain, *, merged: bool = True) -> Assembly:
     bend_weight = field("bending_stiffness")[:, None] * lengths[:, None] * w_bend
     curve = table(BENDING_POINTS, 2)
     bend = np.einsum("eg,egi,egj->eij", bend_weight, curve, curve)
-    mass = np.array([mass_matrix(le, rho) for le, rho in zip(lengths, field("linear_density"))])
+    density = field("linear_density")
+    mass = np.array([mass_matrix(*pair) for pair in zip(lengths, density, strict=True)])
     particles, hub = _lumps(chain, place, n)
     mass_full = scatter(elements, mass, n) + np.diag((particles + hub)[:n])
     weight = mass @ np.kron([1.0, 0.0, 1.0, 0.0], chain.gravity)
-    gravity = np.bincount(elements.ravel(), weight.ravel(), n + 1)
+    gravity: Array = np.bincount(elements.ravel(), weight.ravel(), n + 1).astype(float)
     for axis in (0, 1):
         here = np.unique(place[axis::4])
         gravity[here] += particles[here] * chain.gravity[axis]
@@ -194,9 +197,7 @@ def _merged_places(chain: Chain) -> tuple[NDArray[np.intp], int]:
             if i == 0 and k > 0:
                 px, py, *_ = chain.slots(k - 1, -1)
                 order += [(px, rx), (py, ry), (tx,), (ty,)]
-            elif i == chain.elements and k + 1 < len(chain.links):
-                order += [(tx,), (ty,)]
-            elif i == 0 and chain.pinned:
+            elif (i == chain.elements and k + 1 < len(chain.links)) or (i == 0 and chain.pinned):
                 order += [(tx,), (ty,)]
             else:
                 order += [(rx,), (ry,), (tx,), (ty,)]

@@ -7,6 +7,7 @@ Phi_q qddot = gamma with Baumgarte's stabilisation, critical at alpha = beta.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,8 +33,9 @@ class Baumgarte:
         torques = []
         for k, joint in enumerate(joints):
             if isinstance(joint, Torque):
-                pair = [s and (s.start, s.start + 1) for s in slope_pair(chain, k)]
-                torques.append((pair[0], pair[1], joint))
+                before, after = slope_pair(chain, k)
+                a = None if before is None else (before.start, before.start + 1)
+                torques.append((a, (after.start, after.start + 1), joint))
         self.assembly = assemble(chain, merged=False)
         self.mechanics = Mechanics(self.assembly, chain.relaxation_time, torques)
         self.constraints = Constraints(chain, joints)
@@ -51,9 +53,7 @@ class Baumgarte:
         """The node vector is the coordinates."""
         return z, v
 
-    def residual(
-        self, t: Array, z: Array, v: Array, a: Array, pull: Array
-    ) -> tuple[Array, Array]:
+    def residual(self, t: Array, z: Array, v: Array, a: Array, pull: Array) -> tuple[Array, Array]:
         acc, multipliers = a[: self.size], a[self.size :]
         slope = self.mechanics.slopes(z)
         gap = pull - self.mechanics.pulls(slope, v)
@@ -66,9 +66,7 @@ class Baumgarte:
         at, z, v = np.full(1, t), z[:, None], v[:, None]
         pull = self.mechanics.pulls(self.mechanics.slopes(z), v)
         rest, _ = self.residual(at, z, v, np.zeros((self.unknowns, 1)), pull)
-        matrix = self._saddle(
-            dense(self.assembly.mass), self.constraints.jacobian(t, z[:, 0])
-        )
+        matrix = self._saddle(dense(self.assembly.mass), self.constraints.jacobian(t, z[:, 0]))
         return solve(matrix, -rest[:, 0]), pull[:, 0]
 
     def linearise(self, t: float, z: Array) -> None:
@@ -85,7 +83,7 @@ class Baumgarte:
             self._scales.append(1 + 2 * self.alpha * step + (self.beta * step) ** 2)
         self.factorizations += len(steps)
 
-    def solve(self, k: int, rhs: Array) -> Array:
+    def solve(self, k: int, rhs: NDArray[Any]) -> NDArray[Any]:
         rhs = rhs.copy()
         rhs[self.size :] /= self._scales[k]
         return np.asarray(lu_solve(self._factors[k], rhs))

@@ -46,9 +46,7 @@ class Constraints:
         """Phi, (m, s)."""
         return np.vstack([self.linear @ q, *(self._tie(tie, t, q)[0] for tie in self.ties)])
 
-    def acceleration_bias(
-        self, t: Array, q: Array, v: Array, alpha: float, beta: float
-    ) -> Array:
+    def acceleration_bias(self, t: Array, q: Array, v: Array, alpha: float, beta: float) -> Array:
         """Gamma of (14), stabilised after Baumgarte, (m, s)."""
         rows = [-2 * alpha * (self.linear @ v) - beta**2 * (self.linear @ q)]
         for tie in self.ties:

@@ -8,6 +8,7 @@ xddot = J zddot + Jdot zdot. Along the chain the matrices are narrow bands.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +35,9 @@ class Eliminated:
             for k, joint in enumerate(joints)
             if isinstance(joint, Locked | Driven)
         ]
-        torques = [(*places[k], joint) for k, joint in enumerate(joints) if isinstance(joint, Torque)]
+        torques = [
+            (*places[k], joint) for k, joint in enumerate(joints) if isinstance(joint, Torque)
+        ]
         self.assembly = asm
         self.mechanics = Mechanics(asm, chain.relaxation_time, torques)
         self.ties = TieMap(tuple(ties), asm.size)
@@ -57,7 +60,7 @@ class Eliminated:
     # the coordinates
 
     def state(self, t: float, q: Array, v: Array) -> tuple[Array, Array]:
-        """z and its velocity of a node vector and its velocity."""
+        """Z and its velocity of a node vector and its velocity."""
         return self.ties.drop(t, self.assembly.gather(q), self.assembly.gather(v))
 
     def nodes(self, t: Array, z: Array, v: Array) -> tuple[Array, Array]:
@@ -66,14 +69,12 @@ class Eliminated:
         return self.assembly.spread(x), self.assembly.spread(rate)
 
     def motion(self, t: Array, z: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
-        """x with velocity and acceleration."""
+        """X with velocity and acceleration."""
         return self.ties.motion(t, z, v, a) if self.ties.ties else (z, v, a)
 
     # what the integrator asks
 
-    def residual(
-        self, t: Array, z: Array, v: Array, a: Array, pull: Array
-    ) -> tuple[Array, Array]:
+    def residual(self, t: Array, z: Array, v: Array, a: Array, pull: Array) -> tuple[Array, Array]:
         x, rate, acc = self.motion(t, z, v, a)
         slope = self.mechanics.slopes(x)
         gap = pull - self.mechanics.pulls(slope, rate)
@@ -108,7 +109,7 @@ class Eliminated:
             self._factors.append(self._band.factor(matrix))
         self.factorizations += len(steps)
 
-    def solve(self, k: int, rhs: Array) -> Array:
+    def solve(self, k: int, rhs: NDArray[Any]) -> NDArray[Any]:
         return self._band.solve(self._factors[k], rhs)
 
     def pull_change(self, dz: Array) -> Array:

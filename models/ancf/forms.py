@@ -8,7 +8,7 @@ stiffness times that rotation would push the iteration out.
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,9 +34,7 @@ class Form(Protocol):
     def start(self, t: float, z: Array, v: Array) -> tuple[Array, Array]:
         """Accelerations with multipliers (unknowns,), axial forces (G,)."""
 
-    def residual(
-        self, t: Array, z: Array, v: Array, a: Array, pull: Array
-    ) -> tuple[Array, Array]:
+    def residual(self, t: Array, z: Array, v: Array, a: Array, pull: Array) -> tuple[Array, Array]:
         """Equations of motion (unknowns, s) and `N - EA (eps + eta deps/dt)` (G, s)."""
 
     def linearise(self, t: float, z: Array) -> None:
@@ -45,7 +43,7 @@ class Form(Protocol):
     def factor(self, steps: NDArray[np.complex128]) -> None:
         """Factorise the Newton matrix for the products h lambda."""
 
-    def solve(self, k: int, rhs: Array) -> Array:
+    def solve(self, k: int, rhs: NDArray[Any]) -> NDArray[Any]:
         """Newton matrix k inverse times a column."""
 
     def pull_change(self, dz: Array) -> Array:
@@ -75,7 +73,7 @@ class Mechanics:
         self.points = len(assembly.axial)
 
     def slopes(self, x: Array) -> Array:
-        """r' at the axial Gauss points, (2, G, s)."""
+        """R' at the axial Gauss points, (2, G, s)."""
         return np.asarray(self.assembly.slope @ x).reshape(2, self.points, -1)
 
     def pulls(self, slope: Array, x_rate: Array) -> Array:
@@ -118,8 +116,10 @@ class Mechanics:
         r1, r2, d1, d2 = (
             np.asarray(op @ y).reshape(2, len(asm.bend_weight), -1)
             for op, y in (
-                (asm.bend_slope, x), (asm.bend_curve, x),
-                (asm.bend_slope, rate), (asm.bend_curve, rate),
+                (asm.bend_slope, x),
+                (asm.bend_curve, x),
+                (asm.bend_slope, rate),
+                (asm.bend_curve, rate),
             )
         )
         curl = d1[0] * r2[1] - d1[1] * r2[0] + r1[0] * d2[1] - r1[1] * d2[0]

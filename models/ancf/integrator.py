@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 _log = logging.getLogger(__name__)
 _NEWTON = 0.01  # Newton error over the tolerance of the step
 _ITERATIONS = 12
+_ROUND_OFF = 1e-14  # change of a coordinate [m] that is noise
 _SMALLEST = 1e-10  # step [s] at which the integration is given up
 _PROGRESS = 5.0  # seconds of computing between progress messages
 
@@ -148,6 +149,7 @@ class _Integrator:
         at = np.clip(t + h * table.nodes, *self.inside)
         drift = z[:, None] + v[:, None] * (h * table.nodes)
         a, pull, last = a.copy(), pull.copy(), np.inf
+        floor = _ROUND_OFF / self.settings.tolerance
         for _ in range(_ITERATIONS):
             self.steps.iterations += 1
             q = drift + h**2 * (a[:n] @ table.square.T)
@@ -162,9 +164,9 @@ class _Integrator:
             pull += form.pull_change(dw) - gap
             size = float(np.abs(dq).max()) / self.settings.tolerance
             ratio = size / last if np.isfinite(last) else self.rate
-            if not np.isfinite(size) or (np.isfinite(last) and ratio > 0.9 and size > 1e-3):
+            if not np.isfinite(size) or (np.isfinite(last) and ratio > 0.9 and size > floor):
                 raise _NoConvergence
-            if size * ratio < _NEWTON * max(1e-3, 1 - ratio):
+            if size * ratio < _NEWTON * max(1e-3, 1 - ratio) or size < floor:
                 self.rate = min(0.5, max(ratio, 1e-3))
                 return a, pull, drift[:, -1] - z + h**2 * (a[:n] @ table.square[-1])
             last = size

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline
 from scipy.linalg import solve
 
 from models.ancf.assembly import dense
 from models.ancf.eliminated import Eliminated
 from models.ancf.integrator import Settings
 from models.ancf.joint import (
-    Driven,
     Free,
     Joint,
     Locked,
@@ -33,6 +33,7 @@ from models.ancf.state import State
 from models.errors import ModelError
 
 Array = NDArray[np.float64]
+_APPROACH = 65  # instants between which the path to a latch is interpolated
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,8 +115,7 @@ def engage(
                 "change the law, the time or the tolerance."
             )
     after = tuple(
-        Locked(float(angle[k])) if k in engaged
-        else joint if isinstance(joint, Locked) else Free()
+        Locked(float(angle[k])) if k in engaged else joint if isinstance(joint, Locked) else Free()
         for k, joint in enumerate(joints)
     )
     form = Eliminated(chain, after)
@@ -181,8 +181,13 @@ def run_and_lock(
     """
     before = simulate(chain, joints, state, times, settings=settings)
     lock = engage(
-        chain, joints, before.final, engaged,
-        time=float(times[-1]), targets=targets, tolerance=tolerance,
+        chain,
+        joints,
+        before.final,
+        engaged,
+        time=float(times[-1]),
+        targets=targets,
+        tolerance=tolerance,
     )
     left = residual_energy(chain, lock.joints, lock.state)
     rest = None
@@ -228,29 +233,20 @@ def latch_time(
             f"{target:.6g} rad (at t = {motion.times[best]:.4g} s); change the law or the target."
         )
     i = max(int(beyond[0]) - 1, 0)
-    state = State(motion.q[:, i], motion.v[:, i])
-    t = float(motion.times[i])
-    until = float(motion.times[beyond[0]])
-    for _ in range(20):
-        gap = _wrap(joint_angles(chain, state.q[:, None])[joint, 0] - target)
-        if abs(gap) <= tolerance:
-            return t, state
-        rate = float(joint_rates(chain, state.q[:, None], state.v[:, None])[joint, 0])
-        guess = t - gap / rate if rate * gap < 0 else until
-        step = float(np.clip(guess, t, until)) - t
-        moved = simulate(chain, joints, state, np.array([t, t + step]), settings=settings)
-        if side * _wrap(joint_angles(chain, moved.q[:, -1:])[joint, 0] - target) < -tolerance:
-            until = t + step / 2
-            continue
-        t, state = t + step, moved.final
-    raise ModelError(f"latch: joint {joint} is not caught near t = {t:.6g} s; raise the tolerance.")
+    state, t = State(motion.q[:, i], motion.v[:, i]), float(motion.times[i])
+    if beyond[0] == 0:
+        return t, state
+    times = np.linspace(t, float(motion.times[beyond[0]]), _APPROACH)
+    near = simulate(chain, joints, state, times, settings=settings)
+    path = near.joint_angles()[joint] + off[i] + target - near.joint_angles()[joint, 0]
+    rates = joint_rates(chain, near.q, near.v)[joint]
+    caught = target + side * tolerance / 2
+    meets = CubicHermiteSpline(times, path - caught, rates).roots(extrapolate=False)
+    t_end = float(meets[0]) if len(meets) else float(times[-1])
+    ends = np.array([t, t_end])
+    return t_end, simulate(chain, joints, state, ends, settings=settings).final
 
 
 def _wrap(angle: float) -> float:
     """Angle in (-pi, pi]."""
     return float(np.angle(np.exp(1j * angle)))
-
-
-__all__ = [
-    "Driven", "Engagement", "LockedRun", "engage", "latch_time", "residual_energy", "run_and_lock",
-]

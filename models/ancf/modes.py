@@ -8,17 +8,16 @@ from math import pi, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh, solve
+from scipy.linalg import eigh
 
 from models.ancf.assembly import dense
 from models.ancf.eliminated import Eliminated
-from models.ancf.joint import Joint
+from models.ancf.joint import Driven, Joint, Locked
 from models.ancf.link import Chain
 from models.ancf.state import State, check_start
 from models.errors import ModelError
 
 Array = NDArray[np.float64]
-_RIGID = 1e-12  # omega^2 over the largest omega^2 under which a mode is a rigid motion
 _COARSE = pi / 2  # wave number times element length: four elements a wave
 _ITERATIONS = 60
 
@@ -75,7 +74,7 @@ def natural_modes(
         If the state is no equilibrium, or the mesh has fewer than four elements a wave at the
         highest frequency asked for.
     """
-    form, z, x, lack = _at_rest(chain, joints, state, t)
+    form, _, x, lack = _at_rest(chain, joints, state, t)
     asm, ties = form.assembly, form.ties
     scale = max(k.bending_stiffness / k.length**2 for k in chain.links)
     unbalanced = float(np.abs(ties.pull(np.full(1, t), x[:, None], lack[:, None])).max())
@@ -87,12 +86,17 @@ def natural_modes(
     stiffness = ties.reduce(t, x, asm.tangent(x)) + ties.curvature(t, lack)
     mass = ties.reduce(t, x, dense(asm.mass))
     squares, vectors = eigh(stiffness, mass)
-    elastic = squares > _RIGID * squares[-1]
-    squares, vectors = squares[elastic][:count], vectors[:, elastic][:, :count]
+    rigid = _rigid_motions(chain, joints)
+    squares, vectors = squares[rigid : rigid + count], vectors[:, rigid : rigid + count]
     if len(squares) < count:
         raise ModelError(
             f"natural_modes: {count} modes asked of a mesh that has {len(squares)}; "
             f"use more than {chain.elements} elements a link."
+        )
+    if squares[0] <= 0.0:
+        raise ModelError(
+            f"natural_modes: the equilibrium is unstable, omega^2 is {squares[0]:.3g} 1/s^2; "
+            "linearise about a stable one."
         )
     _check_mesh(chain, sqrt(squares[-1]))
     shapes = ties.jacobian(t, x) @ vectors
@@ -102,9 +106,7 @@ def natural_modes(
     return Modes(np.sqrt(squares) / (2 * pi), asm.spread(shapes), share)
 
 
-def equilibrium(
-    chain: Chain, joints: Sequence[Joint], guess: State, *, t: float = 0.0
-) -> State:
+def equilibrium(chain: Chain, joints: Sequence[Joint], guess: State, *, t: float = 0.0) -> State:
     """Static equilibrium near a guess, under gravity and the joint torques at time `t`.
 
     Newton's method with the axial forces as unknowns beside the coordinates.
@@ -135,13 +137,25 @@ def equilibrium(
     )
 
 
+def _rigid_motions(chain: Chain, joints: Sequence[Joint]) -> int:
+    """Number of motions that store no energy."""
+    if any(chain.gravity):
+        return 0
+    hinged = sum(not isinstance(joint, Locked | Driven) for joint in joints)
+    return hinged if chain.pinned else hinged + 2
+
+
 def _checked_solve(matrix: Array, rhs: Array) -> Array:
-    stiffness = np.linalg.eigvalsh(matrix)
-    if np.abs(stiffness).min() < 1e-14 * np.abs(stiffness).max():
+    """Solve, leaving out motions without stiffness unless a force acts along them."""
+    stiffness, shapes = eigh(matrix)
+    stiff = np.abs(stiffness) > 1e-14 * np.abs(stiffness).max()
+    along = shapes.T @ rhs
+    if np.abs(along[~stiff]).max(initial=0.0) > 1e-9 * max(1.0, float(np.abs(along).max())):
         raise ModelError(
-            "equilibrium: the chain can move without force; lock a joint or add gravity."
+            "equilibrium: the chain can move without force along a load; lock a joint, or start "
+            "nearer the equilibrium."
         )
-    return np.asarray(solve(matrix, rhs, assume_a="sym"))
+    return np.asarray(shapes[:, stiff] @ (along[stiff] / stiffness[stiff, None]))
 
 
 def _at_rest(

@@ -80,7 +80,7 @@ def radau(stages: int) -> Radau:
     nodes = (1 + np.sort(legendre.legroots(polynomial))) / 2
     nodes[-1] = 1.0
     degrees = np.arange(stages)
-    lagrange = np.linalg.inv(nodes[:, None] ** degrees)
+    lagrange: Array = np.linalg.inv(nodes[:, None] ** degrees).astype(float)
     matrix = (nodes[:, None] ** (degrees + 1) / (degrees + 1)) @ lagrange
     values, vectors = np.linalg.eig(matrix)
     keep = np.flatnonzero(values.imag > -1e-12)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from time import perf_counter
 from typing import Literal
 
@@ -18,7 +19,7 @@ from models.ancf.baumgarte import Baumgarte
 from models.ancf.constraints import Constraints
 from models.ancf.eliminated import Eliminated
 from models.ancf.integrator import Settings, Steps, integrate
-from models.ancf.joint import Joint, joint_rates, quarter, slope_pair
+from models.ancf.joint import Joint, joint_angles, joint_rates, quarter
 from models.ancf.link import Chain
 from models.ancf.radau import radau
 from models.ancf.state import State, check_start
@@ -96,8 +97,6 @@ class Simulation:
 
     def joint_angles(self) -> Array:
         """Joint angles followed from the start without jumps, (L, m) [rad]."""
-        from models.ancf.joint import joint_angles
-
         return np.unwrap(joint_angles(self.chain, self.q), axis=1)
 
 
@@ -153,7 +152,7 @@ def simulate(
     h = min(1e-3, (end - start) / 10)
     report = _Report(chain, joints, eliminated, moving, settings)
     edges = sorted({start, end, *(b for j in joints for b in j.breakpoints if start < b < end)})
-    for window in zip(edges[:-1], edges[1:], strict=True):
+    for window in pairwise(edges):
         steps, (z, v, h) = integrate(moving, settings, window, z, v, min(h, 1e-2))
         inside = (times >= window[0]) & (times < window[1])
         inside |= (times == end) & (window[1] == end)
@@ -196,7 +195,9 @@ class _Report:
             weights = self.table.weights(theta, 1) * h[which, None]
             part["work"] = before[:, which] + np.einsum("jms,ms->jm", power[:, which], weights)
             self.parts.append(part)
-        ends = self._energies(*self._motion(steps, np.arange(len(t0)), np.ones(len(t0)), h, t0 + h)[:2])
+        all_steps = np.arange(len(t0))
+        x, rate, _ = self._motion(steps, all_steps, np.ones(len(t0)), h, t0 + h)
+        ends = self._energies(x, rate)
         done = before + gained
         self.balance.append(sum(ends) - done[:-1].sum(axis=0) + done[-1])
 
@@ -208,9 +209,7 @@ class _Report:
         h = h[which]
         a = np.array(steps.a)[which][:, :n]
         z0, v0 = np.array(steps.z)[which].T, np.array(steps.v)[which].T
-        once, twice = (
-            np.einsum("mns,ms->nm", a, self.table.weights(theta, i)) for i in (1, 2)
-        )
+        once, twice = (np.einsum("mns,ms->nm", a, self.table.weights(theta, i)) for i in (1, 2))
         acc = np.einsum("mns,ms->nm", a, self.table.weights(theta, 0))
         z, v = z0 + theta * h * v0 + h**2 * twice, v0 + h * once
         if isinstance(form, Eliminated):
@@ -228,7 +227,11 @@ class _Report:
         q, v = (spread(x), spread(rate)) if eliminated else self._nodes
         kinetic, strain, gravity = self._energies(x, rate)
         return {
-            "q": q, "v": v, "kinetic": kinetic, "strain": strain, "gravity": gravity,
+            "q": q,
+            "v": v,
+            "kinetic": kinetic,
+            "strain": strain,
+            "gravity": gravity,
             "torque": self._torques(t, x, rate, acc),
             "violation": np.abs(self.constraints.value(t, q)).max(axis=0, initial=0.0),
         }
@@ -252,9 +255,7 @@ class _Report:
                 out[k] = joint.torque(t)
         return out
 
-    def _stage_power(
-        self, steps: Steps, t0: Array, h: Array, window: tuple[float, float]
-    ) -> Array:
+    def _stage_power(self, steps: Steps, t0: Array, h: Array, window: tuple[float, float]) -> Array:
         """Power of each joint and of the damping at all stages, (L + 1, K, s) [W]."""
         s = self.table.stages
         out = np.empty((len(self.joints) + 1, len(t0), s))
@@ -277,13 +278,20 @@ class _Report:
         first = (joined["kinetic"] + joined["strain"] + joined["gravity"])[0]
         statistics = Statistics(
             steps=sum(len(p.t) for p in self.pieces),
-            **{k: sum(getattr(p, k) for p in self.pieces) for k in ("rejected", "iterations", "jacobians")},
+            rejected=sum(p.rejected for p in self.pieces),
+            iterations=sum(p.iterations for p in self.pieces),
+            jacobians=sum(p.jacobians for p in self.pieces),
             factorizations=self.moving.factorizations,
             seconds=seconds,
         )
         return Simulation(
-            chain=self.chain, times=times, work=done[:-1], dissipated=done[-1],
-            drift=float(np.abs(total - first).max()), statistics=statistics, **joined,
+            chain=self.chain,
+            times=times,
+            work=done[:-1],
+            dissipated=done[-1],
+            drift=float(np.abs(total - first).max()),
+            statistics=statistics,
+            **joined,
         )
 
 

@@ -53,9 +53,7 @@ def posed(chain: Chain, angles: Sequence[float] | None = None) -> State:
     return State(np.concatenate(q), np.zeros(chain.size))
 
 
-def check_start(
-    chain: Chain, joints: Sequence[Joint], given: State, kept: State, t: float
-) -> None:
+def check_start(chain: Chain, joints: Sequence[Joint], given: State, kept: State, t: float) -> None:
     """Raise ModelError unless the given state is the one the constraints keep."""
     for k, angle in enumerate(joint_angles(chain, given.q[:, None])[:, 0]):
         joint = joints[k]

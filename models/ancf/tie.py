@@ -62,7 +62,7 @@ class TieMap:
     def direction(
         tie: Tie, phi: Array, w: Array, dw: Array, xs: list[Array]
     ) -> tuple[Array, Array, Array]:
-        """u = R(phi) a and its two time derivatives, (2, m)."""
+        """U = R(phi) a and its two time derivatives, (2, m)."""
         if tie.a is None:
             u = np.array((np.cos(phi), np.sin(phi)))
             n = quarter(u)
@@ -118,7 +118,7 @@ class TieMap:
         return out[np.ix_(self.keep, self.keep)]
 
     def drop(self, t: float, x: Array, rate: Array) -> tuple[Array, Array]:
-        """z and its velocity from x and xdot that respect the ties at one instant."""
+        """Z and its velocity from x and xdot that respect the ties at one instant."""
         z, v = x.copy(), rate.copy()
         at = np.full(1, t)
         for tie in self.ties:

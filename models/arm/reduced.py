@@ -28,7 +28,7 @@ from models.arm.parameters import ArmParameters
 from models.errors import ModelError
 
 Array = NDArray[np.float64]
-_NAMES = ("theta1", "delta1", "psi1", "theta2", "delta2", "psi2")
+COORDINATES = ("theta1", "delta1", "psi1", "theta2", "delta2", "psi2")
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class ReducedArm:
         dropped = {"psi2"} if self.variant == "B21" else set()
         dropped |= set() if self.root_lock is None else {"theta1"}
         dropped |= set() if self.elbow_lock is None else {"theta2"}
-        return tuple(name for name in _NAMES if name not in dropped)
+        return tuple(name for name in COORDINATES if name not in dropped)
 
     @property
     def size(self) -> int:
@@ -83,7 +83,7 @@ class ReducedArm:
             p["theta2"] = p["theta1"] + _tip_turn(p["psi1"]) + self.elbow_lock
         if self.variant == "B21":
             p["psi2"] = 1.5 * p["delta2"] / self.parameters.small.length
-        return ca.vertcat(*(p[name] for name in _NAMES))
+        return ca.vertcat(*(p[name] for name in COORDINATES))
 
     def node_coordinates(self, q: Any, elements: int = 1) -> Any:
         """ANCF node coordinates of both links on a mesh of `elements` a link, (size, 1).
@@ -199,7 +199,7 @@ class ReducedArm:
         """Undeformed coordinates (n,) at joint angles [rad]; a lock has its own angle."""
         root = root if self.root_lock is None else self.root_lock
         elbow = elbow if self.elbow_lock is None else self.elbow_lock
-        straight = dict.fromkeys(_NAMES, 0.0) | {"theta1": root, "theta2": root + elbow}
+        straight = dict.fromkeys(COORDINATES, 0.0) | {"theta1": root, "theta2": root + elbow}
         return np.array([straight[name] for name in self.coordinates])
 
     def full_chain(self, elements: int = 8) -> Chain:
@@ -216,9 +216,7 @@ def _tip_turn(psi: Any) -> Any:
     return ca.atan2(psi, 1 - psi**2 / 2)
 
 
-def _point(
-    link: Link, start: Any, theta: Any, delta: Any, psi: Any, s: float
-) -> tuple[Any, Any]:
+def _point(link: Link, start: Any, theta: Any, delta: Any, psi: Any, s: float) -> tuple[Any, Any]:
     """Position and slope (2, 1) of the point at arc length s of a link.
 
     v' = a s + b s^2; u = -1/2 (a^2 s^3/3 + a b s^4/2 + b^2 s^5/5) is the foreshortening.

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from math import pi
 
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh, solve
 
-from models.ancf.joint import Free, Locked, Torque
-from models.arm.reduced import ReducedArm
+from models.ancf.joint import Free, Torque
+from models.arm.reduced import COORDINATES, ReducedArm
 from models.errors import ModelError
 
 Array = NDArray[np.float64]
@@ -67,7 +69,7 @@ def simulate_reduced(
     state = np.concatenate((q, np.zeros(model.size) if v is None else v))
     out = np.empty((2 * model.size, len(times)))
     out[:, 0] = state
-    for lo, hi in zip(edges[:-1], edges[1:], strict=True):
+    for lo, hi in pairwise(edges):
         inside = (times > lo) & (times <= hi)
         asked = np.append(times[inside], hi)
         edge = 1e-13 * max(1.0, abs(hi))
@@ -79,8 +81,13 @@ def simulate_reduced(
             return np.concatenate((y[half:], model.dynamics(y[:half], y[half:], tau).full()[:, 0]))
 
         done = solve_ivp(
-            rate, (lo, hi), state, method="DOP853", t_eval=np.unique(asked),
-            rtol=max(tolerance, 3e-14), atol=tolerance,
+            rate,
+            (lo, hi),
+            state,
+            method="DOP853",
+            t_eval=np.unique(asked),
+            rtol=max(tolerance, 3e-14),
+            atol=tolerance,
         )
         if not done.success:
             raise ModelError(
@@ -112,20 +119,15 @@ def lock_reduced(
     p = np.array(model.embed(q).full())[:, 0]
     angle = float(model.elbow_angle(q))
     locked = ReducedArm(
-        model.parameters, model.variant,
+        model.parameters,
+        model.variant,
         float(p[0]) if root else model.root_lock,
         angle if elbow else model.elbow_lock,
     )
     kept = [model.coordinates.index(name) for name in locked.coordinates]
     z = q[kept]
-    import casadi as ca
-
     s = ca.SX.sym("s", locked.size)
     all_six = ca.Function("p", [s], [ca.jacobian(locked.embed(s), s)])(z).full()
-    rows = [("theta1", "delta1", "psi1", "theta2", "delta2", "psi2").index(n) for n in model.coordinates]
-    J = all_six[rows]
+    J = all_six[[COORDINATES.index(name) for name in model.coordinates]]
     mass = model.linear(q)[0].full()
     return locked, z, solve(J.T @ mass @ J, J.T @ mass @ v, assume_a="pos")
-
-
-__all__ = ["Free", "Locked", "ReducedMotion", "lock_reduced", "reduced_modes", "simulate_reduced"]
