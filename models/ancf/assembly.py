@@ -228,5 +228,6 @@ def _point_rows(elements: NDArray[np.intp], rows: Array, n: int) -> Array:
 
 
 def _pack(matrix: Array) -> Matrix:
-    """Sparse form of a large matrix."""
+    """Sparse form of a large matrix; read-only, as `assemble` hands it out more than once."""
+    matrix.setflags(write=False)
     return matrix if matrix.shape[1] < _DENSE_BELOW else sparse.csr_array(matrix)

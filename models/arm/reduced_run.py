@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from math import pi
@@ -39,7 +40,7 @@ def simulate_reduced(
     v: Array | None = None,
     root: Torque | Free | None = None,
     elbow: Torque | Free | None = None,
-    tolerance: float = 1e-10,
+    tolerance: float = 1e-9,
 ) -> ReducedMotion:
     """Integrate a reduced arm with an explicit method of order 8, between breakpoints.
 
@@ -72,14 +73,7 @@ def simulate_reduced(
     for lo, hi in pairwise(edges):
         inside = (times > lo) & (times <= hi)
         asked = np.append(times[inside], hi)
-        edge = 1e-13 * max(1.0, abs(hi))
-
-        def rate(t: float, y: Array, lo: float = lo + edge, hi: float = hi - edge) -> Array:
-            at = np.clip(np.full(1, t), lo, hi)
-            tau = [0.0 if law is None else float(law.torque(at)[0]) for law in laws]
-            half = model.size
-            return np.concatenate((y[half:], model.dynamics(y[:half], y[half:], tau).full()[:, 0]))
-
+        rate = _right_hand_side(model, laws, (lo, hi))
         done = solve_ivp(
             rate,
             (lo, hi),
@@ -98,6 +92,32 @@ def simulate_reduced(
     q_all, v_all = out[: model.size], out[model.size :]
     nodes = model.to_nodes(q_all, v_all, 1)[0]
     return ReducedMotion(model, times, q_all, v_all, nodes[12:14], nodes[4:6])
+
+
+def _right_hand_side(
+    model: ReducedArm, laws: list[Torque | None], window: tuple[float, float]
+) -> Callable[[float, Array], Array]:
+    """State rates of the reduced arm inside a window, through CasADi's buffers."""
+    n, edge = model.size, 1e-13 * max(1.0, abs(window[1]))
+    first, last = window[0] + edge, window[1] - edge
+    state, torque, out = np.empty(2 * n), np.zeros(2), np.empty(n)
+    buffer, evaluate = model.dynamics.buffer()
+    for k, part in enumerate((state[:n], state[n:], torque)):
+        buffer.set_arg(k, part.data)
+    buffer.set_res(0, out.data)
+
+    alive = buffer, model.dynamics  # evaluate() does not keep them
+
+    def rate(t: float, y: Array, _alive: object = alive) -> Array:
+        state[:] = y
+        at = np.array([min(max(t, first), last)])
+        for k, law in enumerate(laws):
+            if law is not None:
+                torque[k] = law.torque(at)[0]
+        evaluate()
+        return np.concatenate((y[n:], out))
+
+    return rate
 
 
 def reduced_modes(model: ReducedArm, q: Array) -> tuple[Array, Array]:
