@@ -1,10 +1,13 @@
 """All that is printed: progress lines, plain lines and tables. Nothing else prints."""
 
+import shutil
 import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TextIO
+
+QUIET = 10.0  # [s] between lines of progress where there is no terminal
 
 
 @dataclass(frozen=True)
@@ -45,6 +48,8 @@ class Console:
     out: TextIO = field(default_factory=lambda: sys.stdout)
     progress_to: TextIO = field(default_factory=lambda: sys.stderr)
     started: float = field(default_factory=time.monotonic)
+    _shown: float = field(default_factory=time.monotonic)  # when the last live line was shown
+    _live: int = 0  # length of the live line on the terminal
 
     def say(self, text: object = "") -> None:
         """Print a result."""
@@ -52,10 +57,32 @@ class Console:
 
     def progress(self, text: str) -> None:
         """Print a line of progress with the seconds since the start."""
-        print(
-            f"[{time.monotonic() - self.started:6.1f} s] {text}", file=self.progress_to, flush=True
-        )
+        self._clear()
+        print(f"{self._clock()} {text}", file=self.progress_to, flush=True)
+
+    def live(self, text: str) -> None:
+        """Show where long work stands: in one line on a terminal, else now and then."""
+        now, terminal = time.monotonic(), self.progress_to.isatty()
+        if now - self._shown < (0.1 if terminal else QUIET):
+            return
+        self._shown = now
+        if not terminal:
+            self.progress(text)
+            return
+        self._clear()
+        line = f"{self._clock()} {text}"[: shutil.get_terminal_size().columns - 1]
+        print(line, end="", file=self.progress_to, flush=True)
+        self._live = len(line)
+
+    def _clear(self) -> None:
+        if self._live:
+            print("\r" + " " * self._live + "\r", end="", file=self.progress_to)
+            self._live = 0
+
+    def _clock(self) -> str:
+        return f"[{time.monotonic() - self.started:6.1f} s]"
 
     def complain(self, sentence: str) -> None:
         """Print an error."""
+        self._clear()
         print(f"antenna-ocp: {sentence}", file=self.progress_to, flush=True)

@@ -8,7 +8,7 @@ class ExitCode(IntEnum):
 
     OK = 0, "done; every check passed"
     BAD_INPUT = 2, "a flag, a file or a value is wrong; nothing was computed"
-    INFEASIBLE = 3, "no motion meets the stated caps"
+    INFEASIBLE = 3, "no motion meets the stated caps, or none of those that do is best"
     NOT_SOLVED = 4, "the solver failed; the inputs are kept in the results folder"
     NOT_VERIFIED = 5, "a result or a profile was computed but failed a check; see its record"
     NO_RESULTS_FOLDER = 6, "the results folder exists already or cannot be written"

@@ -21,7 +21,7 @@ from models.truss import (
     rope_speed,
 )
 from studies.truss.config import DEPLOYED, Caps, TrussStudy
-from studies.truss.phase_plane import LeastForce, PhasePlane
+from studies.truss.phase_plane import LeastForce
 
 GAUSS_POINTS = 60
 
@@ -79,8 +79,18 @@ def least_work(study: TrussStudy, duration: float) -> float:
     return static + friction**2 / duration
 
 
-def lower_bounds(study: TrussStudy, force: LeastForce | None) -> dict[str, float]:
-    """What no motion of at most the longest duration beats, by quantity."""
+def lower_bounds(
+    study: TrussStudy, force: LeastForce | None, least_time_of_force: float = 0.0
+) -> dict[str, float]:
+    """What no motion of at most the longest duration beats, by quantity.
+
+    Parameters
+    ----------
+    force : LeastForce or None
+        The phase-plane bound of the force, where it is known.
+    least_time_of_force : float
+        T_min of the force cap, from the phase plane [s].
+    """
     duration, caps = study.duration[1], study.caps
     work = least_work(study, duration)
     bounds = {
@@ -90,15 +100,10 @@ def lower_bounds(study: TrussStudy, force: LeastForce | None) -> dict[str, float
         "peak-speed": study.stroke / duration,
         "peak-power": work / duration,
         "energy": work,
-        "time": max(study.duration[0], least_time(study.stroke, caps)),
+        "time": max(study.duration[0], least_time(study.stroke, caps), least_time_of_force),
     }
     if caps.jerk is not None:
         bounds["peak-jerk"] = least_jerk_cap(study.stroke, duration)
     if force is not None:
         bounds["peak-force"] = force.force
     return bounds
-
-
-def least_force(study: TrussStudy, plane: PhasePlane | None = None) -> LeastForce:
-    """Least peak force in the longest duration with no other cap than T1 >= 0."""
-    return (plane or PhasePlane(study.truss)).least_force(study.duration[1])

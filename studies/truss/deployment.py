@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 
 GRID_POINTS = 4000  # samples of a motion, spread over its pieces, before peaks are refined
 CANDIDATES = 4  # highest samples of a quantity that are refined
+BACKWARD = 1e-6  # of the mean speed: what a bound of an optimiser may leave below zero
 GAUSS_POINTS = 8  # per cell of the energy quadrature
 GAUSS_CELLS = 400  # cells of the energy quadrature, spread over the pieces
 
@@ -78,7 +79,10 @@ class Deployment:
     def at(self, time: ArrayLike) -> tuple[Motion, TrussMotion]:
         """Histories at times (m,) in [0, T]."""
         motion = self.law.motion(time)
-        return motion, evaluate_motion(self.truss, motion.angle, motion.speed, motion.acceleration)
+        rounding = -BACKWARD * (self.law.end_angle - self.law.start_angle) / self.law.duration
+        still = (motion.speed < 0) & (motion.speed > rounding)
+        speed = np.where(still, 0.0, motion.speed)
+        return motion, evaluate_motion(self.truss, motion.angle, speed, motion.acceleration)
 
     @cached_property
     def edges(self) -> tuple[float, ...]:

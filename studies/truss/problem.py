@@ -1,0 +1,261 @@
+"""The truss's optimal control problem, stated in `ocp`.
+
+With a cap on jerk the states are angle, speed and acceleration, all zero rates at both ends (45),
+and the jerk is the control. Without one, zero acceleration at the ends means nothing: the states
+are angle and speed, and the control is the rope force where forces matter, else the acceleration.
+
+Where forces matter the motion has two phases, before and after the net becomes taut, so that the
+kink of the potential (26) lies on their common end.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import operator
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from models.truss import (
+    Net,
+    angular_acceleration,
+    far_end_ratio,
+    reaction_force,
+    rope_acceleration,
+    rope_force,
+    rope_speed,
+)
+from ocp import Between, Bound, Control, Phase, Problem, State, joined, peak
+from studies.truss.config import DEPLOYED, TrussStudy
+from studies.truss.guesses import Start
+from studies.truss.quantities import OBJECTIVES
+
+EARLIEST, LATEST = 1e-5, 1 - 1e-5  # of the duration, between which the net becomes taut
+
+
+@dataclass(frozen=True)
+class Signals:
+    """The signals of the problem; `jerk` and `force` are None where they are no signals."""
+
+    angle: State
+    speed: State
+    acceleration: Any
+    jerk: Control | None
+    force: Control | None
+
+
+@dataclass(frozen=True)
+class Statement:
+    """A stated problem and what is needed to read its solution.
+
+    Attributes
+    ----------
+    phases : of the problem.
+    nets : the branch of the potential in each phase.
+    signals : as above.
+    stages : the objectives to minimise, most important first, in units of their references.
+    smoothness : the integral that the last stage minimises, or None.
+    """
+
+    phases: tuple[Phase, ...]
+    nets: tuple[Net, ...]
+    signals: Signals
+    stages: tuple[Any, ...]
+    smoothness: Any
+    links: tuple[Bound, ...]
+
+    def problem(self, stage: int = 0, bounds: Sequence[Bound] = ()) -> Problem:
+        """The problem that minimises one stage under further bounds."""
+        stages = (*self.stages, self.smoothness)
+        return Problem(
+            "truss", self.phases, minimise=stages[stage], bounds=bounds, links=self.links
+        )
+
+
+def needs_forces(study: TrussStudy) -> bool:
+    """Whether objective or caps depend on the rope force."""
+    objective = any(OBJECTIVES[name].needs_forces for name in study.objectives)
+    return objective or study.caps.force is not None or study.caps.least_tension > 0
+
+
+def state(
+    study: TrussStudy, start: Start, references: Mapping[str, float], with_forces: bool
+) -> Statement:
+    """State the study's problem with a start as guess.
+
+    Parameters
+    ----------
+    references : mapping of objective to float
+        Sizes by which weighted objectives are divided.
+    with_forces : bool
+        Whether the rope force is part of the problem: with two phases and T1 >= 0.
+    """
+    signals = _signals(study, with_forces)
+    nets: tuple[Net, ...] = ("slack", "taut") if with_forces else ("by angle",)
+    phases = _phases(study, start, signals, nets)
+    pairs = tuple(zip(phases, nets, strict=True))
+    stages = tuple(
+        _sum(weight / references[name] * _objective(name, study, pairs, signals)
+             for name, weight in stage.items())
+        for stage in study.minimise
+    )  # fmt: skip
+    smoothness = None
+    if signals.jerk is not None:
+        size = study.caps.jerk or 1.0
+        roughness = (signals.jerk.symbol / size) ** 2
+        smoothness = _sum(phase.integral(roughness, "roughness", "s") for phase in phases)
+    links = joined(*phases) if len(phases) == 2 else ()
+    return Statement(phases, nets, signals, stages, smoothness, tuple(links))
+
+
+def _sum(terms: Iterable[Any]) -> Any:
+    """Sum of expressions."""
+    return functools.reduce(operator.add, terms)
+
+
+def _signals(study: TrussStudy, with_forces: bool) -> Signals:
+    caps, stowed = study.caps, study.truss.stowed_angle
+    angle = State("angle", "rad", lower=stowed / 2, upper=2.0)
+    speed = State("speed", "rad/s", lower=0.0, upper=_or_infinity(caps.speed))
+    most = _or_infinity(caps.acceleration)
+    if caps.jerk is not None:
+        acceleration = State("acceleration", "rad/s^2", lower=-most, upper=most)
+        jerk = Control("jerk", "rad/s^3", lower=-caps.jerk, upper=caps.jerk, shape="constant")
+        return Signals(angle, speed, acceleration, jerk, None)
+    if with_forces:
+        force = Control(
+            "rope force", "N", lower=0.0, upper=_or_infinity(caps.force), shape="constant"
+        )
+        return Signals(angle, speed, None, None, force)
+    control = Control("acceleration", "rad/s^2", lower=-most, upper=most, shape="constant")
+    return Signals(angle, speed, control, None, None)
+
+
+def _or_infinity(cap: float | None) -> float:
+    return math.inf if cap is None else cap
+
+
+def acceleration_in(study: TrussStudy, signals: Signals, net: Net) -> Any:
+    """Angular acceleration as a signal or, where the rope force drives, as an expression."""
+    if signals.force is None:
+        return signals.acceleration
+    return angular_acceleration(
+        study.truss, signals.angle.symbol, signals.speed.symbol, signals.force.symbol, net
+    )
+
+
+def force_in(study: TrussStudy, signals: Signals, net: Net) -> Any:
+    """Rope force at the motor as a signal or as an expression."""
+    if signals.force is not None:
+        return signals.force
+    acceleration = signals.acceleration.symbol
+    return rope_force(study.truss, signals.angle.symbol, signals.speed.symbol, acceleration, net)
+
+
+def _phases(
+    study: TrussStudy, start: Start, signals: Signals, nets: tuple[Net, ...]
+) -> tuple[Phase, ...]:
+    angle, low_high = signals.angle, study.duration
+    low, high = low_high
+    guess = min(max(start.duration, low), high)
+    end: Any = high if low == high else Between(low, high, guess=guess)
+    rest = {signals.speed: 0.0}
+    if signals.jerk is not None:
+        rest[signals.acceleration] = 0.0
+    first = {angle: study.truss.stowed_angle, **rest}
+    last = {angle: DEPLOYED, **rest}
+    if len(nets) == 1:
+        return (_phase("deployment", study, signals, nets[0], start, 0.0, end, first, last),)
+    earliest, latest = EARLIEST * low, LATEST * high
+    net_time = min(max(start.net_time, earliest), latest)
+    taut_from = Between(earliest, latest, guess=net_time)
+    passing = {angle: study.truss.net_angle}
+    return (
+        _phase("net slack", study, signals, "slack", start, 0.0, taut_from, first, passing),
+        _phase("net taut", study, signals, "taut", start, taut_from, end, passing, last),
+    )
+
+
+def _phase(
+    name: str,
+    study: TrussStudy,
+    signals: Signals,
+    net: Net,
+    start: Start,
+    begin: Any,
+    end: Any,
+    initial: Mapping[State, float],
+    final: Mapping[State, float],
+) -> Phase:
+    acceleration = acceleration_in(study, signals, net)
+    dynamics = {signals.angle: signals.speed, signals.speed: acceleration}
+    guess: dict[Any, Any] = {signals.angle: start.angle, signals.speed: start.speed}
+    if signals.jerk is not None:
+        dynamics[signals.acceleration] = signals.jerk
+        guess |= {signals.acceleration: start.acceleration, signals.jerk: start.jerk}
+    elif signals.force is not None:
+        guess[signals.force] = start.rope_force
+    else:
+        guess[signals.acceleration] = start.acceleration
+    return Phase(
+        name, dynamics=dynamics, initial=initial, final=final, start=begin, end=end,
+        bounds=_bounds(study, signals, net), guess=guess,
+    )  # fmt: skip
+
+
+def _bounds(study: TrussStudy, signals: Signals, net: Net) -> list[Bound]:
+    """Path constraints on forces, and on the acceleration where it is no signal."""
+    if net == "by angle":
+        return []
+    caps, found = study.caps, []
+    force = force_in(study, signals, net)
+    if signals.force is None:
+        found.append(Bound("rope force", force, "N", lower=0.0, upper=_or_infinity(caps.force)))
+    elif caps.acceleration is not None:
+        acceleration, most = acceleration_in(study, signals, net), caps.acceleration
+        found.append(Bound("acceleration", acceleration, "rad/s^2", lower=-most, upper=most))
+    if caps.least_tension > 0:
+        share = far_end_ratio(study.truss, signals.angle.symbol)
+        far_end = force * share
+        found.append(Bound("far-end tension", far_end, "N", lower=caps.least_tension))
+    return found
+
+
+def _objective(
+    name: str, study: TrussStudy, pairs: Sequence[tuple[Phase, Net]], signals: Signals
+) -> Any:
+    """An objective as a number of the motion."""
+    if name == "time":
+        return pairs[-1][0].end_time
+    expression = _expressions(study, signals)[name]
+    if name == "energy":
+        return _sum(phase.integral(expression(net), "work", "J") for phase, net in pairs)
+    return peak(
+        *((phase, expression(net)) for phase, net in pairs),
+        name=OBJECTIVES[name].title,
+        unit=OBJECTIVES[name].unit,
+        absolute=name not in ("peak-force", "peak-power"),
+    )
+
+
+def _expressions(study: TrussStudy, signals: Signals) -> dict[str, Callable[[Net], Any]]:
+    truss, alpha, omega = study.truss, signals.angle.symbol, signals.speed.symbol
+
+    def power(net: Net) -> Any:
+        return -2 * force_in(study, signals, net) * rope_speed(truss, alpha, omega)
+
+    def acceleration(net: Net) -> Any:
+        found = acceleration_in(study, signals, net)
+        return getattr(found, "symbol", found)
+
+    return {
+        "peak-acceleration": acceleration,
+        "peak-rope-acceleration": lambda net: rope_acceleration(
+            truss, alpha, omega, acceleration(net)
+        ),
+        "peak-reaction": lambda net: reaction_force(truss, alpha, omega, acceleration(net)),
+        "peak-force": lambda net: force_in(study, signals, net),
+        "peak-power": power,
+        "energy": power,
+    }

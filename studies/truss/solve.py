@@ -1,0 +1,304 @@
+"""Solves the truss's problem from several starts and says what was found, and how sure that is."""
+
+from __future__ import annotations
+
+import functools
+import time as clock
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from models.truss import static_peak
+from ocp import Bound, Interrupted, OcpError, Settings, Solution, SolveFailed, solve
+from studies.console import Console, number
+from studies.exit_codes import ExitCode, StudyError
+from studies.truss.bounds import lower_bounds
+from studies.truss.compare import paper_laws
+from studies.truss.config import TrussStudy
+from studies.truss.deployment import Deployment
+from studies.truss.guesses import Start, starts
+from studies.truss.phase_plane import LeastForce, PhasePlane
+from studies.truss.problem import Statement, needs_forces, state
+from studies.truss.quantities import OBJECTIVES
+from studies.truss.solved_law import law_of
+
+SAME_BASIN = 1e-4  # relative: optima closer than this are one basin, solved to different meshes
+BOUND_MET = 1e-4  # relative distance to a global bound that counts as meeting it
+FAST = 1e-3  # relative: a force peak this far below the static one is due to momentum
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One start and what came of it: a solution with its statement, or a sentence."""
+
+    start: str
+    value: float | None
+    seconds: float
+    statement: Statement | None = None
+    solution: Solution | None = None
+    failure: str | None = None
+
+
+@dataclass(frozen=True)
+class Basin:
+    """Starts that ended in the same optimum."""
+
+    value: float
+    starts: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The best motion found.
+
+    Attributes
+    ----------
+    deployment : the optimal law on its truss.
+    solution : of the last stage.
+    attempts : all starts, those that failed among them.
+    basins : optima found, best first.
+    bounds : lower bounds by quantity.
+    verdict : what the result is, in words.
+    remarks : sentences that belong beside it.
+    interrupted : whether the user stopped the search.
+    """
+
+    deployment: Deployment
+    solution: Solution
+    attempts: tuple[Attempt, ...]
+    basins: tuple[Basin, ...]
+    bounds: Mapping[str, float]
+    verdict: str
+    remarks: tuple[str, ...]
+    interrupted: bool
+
+
+class Search:
+    """One study on its way to an outcome; holds what is computed once and used often."""
+
+    def __init__(self, study: TrussStudy, console: Console) -> None:
+        self.study = study
+        self.console = console
+        self.remarks: list[str] = []
+        self.interrupted = False
+
+    @functools.cached_property
+    def plane(self) -> PhasePlane:
+        """The phase plane of the truss."""
+        return PhasePlane(self.study.truss)
+
+    @functools.cached_property
+    def least_force(self) -> LeastForce:
+        """The phase-plane bound of the force."""
+        self.console.progress("phase plane: least force without further caps")
+        return self.plane.least_force(self.study.duration[1])
+
+    @functools.cached_property
+    def bounds(self) -> dict[str, float]:
+        """Lower bounds by quantity; the phase plane only where it can matter."""
+        cap = self.study.caps.force
+        least_time = 0.0 if cap is None else self.plane.least_time(cap)
+        force = self.least_force if "peak-force" in self.study.objectives else None
+        return lower_bounds(self.study, force, least_time)
+
+    @functools.cached_property
+    def references(self) -> dict[str, float]:
+        """Sizes that make weighted objectives comparable: the Bezier law's values."""
+        bezier, _ = paper_laws(self.study.truss, self.study.duration[1])
+        return {name: bezier.values[name] for name in OBJECTIVES}
+
+    def run(self) -> Outcome:
+        """Search, first without forces where they do not matter, and report the best."""
+        self._check_attained()
+        with_forces = needs_forces(self.study)
+        outcome = self._from_all_starts(with_forces)
+        floor = self.study.caps.least_tension
+        if not with_forces and outcome.deployment.values["least-tension"] < floor:
+            self.console.progress("the rope would have to push: again with forces in the problem")
+            self.remarks.append("The rope's pull limits this motion (T1 >= 0 is active).")
+            outcome = self._from_all_starts(True)
+        return outcome
+
+    def _check_attained(self) -> None:
+        """Refuse to print an optimum that no motion attains."""
+        caps = self.study.caps
+        free = caps.jerk is None and caps.acceleration is None and caps.speed is None
+        if free and self.study.minimise[0].keys() == {"peak-force"}:
+            least = self.least_force
+            if not least.attained:
+                raise StudyError(
+                    f"there is no optimal motion: {least.sentence}; cap the jerk, or choose a "
+                    f"duration below {least.motion.duration:.3g} s",
+                    ExitCode.INFEASIBLE,
+                )
+
+    def _from_all_starts(self, with_forces: bool) -> Outcome:
+        attempts: list[Attempt] = []
+        recipes = starts(self.study, lambda: self.least_force)
+        for number_, (name, recipe) in enumerate(
+            zip(self.study.solver.starts, recipes, strict=True), start=1
+        ):
+            label = f"start {number_} of {len(recipes)} ({name})"
+            attempt = self._attempt(name, recipe, with_forces, label)
+            if attempt is None:
+                break
+            attempts.append(attempt)
+            self.console.progress(f"{label}: {_result_of(attempt, self.study)}")
+            if self._bound_met(attempt.value):
+                break
+        return self._outcome(attempts)
+
+    def _attempt(
+        self, name: str, recipe: Callable[[], Start], with_forces: bool, label: str
+    ) -> Attempt | None:
+        """One start; None if the user interrupted it."""
+        begin = clock.monotonic()
+        try:
+            statement = state(self.study, recipe(), self._weights(), with_forces)
+            solution = self._solve(statement, 0, (), None, label)
+        except (Interrupted, KeyboardInterrupt):
+            self.interrupted = True
+            return None
+        except OcpError as error:
+            return Attempt(name, None, clock.monotonic() - begin, failure=str(error))
+        value = solution.verification.replayed_objective
+        return Attempt(name, value, clock.monotonic() - begin, statement, solution)
+
+    def _weights(self) -> dict[str, float]:
+        """References by which to divide; a single objective keeps its own unit."""
+        single = all(len(stage) == 1 for stage in self.study.minimise)
+        return dict.fromkeys(OBJECTIVES, 1.0) if single else self.references
+
+    def _solve(
+        self, statement: Statement, stage: int, held: Sequence[Bound], guess: Any, label: str
+    ) -> Solution:
+        phases = len(statement.phases)
+        settings = Settings(intervals=max(2, -(-self.study.solver.intervals // phases)))
+        return solve(
+            statement.problem(stage, held),
+            settings=settings,
+            guess=guess,
+            progress=lambda line: self.console.live(f"{label}: {line}"),
+        )
+
+    def _outcome(self, attempts: Sequence[Attempt]) -> Outcome:
+        solved = [attempt for attempt in attempts if attempt.solution is not None]
+        if not solved:
+            raise self._nothing_found(attempts)
+        best = min(solved, key=lambda attempt: attempt.value or 0.0)
+        assert best.statement is not None
+        assert best.solution is not None
+        basins = _basins(solved)
+        verdict = self._verdict(best, basins, len(attempts))
+        solution = self._later_stages(best.statement, best.solution)
+        law = law_of(self.study, best.statement, solution)
+        return Outcome(
+            deployment=Deployment("optimal", law, self.study.truss),
+            solution=solution,
+            attempts=tuple(attempts),
+            basins=basins,
+            bounds=self.bounds,
+            verdict=verdict,
+            remarks=tuple(self.remarks),
+            interrupted=self.interrupted,
+        )
+
+    def _nothing_found(self, attempts: Sequence[Attempt]) -> StudyError:
+        if self.interrupted:
+            return StudyError(
+                "interrupted before a motion was found; the inputs are kept", ExitCode.INTERRUPTED
+            )
+        failures = "; ".join(f"from {a.start}: {a.failure}" for a in attempts[:1])
+        return StudyError(
+            f"no motion was found from {len(attempts)} starts; {failures}", ExitCode.NOT_SOLVED
+        )
+
+    def _later_stages(self, statement: Statement, solution: Solution) -> Solution:
+        """Later objectives, then smoothness, each with the earlier ones held; never a loss."""
+        stages = list(range(1, len(statement.stages)))
+        if self.study.smooth and statement.smoothness is not None and self._leaves_freedom():
+            stages.append(len(statement.stages))
+        held: list[Bound] = []
+        for before, stage in zip([0, *stages], stages, strict=False):
+            limit = solution.objective + self.study.concession * abs(solution.objective)
+            held.append(Bound(f"objective {before + 1}", statement.stages[before], upper=limit))
+            smoothing = stage == len(statement.stages)
+            label = "smoothing" if smoothing else f"objective {stage + 1}"
+            try:
+                solution = self._solve(statement, stage, held, solution, label)
+            except (Interrupted, KeyboardInterrupt):
+                self.interrupted = True
+                break
+            except SolveFailed as error:
+                self.remarks.append(f"The stage '{label}' failed and was left out: {error}")
+                break
+            self.console.progress(f"{label}: done")
+        return solution
+
+    def _leaves_freedom(self) -> bool:
+        """Whether the last objective is a peak that leaves the law free where it is not active."""
+        last = self.study.minimise[-1]
+        return all(OBJECTIVES[name].kind == "peak" for name in last) and last.keys() != {
+            "peak-acceleration"
+        }
+
+    def _bound(self) -> float | None:
+        """A proven bound of the first objective."""
+        first = self.study.minimise[0]
+        return self.bounds.get(next(iter(first))) if len(first) == 1 else None
+
+    def _bound_met(self, value: float | None) -> bool:
+        bound = self._bound()
+        return value is not None and bound is not None and value <= bound * (1 + BOUND_MET)
+
+    def _verdict(self, best: Attempt, basins: Sequence[Basin], tried: int) -> str:
+        bound, value = self._bound(), best.value
+        assert value is not None
+        if self._bound_met(value) and bound is not None:
+            return f"global: the bound {bound:.6g} is met (gap {abs(value / bound - 1):.1e})"
+        kind = f"local: best of {tried} starts"
+        if self.interrupted:
+            kind += f" of {len(self.study.solver.starts)}, then interrupted"
+        listed = "; ".join(
+            f"{basin.value:.6g}{self._speed_of(basin)} from {', '.join(basin.starts)}"
+            for basin in basins
+        )
+        gap = "" if not bound else f"; at most {100 * (1 - bound / value):.3g} % above the optimum"
+        return f"{kind}; {len(basins)} basin{'s' * (len(basins) > 1)} found: {listed}{gap}"
+
+    def _speed_of(self, basin: Basin) -> str:
+        """Whether a basin of the force problem lives from momentum."""
+        if self.study.minimise[0].keys() != {"peak-force"}:
+            return ""
+        ridge = static_peak(self.study.truss).force
+        if basin.value < ridge * (1 - FAST):
+            return f" (fast: momentum carries it over the static {ridge:.6g} N)"
+        if basin.value < ridge * (1 + FAST):
+            return f" (slow: the static {ridge:.6g} N)"
+        return f" (inertial: above the static {ridge:.6g} N)"
+
+
+def _basins(solved: Sequence[Attempt]) -> tuple[Basin, ...]:
+    found: list[Basin] = []
+    for attempt in sorted(solved, key=lambda attempt: attempt.value or 0.0):
+        value = attempt.value or 0.0
+        if found and abs(value - found[-1].value) <= SAME_BASIN * abs(found[-1].value):
+            found[-1] = replace(found[-1], starts=(*found[-1].starts, attempt.start))
+        else:
+            found.append(Basin(value, (attempt.start,)))
+    return tuple(found)
+
+
+def _result_of(attempt: Attempt, study: TrussStudy) -> str:
+    if attempt.solution is None:
+        return f"failed, {attempt.failure}"
+    first = study.minimise[0]
+    name, unit = (
+        (next(iter(first)), OBJECTIVES[next(iter(first))].unit)
+        if len(first) == 1
+        else ("weighted sum", "1")
+    )
+    return (
+        f"{name} {number(attempt.value, 7)} {unit}, {attempt.solution.iterations} iterations, "
+        f"{attempt.seconds:.1f} s"
+    )
