@@ -30,7 +30,7 @@ $(READY): pyproject.toml constraints.txt
 	@touch $@
 
 study: $(READY)
-	$(BIN)/antenna-ocp truss $(STUDY_FLAGS)
+	$(BIN)/antenna-ocp truss --config studies/truss/main.toml $(STUDY_FLAGS)
 
 table: $(READY)
 	$(BIN)/antenna-ocp table
