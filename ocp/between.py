@@ -61,19 +61,27 @@ def constraint_excess(
     evaluator: Evaluator, trajectory: Trajectory, phase: str, constraint: Continuous,
     peaks: dict[Functional, float],
 ) -> Extremes:  # fmt: skip
-    """How far a continuous constraint is exceeded in each interval, in units of its scale."""
+    """How far a continuous constraint is exceeded in each interval, relative to its size.
+
+    The size is the largest of its limits and of its values on the trajectory.
+    """
     lower = evaluate_limit(constraint.lower, trajectory.constants)
     upper = evaluate_limit(constraint.upper, trajectory.constants)
     if constraint.peak is not None:
         upper = peaks[constraint.peak]
 
+    largest = max((abs(v) for v in (lower, upper) if np.isfinite(v)), default=0.0)
+
     def excess(intervals: Integers, tau: Array) -> Array:
+        nonlocal largest
         values = constraint.sign * evaluator.values(
             trajectory, phase, [constraint.expression], intervals, tau
         ).ravel()
-        return np.asarray(np.maximum(values - upper, lower - values) / constraint.scale)
+        largest = max(largest, float(np.abs(values[np.isfinite(values)]).max(initial=0.0)))
+        return np.asarray(np.maximum(values - upper, lower - values))
 
-    return maxima(excess, len(trajectory.phase(phase).breakpoints) - 1)
+    found = maxima(excess, len(trajectory.phase(phase).breakpoints) - 1)
+    return Extremes(found.values / (largest or 1.0), found.tau)
 
 
 def dense_peak(evaluator: Evaluator, trajectory: Trajectory, functional: Functional) -> float:

@@ -9,15 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocp.between import Extremes, constraint_excess, dynamics_error
+from ocp.costates import costates
 from ocp.evaluate import Evaluator
-from ocp.guess import evaluate_limit
 from ocp.mesh import PhaseMesh
+from ocp.optimality import gains, hamiltonian
 from ocp.settings import Settings
+from ocp.guess import evaluate_limit
 from ocp.switches import Jump, control_errors, control_samples, jumps, settled, with_jumps
 from ocp.trajectory import PhaseTrajectory, Trajectory
 from ocp.transcribe import Extra, Mesh, Transcription
 
 Array = NDArray[np.float64]
+_SMOOTH = 3e-4
 
 
 @dataclass(frozen=True)
@@ -26,13 +29,17 @@ class PhaseAssessment:
 
     Attributes
     ----------
-    dynamics, control : (N,) relative errors.
-    excess : one `Extremes` a continuous constraint, relative to its scale.
+    dynamics : (N,) relative errors of the dynamics.
+    gain : (N,) what a finer control could gain, relative to the objective, to first order, where
+        the control is rough.
+    switching : (N,) the same wherever it is.
+    excess : one `Extremes` a continuous constraint, relative to its size on the trajectory.
     jumps : found jumps of the controls.
     """
 
     dynamics: Array
-    control: Array
+    gain: Array
+    switching: Array
     excess: tuple[Extremes, ...]
     jumps: tuple[Jump, ...]
 
@@ -53,11 +60,18 @@ class Assessment:
         """Largest excess of a continuous constraint."""
         return max((float(e.values.max()) for p in self.phases for e in p.excess), default=0.0)
 
+    @property
+    def gain(self) -> float:
+        """What finer controls could still gain, relative to the objective, to first order."""
+        return sum(float(p.gain.sum()) for p in self.phases)
+
 
 def assess(
-    transcription: Transcription, trajectory: Trajectory, evaluator: Evaluator
-) -> Assessment:
-    """Evaluate a round's solution between its points."""
+    transcription: Transcription, trajectory: Trajectory, evaluator: Evaluator,
+    multipliers: Array | None = None, objective: float = 1.0,
+) -> Assessment:  # fmt: skip
+    """Evaluate a round's solution between its points; gains need its row multipliers."""
+    adjoints = costates(transcription, multipliers) if multipliers is not None else None
     peaks = dict(zip(transcription.peak_ids, trajectory.peaks, strict=True))
     phases = []
     for layout, found, mesh in zip(
@@ -70,19 +84,24 @@ def assess(
             if not c.is_equation else _nothing(mesh.intervals)
             for c in found
         )  # fmt: skip
-        limits = {
-            c.name: (evaluate_limit(c.lower, trajectory.constants),
-                     evaluate_limit(c.upper, trajectory.constants))
-            for c in (*layout.constant, *layout.linear, *layout.polynomial)
-        }  # fmt: skip
         fractions = (own.breakpoints - own.start) / (own.end - own.start)
         all_jumps = [
-            jump for j, name in enumerate(own.controls)
-            for jump in jumps(*control_samples(own, j), fractions, limits[name])
+            jump for j in range(len(own.controls))
+            for jump in jumps(*control_samples(own, j), fractions)
         ]  # fmt: skip
+        gain, rough = np.zeros(mesh.intervals), np.zeros(mesh.intervals, dtype=bool)
+        if adjoints is not None:
+            slopes = hamiltonian(transcription, layout)
+            index = transcription.layouts.index(layout)
+            gain = gains(transcription, trajectory, adjoints[index], layout, slopes)
+            gain /= max(abs(objective), 1e-3 * transcription.scales.objective)
+            limits = {c.name: (evaluate_limit(c.lower, trajectory.constants),
+                               evaluate_limit(c.upper, trajectory.constants))
+                      for c in slopes.controls}  # fmt: skip
+            rough = control_errors(own, mesh, limits) >= _SMOOTH
         phases.append(PhaseAssessment(
-            dynamics_error(evaluator, trajectory, own.name, sizes),
-            control_errors(own, mesh, limits), excess, tuple(all_jumps)))  # fmt: skip
+            dynamics_error(evaluator, trajectory, own.name, sizes), np.where(rough, gain, 0.0),
+            gain, excess, tuple(all_jumps)))  # fmt: skip
     return Assessment(tuple(phases))
 
 
@@ -96,13 +115,14 @@ def next_mesh(
 ) -> Mesh | None:  # fmt: skip
     """A better mesh, or None when the assessment meets all tolerances."""
     phases, extras, changed = [], [], False
+    least = _worthwhile(assessment, settings.objective_tolerance) if resolve_controls else np.inf
     for i, (mesh, found) in enumerate(
         zip(transcription.mesh.phases, assessment.phases, strict=True)
     ):
         own = trajectory.phases[i]
         base, pressed = settled(mesh, own) if mesh.movable else (mesh, False)
-        marks = None if pressed else _marks(base, own, found, settings, resolve_controls)
-        jumped = with_jumps(base, found.jumps) if settings.move_breakpoints else None
+        marks = None if pressed else _marks(base, own, found, settings, least)
+        jumped = _with_jumps(base, mesh, found, settings)
         refined = _refined(jumped or base, base, marks, settings)
         points = _points(transcription.mesh.extra[i], mesh, base, refined, found, settings)
         changed |= pressed or not _equal(refined, base)
@@ -110,6 +130,30 @@ def next_mesh(
         phases.append(refined)
         extras.append(points)
     return Mesh(tuple(phases), tuple(extras)) if changed else None
+
+
+def _worthwhile(assessment: Assessment, tolerance: float) -> float:
+    """The gain from which on an interval is refined: the rest together stays below tolerance."""
+    gain = np.sort(np.concatenate([p.gain for p in assessment.phases]))
+    if gain.sum() <= tolerance:
+        return float(np.inf)
+    kept = np.searchsorted(np.cumsum(gain), 0.25 * tolerance, side="right")
+    return float(max(gain[kept], 1e-3 * gain[-1]))
+
+
+def _with_jumps(
+    base: PhaseMesh, mesh: PhaseMesh, found: PhaseAssessment, settings: Settings
+) -> PhaseMesh | None:
+    """Movable breakpoints at the jumps that are worth it."""
+    if not settings.move_breakpoints:
+        return None
+    points, least = mesh.breakpoints, 0.1 * settings.objective_tolerance
+    worth = []
+    for jump in found.jumps:
+        bracket = (points[1:] > jump.first) & (points[:-1] < jump.last)
+        if found.switching[bracket].max(initial=0.0) >= least:
+            worth.append(jump)
+    return with_jumps(base, worth)
 
 
 def _equal(a: PhaseMesh, b: PhaseMesh) -> bool:
@@ -129,7 +173,7 @@ class _Marks:
 
 def _marks(
     mesh: PhaseMesh, own: PhaseTrajectory, found: PhaseAssessment, settings: Settings,
-    resolve_controls: bool,
+    least: float,
 ) -> _Marks:  # fmt: skip
     """Intervals to split (forced: for their dynamics), and degrees to raise the others to."""
     ratio = found.dynamics / settings.dynamics_tolerance
@@ -140,9 +184,7 @@ def _marks(
     forced = (ratio > 1.0) & high
     split = forced.copy()
     raised = np.where((ratio > 1.0) & ~high, wanted, degrees).astype(np.int64)
-    if resolve_controls:
-        share = np.diff(own.breakpoints) / (own.end - own.start)
-        split |= found.control**2 * share > 0.1 * settings.objective_tolerance
+    split |= found.gain >= least
     wide = np.diff(own.breakpoints) > 1e-7 * (own.end - own.start)
     return _Marks(split & wide, forced & wide, raised)
 

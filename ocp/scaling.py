@@ -177,8 +177,9 @@ class _Probe:
         return _size((values[1:] - values[:1]) / _STEP) if len(values) > 1 else 0.0
 
     def size(self, expression: ca.SX) -> float:
-        """Largest value around the start."""
-        return max(_size(self._evaluate(expression)[0]), self.variation(expression))
+        """Largest value at the start, or the variation where that is next to nothing."""
+        size, variation = _size(self._evaluate(expression)[0]), self.variation(expression)
+        return size if size > 0.01 * variation else variation
 
 
 def _functional_scale(f: Functional, probes: Mapping[str, _Probe], duration: float) -> float:

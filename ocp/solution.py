@@ -31,6 +31,7 @@ class Round:
     objective: float
     dynamics_error: float
     excess: float
+    gain: float
     status: str
 
 

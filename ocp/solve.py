@@ -138,8 +138,8 @@ def _rounds(
                     continue
             break
         trajectory = trajectory_of(transcription, result.x, constants)
-        found = assess(transcription, trajectory, evaluator)
         objective = problem.sense * result.objective * scales.objective
+        found = assess(transcription, trajectory, evaluator, result.row_multipliers, objective)
         solved.append(_Solved(transcription, result, trajectory, found, objective, finer))
         record.append(_round(solved[-1]))
         log.info("round %d: %s", len(record), record[-1])
@@ -228,7 +228,7 @@ def _round(solved: _Solved) -> Round:
         mesh.intervals, sum(e.tau.size for extra in mesh.extra for e in extra),
         sum(len(m.movable) for m in mesh.phases), solved.result.iterations,
         solved.result.seconds, solved.objective, solved.assessment.dynamics,
-        solved.assessment.excess, solved.result.status,
+        solved.assessment.excess, solved.assessment.gain, solved.result.status,
     )  # fmt: skip
 
 
@@ -237,7 +237,7 @@ def _failed_round(transcription: Transcription, result: NlpResult) -> Round:
     return Round(
         mesh.intervals, sum(e.tau.size for extra in mesh.extra for e in extra),
         sum(len(m.movable) for m in mesh.phases), result.iterations, result.seconds,
-        float("nan"), float("nan"), float("nan"), result.status,
+        float("nan"), float("nan"), float("nan"), float("nan"), result.status,
     )  # fmt: skip
 
 

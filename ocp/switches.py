@@ -27,15 +27,13 @@ _PRESSED = 0.03
 class Jump:
     """A jump between two samples of a control, located so that the control's area is kept.
 
-    Times are fractions of the phase; `first` and `last` are the samples around it.  A sharp jump
-    sits on a breakpoint already, between two levels.
+    Times are fractions of the phase; `first` and `last` are the samples around it.
     """
 
     first: float
     last: float
     at: float
     size: float
-    sharp: bool = False
 
 
 def control_samples(own: PhaseTrajectory, column: int) -> tuple[Array, Array]:
@@ -60,9 +58,7 @@ def control_samples(own: PhaseTrajectory, column: int) -> tuple[Array, Array]:
     return (times - own.start) / span, values
 
 
-def jumps(
-    times: Array, values: Array, breakpoints: Array, limits: tuple[float, float]
-) -> list[Jump]:
+def jumps(times: Array, values: Array, breakpoints: Array) -> list[Jump]:
     """Jumps of a sampled control: steep, and much steeper than next to them."""
     size = float(np.ptp(values)) if values.size else 0.0
     if size == 0.0 or not np.isfinite(size):
@@ -82,28 +78,17 @@ def jumps(
         around = [abs(steps[j]) for j in (i - 1, last + 1) if 0 <= j < steps.size
                   and steps[j] * steps[i] > 0]  # fmt: skip
         if last - i < _LONGEST and all(s <= _NEIGHBOUR * total for s in around):
-            sharp = last == i and all(
-                _saturated(values[at], limits, size) or (0 <= j < steps.size and
-                                                         abs(steps[j]) < _LEVEL)
-                for at, j in ((i, i - 1), (i + 1, i + 1))
-            )
             cut = slice(i, last + 2)
-            found.append(_located(times[cut], values[cut], breakpoints, total, sharp))
+            found.append(_located(times[cut], values[cut], breakpoints, total))
         i = last + 1
     return found
 
 
-def _saturated(value: float, limits: tuple[float, float], size: float) -> bool:
-    return min(abs(value - limits[0]), abs(value - limits[1])) < _LEVEL * size
-
-
-def _located(
-    times: Array, values: Array, breakpoints: Array, size: float, sharp: bool
-) -> Jump:
+def _located(times: Array, values: Array, breakpoints: Array, size: float) -> Jump:
     first, last = float(times[0]), float(times[-1])
     inside = breakpoints[(breakpoints >= first) & (breakpoints <= last)]
     if times.size == 2 and inside.size == 1:
-        return Jump(first, last, float(inside[0]), size, sharp)
+        return Jump(first, last, float(inside[0]), size)
     area = float(np.trapezoid(values, times))
     at = (area - values[-1] * last + values[0] * first) / (values[0] - values[-1])
     return Jump(first, last, float(np.clip(at, first, last)), size)
