@@ -96,7 +96,7 @@ class _Integrator:
         t, end = self.window
         a0, pull = self.form.start(self.inside[0], z, v)
         s = self.table.stages
-        a, pull = np.repeat(a0[:, None], s, axis=1), np.repeat(pull[:, None], s, axis=1)
+        a, pull = self._flat(0.0 * a0), self._flat(pull)  # a jump of torque makes a0 useless
         fresh, spoke = False, monotonic()
         while end - t > 1e-12 * max(1.0, abs(end)):
             h = self._fit(t, h)
@@ -107,7 +107,7 @@ class _Integrator:
                 new_a, new_pull, dq = self._newton(t, z, v, h, a, pull)
             except _NoConvergence:
                 self._shrunk(t, h, "the Newton iteration does not converge")
-                h, a, pull = h / 4, self._flat(a0), self._flat(pull[:, 0])
+                h, a, pull = h / 4, self._flat(0.0 * a0), self._flat(pull[:, 0])
                 continue
             error = self._error(z, v, h, a0, new_a)
             if error > 1.0 and self.settings.fixed_step is None:
