@@ -18,6 +18,7 @@ from studies.truss.deployment import Deployment
 Array = NDArray[np.float64]
 
 SAMPLES = 2001  # evenly spaced rows of a profile; the times of kinks are added
+CLOSE = 0.4  # of the spacing: rows closer than this to a kink give way to it
 
 # column: unit. The rope shortens: its speed is negative while it is hauled in.
 COLUMNS = {
@@ -32,6 +33,7 @@ COLUMNS = {
     "angular_speed": "rad/s",
     "angular_acceleration": "rad/s^2",
     "angular_jerk": "rad/s^3",
+    "angular_jerk_before": "rad/s^3",  # its limit from the left; the jerk may jump
     "reaction_force": "N",
     "joint_power": "W",
     "pulley_power": "W",
@@ -42,8 +44,7 @@ COLUMNS = {
 
 def profile(deployment: Deployment, samples: int = SAMPLES) -> dict[str, Array]:
     """All columns of the profile, shape (m,) each; forces are those of one of the two ropes."""
-    even = np.linspace(0.0, deployment.law.duration, samples)
-    time = np.unique(np.concatenate([even, deployment.edges]))
+    time = _times(deployment, samples)
     motion, truss = deployment.at(time)
     return {
         "time": time,
@@ -57,12 +58,26 @@ def profile(deployment: Deployment, samples: int = SAMPLES) -> dict[str, Array]:
         "angular_speed": motion.speed,
         "angular_acceleration": motion.acceleration,
         "angular_jerk": motion.jerk,
+        "angular_jerk_before": deployment.law.motion(np.nextafter(time, 0.0)).jerk,
         "reaction_force": truss.reaction_force,
         "joint_power": truss.joint_power,
         "pulley_power": truss.pulley_power,
         "kinetic_energy": truss.kinetic_energy,
         "potential_energy": truss.potential_energy,
     }
+
+
+def _times(deployment: Deployment, samples: int) -> Array:
+    """Times of all kinks, and even ones that are not next to a kink."""
+    even, spacing = np.linspace(0.0, deployment.law.duration, samples, retstep=True)
+    edges = np.array([t for t in deployment.edges if 0 < t < deployment.law.duration])
+    if edges.size:
+        nearest = np.abs(even[:, None] - edges).min(axis=1)
+        ends = [0, -1]
+        keep = nearest > CLOSE * spacing
+        keep[ends] = True
+        even = even[keep]
+    return np.unique(np.concatenate([even, edges]))
 
 
 def write_profile(

@@ -15,7 +15,7 @@ import math
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 from models.truss import (
     Net,
@@ -115,21 +115,31 @@ def _sum(terms: Iterable[Any]) -> Any:
 
 
 def _signals(study: TrussStudy, with_forces: bool) -> Signals:
-    caps, stowed = study.caps, study.truss.stowed_angle
+    caps, stowed, shape = study.caps, study.truss.stowed_angle, control_shape(study)
     angle = State("angle", "rad", lower=stowed / 2, upper=2.0)
     speed = State("speed", "rad/s", lower=0.0, upper=_or_infinity(caps.speed))
     most = _or_infinity(caps.acceleration)
     if caps.jerk is not None:
         acceleration = State("acceleration", "rad/s^2", lower=-most, upper=most)
-        jerk = Control("jerk", "rad/s^3", lower=-caps.jerk, upper=caps.jerk, shape="constant")
+        jerk = Control("jerk", "rad/s^3", lower=-caps.jerk, upper=caps.jerk, shape=shape)
         return Signals(angle, speed, acceleration, jerk, None)
     if with_forces:
-        force = Control(
-            "rope force", "N", lower=0.0, upper=_or_infinity(caps.force), shape="constant"
-        )
+        force = Control("rope force", "N", lower=0.0, upper=_or_infinity(caps.force), shape=shape)
         return Signals(angle, speed, None, None, force)
-    control = Control("acceleration", "rad/s^2", lower=-most, upper=most, shape="constant")
+    control = Control("acceleration", "rad/s^2", lower=-most, upper=most, shape=shape)
     return Signals(angle, speed, control, None, None)
+
+
+def control_shape(study: TrussStudy) -> Literal["constant", "linear"]:
+    """How the control varies within an interval.
+
+    Least acceleration, time and (driven by it) force make the control jump between its bounds;
+    an expression that rides its own peak needs the control to vary.
+    """
+    jumping = {"peak-acceleration", "time"}
+    if study.caps.jerk is None:
+        jumping.add("peak-force")
+    return "constant" if set(study.objectives) <= jumping else "linear"
 
 
 def _or_infinity(cap: float | None) -> float:

@@ -18,7 +18,7 @@ from studies.truss.config import TrussStudy
 from studies.truss.deployment import Deployment
 from studies.truss.guesses import Start, starts
 from studies.truss.phase_plane import LeastForce, PhasePlane
-from studies.truss.problem import Statement, needs_forces, state
+from studies.truss.problem import Statement, control_shape, needs_forces, state
 from studies.truss.quantities import OBJECTIVES
 from studies.truss.solved_law import law_of
 
@@ -173,7 +173,11 @@ class Search:
         self, statement: Statement, stage: int, held: Sequence[Bound], guess: Any, label: str
     ) -> Solution:
         phases = len(statement.phases)
-        settings = Settings(intervals=max(2, -(-self.study.solver.intervals // phases)))
+        settings = Settings(
+            intervals=max(2, -(-self.study.solver.intervals // phases)),
+            # moved to the switches of the jerk; where forces matter, bisection is more robust
+            move_breakpoints=phases == 1 and control_shape(self.study) == "constant",
+        )
         return solve(
             statement.problem(stage, held),
             settings=settings,

@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from models.laws import Law, Motion, PiecewiseJerk
+from models.laws import Law, Motion
 from models.laws.motion import law_times
-from ocp import Solution
+from ocp import PhaseTrajectory, Solution
 from studies.truss.config import TrussStudy
 from studies.truss.problem import Statement, acceleration_in
+from studies.truss.ramped_jerk import RampedJerk
 
 Array = NDArray[np.float64]
 
@@ -24,21 +25,29 @@ SHORTEST = 1e-12  # of the duration: shorter intervals are left out
 def law_of(study: TrussStudy, statement: Statement, solution: Solution) -> Law:
     """The law of a solution.
 
-    With jerk as the control it is the exact integral of the piecewise constant jerk from rest,
-    whatever the collocation polynomials say; else it is the engine's independent replay.
+    With jerk as the control it is the exact integral of that jerk, piecewise linear in time, from
+    rest, whatever the collocation polynomials say; else it is the engine's independent replay.
     """
     if statement.signals.jerk is None:
         return ReplayedLaw(study, statement, solution)
-    edges, jerks = [0.0], []
+    edges: list[float] = [0.0]
+    ramps: list[tuple[float, float]] = []
     for phase in solution.trajectory.phases:
-        column = phase.constant.index(statement.signals.jerk.name)
-        for (begin, end), step in zip(
-            itertools.pairwise(phase.breakpoints), phase.steps[:, column], strict=True
-        ):
+        spans = itertools.pairwise(phase.breakpoints)
+        for (begin, end), ramp in zip(spans, _ramps(phase, statement), strict=True):
             if end - begin > SHORTEST * phase.breakpoints[-1]:
                 edges.append(float(end))
-                jerks.append(float(step))
-    return PiecewiseJerk(tuple(edges), tuple(jerks), start_angle=study.truss.stowed_angle)
+                ramps.append((float(ramp[0]), float(ramp[1])))
+    return RampedJerk(tuple(edges), tuple(ramps), start_angle=study.truss.stowed_angle)
+
+
+def _ramps(phase: PhaseTrajectory, statement: Statement) -> Array:
+    """Jerk at the start and the end of each interval, shape (N, 2)."""
+    assert statement.signals.jerk is not None
+    name = statement.signals.jerk.name
+    if name in phase.constant:
+        return np.repeat(phase.steps[:, [phase.constant.index(name)]], 2, axis=1)
+    return phase.ramps[:, :, phase.linear.index(name)]
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.errors import ModelError
-from models.laws import Tabulated
+from models.laws import Law, Tabulated
 from models.truss import angle_from_rope_length
 from studies.exit_codes import StudyError
 from studies.truss.checks import check_speed_sense
@@ -26,6 +26,7 @@ from studies.truss.compare import broken_caps, cap_of
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.deployment import Deployment
 from studies.truss.quantities import QUANTITIES
+from studies.truss.ramped_jerk import RampedJerk
 
 Array = NDArray[np.float64]
 
@@ -33,6 +34,8 @@ ANGLE_MISS = 1e-8  # [rad] of a computed law at the end; a profile's own digits 
 PROFILE_MISS = 1e-4  # [rad], 0.006 deg: what a profile of four to five digits leaves
 REST = 1e-6  # of the peak speed or acceleration: what counts as none at an end
 IMBALANCE = 1e-8  # of the motor's work: far above the quadrature's own error of 1e-14
+EXACT = 1e-9  # [rad]: jerks that integrate to the angles this closely are the law's own
+JERKS = {"angular_jerk", "angular_jerk_before"}
 LEAST_POINTS = 20
 
 
@@ -136,17 +139,30 @@ def read_profile(path: Path, study: TrussStudy) -> Deployment:
                 f"{', '.join(columns) or 'none'}; name its columns in the first row"
             )
     try:
-        law = Tabulated(tuple(columns["time"]), tuple(_angles(columns, study)))
+        angles = _angles(columns, study)
+        law: Law = _exact_law(columns, angles) or Tabulated(tuple(columns["time"]), tuple(angles))
     except ModelError as error:
         raise StudyError(f"the profile {path} is no motion: {error}") from error
-    if len(law.times) < LEAST_POINTS:
+    points = len(columns["time"])
+    if points < LEAST_POINTS:
         raise StudyError(
-            f"the profile {path} has {len(law.times)} points; give at least {LEAST_POINTS}, so "
+            f"the profile {path} has {points} points; give at least {LEAST_POINTS}, so "
             "that the motion between them is known"
         )
-    speed = law.motion(np.linspace(0, law.duration, 20 * len(law.times))).speed
+    speed = law.motion(np.linspace(0, law.duration, 20 * points)).speed
     check_speed_sense(study, (float(speed.min()), float(speed.max())))
     return Deployment(path.stem, law, study.truss)
+
+
+def _exact_law(columns: dict[str, Array], angles: Array) -> RampedJerk | None:
+    """The law of piecewise linear jerk, if the file's columns of jerks reproduce the angles."""
+    after, before = columns.get("angular_jerk"), columns.get("angular_jerk_before")
+    if after is None or before is None or not np.isfinite([after, before]).all():
+        return None
+    ramps = tuple(zip(after[:-1].tolist(), before[1:].tolist(), strict=True))
+    law = RampedJerk(tuple(columns["time"].tolist()), ramps, start_angle=float(angles[0]))
+    miss = np.abs(law.motion(columns["time"]).angle - angles).max()
+    return law if miss <= EXACT else None
 
 
 def _angles(columns: dict[str, Array], study: TrussStudy) -> Array:
@@ -181,7 +197,7 @@ def _from_csv(text: str) -> dict[str, Array]:
     lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
     header, *rows = csv.reader(io.StringIO("\n".join(lines)))
     names = [name.split("[")[0].strip() for name in header]
-    wanted = {"time", "angle", "angle_deg", "rope_length"}
+    wanted = {"time", "angle", "angle_deg", "rope_length"} | JERKS
     cells = list(zip(*rows, strict=True))
     return {
         name: _numbers(column) for name, column in zip(names, cells, strict=True) if name in wanted
@@ -189,4 +205,4 @@ def _from_csv(text: str) -> dict[str, Array]:
 
 
 def _numbers(values: Any) -> Array:
-    return np.array([float(value) for value in values])
+    return np.array([np.nan if value in ("", None) else float(value) for value in values])
