@@ -19,7 +19,7 @@ log = logging.getLogger(__name__)
 
 _OUTCOMES: dict[str, Outcome] = {
     "Solve_Succeeded": "solved",
-    "Solved_To_Acceptable_Level": "failed",
+    "Solved_To_Acceptable_Level": "solved",
     "Feasible_Point_Found": "solved",
     "Infeasible_Problem_Detected": "infeasible",
     "Maximum_Iterations_Exceeded": "budget",
@@ -35,8 +35,8 @@ _OUTCOMES: dict[str, Outcome] = {
 class IpoptOptions:
     """IPOPT's options that this toolkit sets; see IPOPT's own manual for their meaning."""
 
-    tolerance: float = 1e-9
-    constraint_violation: float = 1e-9
+    tolerance: float = 1e-10
+    constraint_violation: float = 1e-10
     max_iterations: int = 1000
     seconds: float = 1e6
     linear_solver: str = "mumps"
@@ -124,7 +124,11 @@ def run(
         "ipopt.constr_viol_tol": options.constraint_violation,
         "ipopt.dual_inf_tol": 1e-6,
         "ipopt.compl_inf_tol": 1e-8,
-        "ipopt.acceptable_iter": 0,
+        "ipopt.acceptable_iter": 8,
+        "ipopt.acceptable_tol": 100.0 * options.tolerance,
+        "ipopt.acceptable_constr_viol_tol": options.constraint_violation,
+        "ipopt.acceptable_dual_inf_tol": 1e-6,
+        "ipopt.acceptable_compl_inf_tol": 1e-8,
         "ipopt.max_iter": options.max_iterations,
         "ipopt.max_wall_time": options.seconds,
         "ipopt.linear_solver": options.linear_solver,

@@ -21,6 +21,7 @@ from ocp.transcribe import Extra, Mesh, Transcription
 
 Array = NDArray[np.float64]
 _SMOOTH = 3e-4
+_AROUND = np.array([-0.15, 0.0, 0.15])
 
 
 @dataclass(frozen=True)
@@ -129,7 +130,11 @@ def next_mesh(
         changed |= any(float(e.values.max()) > settings.path_tolerance for e in found.excess)
         phases.append(refined)
         extras.append(points)
-    return Mesh(tuple(phases), tuple(extras)) if changed else None
+    if not changed:
+        return None
+    if all(_equal(a, b) for a, b in zip(phases, transcription.mesh.phases, strict=True)):
+        phases = [mesh.frozen() for mesh in phases]  # only points are missing: hold still
+    return Mesh(tuple(phases), tuple(extras))
 
 
 def _worthwhile(assessment: Assessment, tolerance: float) -> float:
@@ -147,7 +152,7 @@ def _with_jumps(
     """Movable breakpoints at the jumps that are worth it."""
     if not settings.move_breakpoints:
         return None
-    points, least = mesh.breakpoints, 0.1 * settings.objective_tolerance
+    points, least = mesh.breakpoints, 0.5 * settings.objective_tolerance
     worth = []
     for jump in found.jumps:
         bracket = (points[1:] > jump.first) & (points[:-1] < jump.last)
@@ -224,7 +229,8 @@ def _points(
     for c, e in enumerate(found.excess):
         over = np.flatnonzero(e.values > settings.path_tolerance)
         if over.size:
-            at = old[over] + e.tau[over] * np.diff(old)[over]
+            around = np.clip(e.tau[over][:, None] + _AROUND, 0.0, 1.0)
+            at = (old[over][:, None] + around * np.diff(old)[over][:, None]).ravel()
             fractions.setdefault(c, []).extend(at)
     for c, values in fractions.items():
         at = np.unique(np.array(values))
