@@ -7,6 +7,7 @@ r = 2 |L'| / f the motor's work per work on the truss, at least 1 and falling wi
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
@@ -21,7 +22,9 @@ from models.truss import (
     rope_speed,
 )
 from studies.truss.config import DEPLOYED, Caps, TrussStudy
-from studies.truss.phase_plane import LeastForce
+
+if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
+    from studies.truss.phase_plane import LeastForce
 
 GAUSS_POINTS = 60
 

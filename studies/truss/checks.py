@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from models.laws import least_jerk_cap
 from models.truss import TrussParameters, far_end_ratio, static_force
 from studies.exit_codes import ExitCode, StudyError
 from studies.truss.bounds import least_time
 from studies.truss.config import DEPLOYED, TrussStudy
-from studies.truss.phase_plane import LeastForce
+
+if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
+    from studies.truss.phase_plane import LeastForce
 
 ROUNDING = 1e-12  # relative: a cap set to the printed bound itself passes
 

@@ -49,14 +49,16 @@ def cap_of(study: TrussStudy, key: str) -> float | None:
 
 
 def broken_caps(study: TrussStudy, values: Mapping[str, float]) -> dict[str, float]:
-    """Caps that these values break, and by how much relative to the cap (or to 1 N at cap 0)."""
+    """Caps that these values break, and by how much, relative."""
     excess = {}
     for key in ROWS:
         cap = cap_of(study, key)
         value = values[key]
         if cap is None or math.isnan(value):
             continue
-        miss = (cap - value if key == "least-tension" else value - cap) / (abs(cap) or 1.0)
+        # a tension is a small share of the motor's force, and accurate to a share of it
+        size = values["peak-force"] if key == "least-tension" else cap
+        miss = (cap - value if key == "least-tension" else value - cap) / size
         if miss > CAP_TOLERANCE:
             excess[key] = miss
     return excess

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,7 +13,9 @@ from models.laws import PAPER_POINTS, Bezier, Dwell, Law, Step5, StraightLine, p
 from studies.truss.bounds import least_time
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.deployment import Deployment
-from studies.truss.phase_plane import FastestMotion, LeastForce
+
+if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
+    from studies.truss.phase_plane import FastestMotion, LeastForce
 
 Array = NDArray[np.float64]
 

@@ -66,8 +66,8 @@ class RampedJerk:
         t = law_times(time, self.duration)
         piece = np.searchsorted(self.edges[1:-1], t, side="right")
         dt = t - np.asarray(self.edges)[piece]
-        start = self._pieces[piece]
-        angle, speed, acceleration, jerk = _advance(*(start[:, k] for k in range(5)), dt)
+        angle, speed, acceleration, jerk, slope = self._pieces[piece].T
+        angle, speed, acceleration, jerk = _advance(angle, speed, acceleration, jerk, slope, dt)
         return Motion(time=t, angle=angle, speed=speed, acceleration=acceleration, jerk=jerk)
 
     @cached_property

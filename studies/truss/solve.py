@@ -6,7 +6,7 @@ import functools
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from models.truss import static_peak
 from ocp import Bound, Interrupted, OcpError, Settings, Solution, SolveFailed, solve
@@ -17,10 +17,12 @@ from studies.truss.compare import paper_laws
 from studies.truss.config import TrussStudy
 from studies.truss.deployment import Deployment
 from studies.truss.guesses import Start, starts
-from studies.truss.phase_plane import LeastForce, PhasePlane
 from studies.truss.problem import Statement, control_shape, needs_forces, state
 from studies.truss.quantities import OBJECTIVES
 from studies.truss.solved_law import law_of
+
+if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
+    from studies.truss.phase_plane import LeastForce, PhasePlane
 
 SAME_BASIN = 1e-4  # relative: optima closer than this are one basin, solved to different meshes
 BOUND_MET = 1e-4  # relative distance to a global bound that counts as meeting it
@@ -85,6 +87,8 @@ class Search:
     @functools.cached_property
     def plane(self) -> PhasePlane:
         """The phase plane of the truss."""
+        from studies.truss.phase_plane import PhasePlane
+
         return PhasePlane(self.study.truss)
 
     @functools.cached_property
@@ -267,7 +271,11 @@ class Search:
             f"{basin.value:.6g}{self._speed_of(basin)} from {', '.join(basin.starts)}"
             for basin in basins
         )
-        gap = "" if not bound else f"; at most {100 * (1 - bound / value):.3g} % above the optimum"
+        gap = (
+            ""
+            if not bound
+            else f"; its bound leaves room for {100 * (1 - bound / value):.3g} % less"
+        )
         return f"{kind}; {len(basins)} basin{'s' * (len(basins) > 1)} found: {listed}{gap}"
 
     def _speed_of(self, basin: Basin) -> str:

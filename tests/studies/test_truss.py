@@ -1,0 +1,114 @@
+"""The truss study end to end in a coarse mode, and its parts."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from models.laws import JerkLimited, least_peak_acceleration
+from studies.cli import main
+from studies.exit_codes import ExitCode
+from studies.paper import PINNED, STEP5, WITH_FRICTION, D, T
+from studies.truss.bounds import least_time, least_work
+from studies.truss.config import Caps, study_from
+from studies.truss.deployment import Deployment
+from studies.truss.export import as_dictionary
+from studies.truss.figures import all_figures
+from studies.truss.ramped_jerk import RampedJerk
+
+MAIN = ("truss", "--objective", "peak-acceleration", "--jerk-cap", "bezier", "--friction", "0.01")
+
+
+def test_the_main_study_meets_its_bound_and_reproduces(tmp_path: Path) -> None:
+    first, second = tmp_path / "first", tmp_path / "second"
+    assert main([*MAIN, "--results", str(first), "--no-figures"]) == ExitCode.OK
+    record = json.loads((first / "verification.json").read_text())
+    bound = least_peak_acceleration(D, T, jerk=record["study"]["caps"]["jerk"])
+    assert record["passed"]
+    assert record["verdict"].startswith("global")
+    # the accuracy asked of the jerk-limited problem
+    assert record["values"]["peak-acceleration"] == pytest.approx(bound, rel=1e-5)
+    again = ["truss", "--config", str(first / "input.toml"), "--results", str(second)]
+    assert main([*again, "--no-figures"]) == ExitCode.OK
+    columns = [json.loads((p / "profile.json").read_text())["columns"] for p in (first, second)]
+    for name, column in columns[0].items():
+        values = np.array(column["values"])
+        miss = np.abs(values - columns[1][name]["values"]).max()
+        assert miss <= 1e-9 * np.abs(values).max(), name
+    verify = ["truss", "--verify", str(first / "profile.csv"), "--jerk-cap", "bezier"]
+    assert main([*verify, "--friction", "0.01"]) == ExitCode.OK
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("duration", "force"), [(3.0, 61.53852), (3.5, 48.24957)])
+def test_force_without_jerk_cap_meets_the_phase_plane(
+    duration: float, force: float, tmp_path: Path
+) -> None:
+    arguments = ["truss", "--objective", "peak-force", "--duration", str(duration)]
+    arguments += ["--friction", "0.01", "--results", str(tmp_path / "out"), "--no-figures"]
+    assert main(arguments) == ExitCode.OK
+    record = json.loads((tmp_path / "out" / "verification.json").read_text())
+    assert record["verdict"].startswith("global")
+    assert record["values"]["peak-force"] == pytest.approx(force, rel=1e-4)  # phase plane
+
+
+@pytest.mark.parametrize("law", [PINNED, STEP5])
+def test_energies_balance_and_the_bound_on_work_holds(law: object) -> None:
+    deployment = Deployment("law", law, WITH_FRICTION)  # type: ignore[arg-type]
+    assert deployment.energies.imbalance < 1e-12  # the quadrature's rounding
+    study = study_from({"minimise": "energy", "truss": {"pulley_friction": 0.01}})
+    work = least_work(study, T)
+    assert work <= deployment.values["energy"] <= 1.01 * work
+
+
+def test_extremes_are_found_between_samples() -> None:
+    values = Deployment("Bezier", PINNED, WITH_FRICTION).values
+    grid = np.linspace(0, T, 1_000_003)
+    dense = np.abs(PINNED.motion(grid).jerk).max()
+    assert values["peak-jerk"] >= dense * (1 - 1e-12)
+    assert values["peak-force"] == pytest.approx(39.71144, rel=1e-6)  # digits given
+
+
+@pytest.mark.parametrize("jerk", [69.0, 124.22, 1000.0])
+def test_least_time_inverts_the_jerk_limited_law(jerk: float) -> None:
+    law = JerkLimited(T, math.pi / 2 - D, math.pi / 2, jerk / T**3)
+    caps = Caps(jerk=jerk / T**3, acceleration=law.peak_acceleration)
+    assert least_time(D, caps) == pytest.approx(T, rel=1e-9)
+    assert least_time(D, Caps(speed=0.1)) == pytest.approx(D / 0.1)
+    assert least_time(D, Caps(acceleration=0.3)) == pytest.approx(2 * math.sqrt(D / 0.3))
+
+
+def test_a_ramped_jerk_integrates_exactly() -> None:
+    law = RampedJerk((0.0, 1.0, 3.0), ((6.0, 0.0), (1.0, 2.0)), start_angle=0.5)
+    before = law.motion(np.nextafter(1.0, 0))
+    after = law.motion(1.0)
+    for name in ("angle", "speed", "acceleration"):
+        assert getattr(before, name)[0] == pytest.approx(getattr(after, name)[0], rel=1e-14)
+    assert after.acceleration[0] == pytest.approx(3.0)
+    assert after.jerk[0] == 1.0
+    assert law.motion(3.0).jerk[0] == pytest.approx(2.0)
+    assert law.end_angle == pytest.approx(0.5 + 0.75 + 2 * 2 + 3 * 2 + 8 / 6 + 0.5 * 16 / 24)
+
+
+def test_a_study_survives_its_own_toml() -> None:
+    raw = {
+        "minimise": [{"peak-force": 1.0, "energy": 0.5}, "peak-acceleration"],
+        "duration": [5.0, 9.0],
+        "caps": {"jerk": 2.0, "force": 80.0},
+        "truss": {"net_angle_deg": 82.0, "modules": 12},
+    }
+    study = study_from(raw)
+    assert study_from(as_dictionary(study)) == study
+
+
+def test_every_figure_is_drawn_with_labelled_axes() -> None:
+    laws = [Deployment("Bezier", PINNED, WITH_FRICTION), Deployment("Step5", STEP5, WITH_FRICTION)]
+    names = []
+    for name, figure in all_figures(laws):
+        names.append(name[:5])
+        figure.canvas.draw()
+        if name != "fig14_opening":
+            assert all(axes.get_xlabel() for axes in figure.axes), name
+    assert names == [f"fig{k}" for k in (11, 12, 13, 14, 17, 18, 19, 20)]
