@@ -15,13 +15,14 @@ from ocp.errors import (
     Unverified,
 )
 from ocp.ipopt import IpoptOptions
+from ocp.mesh import Mesh
 from ocp.settings import Settings
 from ocp.solution import Round, Solution, Verification
 from ocp.solve import solve, solve_lexicographic
-from ocp.statement import Bound, Functional, Phase, Problem, joined, peak, with_objective
+from ocp.statement import Phase, Problem, joined, peak, with_objective
 from ocp.symbols import Algebraic, Between, Constant, Control, State, Unknown, time
+from ocp.terms import Bound, Functional
 from ocp.trajectory import PhaseTrajectory, Trajectory
-from ocp.transcribe import Mesh
 
 __all__ = [
     "Algebraic", "Between", "Bound", "Constant", "Control", "Functional", "Infeasible",

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ocp.continuous import Continuous
 from ocp.evaluate import Evaluator
 from ocp.guess import evaluate_limit
-from ocp.statement import Functional
+from ocp.terms import Functional
 from ocp.trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -74,9 +74,10 @@ def constraint_excess(
 
     def excess(intervals: Integers, tau: Array) -> Array:
         nonlocal largest
-        values = constraint.sign * evaluator.values(
-            trajectory, phase, [constraint.expression], intervals, tau
-        ).ravel()
+        values = (
+            constraint.sign
+            * evaluator.values(trajectory, phase, [constraint.expression], intervals, tau).ravel()
+        )
         largest = max(largest, float(np.abs(values[np.isfinite(values)]).max(initial=0.0)))
         return np.asarray(np.maximum(values - upper, lower - values))
 

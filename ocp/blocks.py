@@ -112,7 +112,9 @@ def assemble(blocks: Sequence[Block], variables: int, rows: int, constants: int)
     local = [_gather(x, block.columns) for block in blocks]
     data = [ca.DM(block.data.T) for block in blocks]
 
-    def mapped(function: Callable[[Block], ca.Function], *more: Callable[[Block], Any]) -> list[Any]:
+    def mapped(
+        function: Callable[[Block], ca.Function], *more: Callable[[Block], Any]
+    ) -> list[Any]:
         results = []
         for block, w, d in zip(blocks, local, data, strict=True):
             arguments = [w, d, p, *(get(block) for get in more)]

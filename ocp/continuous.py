@@ -10,8 +10,9 @@ import casadi as ca
 
 from ocp.layout import PhaseLayout
 from ocp.scaling import Scales
-from ocp.statement import Functional, Problem
+from ocp.statement import Problem
 from ocp.symbols import is_number
+from ocp.terms import Functional
 
 
 @dataclass(frozen=True)

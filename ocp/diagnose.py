@@ -50,7 +50,8 @@ def failure(
     if result.outcome == "invalid number":
         return InvalidNumber(
             f"'{name}': {_invalid(transcription, result.x, constants)}; start from a guess "
-            "where everything is finite, or bound the signals that lead there", iterate)  # fmt: skip
+            "where everything is finite, or bound the signals that lead there", iterate
+        )  # fmt: skip
     worst = violations(transcription, result.rows, limits)
     listed = "; ".join(f"{v.what} is off by {v.amount:.3g} of its size" for v in worst)
     if result.outcome == "budget":

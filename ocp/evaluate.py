@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from ocp.errors import StatementError
 from ocp.guess import signals_of
-from ocp.statement import Functional, Phase, Problem
+from ocp.statement import Phase, Problem
 from ocp.symbols import Constant, Signal, Time, Unknown, resolve, scalar, time
+from ocp.terms import Functional
 from ocp.trajectory import PhaseTrajectory, Trajectory
 
 Array = NDArray[np.float64]

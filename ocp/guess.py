@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ocp.errors import StatementError
 from ocp.statement import Phase, Problem
-from ocp.symbols import Algebraic, Between, Control, Signal, State, is_number
+from ocp.symbols import Algebraic, Between, Control, Signal, is_number
 from ocp.trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -64,8 +64,8 @@ class StatedGuess:
         return values
 
     def _between_ends(self, signal: Signal) -> Any:
-        first = _known(self.phase.initial.get(signal), self.constants)  # type: ignore[call-overload]
-        last = _known(self.phase.final.get(signal), self.constants)  # type: ignore[call-overload]
+        first = _known(self.phase.initial.get(signal), self.constants)
+        last = _known(self.phase.final.get(signal), self.constants)
         if first is None and last is None:
             return _inside(signal)
         return (first if first is not None else last, last if last is not None else first)
@@ -185,7 +185,3 @@ class _Overlay:
 
     def at_fractions(self, fractions: Array) -> Mapping[str, Array]:
         return {**self.stated.at_fractions(fractions), **self.known.at_fractions(fractions)}
-
-
-Law = Callable[[Array], Array]
-__all__ = ["Start", "State", "evaluate_limit", "signals_of", "start_of"]

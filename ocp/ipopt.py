@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import logging
+import time as clock
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import casadi as ca
@@ -64,10 +65,9 @@ class NlpResult:
     row_multipliers: Array
     iterations: int
     seconds: float
-    history: dict[str, list[float]] = field(default_factory=dict)
 
 
-class _Watch(ca.Callback):  # type: ignore[misc]
+class _Watch(ca.Callback):
     """Passes every iterate to a listener; a true answer stops the solve."""
 
     def __init__(self, program: Program, listener: Callable[[int, float, Array, Array], bool]):
@@ -94,7 +94,7 @@ class _Watch(ca.Callback):  # type: ignore[misc]
         try:
             x, f, g = (np.array(arg[i]).ravel() for i in range(3))
             stop = self.listener(self.count, float(f[0]), x, g)
-        except BaseException as error:  # noqa: BLE001 - re-raised once the solver has returned
+        except BaseException as error:
             self.error, stop = error, True
         self.count += 1
         return [1.0 if stop else 0.0]
@@ -111,6 +111,7 @@ def run(
     listener: Callable[[int, float, Array, Array], bool] | None = None,
 ) -> NlpResult:
     """Run IPOPT from `x0`; never raises for a failed solve, the outcome tells."""
+    begin = clock.perf_counter()
     settings: dict[str, Any] = {
         "grad_f": program.objective_gradient,
         "jac_g": program.constraint_jacobian,
@@ -164,10 +165,13 @@ def run(
     stats = solver.stats()
     status = str(stats["return_status"])
     log.debug("IPOPT: %s after %d iterations", status, stats["iter_count"])
+
+    def vector(key: str) -> Array:
+        return np.array(result[key]).ravel()
+
     return NlpResult(
-        _OUTCOMES.get(status, "failed"), status,
-        *(np.array(result[key]).ravel() for key in ("x",)), float(result["f"]),
-        *(np.array(result[key]).ravel() for key in ("g", "lam_x", "lam_g")),
-        int(stats["iter_count"]), float(stats.get("t_wall_total", 0.0)),
-        {k: list(v) for k, v in stats.get("iterations", {}).items()},
+        outcome=_OUTCOMES.get(status, "failed"), status=status, x=vector("x"),
+        objective=float(result["f"]), rows=vector("g"), bound_multipliers=vector("lam_x"),
+        row_multipliers=vector("lam_g"), iterations=int(stats["iter_count"]),
+        seconds=clock.perf_counter() - begin,
     )  # fmt: skip

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -113,11 +114,14 @@ def _phase_trajectory(layout: PhaseLayout, values: Array) -> PhaseTrajectory:
             values[group.controls], values[group.algebraics],
         )  # fmt: skip
 
+    def names(signals: Sequence[Any]) -> tuple[str, ...]:
+        return tuple(s.name for s in signals)
+
     return PhaseTrajectory(
-        layout.phase.name, layout.groups[0].scheme.name, breakpoints,
-        *(tuple(s.name for s in signals) for signals in (
-            layout.states, layout.constant, layout.linear, layout.polynomial,
-            layout.algebraics)),
-        values[layout.steps], values[layout.ramps],
-        tuple(piece(group) for group in layout.groups),
+        name=layout.phase.name, scheme=layout.groups[0].scheme.name, breakpoints=breakpoints,
+        states=names(layout.states), constant=names(layout.constant),
+        linear=names(layout.linear), polynomial=names(layout.polynomial),
+        algebraics=names(layout.algebraics),
+        steps=values[layout.steps], ramps=values[layout.ramps],
+        pieces=tuple(piece(group) for group in layout.groups),
     )  # fmt: skip

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from ocp.errors import StatementError
 from ocp.mesh import PhaseMesh
 from ocp.schemes import Scheme, SchemeName, scheme
-from ocp.statement import Functional, Phase, Problem
+from ocp.statement import Phase, Problem
 from ocp.symbols import Algebraic, Between, Control, ControlShape, State
+from ocp.terms import Functional
 
 Integers = NDArray[np.int64]
 
@@ -143,9 +144,11 @@ def lay_out(
     moved[touched] = stop + np.arange(touched.size)
     stop += touched.size
     return PhaseLayout(
-        phase, mesh, phase.states,
-        *(tuple(c) for c in controls.values()), algebraics, integrals,
-        nodes, at_breakpoints(n_x + n_q, 2 * n_l)[:-1].reshape(count, 2, n_l),
-        at_breakpoints(n_x, n_q), at_breakpoints(n_x + n_q + 2 * n_l, n_c)[:-1],
-        tuple(groups), ends, moved, stop,
+        phase=phase, mesh=mesh, states=phase.states,
+        constant=tuple(controls["constant"]), linear=tuple(controls["linear"]),
+        polynomial=tuple(controls["polynomial"]), algebraics=algebraics, integrals=integrals,
+        nodes=nodes, totals=at_breakpoints(n_x, n_q),
+        ramps=at_breakpoints(n_x + n_q, 2 * n_l)[:-1].reshape(count, 2, n_l),
+        steps=at_breakpoints(n_x + n_q + 2 * n_l, n_c)[:-1],
+        groups=tuple(groups), ends=ends, moved=moved, stop=stop,
     )  # fmt: skip

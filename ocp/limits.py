@@ -18,8 +18,8 @@ Integers = NDArray[np.int64]
 class Limits:
     """Scaled lower and upper limits of a growing list of entries."""
 
-    def __init__(self) -> None:
-        self.count = 0
+    def __init__(self, count: int = 0) -> None:
+        self.count = count
         self._blocks: list[tuple[Integers, Any, Any, float]] = []
 
     def take(self, instances: int, limits: list[tuple[Any, Any, float]]) -> Integers:

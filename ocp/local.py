@@ -75,7 +75,7 @@ class Point:
     time: Any
     length: Any
     unknowns: ca.SX
-    rate_rows: ca.SX | None = None
+    rate_rows: Any = None
 
 
 @dataclass(frozen=True)
@@ -180,9 +180,7 @@ def collocation_point(
     controls = [
         local.variables(layout.steps[intervals], context.scales(layout.constant)),
         _linear(context, layout, local, intervals, tau),
-        local.variables(
-            group.controls.reshape(m * s, -1), context.scales(layout.polynomial)
-        ),
+        local.variables(group.controls.reshape(m * s, -1), context.scales(layout.polynomial)),
     ]
     z = local.variables(group.algebraics.reshape(m * s, -1), context.scales(layout.algebraics))
     t, h = clock(context, layout, local, group, intervals, tau)

@@ -60,6 +60,39 @@ class PhaseMesh:
         return replace(self, movable=())
 
 
+@dataclass(frozen=True)
+class Extra:
+    """Points between the collocation points at which a continuous constraint is imposed too.
+
+    Attributes
+    ----------
+    constraint : index into the phase's continuous constraints.
+    intervals : (m,) intervals.
+    tau : (m,) local times.
+    """
+
+    constraint: int
+    intervals: Integers
+    tau: Array
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Meshes of all phases, with the extra points of their continuous constraints."""
+
+    phases: tuple[PhaseMesh, ...]
+    extra: tuple[tuple[Extra, ...], ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.extra:
+            object.__setattr__(self, "extra", ((),) * len(self.phases))
+
+    @property
+    def intervals(self) -> int:
+        """Intervals of all phases."""
+        return sum(mesh.intervals for mesh in self.phases)
+
+
 def uniform(intervals: int, degree: int) -> PhaseMesh:
     """A mesh of equal intervals."""
     if intervals < 1 or int(intervals) != intervals:

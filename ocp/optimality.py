@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from ocp.continuous import Continuous
 from ocp.costates import PhaseCostates
-from ocp.evaluate import Evaluator
 from ocp.guess import evaluate_limit
 from ocp.layout import PhaseLayout
 from ocp.symbols import time

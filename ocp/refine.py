@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from ocp.between import Extremes, constraint_excess, dynamics_error
 from ocp.costates import costates
 from ocp.evaluate import Evaluator
-from ocp.mesh import PhaseMesh
+from ocp.guess import evaluate_limit
+from ocp.mesh import Extra, Mesh, PhaseMesh
 from ocp.optimality import gains, hamiltonian
 from ocp.settings import Settings
-from ocp.guess import evaluate_limit
 from ocp.switches import Jump, control_errors, control_samples, jumps, settled, with_jumps
 from ocp.trajectory import PhaseTrajectory, Trajectory
-from ocp.transcribe import Extra, Mesh, Transcription
+from ocp.transcribe import Transcription
 
 Array = NDArray[np.float64]
 _SMOOTH = 3e-4
@@ -226,10 +226,10 @@ def _points(
     for e in extra:
         at = old[e.intervals] + e.tau * np.diff(old)[e.intervals]
         fractions.setdefault(e.constraint, []).extend(at)
-    for c, e in enumerate(found.excess):
-        over = np.flatnonzero(e.values > settings.path_tolerance)
+    for c, excess in enumerate(found.excess):
+        over = np.flatnonzero(excess.values > settings.path_tolerance)
         if over.size:
-            around = np.clip(e.tau[over][:, None] + _AROUND, 0.0, 1.0)
+            around = np.clip(excess.tau[over][:, None] + _AROUND, 0.0, 1.0)
             at = (old[over][:, None] + around * np.diff(old)[over][:, None]).ravel()
             fractions.setdefault(c, []).extend(at)
     for c, values in fractions.items():

@@ -7,7 +7,6 @@ dynamics, unscaled and straight from the statement.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import casadi as ca
@@ -18,7 +17,7 @@ from ocp.extrapolation import accumulated, extrapolated_step
 from ocp.guess import signals_of
 from ocp.schemes import lagrange, scheme
 from ocp.statement import Phase, Problem
-from ocp.symbols import State, time
+from ocp.symbols import time
 from ocp.trajectory import PhaseTrajectory, Trajectory
 
 Array = NDArray[np.float64]
@@ -78,8 +77,7 @@ class Replay:
 
 
 def replay(
-    problem: Problem, trajectory: Trajectory, sizes: dict[str, float],
-    tolerance: float = 1e-11, largest_amplification: float = 1e6,
+    problem: Problem, trajectory: Trajectory, sizes: dict[str, float], tolerance: float = 1e-11
 ) -> Replay:  # fmt: skip
     """Replay all phases, each from where the one before it arrived.
 
@@ -91,8 +89,7 @@ def replay(
         start = own.local(np.array([0]), np.array([0.0]))[0, : len(own.states)]
         if done:
             start = start + _carried(own, trajectory, done[-1])
-        done.append(replay_phase(
-            problem, phase, trajectory, start, sizes, tolerance, largest_amplification))  # fmt: skip
+        done.append(replay_phase(problem, phase, trajectory, start, sizes, tolerance))
     return Replay(tuple(done), sizes)
 
 
@@ -113,7 +110,7 @@ def _carried(own: PhaseTrajectory, trajectory: Trajectory, before: PhaseReplay) 
 
 def replay_phase(
     problem: Problem, phase: Phase, trajectory: Trajectory, start: Array,
-    sizes: dict[str, float], tolerance: float, largest_amplification: float,
+    sizes: dict[str, float], tolerance: float,
 ) -> PhaseReplay:  # fmt: skip
     """Replay one phase from a given initial state, with as many steps as the tolerance needs."""
     own = trajectory.phase(phase.name)
@@ -233,18 +230,12 @@ def replayed(trajectory: Trajectory, replays: Replay) -> Trajectory:
         count = len(own.breakpoints) - 1
         k = np.repeat(np.arange(count), _SAMPLES)
         values = own.local(k, np.tile(method.points, count)).reshape(count, _SAMPLES, -1)
-        n_x, n_s = len(own.states), len(own.states) + len(own.constant) + len(own.linear)
+        n_s = len(own.states) + len(own.constant) + len(own.linear)
         controls = values[:, :, n_s : n_s + len(own.polynomial)]
         algebraics = values[:, :, n_s + len(own.polynomial) :]
         piece = replace(
             own.pieces[0], degree=_SAMPLES, intervals=np.arange(count), states=states,
             controls=controls, algebraics=algebraics,
         )  # fmt: skip
-        del n_x
         phases.append(replace(own, scheme="radau", pieces=(piece,)))
     return replace(trajectory, phases=tuple(phases))
-
-
-def names_of(states: Sequence[State]) -> tuple[str, ...]:
-    """Names of states."""
-    return tuple(state.name for state in states)

@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocp.guess import Start, evaluate_limit, signals_of
-from ocp.statement import Functional, Phase, Problem
+from ocp.statement import Phase, Problem
 from ocp.symbols import Signal, Symbol, is_number, resolve, time
+from ocp.terms import Functional
 
 Array = NDArray[np.float64]
 _FRACTIONS = np.linspace(0.0, 1.0, 17)
@@ -99,7 +100,7 @@ def _own_scale(
 ) -> tuple[float, str]:
     if signal.scale is not None:
         return signal.scale, "stated"
-    ends = [v.get(signal) for v in (phase.initial, phase.final)]  # type: ignore[call-overload]
+    ends = [v.get(signal) for v in (phase.initial, phase.final)]
     numbers = [evaluate_limit(v, constants) for v in ends if v is not None and v is not False
                and not isinstance(v, tuple)]  # fmt: skip
     size = max(_size(guess), _size(numbers))

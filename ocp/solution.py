@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from ocp.errors import StatementError
 from ocp.evaluate import Evaluator
+from ocp.mesh import Mesh
 from ocp.replay import Replay
-from ocp.statement import Functional, Phase, Problem
+from ocp.statement import Phase, Problem
 from ocp.symbols import resolve, scalar
+from ocp.terms import Functional
 from ocp.trajectory import Trajectory
-from ocp.transcribe import Mesh
 
 Array = NDArray[np.float64]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import logging
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
@@ -19,16 +20,17 @@ from ocp.evaluate import Evaluator
 from ocp.guess import start_of
 from ocp.ipopt import NlpResult, run
 from ocp.iterate import decision_vector, trajectory_of
-from ocp.mesh import uniform
+from ocp.mesh import Mesh, uniform
 from ocp.refine import Assessment, assess, next_mesh
 from ocp.replay import Replay, replay, replayed
 from ocp.scaling import scales_of
 from ocp.settings import Settings
 from ocp.solution import Round, Solution, Verification
-from ocp.statement import Bound, Problem, with_objective
+from ocp.statement import Problem, with_objective
 from ocp.symbols import Constant
+from ocp.terms import Bound
 from ocp.trajectory import Trajectory
-from ocp.transcribe import Mesh, Method, Transcription, check_bound_of_peak, transcribe
+from ocp.transcribe import Method, Transcription, check_bound_of_peak, transcribe
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -96,9 +98,7 @@ def solve(
     return _finished(problem, settings, rounds, record, evaluator, bound, begin)
 
 
-def _constants(
-    problem: Problem, changed: Mapping[Constant, float] | None
-) -> dict[str, float]:
+def _constants(problem: Problem, changed: Mapping[Constant, float] | None) -> dict[str, float]:
     values = {c.name: float(c.value) for c in problem.constants}
     for constant, value in (changed or {}).items():
         if constant.name not in values:
@@ -132,7 +132,7 @@ def _rounds(
                 raise _diagnosed(transcription, result, constants)
             if any(m.movable for m in mesh.phases):  # give up moving breakpoints, bisect instead
                 settings = dataclasses.replace(settings, move_breakpoints=False)
-                mesh = _frozen(next_or_same(solved[-1], settings))
+                mesh = _frozen(_next_or_same(solved[-1], settings))
                 guess = solved[-1].trajectory
                 if len(record) < settings.rounds:
                     continue
@@ -151,7 +151,7 @@ def _rounds(
     return solved, record
 
 
-def next_or_same(last: _Solved, settings: Settings) -> Mesh:
+def _next_or_same(last: _Solved, settings: Settings) -> Mesh:
     """The next mesh of a solved round, or its own."""
     found = next_mesh(last.transcription, last.trajectory, last.assessment, settings, True)
     return found or last.transcription.mesh
@@ -312,14 +312,9 @@ def solve_lexicographic(
         raise StatementError("a lexicographic solve needs at least one objective")
     solution = solve(with_objective(problem, objectives[0]), **options)
     held: list[Bound] = []
-    for number, (before, following) in enumerate(
-        zip(objectives[:-1], objectives[1:], strict=True), start=1
-    ):
+    for number, (before, following) in enumerate(itertools.pairwise(objectives), start=1):
         value = solution.objective
         held.append(Bound(f"objective {number}", before, upper=value + slack * abs(value)))
         stage = with_objective(problem, following, held)
         solution = solve(stage, **{**options, "guess": solution})
     return solution
-
-
-__all__ = ["solve", "solve_lexicographic"]

@@ -6,14 +6,14 @@ Nothing here is numerical: a ``Problem`` holds expressions of declared symbols, 
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any
 
 import casadi as ca
 
+from ocp.checks import check_boundary, check_names, check_symbols, check_times
 from ocp.errors import StatementError
 from ocp.symbols import (
     Algebraic,
@@ -25,66 +25,12 @@ from ocp.symbols import (
     Symbol,
     Time,
     Unknown,
-    check_interval,
-    is_number,
     resolve,
     scalar,
 )
+from ocp.terms import Bound, Functional, FunctionalKind
 
-FunctionalKind = Literal["start", "end", "integral", "value", "start time", "end time", "peak"]
 Guess = Any  # number, (first, last), callable of time, or (times, values)
-
-
-@dataclass(frozen=True)
-class Bound:
-    """``lower <= expression <= upper``, with a name and a unit for messages.
-
-    In a phase it holds at all times, in a problem it bounds one number.  Equal bounds make an
-    equation.
-    """
-
-    name: str
-    expression: Any
-    unit: str = "1"
-    lower: Any = -math.inf
-    upper: Any = math.inf
-    scale: float | None = None
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "expression", scalar(self.expression, f"the bound '{self.name}'"))
-        check_interval(self.name, self.lower, self.upper)
-        if is_number(self.lower) and is_number(self.upper):
-            if math.isinf(self.lower) and math.isinf(self.upper):
-                raise StatementError(
-                    f"the bound '{self.name}' has neither a lower nor an upper limit; give one"
-                )
-
-    @property
-    def is_equation(self) -> bool:
-        """Whether lower and upper limit are the same."""
-        if is_number(self.lower) and is_number(self.upper):
-            return bool(self.lower == self.upper)
-        return self.lower is self.upper
-
-
-@dataclass(frozen=True, eq=False)
-class Functional(Symbol):
-    """A number that a trajectory has: an end value, an integral, a time, a peak.
-
-    ``pieces`` pairs phase names with expressions (one piece, except for a peak over phases).
-    """
-
-    name: str
-    unit: str
-    kind: FunctionalKind
-    pieces: tuple[tuple[str, ca.SX], ...]
-    at: float | None = None
-    absolute: bool = False
-    symbols: tuple[Symbol, ...] = ()
-    symbol: ca.SX = field(init=False, repr=False)
-
-    def __post_init__(self) -> None:
-        self._declare()
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,10 +77,10 @@ class Phase:
                 )
             derivatives[state] = scalar(rate, f"the derivative of '{state.name}'")
         object.__setattr__(self, "dynamics", derivatives)
-        _check_times(self)
-        _check_boundary(self, "initial", self.initial)
-        _check_boundary(self, "final", self.final)
-        _check_symbols(self)
+        check_times(self)
+        check_boundary(self, "initial", self.initial)
+        check_boundary(self, "final", self.final)
+        check_symbols(self)
 
     @cached_property
     def symbols(self) -> tuple[Symbol, ...]:
@@ -154,14 +100,6 @@ class Phase:
     def states(self) -> tuple[State, ...]:
         """The states, in the order of the dynamics."""
         return tuple(self.dynamics)
-
-    def signals(self, kind: type[Signal]) -> tuple[Any, ...]:
-        """The controls or algebraic signals that the phase and its functionals use."""
-        found: dict[Symbol, None] = dict.fromkeys(self.symbols)
-        for functional in self._functionals:
-            if all(name == self.name for name, _ in functional.pieces):
-                found.update(dict.fromkeys(functional.symbols))
-        return tuple(symbol for symbol in found if isinstance(symbol, kind))
 
     def integral(self, expression: Any, name: str = "integral", unit: str = "1") -> Functional:
         """Integral of an expression over the phase."""
@@ -297,12 +235,10 @@ class Problem:
             raise StatementError(
                 f"problem '{self.name}' needs exactly one of minimise and maximise"
             )
-        _check_names("phase", [phase.name for phase in self.phases], self.name)
+        check_names("phase", [phase.name for phase in self.phases], self.name)
         symbols = self.symbols
         for kind in (State, Control, Algebraic, Unknown, Constant):
-            _check_names(
-                kind.__name__, [s.name for s in symbols if type(s) is kind], self.name
-            )
+            check_names(kind.__name__, [s.name for s in symbols if type(s) is kind], self.name)
         for symbol in (*self.terminal_symbols,):
             if isinstance(symbol, (Signal, Time)):
                 raise StatementError(
@@ -388,80 +324,9 @@ class Problem:
         return tuple(symbol for symbol in found if isinstance(symbol, kind))
 
 
-def _check_names(what: str, names: list[str], problem: str) -> None:
-    twice = {name for name in names if names.count(name) > 1}
-    if twice:
-        raise StatementError(
-            f"problem '{problem}' has more than one {what} called '{sorted(twice)[0]}'; "
-            "rename one of them"
-        )
-
-
-def _check_times(phase: Phase) -> None:
-    for what, value in (("start", phase.start), ("end", phase.end)):
-        if not isinstance(value, Between):
-            if not isinstance(value, (int, float)) or not math.isfinite(value):
-                raise StatementError(
-                    f"the {what} of phase '{phase.name}' is {value!r}; give a finite number of "
-                    "seconds or Between(lower, upper)"
-                )
-    first = phase.start.lower if isinstance(phase.start, Between) else phase.start
-    last = phase.end.upper if isinstance(phase.end, Between) else phase.end
-    if not last > first:
-        raise StatementError(
-            f"phase '{phase.name}' ends at {last} s, not after its start at {first} s"
-        )
-
-
-def _check_boundary(phase: Phase, what: str, values: Mapping[State, Any]) -> None:
-    for state, value in values.items():
-        if state not in phase.dynamics:
-            raise StatementError(
-                f"phase '{phase.name}' has an {what} value for "
-                f"'{getattr(state, 'name', state)}' but no dynamics for it; add its derivative"
-            )
-        pair = value if isinstance(value, tuple) else (value, value)
-        if len(pair) != 2:
-            raise StatementError(
-                f"the {what} value of '{state.name}' is {value!r}; give a number or a pair "
-                "(lower, upper)"
-            )
-        check_interval(f"{what} {state.name}", *pair)
-        outside = [
-            v for v in pair
-            if is_number(v) and math.isfinite(v)
-            and ((is_number(state.lower) and v < state.lower)
-                 or (is_number(state.upper) and v > state.upper))
-        ]  # fmt: skip
-        if outside and not isinstance(value, tuple):
-            raise StatementError(
-                f"the {what} value {outside[0]} of '{state.name}' lies outside its bounds "
-                f"[{state.lower}, {state.upper}]; change one of them"
-            )
-
-
-def _check_symbols(phase: Phase) -> None:
-    for symbol in phase.symbols:
-        if isinstance(symbol, State) and symbol not in phase.dynamics:
-            raise StatementError(
-                f"phase '{phase.name}' uses the state '{symbol.name}' but has no dynamics for "
-                "it; add its derivative"
-            )
-        if isinstance(symbol, Functional):
-            raise StatementError(
-                f"phase '{phase.name}' uses '{symbol.name}', a number of the whole motion, in "
-                "its own expressions; bring it in as an Unknown linked by a Bound"
-            )
-
-
-def with_objective(
-    problem: Problem, minimise: Any, extra_bounds: Sequence[Bound] = ()
-) -> Problem:
+def with_objective(problem: Problem, minimise: Any, extra_bounds: Sequence[Bound] = ()) -> Problem:
     """The same phases and links with another objective and further bounds."""
     return Problem(
         problem.name, problem.phases, minimise=minimise,
         bounds=(*problem.bounds, *extra_bounds), links=problem.links,
     )  # fmt: skip
-
-
-Law = Callable[[Any], Any]

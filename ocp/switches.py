@@ -70,8 +70,10 @@ def jumps(times: Array, values: Array, breakpoints: Array) -> list[Jump]:
             i += 1
             continue
         last = i
-        while last + 1 < steps.size and steps[last + 1] * steps[i] > 0 and (
-            abs(steps[last + 1]) >= 0.3 * _STEEP
+        while (
+            last + 1 < steps.size
+            and steps[last + 1] * steps[i] > 0
+            and (abs(steps[last + 1]) >= 0.3 * _STEEP)
         ):
             last += 1
         total = abs(values[last + 1] - values[i]) / size

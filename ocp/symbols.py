@@ -22,14 +22,14 @@ ControlShape = Literal["constant", "linear", "polynomial"]
 _DECLARED: WeakValueDictionary[int, Symbol] = WeakValueDictionary()
 
 
-class Symbol(ca.GenericExpressionCommon):  # type: ignore[misc]
+class Symbol(ca.GenericExpressionCommon):
     """Something with a name and a unit that takes part in expressions."""
 
     name: str
     unit: str
     symbol: ca.SX
 
-    def __SX__(self) -> ca.SX:  # noqa: N802 - CasADi's protocol
+    def __SX__(self) -> ca.SX:
         return self.symbol
 
     def __neg__(self) -> ca.SX:
@@ -129,7 +129,7 @@ class Constant(Symbol):
 
     def __post_init__(self) -> None:
         self._declare()
-        if not isinstance(self.value, Number) or not math.isfinite(self.value):
+        if not (is_real(self.value) and math.isfinite(self.value)):
             raise StatementError(
                 f"the constant '{self.name}' is {self.value!r}; give it a finite number"
             )
@@ -157,9 +157,7 @@ class Between:
         if self.guess is not None:
             return float(self.guess)
         if math.isinf(self.lower) or math.isinf(self.upper):
-            raise StatementError(
-                f"a free time between {self.lower} and {self.upper} needs a guess"
-            )
+            raise StatementError(f"a free time between {self.lower} and {self.upper} needs a guess")
         return 0.5 * (self.lower + self.upper)
 
 
@@ -217,14 +215,20 @@ def is_number(value: Any) -> bool:
     return not isinstance(value, (Symbol, ca.SX))
 
 
+def is_real(value: object) -> bool:
+    """Whether a value is a real number (NumPy's included)."""
+    return isinstance(value, Number)
+
+
 def check_interval(name: str, lower: Any, upper: Any) -> None:
     """StatementError unless lower and upper bound a non-empty interval."""
     for value in (lower, upper):
-        if is_number(value) and (not isinstance(value, Number) or math.isnan(value)):
+        if is_number(value) and not (is_real(value) and not math.isnan(value)):
             raise StatementError(f"a bound of '{name}' is {value!r}; give a number")
     if is_number(lower) and is_number(upper) and lower > upper:
         raise StatementError(
-            f"the bounds of '{name}' cross: lower {lower} is above upper {upper}; swap or widen them"
+            f"the bounds of '{name}' cross: lower {lower} is above upper {upper}; swap or widen "
+            "them"
         )
 
 

@@ -13,7 +13,7 @@ from ocp.layout import PhaseLayout
 from ocp.limits import Limits
 from ocp.local import Context, Local, Point, sample_point
 from ocp.scaling import Scales
-from ocp.statement import Functional
+from ocp.terms import Functional
 
 
 def terminal_block(
@@ -95,9 +95,7 @@ def _at_node(
     """Signals at a breakpoint; controls as in the interval on its left (right at the start)."""
     interval, tau = (0, 0.0) if node == 0 else (node - 1, 1.0)
     group = next(g for g in layout.groups if interval in g.intervals)
-    sub, point = sample_point(
-        context, layout, group, np.array([interval]), np.array([tau])
-    )
+    sub, point = sample_point(context, layout, group, np.array([interval]), np.array([tau]))
     used = {s.name for s in f.symbols}
     if used & {c.name for c in layout.signals[len(layout.states) :]}:
         local.absorb(sub)
