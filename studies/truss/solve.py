@@ -139,10 +139,11 @@ class Search:
     def _from_all_starts(self, with_forces: bool) -> Outcome:
         attempts: list[Attempt] = []
         recipes = starts(self.study, lambda: self.least_force)
-        for number_, (name, recipe) in enumerate(
-            zip(self.study.solver.starts, recipes, strict=True), start=1
-        ):
-            label = f"start {number_} of {len(recipes)} ({name})"
+        named = list(zip(self.study.solver.starts, recipes, strict=True))
+        if not with_forces:  # the phase plane of the force says nothing here
+            named = [item for item in named if item[0] != "phase-plane"] or named
+        for place, (name, recipe) in enumerate(named, start=1):
+            label = f"start {place} of {len(named)} ({name})"
             attempt = self._attempt(name, recipe, with_forces, label)
             if attempt is None:
                 break
@@ -264,7 +265,7 @@ class Search:
         assert value is not None
         if self._bound_met(value) and bound is not None:
             return f"global: the bound {bound:.6g} is met (gap {abs(value / bound - 1):.1e})"
-        kind = f"local: best of {tried} starts"
+        kind = f"local: best of {tried} start{'s' * (tried > 1)}"
         if self.interrupted:
             kind += f" of {len(self.study.solver.starts)}, then interrupted"
         listed = "; ".join(

@@ -1,0 +1,49 @@
+"""Fit of three rates of reaction to measured catalytic cracking of gas oil."""
+
+from ocp import Phase, Problem, State, Unknown
+from studies.benchmarks.benchmark import Benchmark
+
+TIMES = (
+    0.0, 0.025, 0.05, 0.075, 0.1, 0.125, 0.15, 0.175, 0.2, 0.225, 0.25, 0.3, 0.35, 0.4, 0.45,
+    0.5, 0.55, 0.65, 0.75, 0.85, 0.95,
+)  # fmt: skip
+GAS_OIL = (
+    1.0, 0.8105, 0.6208, 0.5258, 0.4345, 0.3903, 0.3342, 0.3034, 0.2735, 0.2405, 0.2283, 0.2071,
+    0.1669, 0.153, 0.1339, 0.1265, 0.12, 0.099, 0.087, 0.077, 0.069,
+)  # fmt: skip
+GASOLINE = (
+    0.0, 0.2, 0.2886, 0.301, 0.3215, 0.3123, 0.2716, 0.2551, 0.2258, 0.1959, 0.1789, 0.1457,
+    0.1198, 0.0909, 0.0719, 0.0561, 0.046, 0.028, 0.019, 0.014, 0.01,
+)  # fmt: skip
+
+
+def gas_oil() -> Benchmark:
+    """Least sum of squared deviations from 21 samples of two concentrations.
+
+    ``y1' = -(th1 + th3) y1^2, y2' = th1 y1^2 - th2 y2`` from (1, 0), th >= 0; the fitted rates
+    are 11.84673838, 8.3445195, 1.00143997.
+
+    Source: COPS 3.0 (2004), "gasoil" (5.2366e-3).
+    """
+    y1, y2 = State("y1"), State("y2")
+    th1, th2, th3 = (Unknown(f"th{i}", lower=0, guess=5, scale=10) for i in (1, 2, 3))
+    crack = Phase(
+        "crack",
+        {y1: -(th1 + th3) * y1.symbol**2, y2: th1 * y1.symbol**2 - th2 * y2},
+        initial={y1: 1, y2: 0},
+        end=TIMES[-1],
+        guess={y1: (1, 0.07), y2: 0.1},
+    )
+    deviations = [
+        crack.at(t, y) - measured
+        for y, data in ((y1, GAS_OIL), (y2, GASOLINE))
+        for t, measured in zip(TIMES, data, strict=True)
+    ]
+    return Benchmark(
+        "gas_oil",
+        Problem("gas_oil", (crack,), minimise=sum(d**2 for d in deviations)),
+        optimum=0.00523659583,
+        tolerance=1e-5,
+        source="COPS 3.0, gasoil (5.2366e-3); refined computation",
+        tags=("parameters",),
+    )

@@ -1,0 +1,57 @@
+"""How far a motion leaves its bounds, evaluated at many times, written apart from the engine."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocp import Control, Phase, Solution
+
+Array = NDArray[np.float64]
+POINTS = 10_000  # in each phase
+
+
+def largest_violation(solution: Solution, *, replayed: bool = False) -> float:
+    """Largest violation of any bound at `POINTS` equidistant times of each phase.
+
+    Path constraints, bounds of states and controls and peaks (against the value that the solver
+    reports) are each taken relative to the largest of their limits and of the values they take,
+    equations to the scale they state.
+    """
+    worst = 0.0
+    for phase in solution.problem.phases:
+        own = solution.trajectory.phase(phase.name)
+        times = np.linspace(own.start, own.end, POINTS)
+        for expression, lower, upper, scale in _limits(solution, phase):
+            values = solution.sample(expression, times, phase, replayed=replayed)
+            worst = max(worst, _violation(values, lower, upper, scale))
+    return worst
+
+
+def _violation(values: Array, lower: float, upper: float, scale: float | None) -> float:
+    """Largest excess over the limits, relative."""
+    if not np.isfinite(values).all():
+        return float("inf")
+    excess = float(np.maximum(values - upper, lower - values).max())
+    sizes = [abs(limit) for limit in (lower, upper) if np.isfinite(limit)]
+    size = scale or max(*sizes, float(np.abs(values).max()), 0.0) or 1.0
+    return max(excess, 0.0) / size
+
+
+def _limits(solution: Solution, phase: Phase) -> Iterator[tuple[Any, float, float, float | None]]:
+    """Expressions of a phase with their limits and, of equations, their scale."""
+    problem = solution.problem
+    for bound in phase.bounds:
+        scale = bound.scale or 1.0 if bound.is_equation else None
+        yield bound.expression, solution.value(bound.lower), solution.value(bound.upper), scale
+    for signal in (*phase.states, *problem.signals_of(phase, Control)):
+        yield signal, solution.value(signal.lower), solution.value(signal.upper), None
+    reported = {name: value for name, value, _ in solution.verification.peaks}
+    for peak in problem.functionals:
+        for name, expression in peak.pieces if peak.kind == "peak" else ():
+            if name == phase.name:
+                cap = reported[peak.name]
+                yield expression, -cap if peak.absolute else -np.inf, cap, None
