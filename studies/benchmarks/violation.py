@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ocp import Control, Phase, Solution
+from ocp import Bound, Control, Phase, Solution, State
 
 Array = NDArray[np.float64]
 POINTS = 10_000  # in each phase
@@ -46,12 +46,21 @@ def _limits(solution: Solution, phase: Phase) -> Iterator[tuple[Any, float, floa
     problem = solution.problem
     for bound in phase.bounds:
         scale = bound.scale or 1.0 if bound.is_equation else None
-        yield bound.expression, solution.value(bound.lower), solution.value(bound.upper), scale
+        yield bound.expression, *_between(solution, bound), scale
     for signal in (*phase.states, *problem.signals_of(phase, Control)):
-        yield signal, solution.value(signal.lower), solution.value(signal.upper), None
+        yield signal, *_between(solution, signal), None
     reported = {name: value for name, value, _ in solution.verification.peaks}
     for peak in problem.functionals:
         for name, expression in peak.pieces if peak.kind == "peak" else ():
             if name == phase.name:
                 cap = reported[peak.name]
                 yield expression, -cap if peak.absolute else -np.inf, cap, None
+
+
+def _between(solution: Solution, limited: Bound | State | Control) -> tuple[float, float]:
+    """Lower and upper limit as numbers."""
+    limits = [
+        float(limit) if isinstance(limit, int | float) else solution.value(limit)
+        for limit in (limited.lower, limited.upper)
+    ]
+    return limits[0], limits[1]
