@@ -101,8 +101,12 @@ class Search:
     def bounds(self) -> dict[str, float]:
         """Lower bounds by quantity; the phase plane only where it can matter."""
         cap = self.study.caps.force
-        least_time = 0.0 if cap is None else self.plane.least_time(cap)
-        force = self.least_force if "peak-force" in self.study.objectives else None
+        least_time, force = 0.0, None
+        try:
+            least_time = 0.0 if cap is None else self.plane.least_time(cap)
+            force = self.least_force if "peak-force" in self.study.objectives else None
+        except KeyboardInterrupt:  # the motions found so far are worth more than this bound
+            self.interrupted = True
         return lower_bounds(self.study, force, least_time)
 
     @functools.cached_property
@@ -149,7 +153,7 @@ class Search:
                 break
             attempts.append(attempt)
             self.console.progress(f"{label}: {_result_of(attempt, self.study)}")
-            if self._bound_met(attempt.value):
+            if self._bound_met(attempt.value) or self.interrupted:
                 break
         return self._outcome(attempts)
 
