@@ -1,0 +1,82 @@
+"""Observed order of convergence equals the declared one."""
+
+import casadi as ca
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from ocp import Control, Phase, Problem, Settings, State, solve
+from ocp.schemes import scheme
+
+SPAN = 2.0
+# number of intervals: few for the high orders, so that errors stay above the solver's tolerance
+MESHES = {1: (40, 80, 160), 2: (20, 40, 80), 3: (8, 16, 32), 4: (6, 12, 24), 5: (4, 8, 16),
+          6: (6, 12, 24), 7: (8, 12, 24)}  # fmt: skip
+FLOOR = 2e-12  # errors below are round-off: Newton's last step squares the solver's 1e-10
+
+
+def pendulum_end(name, degree, intervals):
+    """End of a driven pendulum stated as a problem that has nothing to choose."""
+    angle, rate = State("angle", "rad"), State("rate", "rad/s")
+    phase = Phase(
+        "swing", {angle: rate, rate: -4 * ca.sin(angle)},
+        initial={angle: 1.0, rate: 0.5}, end=SPAN,
+    )  # fmt: skip
+    settings = Settings(scheme=name, degree=degree, intervals=intervals, refine=False)
+    found = solve(Problem("pendulum", [phase], minimise=phase.at_end(angle)), settings=settings)
+    return np.array([found.value(phase.at_end(s)) for s in (angle, rate)])
+
+
+@pytest.fixture(scope="module")
+def exact():
+    found = solve_ivp(
+        lambda t, y: [y[1], -4 * np.sin(y[0])], (0, SPAN), [1.0, 0.5],
+        method="DOP853", rtol=1e-13, atol=1e-14,
+    )  # fmt: skip
+    return found.y[:, -1]
+
+
+def slope(steps, errors):
+    return np.polyfit(np.log(steps), np.log(errors), 1)[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "degree"),
+    [*[("radau", s) for s in (2, 3, 4)], *[("gauss", s) for s in (1, 2, 3)],
+     *[("lobatto", s) for s in (3, 4)], ("hermite-simpson", 3)],
+)  # fmt: skip
+def test_end_state_converges_with_the_declared_order(name, degree, exact):
+    order = scheme(name, degree).order
+    meshes = MESHES[order]
+    errors = np.array([np.abs(pendulum_end(name, degree, n) - exact).max() for n in meshes])
+    seen = errors > FLOOR
+    assert seen.sum() >= 2
+    # the next power of the step still bends the line: a third of an order on these meshes
+    assert slope(1.0 / np.array(meshes)[seen], errors[seen]) == pytest.approx(order, abs=0.35)
+
+
+def lq_optimum(name, degree, intervals):
+    """Minimise int (x^2 + u^2) for x' = x + u from 1, free end."""
+    x, u = State("x"), Control("u")
+    phase = Phase("lq", {x: x + u}, initial={x: 1.0}, end=3.0)
+    settings = Settings(scheme=name, degree=degree, intervals=intervals, refine=False)
+    return solve(
+        Problem("lq", [phase], minimise=phase.integral(x**2 + u**2)), settings=settings
+    ).objective
+
+
+@pytest.mark.parametrize(
+    ("name", "degree"), [("radau", 2), ("radau", 3), ("gauss", 2), ("lobatto", 3)]
+)
+def test_optimum_converges_with_the_declared_order(name, degree):
+    # Riccati's equation -s' = 2 s + 1 - s^2, s(3) = 0 has the roots 1 -+ sqrt 2
+    w = np.sqrt(2)
+    e = np.exp(-2 * w * 3.0)
+    exact = (1 - e) / ((w - 1) + (w + 1) * e)
+    order = scheme(name, degree).order
+    meshes = MESHES[order]
+    errors = np.array([abs(lq_optimum(name, degree, n) - exact) for n in meshes])
+    seen = errors > FLOOR
+    assert seen.sum() >= 2
+    # as above; a run of the solver also costs up to 1e-10 in the optimum
+    assert slope(1.0 / np.array(meshes)[seen], errors[seen]) == pytest.approx(order, abs=0.35)

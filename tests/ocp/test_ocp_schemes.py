@@ -1,0 +1,126 @@
+"""Nodes, weights and derivative matrices of the collocation schemes against what defines them."""
+
+import casadi as ca
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ocp import StatementError
+from ocp.schemes import derivative_matrix, lagrange, quadrature_weights, scheme
+
+ALL = [
+    *[("radau", s) for s in range(2, 9)],
+    *[("gauss", s) for s in range(1, 9)],
+    *[("lobatto", s) for s in range(2, 9)],
+    ("hermite-simpson", 3),
+    ("trapezoid", 2),
+]
+# Polynomials of degree up to 16 on [0, 1] and well-spread points: round-off, amplified by the
+# condition of the interpolation (below 1e3 for these degrees).
+ROUND_OFF = 1e-12
+
+
+@pytest.mark.parametrize(("name", "degree"), ALL)
+def test_quadrature_is_exact_up_to_the_order_and_no_further(name, degree):
+    method = scheme(name, degree)
+    for power in range(method.order):
+        assert method.weights @ method.points**power == pytest.approx(
+            1 / (power + 1), abs=ROUND_OFF
+        )
+    # the error of the first power it misses is 1 / binomial-like: far above round-off
+    miss = method.weights @ method.points**method.order - 1 / (method.order + 1)
+    assert abs(miss) > 100 * np.finfo(float).eps
+
+
+@pytest.mark.parametrize(("name", "degree"), ALL)
+def test_points_lie_inside_and_increase(name, degree):
+    method = scheme(name, degree)
+    assert method.points.shape == method.weights.shape == (method.degree,)
+    assert method.support.shape == method.end.shape == (method.degree + 1,)
+    assert np.all(np.diff(method.points) > 0)
+    assert np.all(np.diff(method.support) > 0)
+    assert method.support[0] == 0.0
+    assert 0.0 <= method.points[0] <= method.points[-1] <= 1.0
+    assert np.all(method.weights > 0)
+    np.testing.assert_array_equal(method.support[method.own], method.points)
+    assert method.ends_on_support == (method.points[-1] == 1.0)
+
+
+@pytest.mark.parametrize(("name", "degree"), ALL)
+def test_derivative_and_end_value_are_exact_for_the_state_polynomial(name, degree):
+    method = scheme(name, degree)
+    for power in range(method.degree + 1):
+        values = method.support**power
+        slope = power * method.points ** max(power - 1, 0)
+        # the derivative matrix has entries up to degree^2: two more digits of round-off
+        np.testing.assert_allclose(method.derivative @ values, slope, atol=100 * ROUND_OFF)
+        assert method.end @ values == pytest.approx(1.0, abs=ROUND_OFF)
+
+
+@pytest.mark.parametrize("degree", range(2, 9))
+@pytest.mark.parametrize(("ours", "theirs"), [("radau", "radau"), ("gauss", "legendre")])
+def test_points_agree_with_casadi(ours, theirs, degree):
+    # CasADi tabulates its points to 16 digits
+    np.testing.assert_allclose(
+        scheme(ours, degree).points, ca.collocation_points(degree, theirs), atol=1e-15
+    )
+
+
+def test_named_schemes_are_the_textbook_ones():
+    trapezoid, simpson = scheme("trapezoid", 7), scheme("hermite-simpson", 7)
+    assert trapezoid.order == 2
+    assert simpson.order == 4
+    np.testing.assert_allclose(trapezoid.points, [0, 1], atol=0)
+    np.testing.assert_allclose(trapezoid.weights, [1 / 2, 1 / 2], rtol=1e-15)
+    np.testing.assert_allclose(simpson.points, [0, 1 / 2, 1], rtol=1e-15)
+    np.testing.assert_allclose(simpson.weights, [1 / 6, 4 / 6, 1 / 6], rtol=1e-14)
+
+
+def test_two_radau_points_are_a_third_and_one():
+    np.testing.assert_allclose(scheme("radau", 2).points, [1 / 3, 1], rtol=1e-15)
+    np.testing.assert_allclose(scheme("radau", 2).weights, [3 / 4, 1 / 4], rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("name", "degree", "words"),
+    [("euler", 1, "euler.*choose radau"), ("lobatto", 1, "at least 2.*got 1"), ("radau", 0, "1")],
+)
+def test_impossible_schemes_are_refused(name, degree, words):
+    with pytest.raises(StatementError, match=words):
+        scheme(name, degree)
+
+
+supports = st.lists(st.integers(0, 40), min_size=2, max_size=8, unique=True).map(
+    lambda k: np.sort(np.array(k)) / 40.0
+)
+
+
+@given(support=supports, at=st.floats(-0.2, 1.2))
+def test_lagrange_basis_is_a_partition_of_unity(support, at):
+    basis = lagrange(support, np.array([at]))[0]
+    # barycentric formula: round-off grows with the largest basis value (Lebesgue's function)
+    assert basis.sum() == pytest.approx(1.0, abs=1e-14 * np.abs(basis).sum() * support.size)
+
+
+@given(support=supports, at=st.floats(0.0, 1.0), power=st.integers(0, 7))
+def test_interpolation_reproduces_polynomials(support, at, power):
+    power = min(power, support.size - 1)
+    basis = lagrange(support, np.array([at]))[0]
+    tolerance = 1e-13 * np.abs(basis).sum()  # round-off times Lebesgue's function
+    assert basis @ support**power == pytest.approx(at**power, abs=tolerance)
+
+
+@given(support=supports)
+def test_derivative_of_a_constant_vanishes(support):
+    matrix = derivative_matrix(support, np.array([0.1, 0.77]))
+    # rows add up entries of alternating sign: round-off of the largest one
+    assert np.abs(matrix.sum(axis=1)).max() <= 1e-11 * np.abs(matrix).max()
+
+
+@given(support=supports)
+def test_quadrature_on_any_points_integrates_their_polynomials(support):
+    weights = quadrature_weights(support)
+    for power in range(support.size):
+        tolerance = 1e-13 * np.abs(weights).sum()  # round-off times the size of the weights
+        assert weights @ support**power == pytest.approx(1 / (power + 1), abs=tolerance)
