@@ -15,10 +15,11 @@ from ocp.errors import (
     Unverified,
 )
 from ocp.ipopt import IpoptOptions
+from ocp.lexicographic import smoothed, solve_lexicographic
 from ocp.mesh import Mesh
 from ocp.settings import Settings
 from ocp.solution import Round, Solution, Verification
-from ocp.solve import solve, solve_lexicographic
+from ocp.solve import solve
 from ocp.statement import Phase, Problem, joined, peak, with_objective
 from ocp.symbols import Algebraic, Between, Constant, Control, State, Unknown, time
 from ocp.terms import Bound, Functional
@@ -29,5 +30,5 @@ __all__ = [
     "Interrupted", "InvalidNumber", "IpoptOptions", "IterationLimit", "Mesh", "OcpError", "Phase",
     "PhaseTrajectory", "Problem", "Round", "Settings", "Solution", "SolveFailed", "State",
     "StatementError", "Trajectory", "Unknown", "Unverified", "Verification", "joined", "peak",
-    "solve", "solve_lexicographic", "time", "with_objective",
+    "smoothed", "solve", "solve_lexicographic", "time", "with_objective",
 ]  # fmt: skip

@@ -160,9 +160,9 @@ def run(
         **start, p=constants, lbx=column_limits[0], ubx=column_limits[1],
         lbg=row_limits[0], ubg=row_limits[1],
     )  # fmt: skip
+    stats = solver.stats()
     if watch is not None and watch.error is not None:
         raise watch.error
-    stats = solver.stats()
     status = str(stats["return_status"])
     log.debug("IPOPT: %s after %d iterations", status, stats["iter_count"])
 

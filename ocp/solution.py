@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ocp.between import dense_peak
 from ocp.errors import StatementError
 from ocp.evaluate import Evaluator
 from ocp.mesh import Mesh
@@ -94,19 +95,19 @@ class Solution:
         """Iterations of the solver over all rounds."""
         return sum(r.iterations for r in self.record)
 
-    def value(self, expression: Any) -> float:
+    def value(self, expression: Any, *, replayed: bool = False) -> float:
         """One number: an expression of functionals, unknowns and constants.
 
-        Peaks and integrals are evaluated densely, between the points too.
+        Peaks and integrals are evaluated densely, between the points too; with `replayed` along
+        the independent replay.
         """
-        from ocp.between import dense_peak
-
+        source = self.replayed if replayed else self.trajectory
         symbols = resolve(scalar(expression, "an expression"), "an expression")
         peaks = {
-            f: dense_peak(self.evaluator, self.trajectory, f)
+            f: dense_peak(self.evaluator, source, f)
             for f in symbols if isinstance(f, Functional) and f.kind == "peak"
         }  # fmt: skip
-        return self.evaluator.number(self.trajectory, expression, peaks)
+        return self.evaluator.number(source, expression, peaks)
 
     def sample(
         self, expression: Any, times: Any, phase: Phase | str | None = None, *,

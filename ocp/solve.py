@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 import logging
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
@@ -26,9 +25,8 @@ from ocp.replay import Replay, replay, replayed
 from ocp.scaling import scales_of
 from ocp.settings import Settings
 from ocp.solution import Round, Solution, Verification
-from ocp.statement import Problem, with_objective
+from ocp.statement import Problem
 from ocp.symbols import Constant
-from ocp.terms import Bound
 from ocp.trajectory import Trajectory
 from ocp.transcribe import Method, Transcription, check_bound_of_peak, transcribe
 
@@ -123,32 +121,45 @@ def _rounds(
     solved: list[_Solved] = []
     record: list[Round] = []
     finer = False
-    while True:
-        transcription = transcribe(problem, mesh, method, scales)
-        result = _run(transcription, settings, constants, guess, bool(solved), record, progress)
-        if result.outcome != "solved":
-            record.append(_failed_round(transcription, result))
-            if not solved:
-                raise _diagnosed(transcription, result, constants)
-            if any(m.movable for m in mesh.phases):  # give up moving breakpoints, bisect instead
+    try:
+        while True:
+            transcription = transcribe(problem, mesh, method, scales)
+            result = _run(transcription, settings, constants, guess, record, progress)
+            if result.outcome == "solved":
+                solved.append(_examined(transcription, result, constants, evaluator, finer))
+                record.append(_round(solved[-1]))
+                log.info("round %d: %s", len(record), record[-1])
+                following = _following(solved, settings) if settings.refine else None
+            else:
+                record.append(_failed_round(transcription, result))
+                if result.outcome == "interrupted":
+                    raise KeyboardInterrupt
+                if not solved:
+                    raise _diagnosed(transcription, result, constants)
+                if not any(m.movable for m in mesh.phases):
+                    break
+                # moving breakpoints led astray: hold them still and bisect from the last round
                 settings = dataclasses.replace(settings, move_breakpoints=False)
-                mesh = _frozen(_next_or_same(solved[-1], settings))
-                guess = solved[-1].trajectory
-                if len(record) < settings.rounds:
-                    continue
-            break
-        trajectory = trajectory_of(transcription, result.x, constants)
-        objective = problem.sense * result.objective * scales.objective
-        found = assess(transcription, trajectory, evaluator, result.row_multipliers, objective)
-        solved.append(_Solved(transcription, result, trajectory, found, objective, finer))
-        record.append(_round(solved[-1]))
-        log.info("round %d: %s", len(record), record[-1])
-        following = _following(solved, settings) if settings.refine else None
-        if following is None or len(record) >= settings.rounds:
-            break
-        finer = following.intervals > mesh.intervals
-        mesh, guess = following, trajectory
+                following = _frozen(_next_or_same(solved[-1], settings))
+            if following is None or len(record) >= settings.rounds:
+                break
+            finer = following.intervals > mesh.intervals
+            mesh, guess = following, solved[-1].trajectory
+    except KeyboardInterrupt as stop:
+        raise _interrupted(problem, solved, settings) from stop
     return solved, record
+
+
+def _examined(
+    transcription: Transcription, result: NlpResult, constants: dict[str, float],
+    evaluator: Evaluator, finer: bool,
+) -> _Solved:  # fmt: skip
+    """A solved round with its errors between the points."""
+    trajectory = trajectory_of(transcription, result.x, constants)
+    problem = transcription.problem
+    objective = problem.sense * result.objective * transcription.scales.objective
+    found = assess(transcription, trajectory, evaluator, result.row_multipliers, objective)
+    return _Solved(transcription, result, trajectory, found, objective, finer)
 
 
 def _next_or_same(last: _Solved, settings: Settings) -> Mesh:
@@ -170,10 +181,15 @@ def _following(solved: Sequence[_Solved], settings: Settings) -> Mesh | None:
     )  # fmt: skip
 
 
+def _holds(solved: _Solved, settings: Settings) -> bool:
+    """Whether a round's motion meets the dynamics and all constraints between its points."""
+    found = solved.assessment
+    return found.dynamics <= settings.dynamics_tolerance and found.excess <= settings.path_tolerance
+
+
 def _best(solved: Sequence[_Solved], settings: Settings) -> _Solved:
     """The best round whose motion holds between the points; the last one if none does."""
-    holds = [s for s in solved if s.assessment.dynamics <= settings.dynamics_tolerance
-             and s.assessment.excess <= settings.path_tolerance]  # fmt: skip
+    holds = [s for s in solved if _holds(s, settings)]
     return min(holds, key=lambda s: s.result.objective, default=solved[-1])
 
 
@@ -183,13 +199,13 @@ def _frozen(mesh: Mesh) -> Mesh:
 
 def _run(
     transcription: Transcription, settings: Settings, constants: Mapping[str, float],
-    guess: Trajectory | None, warm: bool, record: Sequence[Round], progress: Progress | None,
+    guess: Trajectory | None, record: Sequence[Round], progress: Progress | None,
 ) -> NlpResult:  # fmt: skip
     start = start_of(transcription.problem, constants, guess)
     x0 = decision_vector(transcription, start, constants)
     parameters = np.array([constants[c.name] for c in transcription.problem.constants])
     options = settings.ipopt
-    if warm:
+    if record:
         options = dataclasses.replace(options, start_barrier=1e-4, barrier="monotone")
     listener = _listener(transcription, progress, len(record)) if progress else None
     return run(
@@ -212,12 +228,21 @@ def _listener(transcription: Transcription, progress: Progress, number: int) -> 
     return listen
 
 
+def _interrupted(problem: Problem, solved: Sequence[_Solved], settings: Settings) -> Interrupted:
+    """The error of a stopped solve, with the last round and the best one that holds."""
+    last = solved[-1].trajectory if solved else None
+    best = _best(solved, settings) if solved else None
+    verified = best.trajectory if best is not None and _holds(best, settings) else None
+    kept = "the best round so far is kept" if verified else "no round had been finished"
+    return Interrupted(
+        f"'{problem.name}' was stopped in mesh round {len(solved) + 1}; {kept}", last, verified
+    )
+
+
 def _diagnosed(
     transcription: Transcription, result: NlpResult, constants: Mapping[str, float]
-) -> SolveFailed | Interrupted:
+) -> SolveFailed:
     iterate = trajectory_of(transcription, result.x, constants)
-    if result.outcome == "interrupted":
-        return Interrupted(f"'{transcription.problem.name}' was stopped", iterate)
     values = np.array([constants[c.name] for c in transcription.problem.constants])
     return failure(transcription, result, transcription.rows.evaluate(constants), values, iterate)
 
@@ -298,23 +323,3 @@ def _verify(
         max(p.error for p in done.phases), max(p.amplification for p in done.phases),
         sum(p.restarts for p in done.phases), not reasons, tuple(reasons),
     )  # fmt: skip
-
-
-def solve_lexicographic(
-    problem: Problem, objectives: Sequence[Any], *, slack: float = 1e-6, **options: Any
-) -> Solution:
-    """Minimise several objectives in order of importance.
-
-    Each one is minimised with all earlier ones held at their optimum, up to a relative `slack`.
-    The verdict and the record of the first stage that can fail is that of the last solve.
-    """
-    if not objectives:
-        raise StatementError("a lexicographic solve needs at least one objective")
-    solution = solve(with_objective(problem, objectives[0]), **options)
-    held: list[Bound] = []
-    for number, (before, following) in enumerate(itertools.pairwise(objectives), start=1):
-        value = solution.objective
-        held.append(Bound(f"objective {number}", before, upper=value + slack * abs(value)))
-        stage = with_objective(problem, following, held)
-        solution = solve(stage, **{**options, "guess": solution})
-    return solution
