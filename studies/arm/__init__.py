@@ -1,0 +1,1 @@
+"""The supporting arm: motions that leave it still, and the laws they are compared with."""

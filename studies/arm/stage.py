@@ -1,0 +1,131 @@
+"""A stage of the arm's deployment: which joints turn, from where to where, in what time.
+
+Symbols: T duration [s], D turn of a joint [rad], J rigid inertia about a driven joint [kg m^2].
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.ancf import joint as joints
+from models.ancf.state import State, posed
+from models.arm.parameters import ArmParameters
+from models.arm.reduced import ReducedArm
+from studies.exit_codes import StudyError
+
+Array = NDArray[np.float64]
+ROOT, ELBOW = 0, 1
+JOINT_NAMES = ("root", "elbow")
+
+
+@dataclass(frozen=True)
+class Stage:
+    """Joint angles before and after, and the duration.
+
+    Attributes
+    ----------
+    name : str
+    start, end : (root, elbow) joint angles [rad]; a joint whose angles agree is locked.
+    duration : T [s].
+    arm : ArmParameters
+
+    Raises
+    ------
+    StudyError
+        If nothing turns, or the duration is not positive and finite.
+    """
+
+    name: str
+    start: tuple[float, float]
+    end: tuple[float, float]
+    duration: float
+    arm: ArmParameters = field(default_factory=ArmParameters)
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.duration) and self.duration > 0):
+            raise StudyError(
+                f"the duration of the stage '{self.name}' is {self.duration!r} s; give a positive "
+                "finite time"
+            )
+        if not all(map(math.isfinite, (*self.start, *self.end))):
+            raise StudyError(f"an angle of the stage '{self.name}' is not finite; give numbers")
+        if not self.moving:
+            raise StudyError(
+                f"the stage '{self.name}' turns no joint; give it an end angle that differs from "
+                "its start"
+            )
+
+    @property
+    def moving(self) -> tuple[int, ...]:
+        """Joints that turn, 0 the root and 1 the elbow."""
+        return tuple(k for k in (ROOT, ELBOW) if self.start[k] != self.end[k])
+
+    @property
+    def turn(self) -> Array:
+        """D of both joints (2,) [rad]."""
+        return np.subtract(self.end, self.start)
+
+    @cached_property
+    def model(self) -> ReducedArm:
+        """B21 with the joints that do not turn locked."""
+        return self.reduced()
+
+    def reduced(self, arm: ArmParameters | None = None) -> ReducedArm:
+        """B21 of this or another arm while the stage runs."""
+        locks = [None if k in self.moving else self.start[k] for k in (ROOT, ELBOW)]
+        return ReducedArm(arm or self.arm, root_lock=locks[ROOT], elbow_lock=locks[ELBOW])
+
+    @property
+    def inertias(self) -> Array:
+        """J that each joint's torque unit is made of (2,) [kg m^2]; the root's at its largest."""
+        elbow = self.start[ELBOW] if ELBOW not in self.moving else 0.0
+        return np.array([self.arm.root_inertia(elbow), self.arm.elbow_inertia])
+
+    @property
+    def torque_units(self) -> Array:
+        """J |D| / T^2 of both joints (2,) [N m]; the rigid bound of one joint is 4 of them."""
+        return self.inertias * np.abs(self.turn) / self.duration**2
+
+    def least_duration(self, torque: float) -> float:
+        """Least T [s] of a rigid arm with one driven joint under a cap [N m]: 2 sqrt(J D/cap)."""
+        k = self.moving[0]
+        return 2.0 * math.sqrt(self.inertias[k] * abs(self.turn[k]) / torque)
+
+    def lasting(self, duration: float) -> Stage:
+        """The same stage in another time [s]."""
+        return dataclasses.replace(self, duration=duration)
+
+    def start_state(self, elements: int) -> State:
+        """Rest at the start, full model."""
+        return posed(self.arm.chain(elements), list(self.start))
+
+    def full_joints(self, drives: dict[int, joints.Joint]) -> list[joints.Joint]:
+        """Joints of the full model: the drives given, the others locked."""
+        return [drives.get(k, joints.Locked(self.start[k])) for k in (ROOT, ELBOW)]
+
+
+def big_arm(duration: float = 86.0, arm: ArmParameters | None = None) -> Stage:
+    """Big arm by 90 deg with the small arm folded; 86 s is the paper's."""
+    arm = arm or ArmParameters()
+    return Stage("big", (0.0, math.pi), (math.pi / 2, math.pi), duration, arm)
+
+
+def small_arm(duration: float = 112.0, arm: ArmParameters | None = None) -> Stage:
+    """Small arm from folded to straight with the root clamped; 112 s is the paper's."""
+    arm = arm or ArmParameters()
+    return Stage("small", (math.pi / 2, math.pi), (math.pi / 2, 0.0), duration, arm)
+
+
+def both_arms(duration: float = 112.0, arm: ArmParameters | None = None) -> Stage:
+    """Both stages at once."""
+    arm = arm or ArmParameters()
+    return Stage("both", (0.0, math.pi), (math.pi / 2, 0.0), duration, arm)
+
+
+STAGES = {"big": big_arm, "small": small_arm, "both": both_arms}

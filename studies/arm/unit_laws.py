@@ -1,0 +1,133 @@
+"""Rest-to-rest laws of a unit turn: the baselines, each over the same duration.
+
+Symbols: T duration [s], f shaper frequency [Hz].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from models.laws import PAPER_POINTS, Bezier, Law, Motion, PiecewiseJerk, Step5, pinned
+from studies.exit_codes import StudyError
+
+Array = NDArray[np.float64]
+ShaperKind = Literal["ZV", "ZVD"]
+SHAPERS: dict[ShaperKind, tuple[tuple[float, float], ...]] = {
+    # (delay in periods, weight) of an undamped mode; Singer and Seering (1990)
+    "ZV": ((0.0, 0.5), (0.5, 0.5)),
+    "ZVD": ((0.0, 0.25), (0.5, 0.5), (1.0, 0.25)),
+}
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Piecewise constant acceleration from rest: `edges` (m + 1,), `accelerations` (m,)."""
+
+    edges: tuple[float, ...]
+    accelerations: tuple[float, ...]
+    start_angle: float = 0.0
+
+    @property
+    def duration(self) -> float:
+        """T [s]."""
+        return self.edges[-1]
+
+    @property
+    def end_angle(self) -> float:
+        """Angle at T [rad]."""
+        return float(self.motion(self.duration).angle[0])
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Inner edges, where the acceleration jumps."""
+        return self.edges[1:-1]
+
+    def motion(self, time: ArrayLike) -> Motion:
+        """Motion at times (m,) in [0, T]."""
+        t = np.atleast_1d(np.asarray(time, dtype=float))
+        edges, steps = np.array(self.edges), np.array(self.accelerations)
+        angle, speed = self._starts
+        k = np.searchsorted(edges[1:-1], t, side="right")
+        dt = t - edges[k]
+        a = steps[k]
+        return Motion(
+            t, angle[k] + dt * (speed[k] + dt * a / 2), speed[k] + dt * a, a, np.zeros_like(t)
+        )
+
+    @cached_property
+    def _starts(self) -> tuple[Array, Array]:
+        h, a = np.diff(self.edges), np.array(self.accelerations)
+        speed = np.concatenate(([0.0], np.cumsum(h * a)))
+        angle = self.start_angle + np.concatenate(([0.0], np.cumsum(h * (speed[:-1] + h * a / 2))))
+        return angle, speed
+
+
+def shaped_bang_bang(duration: float, frequency: float, kind: ShaperKind) -> Steps:
+    """Bang-bang law of T minus the shaper's length, convolved with the shaper, lasting T.
+
+    Raises
+    ------
+    StudyError
+        If the shaper is longer than the motion.
+    """
+    impulses = SHAPERS[kind]
+    core = duration - impulses[-1][0] / frequency
+    if core <= 0:
+        raise StudyError(
+            f"the {kind} shaper of {frequency:.4g} Hz lasts {duration - core:.4g} s, longer than "
+            f"the motion of {duration:g} s; give a longer duration"
+        )
+    height = 4.0 / core**2
+    jumps: dict[float, float] = {}
+    for delay, weight in impulses:
+        for at, jump in ((0.0, height), (core / 2, -2 * height), (core, height)):
+            instant = round(delay / frequency + at, 14)
+            jumps[instant] = jumps.get(instant, 0.0) + weight * jump
+    edges = sorted(jumps)
+    levels = np.cumsum([jumps[t] for t in edges])[:-1]
+    return Steps((*edges[:-1], duration), tuple(float(level) for level in levels))
+
+
+def linear_torque(duration: float) -> PiecewiseJerk:
+    """The paper's law: acceleration linear in time from 6/T^2 to -6/T^2."""
+    return PiecewiseJerk(
+        (0.0, duration), (-12.0 / duration**3,), 0.0, start_acceleration=6.0 / duration**2
+    )
+
+
+def quintic(duration: float) -> Bezier:
+    """Quintic step of the angle: the Bezier law of degree 5 with triple end points."""
+    return Bezier(duration, (0.0, 0.0, 0.0, 1.0, 1.0, 1.0))
+
+
+def bezier(duration: float) -> Bezier:
+    """The paper's nine points, rescaled to a unit turn with (45) kept exactly."""
+    first, last = PAPER_POINTS[0], PAPER_POINTS[-1]
+    points = [(point - first) / (last - first) for point in PAPER_POINTS]
+    return Bezier(duration, pinned(points, 0.0, 1.0))
+
+
+@dataclass(frozen=True)
+class NamedLaw:
+    """A unit law with its name, and whether its acceleration jumps."""
+
+    name: str
+    law: Law
+    jumps: bool = False
+
+
+def baselines(duration: float, frequency: float, *, linear: bool = True) -> list[NamedLaw]:
+    """All baselines; `frequency` is the shapers' [Hz]."""
+    found = [
+        NamedLaw("quintic", quintic(duration)),
+        NamedLaw("Step5", Step5(duration, 0.0, 1.0)),
+        NamedLaw("Bezier", bezier(duration)),
+        NamedLaw("ZV", shaped_bang_bang(duration, frequency, "ZV"), True),
+        NamedLaw("ZVD", shaped_bang_bang(duration, frequency, "ZVD"), True),
+    ]
+    return ([NamedLaw("linear torque", linear_torque(duration), True)] if linear else []) + found
