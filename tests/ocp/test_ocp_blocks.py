@@ -1,0 +1,169 @@
+"""Derivatives assembled from kernels against CasADi's own derivatives of the same program."""
+
+import casadi as ca
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ocp import Between, Bound, Control, Mesh, Phase, Problem, State, Unknown
+from ocp.blocks import Block, assemble
+from ocp.guess import start_of
+from ocp.mesh import PhaseMesh, uniform
+from ocp.scaling import scales_of
+from ocp.transcribe import Method, transcribe
+
+ROUND_OFF = 1e-13  # the same sums in another order
+
+
+def kernel(variables, numbers, rows):
+    """A smooth nonlinear kernel with coupled variables."""
+    w, d, c = ca.SX.sym("w", variables), ca.SX.sym("d", numbers), ca.SX.sym("c", 1)
+    mixed = ca.sin(w[0] * w[-1]) + ca.exp(0.3 * w[variables // 2]) * c[0] + d[0] * w[0] ** 3
+    row = [ca.cos(i + w[i % variables]) * w[(i + 1) % variables] + mixed for i in range(rows)]
+    return ca.Function("kernel", [w, d, c], [d[0] * mixed**2, ca.vertcat(*row)])
+
+
+def block(columns, rows, seed=0):
+    columns, rows = np.array(columns), np.array(rows)
+    data = np.random.default_rng(seed).uniform(0.5, 1.5, (len(columns), 2))
+    made = kernel(columns.shape[1], 2, rows.shape[1])
+    return Block("b", made, columns, data, rows, lambda instance, row: "row")
+
+
+def directly(blocks, variables, rows):
+    """The same program written out instance by instance."""
+    x, p = ca.MX.sym("x", variables), ca.MX.sym("p", 1)
+    f, g = ca.MX(0), [ca.MX(0)] * rows
+    for b in blocks:
+        for columns, data, ids in zip(b.columns, b.data, b.rows, strict=True):
+            df, dg = b.kernel(x[columns.tolist()], ca.DM(data), p)
+            f += df
+            for i, row in enumerate(ids):
+                g[row] += dg[i]
+    return x, p, f, ca.vertcat(*g)
+
+
+def compare(blocks, variables, rows, seed=1):
+    program = assemble(blocks, variables, rows, 1)
+    x, p, f, g = directly(blocks, variables, rows)
+    sigma, lam = ca.MX.sym("sigma"), ca.MX.sym("lam", rows)
+    hessian = ca.triu(ca.hessian(sigma * f + ca.dot(lam, g), x)[0])
+    own = ca.Function(
+        "own", [x, p, sigma, lam], [f, g, ca.gradient(f, x), ca.jacobian(g, x), hessian]
+    )
+    random = np.random.default_rng(seed)
+    at, dual = random.uniform(-1, 1, variables), random.uniform(-1, 1, rows)
+    expected = [v.full() for v in own(at, 0.7, 1.3, dual)]
+    found = [
+        program.oracle(at, 0.7)[0], program.oracle(at, 0.7)[1],
+        program.objective_gradient(at, 0.7)[1], program.constraint_jacobian(at, 0.7)[1],
+        program.lagrangian_hessian(at, 0.7, 1.3, dual),
+    ]  # fmt: skip
+    names = ("f", "g", "gradient", "Jacobian", "Hessian")
+    for what, ours, theirs in zip(names, found, expected, strict=True):
+        np.testing.assert_allclose(
+            np.array(ours), theirs, rtol=ROUND_OFF, atol=ROUND_OFF * 10, err_msg=what
+        )
+    values = [program.objective_gradient(at, 0.7)[0], program.constraint_jacobian(at, 0.7)[0]]
+    np.testing.assert_allclose(np.array(values[0]), expected[0], rtol=ROUND_OFF)
+    np.testing.assert_allclose(np.array(values[1]), expected[1], rtol=1e-12)  # sums near zero
+
+
+def test_separate_instances():
+    compare([block([[0, 1], [2, 3]], [[0], [1]])], 4, 2)
+
+
+def test_columns_shared_by_instances_and_blocks():
+    chain = block([[0, 1, 5], [1, 2, 5], [2, 3, 5]], [[0, 1], [2, 3], [4, 5]])
+    other = block([[4, 0], [4, 5]], [[6], [7]], seed=3)
+    compare([chain, other], 6, 8)
+
+
+def test_a_column_twice_in_one_instance():
+    compare([block([[0, 1, 0], [2, 2, 2], [1, 2, 0]], [[0], [1], [2]])], 3, 3)
+
+
+def test_rows_that_several_instances_add_to():
+    compare([block([[0, 1], [1, 2], [2, 0]], [[0, 1], [0, 1], [1, 0]])], 3, 2)
+
+
+def test_unordered_columns_fill_the_upper_triangle():
+    compare([block([[5, 2, 4], [3, 1, 0]], [[1], [0]])], 6, 2)
+
+
+index = st.integers(0, 4)
+
+
+@given(
+    columns=st.lists(st.tuples(index, index, index), min_size=1, max_size=4),
+    rows=st.lists(st.tuples(st.integers(0, 3), st.integers(0, 3)), min_size=4, max_size=4),
+)
+def test_any_overlap(columns, rows):
+    compare([block(columns, rows[: len(columns)])], 5, 4)
+
+
+def small_problem():
+    """Two phases with everything that makes columns shared: free times, unknown, peak, link."""
+    x, v, u = State("x"), State("v"), Control("u", lower=-3, upper=3)
+    steps, mass = Control("steps", shape="constant"), Unknown("mass", lower=0.5, upper=2)
+    ramp = Control("ramp", shape="linear")
+    rates = {x: v * ca.cos(x), v: (u + steps * ramp) / mass - 0.1 * v**2}
+    first = Phase(
+        "first", rates, initial={x: 0, v: 1}, end=Between(0.5, 2),
+        bounds=[Bound("power", u * v, upper=5)],
+    )  # fmt: skip
+    second = Phase("second", rates, final={x: 1}, start=Between(0.5, 2), end=3)
+    effort = first.integral(u**2 + steps**2 + ramp**2)
+    link = Bound("link", second.at_start(x) - first.at_end(x), lower=0, upper=0)
+    return Problem(
+        "small", [first, second],
+        minimise=effort + second.integral(u**2 * x) ** 2 + first.peak(v**2) + mass * first.end_time,
+        links=[link],
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["radau", "gauss", "lobatto", "hermite-simpson"])
+def test_a_transcribed_problem_has_the_derivatives_that_casadi_finds(name):
+    problem = small_problem()
+    meshes = (PhaseMesh(np.array([0, 0.3, 0.5, 1]), np.array([3, 4, 3]), (1,)), uniform(2, 3))
+    scales = scales_of(problem, start_of(problem, {}), {})
+    program = transcribe(problem, Mesh(meshes), Method(name), scales).program
+    x, p = ca.MX.sym("x", program.variables), ca.MX.sym("p", 0)
+    f, g = program.oracle(x, p)
+    sigma, lam = ca.MX.sym("sigma"), ca.MX.sym("lam", program.rows)
+    hessian = ca.triu(ca.hessian(sigma * f + ca.dot(lam, g), x)[0])
+    own = ca.Function("own", [x, sigma, lam], [ca.gradient(f, x), ca.jacobian(g, x), hessian])
+    random = np.random.default_rng(5)
+    at, dual = random.uniform(0.2, 1, program.variables), random.uniform(-1, 1, program.rows)
+    for ours, theirs in zip(
+        [program.objective_gradient(at, [])[1], program.constraint_jacobian(at, [])[1],
+         program.lagrangian_hessian(at, [], 1.3, dual)],
+        own(at, 1.3, dual), strict=True,
+    ):  # fmt: skip
+        # entries up to 1e3, added up in another order
+        np.testing.assert_allclose(ours.full(), theirs.full(), rtol=1e-11, atol=1e-11)
+
+
+def nodes(function):
+    """Nodes of the expression graph, a mapped function counted as one."""
+    return function.n_nodes()
+
+
+def test_expressions_do_not_grow_with_the_number_of_intervals():
+    problem = small_problem()
+    scales = scales_of(problem, start_of(problem, {}), {})
+
+    def sizes(intervals):
+        mesh = Mesh((uniform(intervals, 3), uniform(intervals, 3)))
+        found = transcribe(problem, mesh, Method(), scales)
+        program = found.program
+        assert program.variables > 10 * intervals
+        return (
+            [nodes(b.kernel) for b in found.blocks],
+            [nodes(b.derivatives.hessian) for b in found.blocks],
+            [nodes(f) for f in (program.oracle, program.objective_gradient,
+                                program.constraint_jacobian, program.lagrangian_hessian)],
+        )  # fmt: skip
+
+    assert sizes(5) == sizes(200)

@@ -1,0 +1,135 @@
+"""Failed solves say what is wrong, and never pass for a solution."""
+
+import dataclasses
+
+import casadi as ca
+import pytest
+
+from ocp import (
+    Bound,
+    Control,
+    Infeasible,
+    InvalidNumber,
+    IpoptOptions,
+    IterationLimit,
+    Phase,
+    Problem,
+    Settings,
+    SolveFailed,
+    State,
+    Unverified,
+    solve,
+)
+
+FEW = Settings(intervals=5)
+
+
+def pushed():
+    x, v = State("x", "m"), State("v", "m/s")
+    u = Control("u", "m/s^2", lower=-1, upper=1)
+    return x, v, u, Phase("flight", {x: v, v: u}, initial={x: 0, v: 0})
+
+
+def test_an_unreachable_target_names_the_worst_constraint():
+    # from rest with 1 m/s^2 at most 1/2 m in 1 s
+    x, v, u, _ = pushed()
+    phase = Phase("flight", {x: v, v: u}, initial={x: 0, v: 0}, final={x: 2})
+    words = (
+        r"no motion.*all constraints of 'too far'; worst: dynamics of '[xv]' in phase 'flight' at "
+        r".* % of its duration is off by .*; relax one of these"
+    )
+    with pytest.raises(Infeasible, match=words) as caught:
+        solve(Problem("too far", [phase], minimise=phase.integral(u**2)), settings=FEW)
+    assert caught.value.iterate is not None
+
+
+def test_contradicting_links_are_named():
+    x, _, u, phase = pushed()
+    far = Bound("far enough", phase.at_end(x), unit="m", lower=2)
+    with pytest.raises(Infeasible, match=r"'far enough'|dynamics of '[xv]'"):
+        solve(Problem("far", [phase], minimise=phase.integral(u**2), bounds=[far]), settings=FEW)
+
+
+def test_an_unbounded_objective_is_a_failure():
+    x, free = State("x"), Control("u")
+    phase = Phase("flight", {x: free}, initial={x: 0})
+    with pytest.raises(SolveFailed, match=r"'endless'") as caught:
+        solve(
+            Problem("endless", [phase], minimise=phase.at_end(x)),
+            settings=Settings(intervals=5, ipopt=IpoptOptions(max_iterations=200)),
+        )
+    assert not isinstance(caught.value, Unverified)
+
+
+def test_a_used_up_budget_is_a_failure():
+    x, _, _, phase = pushed()
+    settings = Settings(intervals=5, ipopt=IpoptOptions(max_iterations=1))
+    with pytest.raises(IterationLimit, match=r"'short' used up.*1 iterations.*raise the budget"):
+        solve(Problem("short", [phase], maximise=phase.at_end(x)), settings=settings)
+
+
+NOT_A_NUMBER = {
+    "dynamics": (
+        lambda x, v, u: ({x: v, v: u + ca.sqrt(x - 5)}, ()), r"dynamics of 'v' in phase 'flight'"),
+    "path constraint": (
+        lambda x, v, u: ({x: v, v: u}, (Bound("log height", ca.log(x - 5), upper=3),)),
+        r"'log height' in phase 'flight' at .* %"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("where", NOT_A_NUMBER)
+def test_an_invalid_number_is_traced_to_its_expression(where):
+    make, words = NOT_A_NUMBER[where]
+    x, v, u, _ = pushed()
+    rates, bounds = make(x, v, u)
+    phase = Phase("flight", rates, initial={x: 0, v: 0}, bounds=bounds)
+    with pytest.raises(InvalidNumber, match=words + r".*NaN or infinite; start from a guess"):
+        solve(Problem("undefined", [phase], maximise=phase.at_end(x)), settings=FEW)
+
+
+@pytest.mark.parametrize("running", [True, False])
+def test_an_invalid_objective_is_traced(running):
+    x, _, _, phase = pushed()
+    objective = phase.integral(ca.sqrt(x - 5)) if running else ca.log(phase.at_end(x) - 5)
+    with pytest.raises(InvalidNumber, match=r"'undefined': the objective is NaN or infinite"):
+        solve(Problem("undefined", [phase], minimise=objective), settings=FEW)
+
+
+def coarse(**options):
+    """A nonlinear problem on a mesh that is far too coarse for it."""
+    x, v = State("x", "m"), State("v", "m/s")
+    u = Control("u", "m/s^2", lower=-1, upper=1)
+    rates = {x: v, v: u - 4 * ca.sin(x)}
+    phase = Phase("swing", rates, initial={x: 1, v: 0}, end=3)
+    settings = Settings(scheme="radau", degree=2, intervals=6, **options)
+    return Problem("swing", [phase], maximise=phase.at_end(x)), settings
+
+
+def test_a_coarse_answer_is_unverified():
+    problem, settings = coarse(rounds=1)
+    with pytest.raises(Unverified, match=r"'swing'.*replay misses.*more rounds") as caught:
+        solve(problem, settings=settings)
+    found = caught.value.iterate
+    assert found.verdict == "unverified"
+    assert not found.verification.passed
+    assert found.verification.miss > settings.replay_tolerance
+    assert any("replay misses" in reason for reason in found.verification.reasons)
+
+
+def test_without_refinement_the_verification_is_there_to_read():
+    problem, settings = coarse(refine=False)
+    found = solve(problem, settings=settings)
+    assert not found.verification.passed
+    loose = dataclasses.replace(settings, replay_tolerance=1e9, dynamics_tolerance=1e9)
+    assert solve(problem, settings=loose).verification.passed
+
+
+def test_a_polynomial_control_that_leaves_its_bounds_is_seen():
+    # degree 6 on one interval overshoots a bang-bang law between the points
+    x, v = State("x"), State("v")
+    u = Control("u", lower=-1, upper=1, shape="polynomial")
+    phase = Phase("dash", {x: v, v: u}, initial={x: 0, v: 0}, final={v: 0}, end=1)
+    problem = Problem("overshoot", [phase], maximise=phase.at_end(x))
+    settings = Settings(degree=6, intervals=1, rounds=1)
+    with pytest.raises(Unverified, match=r"path constraint or peak.*exceeded"):
+        solve(problem, settings=settings)

@@ -1,0 +1,91 @@
+"""Every kind of guess gets where it says, and another solution starts a solve on its own mesh."""
+
+import numpy as np
+import pytest
+
+from ocp import Control, Mesh, Phase, Problem, Settings, State, Unknown, solve
+from ocp.guess import start_of
+from ocp.iterate import decision_vector, trajectory_of
+from ocp.mesh import PhaseMesh, uniform
+from ocp.scaling import scales_of
+from ocp.transcribe import Method, transcribe
+
+START, END = 2.0, 6.0
+FRACTIONS = np.linspace(0.0, 1.0, 9)
+TIMES = START + FRACTIONS * (END - START)
+
+
+def guessed(guess, shape="polynomial"):
+    x, v = State("x"), State("v", lower=-50, upper=50)
+    u, k = Control("u", shape=shape), Unknown("k", lower=1, upper=3, guess=2.5)
+    phase = Phase(
+        "move", {x: v, v: k * u}, initial={x: 1.0}, final={x: 3.0}, start=START, end=END,
+        guess={{"x": x, "v": v, "u": u}[name]: value for name, value in guess.items()},
+    )  # fmt: skip
+    return Problem("guessed", [phase], minimise=phase.integral(u**2) + k)
+
+
+FORMS = {
+    "a number": (4.0, np.full(9, 4.0)),
+    "a pair": ((1.0, -3.0), 1 - 4 * FRACTIONS),
+    "a function": (lambda t: t**2, TIMES**2),
+    "a function of one value": (lambda t: 7.0, np.full(9, 7.0)),
+    "a table": (([2.0, 4.0, 6.0], [0.0, 8.0, 4.0]), np.interp(TIMES, [2, 4, 6], [0, 8, 4])),
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_each_form_of_guess(form):
+    guess, expected = FORMS[form]
+    start = start_of(guessed({"v": guess}), {})
+    np.testing.assert_allclose(start.phases["move"].at_fractions(FRACTIONS)["v"], expected)
+    assert start.unknowns == {"k": 2.5}
+
+
+def test_without_a_guess_boundary_values_are_joined():
+    values = start_of(guessed({}), {}).phases["move"].at_fractions(FRACTIONS)
+    np.testing.assert_allclose(values["x"], 1 + 2 * FRACTIONS)
+    np.testing.assert_allclose(values["v"], 0.0, atol=0)
+
+
+@pytest.mark.parametrize("shape", ["linear", "polynomial"])
+@pytest.mark.parametrize("name", ["radau", "gauss", "hermite-simpson"])
+def test_a_decision_vector_holds_the_guess(name, shape):
+    guess = {"x": lambda t: 1 + (t - 2) ** 2 / 8, "v": lambda t: t / 4, "u": (2.0, 5.0)}
+    problem = guessed(guess, shape)
+    start = start_of(problem, {})
+    mesh = Mesh((PhaseMesh(np.array([0, 0.2, 0.7, 1]), np.array([3, 5, 3]), (1,)),))
+    made = transcribe(problem, mesh, Method(name), scales_of(problem, start, {}))
+    back = trajectory_of(made, decision_vector(made, start, {}), {}).phases[0]
+    np.testing.assert_allclose(back.breakpoints, [2.0, 2.8, 4.8, 6.0], rtol=1e-14)
+    values = back.at_fractions(FRACTIONS)
+    # polynomials of the guess lie in the space; controls are read 1e-9 inside their interval
+    np.testing.assert_allclose(values["x"], 1 + 2 * FRACTIONS**2, rtol=1e-12)
+    np.testing.assert_allclose(values["u"], 2 + 3 * FRACTIONS, rtol=1e-7)
+
+
+def transfer(end=1.0):
+    x, v, u = State("x"), State("v"), Control("u")
+    phase = Phase("move", {x: v, v: u - x**3}, initial={x: 0, v: 0}, final={x: 1, v: 0}, end=end)
+    return Problem("transfer", [phase], minimise=phase.integral(u**2))
+
+
+def test_another_solution_on_another_mesh_is_a_good_start():
+    problem = transfer()
+    first = solve(problem, settings=Settings(intervals=7))
+    mesh = Mesh((uniform(11, 5),))
+    again = solve(problem, guess=first, mesh=mesh)
+    assert again.mesh.phases[0].intervals == 11
+    # both optima within the solver's tolerance and the discretisation of a smooth problem
+    assert again.objective == pytest.approx(first.objective, rel=1e-7)
+    trajectory = solve(problem, guess=first.trajectory)
+    assert trajectory.objective == pytest.approx(first.objective, rel=1e-7)
+    assert solve(problem, guess=first).mesh.phases[0].intervals == 7  # its own mesh by default
+
+
+def test_a_guess_for_another_duration_is_stretched():
+    first = solve(transfer(), settings=Settings(intervals=7))
+    longer = solve(transfer(2.0), guess=first)
+    assert longer.value(longer.problem.phases[0].end_time) == 2.0
+    direct = solve(transfer(2.0), settings=Settings(intervals=7))
+    assert longer.objective == pytest.approx(direct.objective, rel=1e-7)

@@ -1,0 +1,172 @@
+"""The replay against closed forms and another integrator, and what it must not let pass."""
+
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from ocp import (
+    Constant,
+    Control,
+    Phase,
+    PhaseTrajectory,
+    Problem,
+    Settings,
+    State,
+    Trajectory,
+    Unknown,
+    joined,
+    solve,
+    time,
+)
+from ocp.extrapolation import SUBSTEPS, extrapolated_step
+from ocp.replay import replay, replayed
+from ocp.trajectory import Piece
+
+
+@pytest.mark.parametrize("rate", [-1.0, -2.0])
+def test_one_step_has_twice_the_order_of_its_substeps(rate):
+    x, span = ca.SX.sym("x"), ca.SX.sym("span")
+    end, _ = extrapolated_step(lambda state, tau: rate * state * (1 + tau), x, span)
+    step = ca.Function("step", [x, span], [end])
+    spans = np.array([0.8, 0.4, 0.2])
+    errors = [abs(float(step(1.0, h)) - np.exp(rate * (h + h**2 / 2))) for h in spans]
+    slope = np.polyfit(np.log(spans), np.log(errors), 1)[0]
+    # a local error is one order higher than the method; steps this long still bend the line
+    assert slope == pytest.approx(2 * len(SUBSTEPS) + 1, abs=1.0)
+
+
+def stepped(breakpoints, accelerations, start):
+    """A trajectory of a double integrator under constant accelerations, in closed form."""
+    lengths = np.diff(breakpoints)
+    x, v = [start[0]], [start[1]]
+    for a, h in zip(accelerations, lengths, strict=True):
+        x.append(x[-1] + v[-1] * h + a * h**2 / 2)
+        v.append(v[-1] + a * h)
+    x, v = np.array(x), np.array(v)
+    tau = np.array([0.0, 1 / 3, 1.0])  # support of two Radau points
+    s = tau * lengths[:, None]
+    a = np.asarray(accelerations)[:, None]
+    states = np.stack([x[:-1, None] + v[:-1, None] * s + a * s**2 / 2, v[:-1, None] + a * s], 2)
+    count = len(lengths)
+    piece = Piece(2, np.arange(count), states, np.empty((count, 2, 0)), np.empty((count, 2, 0)))
+    own = PhaseTrajectory(
+        "move", "radau", np.asarray(breakpoints), ("x", "v"), ("u",), (), (), (),
+        np.asarray(accelerations)[:, None], np.empty((count, 2, 0)), (piece,),
+    )  # fmt: skip
+    return Trajectory((own,)), x, v
+
+
+def double_integrator():
+    x, v, u = State("x"), State("v"), Control("u", shape="constant")
+    phase = Phase("move", {x: v, v: u})
+    return Problem("move", [phase], minimise=phase.integral(u**2)), (x, v, u)
+
+
+accelerations = st.lists(st.floats(-10, 10), min_size=1, max_size=12)
+
+
+@given(controls=accelerations, start=st.tuples(st.floats(-5, 5), st.floats(-5, 5)))
+def test_replay_of_random_steps_of_acceleration_is_the_closed_form(controls, start):
+    points = np.cumsum([0.0, *(0.1 + 0.05 * np.arange(len(controls)) % 0.3)])
+    trajectory, x, v = stepped(points, controls, start)
+    problem, _ = double_integrator()
+    done = replay(problem, trajectory, {"x": 1.0, "v": 1.0})
+    found = done.phases[0].states
+    # parabolas are exact for the midpoint rule: round-off of values up to 100
+    np.testing.assert_allclose(found[:, -1, 0], x[1:], atol=1e-12)
+    np.testing.assert_allclose(found[:, -1, 1], v[1:], atol=1e-12)
+    assert done.miss < 1e-12
+    again = replayed(trajectory, done)
+    times = np.linspace(points[0], points[-1], 31)
+    np.testing.assert_allclose(
+        again.phases[0].sample(times), trajectory.phases[0].sample(times), atol=1e-11
+    )
+
+
+@given(controls=accelerations, off=st.floats(1e-6, 1.0))
+def test_replay_notices_a_wrong_end(controls, off):
+    trajectory, _, _ = stepped(np.linspace(0, 2, len(controls) + 1), controls, (0.0, 0.0))
+    own = trajectory.phases[0]
+    states = own.pieces[0].states.copy()
+    states[-1, -1, 0] += off
+    wrong = replace(own, pieces=(replace(own.pieces[0], states=states),))
+    problem, _ = double_integrator()
+    done = replay(problem, replace(trajectory, phases=(wrong,)), {"x": 10.0, "v": 1.0})
+    assert done.miss == pytest.approx(off / 10.0, rel=1e-5)  # round-off of the smallest offset
+    assert done.phases[0].miss[0] == pytest.approx(-off, rel=1e-5)
+
+
+def test_replay_notices_a_wrong_control():
+    trajectory, _, _ = stepped(np.linspace(0, 2, 5), [1.0, -1.0, 2.0, 0.0], (0.0, 0.0))
+    own = trajectory.phases[0]
+    wrong = replace(own, steps=own.steps + np.array([[0.0], [0.01], [0.0], [0.0]]))
+    problem, _ = double_integrator()
+    done = replay(problem, replace(trajectory, phases=(wrong,)), {"x": 1.0, "v": 1.0})
+    # 0.01 m/s^2 over 0.5 s, then coasting for 1 s
+    np.testing.assert_allclose(done.phases[0].miss, [0.005 * 0.25 + 0.005, 0.005], rtol=1e-9)
+
+
+def swing():
+    """A driven pendulum with a constant, an unknown, running time and all shapes of control."""
+    angle, rate = State("angle", "rad"), State("rate", "rad/s")
+    push, lean, kick = (
+        Control(n, lower=-1, upper=1, shape=s)
+        for n, s in (("push", "polynomial"), ("lean", "linear"), ("kick", "constant"))
+    )
+    gravity, drag = Constant("gravity", "1/s^2", 4.0), Unknown("drag", "1/s", 0.1, 0.4)
+    forces = push + 0.5 * lean * ca.cos(angle) + 0.3 * kick * ca.sin(time)
+    phase = Phase(
+        "swing", {angle: rate, rate: forces - gravity * ca.sin(angle) - drag * rate},
+        initial={angle: 0.5, rate: 0.0}, final={rate: 0.0}, start=1.0, end=4.0,
+    )  # fmt: skip
+    cost = phase.integral(push**2 + lean**2 + kick**2) + (phase.at_end(angle) - 1.0) ** 2 * 50
+    return Problem("swing", [phase], minimise=cost + drag), (angle, rate, push, lean, kick), drag
+
+
+def test_replay_agrees_with_another_integrator():
+    problem, (angle, rate, push, lean, kick), drag = swing()
+    found = solve(problem, settings=Settings(intervals=8, refine=False))
+
+    def rates(t, y, k):
+        u, w, c = (found.trajectory.phases[0].local(
+            np.array([k]), np.array([(t - points[k]) / (points[k + 1] - points[k])])
+        )[0, names.index(s)] for s in ("push", "lean", "kick"))  # fmt: skip
+        force = u + 0.5 * w * np.cos(y[0]) + 0.3 * c * np.sin(t)
+        return [y[1], force - 4.0 * np.sin(y[0]) - found.value(drag) * y[1]]
+
+    own = found.trajectory.phases[0]
+    names, points = own.signals, own.breakpoints
+    y = np.array([0.5, 0.0])
+    for k in range(len(points) - 1):  # restarted where the controls may jump
+        y = solve_ivp(
+            rates, points[k : k + 2], y, args=(k,), method="DOP853", rtol=1e-12, atol=1e-13
+        ).y[:, -1]
+    # tolerances of both integrators: 1e-11 a step and 1e-12
+    np.testing.assert_allclose(found.replay.phases[0].states[-1, -1], y, atol=1e-9)
+    for signal, end in zip((angle, rate), y, strict=True):
+        assert found.sample(signal, 4.0, replayed=True) == pytest.approx(end, abs=1e-9)
+        assert found.sample(signal, 4.0) != pytest.approx(end, abs=1e-12)  # coarse mesh: no copy
+    assert {s.name for s in (push, lean, kick)} <= set(names)
+
+
+def test_a_replay_goes_through_all_phases():
+    x, v, u = State("x"), State("v"), Control("u")
+    first = Phase("first", {x: v, v: u - x**3}, initial={x: 0, v: 0}, end=1)
+    second = Phase("second", {x: v, v: u}, final={x: 1, v: 0}, start=1, end=2)
+    problem = Problem(
+        "two", [first, second], minimise=first.integral(u**2) + second.integral(u**2),
+        links=joined(first, second),
+    )  # fmt: skip
+    found = solve(problem)
+    own = found.trajectory.phase("first")
+    states = own.pieces[0].states.copy()
+    states[-1, -1, 0] += 1e-3  # the first phase says it ends where it does not
+    wrong = replace(own, pieces=(replace(own.pieces[0], states=states), *own.pieces[1:]))
+    spoilt = replace(found.trajectory, phases=(wrong, found.trajectory.phase("second")))
+    assert found.verification.miss < 1e-6  # as `Settings` promises
+    assert replay(problem, spoilt, {"x": 1.0, "v": 1.0}).miss == pytest.approx(1e-3, rel=1e-2)
