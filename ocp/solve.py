@@ -7,7 +7,7 @@ import logging
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from ocp.diagnose import failure
 from ocp.errors import Interrupted, SolveFailed, StatementError, Unverified
 from ocp.evaluate import Evaluator
 from ocp.guess import start_of
-from ocp.ipopt import NlpResult, run
+from ocp.ipopt import IpoptOptions, NlpResult, run
 from ocp.iterate import decision_vector, trajectory_of
 from ocp.mesh import Mesh, uniform
 from ocp.refine import Assessment, assess, next_mesh
@@ -205,13 +205,19 @@ def _run(
     x0 = decision_vector(transcription, start, constants)
     parameters = np.array([constants[c.name] for c in transcription.problem.constants])
     options = settings.ipopt
-    if record:
-        options = dataclasses.replace(options, start_barrier=1e-4, barrier="monotone")
     listener = _listener(transcription, progress, len(record)) if progress else None
-    return run(
-        transcription.program, x0, transcription.columns.evaluate(constants),
-        transcription.rows.evaluate(constants), parameters, options, listener=listener,
-    )  # fmt: skip
+
+    def attempt(with_options: IpoptOptions) -> NlpResult:
+        return run(
+            transcription.program, x0, transcription.columns.evaluate(constants),
+            transcription.rows.evaluate(constants), parameters, with_options, listener=listener,
+        )  # fmt: skip
+
+    first: Literal["monotone", "adaptive"] = "monotone" if record else options.barrier
+    result = attempt(dataclasses.replace(options, barrier=first))
+    if record and result.outcome not in ("solved", "interrupted"):
+        result = attempt(options)
+    return result
 
 
 def _listener(transcription: Transcription, progress: Progress, number: int) -> Any:
