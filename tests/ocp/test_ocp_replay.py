@@ -170,3 +170,13 @@ def test_a_replay_goes_through_all_phases():
     spoilt = replace(found.trajectory, phases=(wrong, found.trajectory.phase("second")))
     assert found.verification.miss < 1e-6  # as `Settings` promises
     assert replay(problem, spoilt, {"x": 1.0, "v": 1.0}).miss == pytest.approx(1e-3, rel=1e-2)
+
+    # a control that is off in the first phase shifts the second one too, which then coasts for 1 s
+    pieces = tuple(replace(p, controls=p.controls + 0.01) for p in own.pieces)
+    pushed = replace(
+        found.trajectory, phases=(replace(own, pieces=pieces), found.trajectory.phase("second"))
+    )
+    one, two = replay(problem, pushed, {"x": 1.0, "v": 1.0}).phases
+    assert one.miss[1] > 1e-3
+    # errors of the unspoilt solution add to both sides
+    np.testing.assert_allclose(two.miss, [one.miss[0] + one.miss[1], one.miss[1]], atol=1e-7)
