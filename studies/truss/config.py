@@ -58,7 +58,7 @@ class SolverOptions:
     starts : names of the laws to start from.
     """
 
-    intervals: int = 20
+    intervals: int = 40
     starts: tuple[str, ...] = STARTS
 
 
@@ -71,13 +71,13 @@ class TrussStudy:
     minimise : stages, most important first; each a mapping from objective to weight.
     duration : shortest and longest duration [s]; equal if it is fixed.
     concession : relative worsening of a stage's optimum that later stages may use.
-    smooth : whether the last stage makes the law smooth where the others leave it free.
+    smooth : whether the law is made smooth where a peak leaves it free.
     caps, truss, solver : the rest.
     """
 
     minimise: tuple[Mapping[str, float], ...]
     duration: tuple[float, float] = (PAPER_DURATION, PAPER_DURATION)
-    concession: float = 1e-6
+    concession: float = 5e-5
     smooth: bool = True
     caps: Caps = dataclasses.field(default_factory=Caps)
     truss: TrussParameters = DYNAMIC_SET
@@ -130,7 +130,7 @@ def study_from(raw: Mapping[str, Any]) -> TrussStudy:
     study = TrussStudy(
         minimise=_stages(raw["minimise"]),
         duration=_duration(raw.get("duration", PAPER_DURATION)),
-        concession=_number("concession", raw.get("concession", 1e-6)),
+        concession=_number("concession", raw.get("concession", 5e-5)),
         smooth=_boolean("smooth", raw.get("smooth", True)),
         truss=_truss(_section(raw, "truss")),
         solver=_solver(_section(raw, "solver")),
@@ -254,7 +254,7 @@ def _solver(raw: Mapping[str, Any]) -> SolverOptions:
     if not isinstance(starts, list) or not starts:
         raise StudyError(f"solver.starts is {starts!r}; give a list out of {_listed(STARTS)}")
     return SolverOptions(
-        intervals=_integer("solver.intervals", raw.get("intervals", 20), 2),
+        intervals=_integer("solver.intervals", raw.get("intervals", 40), 2),
         starts=tuple(_choice("solver.starts", start, STARTS) for start in starts),
     )
 

@@ -55,22 +55,29 @@ class Statement:
     nets : the branch of the potential in each phase.
     signals : as above.
     stages : the objectives to minimise, most important first, in units of their references.
-    smoothness : the integral that the last stage minimises, or None.
+    roughness : mean square of the jerk relative to its cap, from 0 to 1, or None where there is
+        no such cap.
     """
 
     phases: tuple[Phase, ...]
     nets: tuple[Net, ...]
     signals: Signals
     stages: tuple[Any, ...]
-    smoothness: Any
+    roughness: Any
     links: tuple[Bound, ...]
 
-    def problem(self, stage: int = 0, bounds: Sequence[Bound] = ()) -> Problem:
-        """The problem that minimises one stage under further bounds."""
-        stages = (*self.stages, self.smoothness)
-        return Problem(
-            "truss", self.phases, minimise=stages[stage], bounds=bounds, links=self.links
-        )
+    def problem(
+        self, stage: int = 0, bounds: Sequence[Bound] = (), smoothing: float = 0.0
+    ) -> Problem:
+        """The problem that minimises one stage under further bounds.
+
+        `smoothing`, in units of the stage, weighs the roughness: the law becomes smooth wherever
+        the objective leaves it free, and the objective is at most that much above its minimum.
+        """
+        objective = self.stages[stage]
+        if smoothing > 0.0 and self.roughness is not None:
+            objective = objective + smoothing * self.roughness
+        return Problem("truss", self.phases, minimise=objective, bounds=bounds, links=self.links)
 
 
 def needs_forces(study: TrussStudy) -> bool:
@@ -100,13 +107,12 @@ def state(
              for name, weight in stage.items())
         for stage in study.minimise
     )  # fmt: skip
-    smoothness = None
-    if signals.jerk is not None:
-        size = study.caps.jerk or 1.0
-        roughness = (signals.jerk.symbol / size) ** 2
-        smoothness = _sum(phase.integral(roughness, "roughness", "s") for phase in phases)
+    roughness = None
+    if signals.jerk is not None and study.caps.jerk is not None:
+        square = (signals.jerk.symbol / study.caps.jerk) ** 2 / study.duration[1]
+        roughness = _sum(phase.integral(square, "roughness") for phase in phases)
     links = joined(*phases) if len(phases) == 2 else ()
-    return Statement(phases, nets, signals, stages, smoothness, tuple(links))
+    return Statement(phases, nets, signals, stages, roughness, tuple(links))
 
 
 def _sum(terms: Iterable[Any]) -> Any:

@@ -19,6 +19,10 @@ def accuracy(outcome: Outcome) -> dict[str, Any]:
         "verdict": outcome.verdict,
         "solver_objective": verification.objective,
         "replayed_objective": verification.replayed_objective,
+        "peaks": {
+            name: {"solver": epigraph, "replayed_between_points": dense}
+            for name, epigraph, dense in verification.peaks
+        },
         "replay_miss_relative": verification.miss,
         "energy_imbalance_relative": outcome.deployment.energies.imbalance,
     }

@@ -26,6 +26,7 @@ if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
 
 SAME_BASIN = 1e-4  # relative: optima closer than this are one basin, solved to different meshes
 BOUND_MET = 1e-4  # relative distance to a global bound that counts as meeting it
+SMOOTHING = 3e-5  # of the Bezier law's value: what smoothness may cost a peak at most
 FAST = 1e-3  # relative: a force peak this far below the static one is due to momentum
 
 
@@ -170,7 +171,7 @@ class Search:
             return None
         except OcpError as error:
             return Attempt(name, None, clock.monotonic() - begin, failure=str(error))
-        value = solution.verification.replayed_objective
+        value = solution.value(statement.stages[0], replayed=True)
         return Attempt(name, value, clock.monotonic() - begin, statement, solution)
 
     def _weights(self) -> dict[str, float]:
@@ -188,11 +189,20 @@ class Search:
             move_breakpoints=phases == 1 and control_shape(self.study) == "constant",
         )
         return solve(
-            statement.problem(stage, held),
+            statement.problem(stage, held, self._smoothing(stage)),
             settings=settings,
             guess=guess,
             progress=lambda line: self.console.live(f"{label}: {line}"),
         )
+
+    def _smoothing(self, stage: int) -> float:
+        """Weight of the roughness beside a stage: only peaks leave the law free elsewhere."""
+        terms = self.study.minimise[stage]
+        peaks = all(OBJECTIVES[name].kind == "peak" for name in terms)
+        if not self.study.smooth or not peaks or set(terms) == {"peak-acceleration"}:
+            return 0.0
+        references, weights = self.references, self._weights()
+        return SMOOTHING * sum(w * references[n] / weights[n] for n, w in terms.items())
 
     def _outcome(self, attempts: Sequence[Attempt]) -> Outcome:
         solved = [attempt for attempt in attempts if attempt.solution is not None]
@@ -227,16 +237,13 @@ class Search:
         )
 
     def _later_stages(self, statement: Statement, solution: Solution) -> Solution:
-        """Later objectives, then smoothness, each with the earlier ones held; never a loss."""
-        stages = list(range(1, len(statement.stages)))
-        if self.study.smooth and statement.smoothness is not None and self._leaves_freedom():
-            stages.append(len(statement.stages))
+        """Later objectives, each with the earlier ones held; never a loss."""
         held: list[Bound] = []
-        for before, stage in zip([0, *stages], stages, strict=False):
-            limit = solution.objective + self.study.concession * abs(solution.objective)
-            held.append(Bound(f"objective {before + 1}", statement.stages[before], upper=limit))
-            smoothing = stage == len(statement.stages)
-            label = "smoothing" if smoothing else f"objective {stage + 1}"
+        for stage in range(1, len(statement.stages)):
+            reached = solution.value(statement.stages[stage - 1], replayed=True)
+            limit = reached + self.study.concession * abs(reached)
+            held.append(Bound(f"objective {stage}", statement.stages[stage - 1], upper=limit))
+            label = f"objective {stage + 1}"
             try:
                 solution = self._solve(statement, stage, held, solution, label)
             except (Interrupted, KeyboardInterrupt):
@@ -247,13 +254,6 @@ class Search:
                 break
             self.console.progress(f"{label}: done")
         return solution
-
-    def _leaves_freedom(self) -> bool:
-        """Whether the last objective is a peak that leaves the law free where it is not active."""
-        last = self.study.minimise[-1]
-        return all(OBJECTIVES[name].kind == "peak" for name in last) and last.keys() != {
-            "peak-acceleration"
-        }
 
     def _bound(self) -> float | None:
         """A proven bound of the first objective."""
