@@ -6,12 +6,25 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+import casadi as ca
+
 from ocp.errors import StatementError
-from ocp.symbols import Between, State, check_interval, is_number, is_real
+from ocp.symbols import (
+    Between,
+    Constant,
+    Signal,
+    State,
+    Time,
+    Unknown,
+    check_interval,
+    is_number,
+    is_real,
+    resolve,
+)
 from ocp.terms import Functional
 
 if TYPE_CHECKING:
-    from ocp.statement import Phase
+    from ocp.statement import Phase, Problem
 
 
 def check_names(what: str, names: list[str], problem: str) -> None:
@@ -55,17 +68,87 @@ def check_boundary(phase: Phase, what: str, values: Mapping[State, Any]) -> None
                 "(lower, upper)"
             )
         check_interval(f"{what} {state.name}", *pair)
-        outside = [
-            v for v in pair
-            if is_number(v) and math.isfinite(v)
-            and ((is_number(state.lower) and v < state.lower)
-                 or (is_number(state.upper) and v > state.upper))
-        ]  # fmt: skip
-        if outside and not isinstance(value, tuple):
+        low, high = pair
+        below = is_number(high) and is_number(state.lower) and high < state.lower
+        above = is_number(low) and is_number(state.upper) and low > state.upper
+        if below or above:
             raise StatementError(
-                f"the {what} value {outside[0]} of '{state.name}' lies outside its bounds "
+                f"the {what} value {value} of '{state.name}' lies outside its bounds "
                 f"[{state.lower}, {state.upper}]; change one of them"
             )
+        for limit in pair:
+            check_limit(limit, f"the {what} value of '{state.name}'")
+
+
+def check_limit(value: Any, what: str) -> None:
+    """StatementError if a limit depends on anything but constants."""
+    for symbol in resolve(value, what):
+        if not isinstance(symbol, Constant):
+            raise StatementError(
+                f"{what} depends on '{symbol.name}'; limits are numbers or expressions of "
+                "Constants: bring the rest into the expression that is bounded"
+            )
+
+
+def check_peaks(problem: Problem) -> None:
+    """StatementError if a problem gains from a larger peak, which has no limit from above."""
+    terms = [(problem.objective, "the objective", True, False)]
+    terms += [
+        (b.expression, f"the bound '{b.name}'", _limited(b.upper), _limited(b.lower))
+        for b in (*problem.bounds, *problem.links)
+    ]
+    for f in problem.functionals:
+        for expression, what, upper, lower in terms if f.kind == "peak" else ():
+            slope = ca.jacobian(expression, f.symbol)
+            if slope.nnz() == 0 or not slope.is_constant():
+                continue
+            if (lower and float(slope) > 0) or (upper and float(slope) < 0):
+                raise StatementError(
+                    f"{what} asks for a large peak '{f.name}'; a peak can be limited from above "
+                    "and minimised only"
+                )
+
+
+def _limited(value: Any) -> bool:
+    return not (is_number(value) and math.isinf(value))
+
+
+def check_problem(problem: Problem) -> None:
+    """StatementError unless names are unique and terminal expressions are of numbers."""
+    if not problem.phases:
+        raise StatementError(f"problem '{problem.name}' has no phase; give at least one")
+    check_names("phase", [phase.name for phase in problem.phases], problem.name)
+    signals = [s for s in problem.symbols if isinstance(s, Signal)]
+    numbers = [s for s in problem.symbols if isinstance(s, (Unknown, Constant))]
+    check_names("signal", [s.name for s in signals], problem.name)
+    check_names("unknown or constant", [s.name for s in numbers], problem.name)
+    for symbol in problem.terminal_symbols:
+        if isinstance(symbol, (Signal, Time)):
+            raise StatementError(
+                f"the objective or a bound of problem '{problem.name}' uses the signal "
+                f"'{symbol.name}' as if it were a number; wrap it in at_start, at_end, at, "
+                "integral or peak of a phase"
+            )
+    if not any(isinstance(s, (Functional, Unknown)) for s in resolve(problem.objective, "it")):
+        raise StatementError(
+            f"the objective of problem '{problem.name}' is a fixed number; minimise a value of "
+            "the motion, such as an integral, a peak or an end time"
+        )
+    names = {phase.name for phase in problem.phases}
+    for functional in problem.functionals:
+        for phase_name, _ in functional.pieces:
+            if phase_name not in names:
+                raise StatementError(
+                    f"'{functional.name}' belongs to phase '{phase_name}', which problem "
+                    f"'{problem.name}' does not have; add the phase"
+                )
+    for symbol in (*signals, *[s for s in numbers if isinstance(s, Unknown)]):
+        check_limit(symbol.lower, f"the lower bound of '{symbol.name}'")
+        check_limit(symbol.upper, f"the upper bound of '{symbol.name}'")
+    for bound in (*problem.bounds, *problem.links, *[b for p in problem.phases for b in p.bounds]):
+        check_limit(bound.lower, f"the lower limit of '{bound.name}'")
+        check_limit(bound.upper, f"the upper limit of '{bound.name}'")
+    check_peaks(problem)
 
 
 def check_symbols(phase: Phase) -> None:

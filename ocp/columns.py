@@ -64,7 +64,7 @@ def _put_states(columns: Columns, layout: PhaseLayout, scales: Scales) -> None:
             value = values.get(state)
             if value is not None:
                 low, high = value if isinstance(value, tuple) else (value, value)
-                columns.put(layout.nodes[node, j], low, high, size)
+                columns.limits.narrow(layout.nodes[node, j], low, high, size)
     for j, f in enumerate(layout.integrals):
         size = scales.functionals[f]
         columns.put(layout.totals[1:, j], -np.inf, np.inf, size)

@@ -13,6 +13,7 @@ from ocp.ipopt import NlpResult
 from ocp.transcribe import Transcription
 
 Array = NDArray[np.float64]
+_RUNAWAY = 1e7
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,12 @@ def failure(
         return InvalidNumber(
             f"'{name}': {_invalid(transcription, result.x, constants)}; start from a guess "
             "where everything is finite, or bound the signals that lead there", iterate
+        )  # fmt: skip
+    if result.outcome == "unbounded" or abs(result.objective) > _RUNAWAY:
+        return SolveFailed(
+            f"the objective of '{name}' ran away to {result.objective:.1e} times its typical "
+            f"size in {result.iterations} iterations: it seems unbounded; bound what it depends "
+            "on", iterate
         )  # fmt: skip
     worst = violations(transcription, result.rows, limits)
     listed = "; ".join(f"{v.what} is off by {v.amount:.3g} of its size" for v in worst)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ocp.errors import StatementError
 from ocp.statement import Phase, Problem
-from ocp.symbols import Algebraic, Between, Control, Signal, is_number
+from ocp.symbols import Algebraic, Between, Control, Signal, is_number, is_real
 from ocp.trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -92,22 +92,21 @@ def _inside(signal: Signal) -> float:
 
 def _evaluate(given: Any, fractions: Array, times: Array, what: str) -> Array:
     if callable(given):
-        values = np.asarray(given(times), dtype=float)
-        return np.broadcast_to(values, times.shape).copy()
-    if is_number(given) and np.ndim(given) == 0:
-        return np.full(times.shape, float(given))
-    if isinstance(given, tuple) and len(given) == 2:
-        first, second = given
-        if np.ndim(first) == 0 and np.ndim(second) == 0:
-            return float(first) + fractions * (float(second) - float(first))
-        table_times, values = np.asarray(first, float), np.asarray(second, float)
-        if table_times.shape != values.shape or np.any(np.diff(table_times) <= 0):
-            raise StatementError(f"{what} needs as many values as times, and increasing times")
-        return np.interp(times, table_times, values)
-    raise StatementError(
-        f"{what} is {given!r}; give a number, a pair (first, last), a function of time or a pair "
-        "of arrays (times, values)"
-    )
+        return np.broadcast_to(np.asarray(given(times), dtype=float), times.shape).copy()
+    try:
+        if is_real(given):
+            return np.full(times.shape, float(given))
+        first, second = (np.asarray(part, dtype=float) for part in given)
+    except (TypeError, ValueError) as error:
+        raise StatementError(
+            f"{what} is {given!r}; give a number, a pair (first, last), a function of time or a "
+            "pair of arrays (times, values)"
+        ) from error
+    if first.ndim == 0 and second.ndim == 0:
+        return np.asarray(first + fractions * (second - first))
+    if first.shape != second.shape or np.any(np.diff(first) <= 0):
+        raise StatementError(f"{what} needs as many values as times, and increasing times")
+    return np.interp(times, first, second)
 
 
 def evaluate_limit(value: Any, constants: Mapping[str, float]) -> float:

@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 from ocp.blocks import Program
 
 Array = NDArray[np.float64]
-Outcome = Literal["solved", "infeasible", "budget", "invalid number", "interrupted", "failed"]
+Outcome = Literal[
+    "solved", "infeasible", "unbounded", "budget", "invalid number", "interrupted", "failed"
+]  # fmt: skip
 log = logging.getLogger(__name__)
 
 _OUTCOMES: dict[str, Outcome] = {
@@ -23,6 +25,7 @@ _OUTCOMES: dict[str, Outcome] = {
     "Solved_To_Acceptable_Level": "solved",
     "Feasible_Point_Found": "solved",
     "Infeasible_Problem_Detected": "infeasible",
+    "Diverging_Iterates": "unbounded",
     "Maximum_Iterations_Exceeded": "budget",
     "Maximum_CpuTime_Exceeded": "budget",
     "Maximum_WallTime_Exceeded": "budget",

@@ -32,9 +32,23 @@ def decision_vector(
     x /= transcription.sizes
     lower, upper = transcription.columns.evaluate(constants)
     x = np.clip(x, lower, upper)
+    _fill_totals(x, transcription, constants)
     for functional, column in transcription.peak_ids.items():
         x[column] = _peak(transcription, x, functional, constants)
     return np.asarray(np.clip(x, lower, upper))
+
+
+def _fill_totals(x: Array, transcription: Transcription, constants: Mapping[str, float]) -> None:
+    """Running totals that fit the start: with all totals zero their rows hold the increments."""
+    blocks = {block.name: block for block in transcription.blocks}
+    if not any(layout.integrals for layout in transcription.layouts):
+        return
+    values = [constants[c.name] for c in transcription.problem.constants]
+    rows = np.array(transcription.program.oracle(x, ca.DM(values))[1]).ravel()
+    for layout in transcription.layouts:
+        if layout.integrals:
+            increments = -rows[blocks[f"{layout.phase.name}: integrals"].rows]
+            x[layout.totals[1:]] = np.cumsum(np.nan_to_num(increments), axis=0)
 
 
 def _fill_phase(x: Array, layout: PhaseLayout, start: Start) -> None:

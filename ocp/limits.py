@@ -20,7 +20,7 @@ class Limits:
 
     def __init__(self, count: int = 0) -> None:
         self.count = count
-        self._blocks: list[tuple[Integers, Any, Any, float]] = []
+        self._blocks: list[tuple[Integers, Any, Any, float, bool]] = []
 
     def take(self, instances: int, limits: list[tuple[Any, Any, float]]) -> Integers:
         """Entries for rows ``(lower, upper, scale)`` repeated; ids of shape (instances, rows)."""
@@ -33,14 +33,19 @@ class Limits:
 
     def bound(self, ids: Integers, lower: Any, upper: Any, scale: float) -> None:
         """Set (and override) the limits of some entries."""
-        self._blocks.append((np.asarray(ids).ravel(), lower, upper, scale))
+        self._blocks.append((np.asarray(ids).ravel(), lower, upper, scale, False))
+
+    def narrow(self, ids: Integers, lower: Any, upper: Any, scale: float) -> None:
+        """Limits in addition to those set before."""
+        self._blocks.append((np.asarray(ids).ravel(), lower, upper, scale, True))
 
     def evaluate(self, constants: Mapping[str, float]) -> tuple[Array, Array]:
         """Lower and upper limits, shape (count,) each, at values of the constants."""
         lower, upper = np.full(self.count, -np.inf), np.full(self.count, np.inf)
-        for ids, low, high, scale in self._blocks:
-            lower[ids] = _number(low, constants) / scale
-            upper[ids] = _number(high, constants) / scale
+        for ids, low, high, scale, narrows in self._blocks:
+            a, b = _number(low, constants) / scale, _number(high, constants) / scale
+            lower[ids] = np.maximum(lower[ids], a) if narrows else a
+            upper[ids] = np.minimum(upper[ids], b) if narrows else b
         return lower, upper
 
 

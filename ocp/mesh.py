@@ -108,3 +108,19 @@ def with_points(mesh: PhaseMesh, fractions: Array, closest: float = 1e-9) -> Pha
     parents = np.searchsorted(mesh.breakpoints, points[:-1], side="right") - 1
     kept = tuple(int(np.searchsorted(points, mesh.breakpoints[i])) for i in mesh.movable)
     return PhaseMesh(points, mesh.degrees[parents], kept)
+
+
+def bisected(mesh: Mesh, most_intervals: int) -> Mesh | None:
+    """Every interval cut in two, extra points carried over; None if that is too many."""
+    if 2 * mesh.intervals > most_intervals:
+        return None
+    phases, extras = [], []
+    for phase, extra in zip(mesh.phases, mesh.extra, strict=True):
+        middle = 0.5 * (phase.breakpoints[:-1] + phase.breakpoints[1:])
+        phases.append(with_points(phase, middle, closest=0.0))
+        extras.append(tuple(
+            Extra(e.constraint, 2 * e.intervals + (e.tau >= 0.5), np.where(
+                e.tau >= 0.5, 2 * e.tau - 1.0, 2 * e.tau))
+            for e in extra
+        ))  # fmt: skip
+    return Mesh(tuple(phases), tuple(extras))

@@ -136,8 +136,8 @@ def lagrange(support: Array, at: Array) -> Array:
     gaps = np.asarray(at)[..., None] - support
     hit = gaps == 0.0
     terms = weights / np.where(hit, 1.0, gaps)
-    values = terms / terms.sum(axis=-1, keepdims=True)
-    return np.where(hit.any(axis=-1, keepdims=True), hit.astype(float), values)
+    terms = np.where(hit.any(axis=-1, keepdims=True), hit, terms)
+    return np.asarray(terms / terms.sum(axis=-1, keepdims=True))
 
 
 def derivative_matrix(support: Array, at: Array) -> Array:

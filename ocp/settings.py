@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from numbers import Integral
 
 from ocp.errors import StatementError
 from ocp.ipopt import IpoptOptions
@@ -45,7 +46,7 @@ class Settings:
     def __post_init__(self) -> None:
         for name in ("degree", "intervals", "rounds", "most_intervals", "highest_degree"):
             value = getattr(self, name)
-            if not isinstance(value, int) or value < 1:
+            if not isinstance(value, Integral) or value < 1:
                 raise StatementError(f"the setting '{name}' is {value!r}; give a positive integer")
         for name in ("dynamics", "path", "objective", "replay"):
             value = getattr(self, f"{name}_tolerance")

@@ -13,17 +13,14 @@ from typing import Any
 
 import casadi as ca
 
-from ocp.checks import check_boundary, check_names, check_symbols, check_times
+from ocp.checks import check_boundary, check_problem, check_symbols, check_times
 from ocp.errors import StatementError
 from ocp.symbols import (
-    Algebraic,
     Between,
     Constant,
-    Control,
     Signal,
     State,
     Symbol,
-    Time,
     Unknown,
     resolve,
     scalar,
@@ -235,25 +232,7 @@ class Problem:
             raise StatementError(
                 f"problem '{self.name}' needs exactly one of minimise and maximise"
             )
-        check_names("phase", [phase.name for phase in self.phases], self.name)
-        symbols = self.symbols
-        for kind in (State, Control, Algebraic, Unknown, Constant):
-            check_names(kind.__name__, [s.name for s in symbols if type(s) is kind], self.name)
-        for symbol in (*self.terminal_symbols,):
-            if isinstance(symbol, (Signal, Time)):
-                raise StatementError(
-                    f"the objective or a bound of problem '{self.name}' uses the signal "
-                    f"'{symbol.name}' as if it were a number; wrap it in at_start, at_end, at, "
-                    "integral or peak of a phase"
-                )
-        names = {phase.name for phase in self.phases}
-        for functional in self.functionals:
-            for phase_name, _ in functional.pieces:
-                if phase_name not in names:
-                    raise StatementError(
-                        f"'{functional.name}' belongs to phase '{phase_name}', which problem "
-                        f"'{self.name}' does not have; add the phase"
-                    )
+        check_problem(self)
 
     @property
     def objective(self) -> ca.SX:

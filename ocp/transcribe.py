@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from ocp.blocks import Block, Program, assemble
 from ocp.columns import columns_of
 from ocp.continuous import Continuous, continuous_constraints
-from ocp.errors import StatementError
 from ocp.layout import PhaseLayout, lay_out
 from ocp.limits import Limits
 from ocp.local import Context
@@ -23,7 +22,7 @@ from ocp.schemes import SchemeName
 from ocp.statement import Problem
 from ocp.symbols import Between, Constant, ControlShape, resolve
 from ocp.terminal import terminal_block
-from ocp.terms import Bound, Functional
+from ocp.terms import Functional
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -137,15 +136,3 @@ def inline_weights(problem: Problem) -> dict[Functional, ca.SX]:
             if all(isinstance(s, Constant) for s in symbols):
                 weights[f] = ca.densify(weight)
     return weights
-
-
-def check_bound_of_peak(bound: Bound) -> None:
-    """A peak can be bounded from above only."""
-    for symbol in resolve(bound.expression, bound.name):
-        if isinstance(symbol, Functional) and symbol.kind == "peak":
-            slope = ca.jacobian(bound.expression, symbol.symbol)
-            if slope.is_constant() and float(slope) > 0 and np.isfinite(float(bound.lower)):
-                raise StatementError(
-                    f"the bound '{bound.name}' limits the peak '{symbol.name}' from below; a "
-                    "peak can be limited from above only"
-                )

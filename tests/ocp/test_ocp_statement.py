@@ -34,6 +34,12 @@ def move(**options):
     return Phase("move", RATES, **options)
 
 
+def limited(factor=1, **limits):
+    phase = move()
+    bound = Bound("fast", factor * phase.peak(v, name="speed"), **limits)
+    return Problem("task", [phase], minimise=phase.integral(u**2), links=[bound])
+
+
 def minimise(phase, objective):
     return Problem("task", [phase], minimise=objective)
 
@@ -97,9 +103,30 @@ ILL_POSED = {
     "a vector as the objective": (
         lambda: minimise(move(), ca.SX(2, 1)), r"objective has shape 2x1"),
     "two states of one name": (
-        lambda: minimise(Phase("move", {x: 1, State("x"): 2}), 0), r"State called 'x'; rename"),
+        lambda: minimise(Phase("move", {x: 1, State("x"): 2}), 0), r"signal called 'x'; rename"),
     "two controls of one name": (
-        lambda: minimise(Phase("move", {x: u + twin}), 0), r"Control called 'u'; rename"),
+        lambda: minimise(Phase("move", {x: u + twin}), 0), r"signal called 'u'; rename"),
+    "a state and a control of one name": (
+        lambda: minimise(Phase("move", {x: Control("x")}), 0), r"signal called 'x'; rename"),
+    "a peak limited from below": (
+        lambda: limited(lower=0.5), r"'fast' asks for a large peak 'speed'.*from above"),
+    "a peak limited from below by a constant": (
+        lambda: limited(lower=Constant("least", value=0.5)), r"'fast' asks for a large peak"),
+    "a negative peak limited from above": (
+        lambda: limited(-1, upper=-0.5), r"'fast' asks for a large peak"),
+    "a peak to maximise": (
+        lambda: Problem("task", [moved := move()], maximise=moved.at_end(x) + moved.peak(v)),
+        r"objective asks for a large peak"),
+    "a fixed objective": (
+        lambda: minimise(move(), 3.0), r"objective of problem 'task' is a fixed number"),
+    "no phase": (lambda: Problem("task", [], minimise=k), r"'task' has no phase"),
+    "a boundary value that is a signal": (
+        lambda: move(initial={x: u}), r"initial value of 'x' depends on 'u'"),
+    "a bound that is a signal": (
+        lambda: minimise(moved := move(bounds=[Bound("b", u, upper=x)]), moved.at_end(x)),
+        r"upper limit of 'b' depends on 'x'"),
+    "a boundary pair outside the bounds": (
+        lambda: move(initial={v: (3.0, 4.0)}), r"initial value \(3.0, 4.0\) of 'v' lies outside"),
     "two phases of one name": (
         lambda: Problem("task", [move(), move()], minimise=0), r"phase called 'move'; rename"),
     "a functional of a foreign phase": (
@@ -119,7 +146,8 @@ ILL_POSED = {
     "a tolerance of zero": (
         lambda: Settings(path_tolerance=0.0), r"'path_tolerance' is 0.0; give a positive"),
     "no objective to order": (
-        lambda: solve_lexicographic(minimise(move(), 0), []), r"at least one objective"),
+        lambda: solve_lexicographic(minimise(moved := move(), moved.at_end(x)), []),
+        r"at least one objective"),
 }  # fmt: skip
 
 
@@ -138,10 +166,6 @@ REFUSED_BY_SOLVE = {
     "an unknown shape": (
         minimise(pushed, pushed.integral(u**2)), {"settings": Settings(control_shape="cubic")},
         r"'u' is 'cubic'; choose constant, linear or polynomial"),
-    "a peak limited from below": (
-        Problem("task", [pushed], minimise=pushed.integral(u**2),
-                bounds=[Bound("fast", pushed.peak(v, name="speed"), lower=0.5)]), {},
-        r"'fast' limits the peak 'speed' from below.*from above only"),
     "a constant that the problem lacks": (
         minimise(pushed, pushed.integral(u**2)), {"constants": {Constant("mass", "kg", 1.0): 2.0}},
         r"'task' does not use the constant 'mass'"),

@@ -1,0 +1,77 @@
+"""The verdict on a solved round: what its replay and its values between the points say."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocp.between import dense_peak
+from ocp.evaluate import Evaluator
+from ocp.guess import evaluate_limit
+from ocp.refine import assess
+from ocp.replay import Replay
+from ocp.settings import Settings
+from ocp.solution import Verification
+from ocp.terms import Functional
+from ocp.trajectory import Trajectory
+from ocp.transcribe import Transcription
+
+_SLACK = 10.0  # a replay may exceed what the solve was held to by this factor
+
+
+def verify(
+    settings: Settings, transcription: Transcription, trajectory: Trajectory, done: Replay,
+    again: Trajectory, evaluator: Evaluator, objective: float,
+) -> Verification:  # fmt: skip
+    """Check a trajectory and its replay against everything that the problem states."""
+    problem = transcription.problem
+    own, found = (assess(transcription, t, evaluator) for t in (trajectory, again))
+    peaks = {f: dense_peak(evaluator, again, f) for f in transcription.peak_ids}
+    replayed = problem.sense * evaluator.number(again, problem.objective, peaks)
+    size = max(abs(objective), 1e-3 * transcription.scales.objective)
+    reasons = [
+        _over(done.miss, settings.replay_tolerance,
+              "the replay misses the end state by {} of its size"),
+        _over(found.excess, _SLACK * settings.path_tolerance,
+              "a path constraint or peak of the replay is exceeded by {} of its size"),
+        _over(own.dynamics, _SLACK * settings.dynamics_tolerance,
+              "the dynamics are off by {} between the points"),
+        _over(abs(replayed - objective) / size, _SLACK * settings.replay_tolerance,
+              "the objective of the replay differs from the solver's by {} of its size"),
+        *_terminal(settings, transcription, again, evaluator, peaks),
+    ]  # fmt: skip
+    given = tuple(reason for reason in reasons if reason)
+    listed = tuple(
+        (f.name, value, peaks[f])
+        for f, value in zip(transcription.peak_ids, trajectory.peaks, strict=True)
+    )
+    return Verification(
+        done.miss, found.excess, listed, objective, replayed,
+        max(p.error for p in done.phases), max(p.amplification for p in done.phases),
+        sum(p.restarts for p in done.phases), not given, given,
+    )  # fmt: skip
+
+
+def _over(value: float, allowed: float, words: str) -> str:
+    """Why a value does not pass, or nothing."""
+    if value <= allowed:
+        return ""
+    return words.format(f"{value:.2e}") + f" (tolerance {allowed:.0e})"
+
+
+def _terminal(
+    settings: Settings, transcription: Transcription, again: Trajectory, evaluator: Evaluator,
+    peaks: dict[Functional, float],
+) -> list[str]:  # fmt: skip
+    """Bounds and links of the problem that the replay does not meet."""
+    reasons, problem = [], transcription.problem
+    for bound in (*problem.bounds, *problem.links):
+        value = evaluator.number(again, bound.expression, peaks)
+        lower, upper = (evaluate_limit(v, again.constants) for v in (bound.lower, bound.upper))
+        size = max(
+            abs(value), *[abs(v) for v in (lower, upper) if np.isfinite(v)],
+            transcription.scales.bounds["", bound.name],
+        )  # fmt: skip
+        excess = max(value - upper, lower - value) / size
+        reasons.append(_over(excess, _SLACK * settings.replay_tolerance,
+                             f"'{bound.name}' is exceeded by {{}} of its size"))  # fmt: skip
+    return reasons
