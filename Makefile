@@ -14,7 +14,7 @@ help:
 	@echo "make test       fast tests"
 	@echo "make test-slow  slow tests"
 	@echo "make lint       formatting, lint, types, import rule"
-	@echo "make benchmark  timings"
+	@echo "make benchmark  time to build a problem; fifteen problems with known optima"
 	@echo "make clean      remove caches (keeps .venv and results/)"
 
 setup: $(READY)
@@ -48,6 +48,7 @@ lint: $(READY)
 	$(BIN)/lint-imports
 
 benchmark: $(READY)
+	$(BIN)/antenna-ocp build-time
 	$(BIN)/antenna-ocp benchmarks
 
 clean:

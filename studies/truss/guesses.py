@@ -49,15 +49,20 @@ def starts(study: TrussStudy, least_force: Callable[[], LeastForce]) -> list[Cal
     """Recipes of the starts that the study names, in its order."""
     duration = first_duration(study)
     stowed = study.truss.stowed_angle
-    points = pinned(PAPER_POINTS, stowed, DEPLOYED)
     recipes: dict[str, Callable[[], Start]] = {
-        "bezier": lambda: _from_law("bezier", Bezier(duration, points), study),
+        "bezier": lambda: bezier_start(study),
         "step5": lambda: _from_law("step5", Step5(duration, stowed, DEPLOYED), study),
         "straight": lambda: _from_law("straight", StraightLine(duration, stowed, DEPLOYED), study),
         "dwell": lambda: _from_law("dwell", _dwell(study, duration), study),
         "phase-plane": lambda: _from_phase_plane(least_force().motion, duration, study),
     }
     return [recipes[name] for name in study.solver.starts]
+
+
+def bezier_start(study: TrussStudy) -> Start:
+    """The paper's Bezier law."""
+    points = pinned(PAPER_POINTS, study.truss.stowed_angle, DEPLOYED)
+    return _from_law("bezier", Bezier(first_duration(study), points), study)
 
 
 def first_duration(study: TrussStudy) -> float:
