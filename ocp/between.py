@@ -17,7 +17,7 @@ from ocp.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
-_POINTS = 16
+_POINTS_PER_DEGREE = 6
 _ZOOMS = 5
 
 
@@ -34,14 +34,16 @@ class Extremes:
     tau: Array
 
 
-def maxima(function: Callable[[Integers, Array], Array], intervals: int) -> Extremes:
+def maxima(function: Callable[[Integers, Array], Array], intervals: int, degree: int) -> Extremes:
     """Largest value in every interval by dense sampling and repeated zooming in.
 
-    `function` takes intervals and local times, (m,) each, and returns (m,) values.
+    `function` takes intervals and local times, (m,) each, and returns (m,) values; where it
+    rides a limit it has a bump between any two of its `degree` points, so the samples are several
+    times denser than these.
     """
-    everyone = np.arange(intervals)
-    grid = 0.5 - 0.5 * np.cos(np.pi * np.arange(_POINTS) / (_POINTS - 1))
-    tau = np.broadcast_to(grid, (intervals, _POINTS))
+    everyone, count = np.arange(intervals), _POINTS_PER_DEGREE * degree + 9
+    grid = 0.5 - 0.5 * np.cos(np.pi * np.arange(count) / (count - 1))
+    tau = np.broadcast_to(grid, (intervals, count))
     best, at = np.full(intervals, -np.inf), np.zeros(intervals)
     for _ in range(_ZOOMS):
         k = np.repeat(everyone, tau.shape[1])
@@ -81,7 +83,8 @@ def constraint_excess(
         largest = max(largest, float(np.abs(values[np.isfinite(values)]).max(initial=0.0)))
         return np.asarray(np.maximum(values - upper, lower - values))
 
-    found = maxima(excess, len(trajectory.phase(phase).breakpoints) - 1)
+    own = trajectory.phase(phase)
+    found = maxima(excess, len(own.breakpoints) - 1, int(own.degrees.max()))
     return Extremes(found.values / (largest or 1.0), found.tau)
 
 
@@ -94,8 +97,9 @@ def dense_peak(evaluator: Evaluator, trajectory: Trajectory, functional: Functio
             found = evaluator.values(trajectory, n, [e], k, tau).ravel()
             return np.abs(found) if functional.absolute else found
 
-        count = len(trajectory.phase(name).breakpoints) - 1
-        best = max(best, float(maxima(value, count).values.max()))
+        own = trajectory.phase(name)
+        found = maxima(value, len(own.breakpoints) - 1, int(own.degrees.max()))
+        best = max(best, float(found.values.max()))
     return best
 
 

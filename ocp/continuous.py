@@ -57,7 +57,7 @@ def continuous_constraints(
                     found.append(Continuous(
                         f.name, f.unit, expression, -math.inf, 0.0, scales.functionals[f], True,
                         f, sign))  # fmt: skip
-    for signal in (*layout.states, *layout.polynomial, *layout.algebraics):
+    for signal in (*layout.states, *layout.algebraics):
         limits = (signal.lower, signal.upper)
         if not all(is_number(v) and math.isinf(v) for v in limits):
             found.append(Continuous(

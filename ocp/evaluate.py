@@ -75,7 +75,10 @@ class Evaluator:
         sx = scalar(expression, "an expression")
         symbols = resolve(sx, "an expression")
         values = [self._terminal(trajectory, s, peaks) for s in symbols]
-        return float(ca.Function("number", [s.symbol for s in symbols], [sx])(*values))
+        inputs = ca.vertcat(*[s.symbol for s in symbols], ca.SX(0, 1))
+        return float(
+            ca.Function("number", [inputs], [sx])(ca.DM(values) if values else ca.DM(0, 1))
+        )
 
     def _terminal(
         self, trajectory: Trajectory, symbol: Any, peaks: Mapping[Functional, float]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ocp.guess import Start
 from ocp.layout import Group, PhaseLayout
+from ocp.schemes import bernstein
 from ocp.trajectory import PhaseTrajectory, Piece, Trajectory
 from ocp.transcribe import Transcription
 
@@ -61,10 +62,11 @@ def _fill_phase(x: Array, layout: PhaseLayout, start: Start) -> None:
         for j, state in enumerate(layout.states):
             x[group.support[:, :, j]] = values[state.name].reshape(support.shape)
         values = own.at_fractions(inner.ravel())
-        for signals, ids in ((layout.polynomial, group.controls),
-                             (layout.algebraics, group.algebraics)):  # fmt: skip
-            for j, signal in enumerate(signals):
-                x[ids[:, :, j]] = values[signal.name].reshape(inner.shape)
+        basis = np.linalg.inv(bernstein(group.scheme.degree, group.scheme.points))
+        for j, control in enumerate(layout.polynomial):
+            x[group.controls[:, :, j]] = values[control.name].reshape(inner.shape) @ basis.T
+        for j, signal in enumerate(layout.algebraics):
+            x[group.algebraics[:, :, j]] = values[signal.name].reshape(inner.shape)
     values = own.at_fractions(points)
     for j, state in enumerate(layout.states):
         x[layout.nodes[:, j]] = values[state.name]
@@ -123,9 +125,10 @@ def _phase_trajectory(layout: PhaseLayout, values: Array) -> PhaseTrajectory:
     breakpoints = begin + fractions * (end - begin)
 
     def piece(group: Group) -> Piece:
+        basis = bernstein(group.scheme.degree, group.scheme.points)
         return Piece(
             group.scheme.degree, group.intervals, values[group.support],
-            values[group.controls], values[group.algebraics],
+            np.einsum("qs,ksn->kqn", basis, values[group.controls]), values[group.algebraics],
         )  # fmt: skip
 
     def names(signals: Sequence[Any]) -> tuple[str, ...]:

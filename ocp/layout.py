@@ -30,7 +30,8 @@ class Group:
     intervals : (m,) their numbers.
     moving : whether they have a movable end.
     support : (m, degree + 1, n_x) state unknowns at the support points.
-    controls : (m, degree, n_p) polynomial controls at the collocation points.
+    controls : (m, degree, n_p) Bernstein coefficients of polynomial controls, so that bounds on
+        them bound the control at all times.
     algebraics : (m, degree, n_z) algebraic signals at the collocation points.
     """
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ocp.blocks import Block
 from ocp.layout import Group, PhaseLayout
-from ocp.schemes import lagrange
+from ocp.schemes import bernstein, lagrange
 from ocp.statement import Problem
 from ocp.symbols import time
 
@@ -180,7 +180,7 @@ def collocation_point(
     controls = [
         local.variables(layout.steps[intervals], context.scales(layout.constant)),
         _linear(context, layout, local, intervals, tau),
-        local.variables(group.controls.reshape(m * s, -1), context.scales(layout.polynomial)),
+        _polynomial(context, layout, local, group, np.repeat(np.arange(m), s), tau),
     ]
     z = local.variables(group.algebraics.reshape(m * s, -1), context.scales(layout.algebraics))
     t, h = clock(context, layout, local, group, intervals, tau)
@@ -207,11 +207,24 @@ def sample_point(
     controls = [
         local.variables(layout.steps[intervals], context.scales(layout.constant)),
         _linear(context, layout, local, intervals, tau),
-        interpolated(group.controls, layout.polynomial, method.points),
+        _polynomial(context, layout, local, group, row, tau),
     ]
     z = interpolated(group.algebraics, layout.algebraics, method.points)
     t, h = clock(context, layout, local, group, intervals, tau)
     return local, Point(ca.vertcat(x, *controls, z), t, h, context.unknowns(local))
+
+
+def _polynomial(
+    context: Context, layout: PhaseLayout, local: Local, group: Group, row: Integers, tau: Array
+) -> Any:
+    """Polynomial controls from their Bernstein coefficients, in rows of the group."""
+    if not layout.polynomial:
+        return ca.SX(0, 1)
+    count = group.scheme.degree
+    weights = local.data(bernstein(count, tau))
+    scales = context.scales(layout.polynomial) * count
+    values = local.variables(group.controls[row].reshape(row.size, -1), scales)
+    return ca.mtimes(ca.reshape(values, len(layout.polynomial), count), weights)
 
 
 def _linear(

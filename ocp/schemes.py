@@ -9,6 +9,7 @@ Ordinary Differential Equations I", theorem II.7.7 and section II.7).
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
@@ -138,6 +139,18 @@ def lagrange(support: Array, at: Array) -> Array:
     terms = weights / np.where(hit, 1.0, gaps)
     terms = np.where(hit.any(axis=-1, keepdims=True), hit, terms)
     return np.asarray(terms / terms.sum(axis=-1, keepdims=True))
+
+
+def bernstein(count: int, at: Array) -> Array:
+    """Values of the Bernstein basis of `count` polynomials of degree ``count - 1``.
+
+    A polynomial on [0, 1] lies between its least and largest Bernstein coefficient (Farouki,
+    "The Bernstein polynomial basis: a centennial retrospective", 2012); shape ``at.shape +
+    (count,)``.
+    """
+    tau, i = np.asarray(at, dtype=float)[..., None], np.arange(count)
+    binomials = np.array([math.comb(count - 1, k) for k in i], dtype=float)
+    return np.asarray(binomials * tau**i * (1.0 - tau) ** (count - 1 - i))
 
 
 def derivative_matrix(support: Array, at: Array) -> Array:

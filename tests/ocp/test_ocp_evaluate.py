@@ -28,7 +28,7 @@ def test_maxima_of_known_functions():
     def parabolas(k, tau):
         return 3 * k - (tau - (k + 1) / 5) ** 2
 
-    found = maxima(parabolas, 4)
+    found = maxima(parabolas, 4, 4)
     # five rounds of zooming by 1/4 or more from a grid of 0.1: below 1e-4, squared in the value
     np.testing.assert_allclose(found.tau, [0.2, 0.4, 0.6, 0.8], atol=2e-4)
     np.testing.assert_allclose(found.values, [0, 3, 6, 9], atol=1e-7)
@@ -40,13 +40,13 @@ def test_maxima_at_ends_kinks_and_of_constants():
     def values(k, tau):
         return np.array([functions[i](t) for i, t in zip(k, tau, strict=True)])
 
-    found = maxima(values, 4)
+    found = maxima(values, 4, 4)
     np.testing.assert_allclose(found.values, [1, 0, 1, 5], atol=1e-4)  # a kink: the last grid
     np.testing.assert_allclose(found.tau[:3], [1, 0, 1 / 3], atol=1e-4)
 
 
 def test_a_value_that_is_not_finite_is_the_largest():
-    found = maxima(lambda k, tau: np.where(tau > 0.9, np.nan, tau), 1)
+    found = maxima(lambda k, tau: np.where(tau > 0.9, np.nan, tau), 1, 4)
     assert found.values[0] == np.inf
 
 
