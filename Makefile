@@ -6,10 +6,11 @@ BIN := .venv/bin
 READY := .venv/.ready
 STUDY_FLAGS ?=
 
-.PHONY: help setup study table test test-slow lint benchmark clean
+.PHONY: help setup study picture table test test-slow lint benchmark clean
 
 help:
 	@echo "make study      optimal deployment of the 24-module antenna, into results/"
+	@echo "make picture    the README's picture, from the main study"
 	@echo "make table      the paper's figures beside ours"
 	@echo "make test       fast tests"
 	@echo "make test-slow  slow tests"
@@ -31,6 +32,10 @@ $(READY): pyproject.toml constraints.txt
 
 study: $(READY)
 	$(BIN)/antenna-ocp truss --config studies/truss/main.toml $(STUDY_FLAGS)
+
+picture: $(READY)
+	$(BIN)/antenna-ocp truss --config studies/truss/main.toml --results results/picture --overwrite
+	mkdir -p docs && cp results/picture/overview.png docs/overview.png
 
 table: $(READY)
 	$(BIN)/antenna-ocp table

@@ -31,9 +31,11 @@ BARS = (1, 4, 8, 12)  # the vertical bars of Fig. 13
 
 def all_figures(deployments: Sequence[Deployment]) -> Iterator[tuple[str, Figure]]:
     """Every figure with the name of its file."""
-    # imported here: it needs the figures' palette
+    # imported here: they need the figures' palette
+    from studies.truss.overview import overview_figure
     from studies.truss.snapshots import snapshots_figure
 
+    yield "overview", overview_figure(deployments)
     yield "fig11_angle", angle_figure(deployments)
     yield "fig12_rope", rope_figure(deployments)
     yield "fig13_bars", bars_figure(deployments)
@@ -61,13 +63,13 @@ def times(deployment: Deployment) -> Array:
 def angle_figure(deployments: Sequence[Deployment]) -> Figure:
     """Fig. 11: angle, angular speed and angular acceleration against time."""
     figure, axes = _row(3, "Deployment angle")
-    for deployment, colour, style in _styled(deployments):
+    for deployment, colour, style in styled(deployments):
         t = times(deployment)
         motion = deployment.law.motion(t)
         histories = (np.degrees(motion.angle), motion.speed, motion.acceleration)
         for panel, history in zip(axes, histories, strict=True):
             panel.plot(t, history, style, color=colour, label=deployment.name)
-    _label(axes, ("angle α [deg]", "angular speed [rad/s]", "angular acceleration [rad/s²]"))
+    label_times(axes, ("angle α [deg]", "angular speed [rad/s]", "angular acceleration [rad/s²]"))
     _legend(figure, axes[0])
     return figure
 
@@ -75,13 +77,13 @@ def angle_figure(deployments: Sequence[Deployment]) -> Figure:
 def rope_figure(deployments: Sequence[Deployment]) -> Figure:
     """Fig. 12: length, contraction speed and contraction acceleration of one rope."""
     figure, axes = _row(3, "One driving rope")
-    for deployment, colour, style in _styled(deployments):
+    for deployment, colour, style in styled(deployments):
         t = times(deployment)
         _, truss = deployment.at(t)
         histories = (truss.rope_length, -truss.rope_speed, -truss.rope_acceleration)
         for panel, history in zip(axes, histories, strict=True):
             panel.plot(t, history, style, color=colour, label=deployment.name)
-    _label(axes, ("length [m]", "contraction speed [m/s]", "contraction acceleration [m/s²]"))
+    label_times(axes, ("length [m]", "contraction speed [m/s]", "contraction acceleration [m/s²]"))
     _legend(figure, axes[0])
     return figure
 
@@ -91,7 +93,7 @@ def bars_figure(deployments: Sequence[Deployment]) -> Figure:
     figure, axes = _row(3, "Vertical bars, distance from the fixed bar 1")
     modules = deployments[0].truss.modules
     bars = [bar for bar in BARS if bar <= modules]
-    for deployment, _, style in _styled(deployments):
+    for deployment, _, style in styled(deployments):
         t = times(deployment)
         motion = deployment.law.motion(t)
         sine, cosine = np.sin(motion.angle), np.cos(motion.angle)
@@ -106,9 +108,9 @@ def bars_figure(deployments: Sequence[Deployment]) -> Figure:
             label = f"bar {bar}" if deployment is deployments[0] else None
             for panel, rate in zip(axes, rates, strict=True):
                 panel.plot(t, chord * rate, style, color=shade, label=label)
-    for deployment, _, style in _styled(deployments):
+    for deployment, _, style in styled(deployments):
         axes[0].plot([], [], style, color="0.3", label=deployment.name)
-    _label(axes, ("distance [m]", "speed [m/s]", "acceleration [m/s²]"))
+    label_times(axes, ("distance [m]", "speed [m/s]", "acceleration [m/s²]"))
     _legend(figure, axes[0])
     return figure
 
@@ -122,16 +124,16 @@ def energy_figure(deployments: Sequence[Deployment]) -> Figure:
     if mu > 0:
         large.append(("pulleys, dissipated", "pulleys", ":"))
     for panel, curves in zip(axes, (small, large), strict=True):
-        for deployment, colour, _ in _styled(deployments):
+        for deployment, colour, _ in styled(deployments):
             energies = deployment.energies
             for _, name, style in curves:
                 panel.plot(energies.time, getattr(energies, name), style, color=colour)
         for title, _, style in curves:
             panel.plot([], [], style, color="0.2", label=title)
         panel.legend(frameon=False, loc="upper left")
-    for deployment, colour, _ in _styled(deployments):
+    for deployment, colour, _ in styled(deployments):
         axes[0].plot([], [], color=colour, label=deployment.name)
-    _label(axes, ("energy [J]", "energy [J]"))
+    label_times(axes, ("energy [J]", "energy [J]"))
     _law_legend(figure, deployments)
     return figure
 
@@ -142,7 +144,7 @@ def force_figure(deployments: Sequence[Deployment]) -> Figure:
     figure, axes = _row(2, "Motor force on each of the two ropes")
     peak = static_peak(first.truss)
     axes[0].axhline(peak.force, color="0.6", lw=0.8, label=f"static peak {peak.force:.2f} N")
-    for deployment, colour, style in _styled(deployments):
+    for deployment, colour, style in styled(deployments):
         t = times(deployment)
         _, truss = deployment.at(t)
         axes[0].plot(t, truss.rope_force, style, color=colour, label=deployment.name)
@@ -155,7 +157,7 @@ def force_figure(deployments: Sequence[Deployment]) -> Figure:
     axes[1].set_title(f"{first.name}, several frictions", fontsize=10)
     for panel in axes:
         panel.legend(frameon=False, loc="upper left", bbox_to_anchor=(0.0, 0.92))
-    _label(axes, ("motor force [N]", "motor force [N]"))
+    label_times(axes, ("motor force [N]", "motor force [N]"))
     return figure
 
 
@@ -191,7 +193,7 @@ def phase_plane_figure(deployments: Sequence[Deployment]) -> Figure:
     alpha = np.linspace(truss.stowed_angle, math.pi / 2, 2001)
     ridge = static_force(truss, ca.DM(alpha)).full().ravel()
     axes[1].plot(np.degrees(alpha), ridge, color="0.6", lw=0.8, label="static force")
-    for deployment, colour, style in _styled(deployments):
+    for deployment, colour, style in styled(deployments):
         motion, history = deployment.at(times(deployment))
         angle = np.degrees(motion.angle)
         axes[0].plot(angle, motion.speed, style, color=colour, label=deployment.name)
@@ -211,11 +213,13 @@ def _row(panels: int, title: str, share: bool = False) -> tuple[Figure, list[Axe
     return figure, list(axes[0])
 
 
-def _styled(deployments: Sequence[Deployment]) -> Iterator[tuple[Deployment, str, str]]:
+def styled(deployments: Sequence[Deployment]) -> Iterator[tuple[Deployment, str, str]]:
+    """Each law with its colour and line style."""
     yield from zip(deployments, COLOURS, STYLES, strict=False)
 
 
-def _label(axes: Sequence[Axes], labels: Sequence[str]) -> None:
+def label_times(axes: Sequence[Axes], labels: Sequence[str]) -> None:
+    """Label axes against time, and tidy them."""
     for panel, label in zip(axes, labels, strict=True):
         panel.set_xlabel("time [s]")
         panel.set_ylabel(label)
@@ -240,7 +244,7 @@ def _legend(figure: Figure, panel: Axes) -> None:
 def _law_legend(figure: Figure, deployments: Sequence[Deployment]) -> None:
     from matplotlib.lines import Line2D
 
-    handles = [Line2D([], [], color=colour, label=d.name) for d, colour, _ in _styled(deployments)]
+    handles = [Line2D([], [], color=colour, label=d.name) for d, colour, _ in styled(deployments)]
     figure.legend(
         handles=handles, loc="outside lower center", ncols=len(deployments), frameon=False
     )

@@ -32,19 +32,23 @@ def snapshots_figure(deployment: Deployment) -> Figure:
     figure = Figure(figsize=(12.0, 6.0), dpi=150, layout="constrained")
     figure.suptitle(f"The antenna opening under the {deployment.name} law, to scale", fontsize=12)
     for place, fraction in enumerate(MOMENTS, start=1):
-        time = fraction * deployment.law.duration
-        angle = float(deployment.law.motion(time).angle[0])
         panel: Any = figure.add_subplot(2, 3, place, projection="3d")
-        _draw(panel, deployment.truss, angle)
-        diameter = 2 * deployment.truss.half_cross_bar * math.sin(angle)
-        diameter /= math.sin(math.pi / deployment.truss.modules)
-        panel.set_title(
-            f"t = {time:.4g} s,  α = {math.degrees(angle):.1f}°,  diameter {diameter:.2f} m",
-            fontsize=10,
-        )
+        draw_snapshot(panel, deployment, fraction * deployment.law.duration)
     handles = panel.collections
     figure.legend(handles=handles, loc="outside lower center", ncols=len(KINDS), frameon=False)
     return figure
+
+
+def draw_snapshot(panel: Any, deployment: Deployment, time: float) -> None:
+    """The truss at a time [s] in a three-dimensional panel, with a title that says when."""
+    truss = deployment.truss
+    angle = float(deployment.law.motion(time).angle[0])
+    _draw(panel, truss, angle)
+    diameter = 2 * truss.half_cross_bar * math.sin(angle) / math.sin(math.pi / truss.modules)
+    panel.set_title(
+        f"t = {time:.4g} s,  α = {math.degrees(angle):.1f}°,  diameter {diameter:.2f} m",
+        fontsize=10,
+    )
 
 
 def _draw(panel: Any, truss: TrussParameters, angle: float) -> None:

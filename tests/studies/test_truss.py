@@ -41,19 +41,6 @@ def test_the_main_study_meets_its_bound_and_reproduces(tmp_path: Path) -> None:
     assert main([*verify, "--friction", "0.01"]) == ExitCode.OK
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("duration", "force"), [(3.0, 61.53852), (3.5, 48.24957)])
-def test_force_without_jerk_cap_meets_the_phase_plane(
-    duration: float, force: float, tmp_path: Path
-) -> None:
-    arguments = ["truss", "--objective", "peak-force", "--duration", str(duration)]
-    arguments += ["--friction", "0.01", "--results", str(tmp_path / "out"), "--no-figures"]
-    assert main(arguments) == ExitCode.OK
-    record = json.loads((tmp_path / "out" / "verification.json").read_text())
-    assert record["verdict"].startswith("global")
-    assert record["values"]["peak-force"] == pytest.approx(force, rel=1e-4)  # phase plane
-
-
 @pytest.mark.parametrize("law", [PINNED, STEP5])
 def test_energies_balance_and_the_bound_on_work_holds(law: object) -> None:
     deployment = Deployment("law", law, WITH_FRICTION)  # type: ignore[arg-type]
@@ -109,6 +96,6 @@ def test_every_figure_is_drawn_with_labelled_axes() -> None:
     for name, figure in all_figures(laws):
         names.append(name[:5])
         figure.canvas.draw()
-        if name != "fig14_opening":
-            assert all(axes.get_xlabel() for axes in figure.axes), name
-    assert names == [f"fig{k}" for k in (11, 12, 13, 14, 17, 18, 19, 20)]
+        flat = [axes for axes in figure.axes if axes.name != "3d"]
+        assert all(axes.get_xlabel() for axes in flat), name
+    assert names == ["overv", *(f"fig{k}" for k in (11, 12, 13, 14, 17, 18, 19, 20))]
