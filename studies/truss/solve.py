@@ -44,10 +44,17 @@ class Attempt:
 
 @dataclass(frozen=True)
 class Basin:
-    """Starts that ended in the same optimum."""
+    """Starts that ended in the same optimum.
+
+    Attributes
+    ----------
+    kind : of the force problem: "fast" (momentum carries the motion over the ridge of the static
+        force), "slow" (on that ridge) or "inertial" (above it); else empty.
+    """
 
     value: float
     starts: tuple[str, ...]
+    kind: str = ""
 
 
 @dataclass(frozen=True)
@@ -211,7 +218,7 @@ class Search:
         best = min(solved, key=lambda attempt: attempt.value or 0.0)
         assert best.statement is not None
         assert best.solution is not None
-        basins = _basins(solved)
+        basins = tuple(replace(b, kind=self._kind(b.value)) for b in _basins(solved))
         verdict = self._verdict(best, basins, len(attempts))
         solution = self._later_stages(best.statement, best.solution)
         law = law_of(self.study, best.statement, solution)
@@ -268,7 +275,8 @@ class Search:
         bound, value = self._bound(), best.value
         assert value is not None
         if self._bound_met(value) and bound is not None:
-            return f"global: the bound {bound:.6g} is met (gap {abs(value / bound - 1):.1e})"
+            gap = f"gap {abs(value / bound - 1):.1e}"
+            return f"global: the bound {bound:.6g} is met ({gap}){self._speed_of(basins[0])}"
         kind = f"local: best of {tried} start{'s' * (tried > 1)}"
         if self.interrupted:
             kind += f" of {len(self.study.solver.starts)}, then interrupted"
@@ -283,16 +291,26 @@ class Search:
         )
         return f"{kind}; {len(basins)} basin{'s' * (len(basins) > 1)} found: {listed}{gap}"
 
-    def _speed_of(self, basin: Basin) -> str:
-        """Whether a basin of the force problem lives from momentum."""
+    def _kind(self, value: float) -> str:
+        """Which basin of the force problem has this value."""
         if self.study.minimise[0].keys() != {"peak-force"}:
             return ""
-        ridge = static_peak(self.study.truss).force
-        if basin.value < ridge * (1 - FAST):
-            return f" (fast: momentum carries it over the static {ridge:.6g} N)"
-        if basin.value < ridge * (1 + FAST):
-            return f" (slow: the static {ridge:.6g} N)"
-        return f" (inertial: above the static {ridge:.6g} N)"
+        ratio = value / static_peak(self.study.truss).force
+        if ratio < 1 - FAST:
+            return "fast"
+        return "slow" if ratio < 1 + FAST else "inertial"
+
+    def _speed_of(self, basin: Basin) -> str:
+        """Which basin of the force problem this is, in words."""
+        if not basin.kind:
+            return ""
+        ridge = f"the static {static_peak(self.study.truss).force:.6g} N"
+        words = {
+            "fast": f"momentum carries it over {ridge}",
+            "slow": ridge,
+            "inertial": f"above {ridge}",
+        }
+        return f" ({basin.kind}: {words[basin.kind]})"
 
 
 def _basins(solved: Sequence[Attempt]) -> tuple[Basin, ...]:
