@@ -37,7 +37,14 @@ _OUTCOMES: dict[str, Outcome] = {
 
 @dataclass(frozen=True)
 class IpoptOptions:
-    """IPOPT's options that this toolkit sets; see IPOPT's own manual for their meaning."""
+    """The choices left to the user; see IPOPT's manual for their meaning.
+
+    Attributes
+    ----------
+    tolerance : of the scaled optimality conditions; a stall within a factor 100 of it is accepted.
+    constraint_violation : of the scaled constraints.
+    max_iterations, seconds : budget of one run.
+    """
 
     tolerance: float = 1e-10
     constraint_violation: float = 1e-10
@@ -46,7 +53,6 @@ class IpoptOptions:
     linear_solver: str = "mumps"
     barrier: Literal["monotone", "adaptive"] = "adaptive"
     print_level: int = 0
-    start_barrier: float = 0.1
 
 
 @dataclass(frozen=True)
@@ -103,19 +109,9 @@ class _Watch(ca.Callback):
         return [1.0 if stop else 0.0]
 
 
-def run(
-    program: Program,
-    x0: Array,
-    column_limits: tuple[Array, Array],
-    row_limits: tuple[Array, Array],
-    constants: Array,
-    options: IpoptOptions,
-    multipliers: tuple[Array, Array] | None = None,
-    listener: Callable[[int, float, Array, Array], bool] | None = None,
-) -> NlpResult:
-    """Run IPOPT from `x0`; never raises for a failed solve, the outcome tells."""
-    begin = clock.perf_counter()
-    settings: dict[str, Any] = {
+def _settings(program: Program, options: IpoptOptions) -> dict[str, Any]:
+    """CasADi's and IPOPT's own options."""
+    return {
         "grad_f": program.objective_gradient,
         "jac_g": program.constraint_jacobian,
         "hess_lag": program.lagrangian_hessian,
@@ -128,6 +124,7 @@ def run(
         "ipopt.constr_viol_tol": options.constraint_violation,
         "ipopt.dual_inf_tol": 1e-6,
         "ipopt.compl_inf_tol": 1e-8,
+        # progress can stall just above the tolerance where an optimum is flat
         "ipopt.acceptable_iter": 8,
         "ipopt.acceptable_tol": 100.0 * options.tolerance,
         "ipopt.acceptable_constr_viol_tol": options.constraint_violation,
@@ -137,35 +134,37 @@ def run(
         "ipopt.max_wall_time": options.seconds,
         "ipopt.linear_solver": options.linear_solver,
         "ipopt.mu_strategy": options.barrier,
+        # bounds are caps that engineers state: not relaxed by the default 1e-8
         "ipopt.bound_relax_factor": 0.0,
         "ipopt.honor_original_bounds": "yes",
         "ipopt.max_soc": 2,
     }
-    start: dict[str, Any] = {"x0": x0}
-    if multipliers is not None:
-        settings |= {
-            "ipopt.warm_start_init_point": "yes",
-            "ipopt.mu_init": options.start_barrier,
-            "ipopt.warm_start_bound_push": 1e-8,
-            "ipopt.warm_start_bound_frac": 1e-8,
-            "ipopt.warm_start_slack_bound_push": 1e-8,
-            "ipopt.warm_start_slack_bound_frac": 1e-8,
-            "ipopt.warm_start_mult_bound_push": 1e-8,
-            "ipopt.mu_strategy": "monotone",
-        }
-        start |= {"lam_x0": multipliers[0], "lam_g0": multipliers[1]}
+
+
+def run(
+    program: Program,
+    x0: Array,
+    column_limits: tuple[Array, Array],
+    row_limits: tuple[Array, Array],
+    constants: Array,
+    options: IpoptOptions,
+    listener: Callable[[int, float, Array, Array], bool] | None = None,
+) -> NlpResult:
+    """Run IPOPT from `x0`; never raises for a failed solve, the outcome tells."""
+    begin = clock.perf_counter()
+    settings = _settings(program, options)
     watch = None
     if listener is not None:
         watch = _Watch(program, listener)
         settings["iteration_callback"] = watch
     solver = ca.nlpsol("solver", "ipopt", program.oracle, settings)
     result = solver(
-        **start, p=constants, lbx=column_limits[0], ubx=column_limits[1],
+        x0=x0, p=constants, lbx=column_limits[0], ubx=column_limits[1],
         lbg=row_limits[0], ubg=row_limits[1],
     )  # fmt: skip
-    stats = solver.stats()
     if watch is not None and watch.error is not None:
         raise watch.error
+    stats = solver.stats()
     status = str(stats["return_status"])
     log.debug("IPOPT: %s after %d iterations", status, stats["iter_count"])
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ocp.guess import Start
 from ocp.layout import Group, PhaseLayout
 from ocp.schemes import bernstein
+from ocp.terms import Functional
 from ocp.trajectory import PhaseTrajectory, Piece, Trajectory
 from ocp.transcribe import Transcription
 
@@ -84,10 +85,10 @@ def _fill_phase(x: Array, layout: PhaseLayout, start: Start) -> None:
 
 
 def _peak(
-    transcription: Transcription, x: Array, functional: object, constants: Mapping[str, float]
+    transcription: Transcription, x: Array, functional: Functional, constants: Mapping[str, float]
 ) -> float:
     """Largest value over the rows of a peak, a little above it: a feasible epigraph value."""
-    program, column = transcription.program, transcription.peak_ids[functional]  # type: ignore[index]
+    program, column = transcription.program, transcription.peak_ids[functional]
     trial = x.copy()
     trial[column] = 0.0
     values = [constants[c.name] for c in transcription.problem.constants]
@@ -119,7 +120,7 @@ def _phase_trajectory(layout: PhaseLayout, values: Array) -> PhaseTrajectory:
     fractions, here = mesh.breakpoints.copy(), layout.moved >= 0
     fractions[here] = values[layout.moved[here]]
     if layout.ends is None:
-        begin, end = float(layout.phase.start), float(layout.phase.end)  # type: ignore[arg-type]
+        begin, end = layout.fixed_times
     else:
         begin, end = values[layout.ends]
     breakpoints = begin + fractions * (end - begin)

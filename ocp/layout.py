@@ -80,6 +80,14 @@ class PhaseLayout:
         return self.mesh.intervals
 
     @property
+    def fixed_times(self) -> tuple[float, float]:
+        """Initial and final time of a phase whose times are fixed [s]."""
+        start, end = self.phase.start, self.phase.end
+        assert not isinstance(start, Between)
+        assert not isinstance(end, Between)
+        return float(start), float(end)
+
+    @property
     def signals(self) -> tuple[State | Control | Algebraic, ...]:
         """All signals in the order of a trajectory."""
         return (*self.states, *self.constant, *self.linear, *self.polynomial, *self.algebraics)

@@ -122,11 +122,11 @@ def clock(
     tau: Array,
 ) -> tuple[Any, Any]:  # fmt: skip
     """Time and interval length at local times ``tau`` (instances,) of the group's intervals."""
-    phase, points = layout.phase, layout.mesh.breakpoints
+    points = layout.mesh.breakpoints
     if layout.ends is None and not group.moving:  # all known: plain numbers
-        span = float(phase.end) - float(phase.start)  # type: ignore[arg-type]
-        h = np.diff(points)[intervals] * span
-        t = float(phase.start) + points[intervals] * span + tau * h  # type: ignore[arg-type]
+        start, end = layout.fixed_times
+        h = np.diff(points)[intervals] * (end - start)
+        t = start + points[intervals] * (end - start) + tau * h
         d = local.data(np.stack([t, h], axis=1))
         return d[0], d[1]
     if group.moving:
@@ -139,8 +139,8 @@ def clock(
                                  np.diff(points)[intervals]], axis=1))  # fmt: skip
         at, length = d[0], d[1]
     if layout.ends is None:
-        begin: Any = float(phase.start)  # type: ignore[arg-type]
-        span = float(phase.end) - begin  # type: ignore[arg-type]
+        begin: Any = layout.fixed_times[0]
+        span: Any = layout.fixed_times[1] - begin
     else:
         ends = local.variables(layout.ends[None, :], [context.time_scale] * 2)
         begin, span = ends[0], ends[1] - ends[0]

@@ -37,10 +37,6 @@ class PhaseReplay:
     worst : (n_x,) largest distance from the solution at any sample.
     error : float
         Largest estimated error of a step relative to the states' sizes.
-    amplification : float
-        How much the phase may amplify an error of its initial state.
-    restarts : int
-        Number of times the replay was set back onto the solution.
     """
 
     name: str
@@ -50,8 +46,6 @@ class PhaseReplay:
     miss: Array
     worst: Array
     error: float
-    amplification: float = 1.0
-    restarts: int = 0
 
 
 @dataclass(frozen=True)
@@ -98,7 +92,7 @@ def _carried(own: PhaseTrajectory, trajectory: Trajectory, before: PhaseReplay) 
     last = previous.local(np.array([len(previous.breakpoints) - 2]), np.array([1.0]))[0]
     first = own.local(np.array([0]), np.array([0.0]))[0]
     carried = np.zeros(len(own.states))
-    if not np.isclose(previous.end, own.start, rtol=1e-9, atol=1e-12) or before.restarts:
+    if not np.isclose(previous.end, own.start, rtol=1e-9, atol=1e-12):
         return carried
     for j, name in enumerate(own.states):
         if name in previous.states:

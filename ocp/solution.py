@@ -55,8 +55,6 @@ class Verification:
     objective: float
     replayed_objective: float
     integrator_error: float
-    amplification: float
-    restarts: int
     passed: bool
     reasons: tuple[str, ...] = ()
 

@@ -71,10 +71,10 @@ def _value(
         return local.variables(column, [scales.functionals[f]])
     if f.kind in ("start time", "end time"):
         return _instant(local, layout, 0 if f.kind == "start time" else -1, scales)
-    if f.kind == "value":
-        phase, points = layout.phase, layout.mesh.breakpoints
-        at = (f.at - phase.start) / (phase.end - phase.start)  # type: ignore[operator]
-        node = int(np.argmin(np.abs(points - at)))
+    if f.kind == "value" and f.at is not None:
+        start, end = layout.fixed_times
+        at = (f.at - start) / (end - start)
+        node = int(np.argmin(np.abs(layout.mesh.breakpoints - at)))
     else:
         node = 0 if f.kind == "start" else layout.intervals
     point = _at_node(context, local, layout, node, unknowns, scales, f)
@@ -83,8 +83,7 @@ def _value(
 
 def _instant(local: Local, layout: PhaseLayout, end: int, scales: Scales) -> Any:
     if layout.ends is None:
-        phase = layout.phase
-        return ca.SX(float(phase.start if end == 0 else phase.end))  # type: ignore[arg-type]
+        return ca.SX(layout.fixed_times[end])
     return local.variables(layout.ends[[end]][None, :], [scales.time])
 
 

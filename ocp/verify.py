@@ -46,8 +46,7 @@ def verify(
     )
     return Verification(
         done.miss, found.excess, listed, objective, replayed,
-        max(p.error for p in done.phases), max(p.amplification for p in done.phases),
-        sum(p.restarts for p in done.phases), not given, given,
+        max(p.error for p in done.phases), not given, given,
     )  # fmt: skip
 
 
