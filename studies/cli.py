@@ -46,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         console.complain(str(error))
         return int(error.exit_code)
     except KeyboardInterrupt:
-        console.complain("interrupted before anything was computed.")
+        console.complain("interrupted; what was written until then is kept")
         return int(ExitCode.INTERRUPTED)
     except BrokenPipeError:  # as in `antenna-ocp table | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

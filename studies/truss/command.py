@@ -162,12 +162,18 @@ def _report(
     for remark in outcome.remarks:
         console.say(remark)
     _say_verification(study, outcome, console)
-    if not options.no_figures:
-        _draw(laws, folder, console)
+    interrupted = outcome.interrupted
+    try:
+        if not (options.no_figures or interrupted):
+            _draw(laws, folder, console)
+    except KeyboardInterrupt:  # all numbers are written; only figures are missing
+        interrupted = True
     folder.complete()
+    if interrupted:
+        console.complain("interrupted; what was found until then is kept")
     console.say(f"everything is in {folder.path}; rerun: antenna-ocp truss --config "
                 f"{folder.file('input.toml')}")  # fmt: skip
-    if outcome.interrupted:
+    if interrupted:
         return ExitCode.INTERRUPTED
     return ExitCode.OK if passed else ExitCode.NOT_VERIFIED
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from matplotlib.figure import Figure
 
@@ -17,7 +18,8 @@ def overview_figure(deployments: Sequence[Deployment]) -> Figure:
     """Snapshots of the first law above; rope length, acceleration and force of all laws below."""
     first = deployments[0]
     figure = Figure(figsize=(12.0, 5.6), dpi=110, layout="constrained")
-    above, below = figure.subfigures(2, 1, height_ratios=(1, 1.5))
+    parts: Any = figure.subfigures(2, 1, height_ratios=(1, 1.5))
+    above, below = parts
     above.suptitle(f"{first.truss.modules} modules opening under the {first.name} law")
     for place, fraction in enumerate(MOMENTS, start=1):
         panel = above.add_subplot(1, len(MOMENTS), place, projection="3d")

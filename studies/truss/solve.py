@@ -9,9 +9,21 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from models.truss import static_peak
-from ocp import Bound, Interrupted, OcpError, Settings, Solution, SolveFailed, solve
+from ocp import (
+    Bound,
+    Interrupted,
+    Mesh,
+    OcpError,
+    PhaseTrajectory,
+    Settings,
+    Solution,
+    SolveFailed,
+    solve,
+)
+from ocp.mesh import PhaseMesh
 from studies.console import Console, number
 from studies.exit_codes import ExitCode, StudyError
+from studies.interrupts import Interrupts, noted_interrupts
 from studies.truss.bounds import lower_bounds
 from studies.truss.compare import paper_laws
 from studies.truss.config import TrussStudy
@@ -110,6 +122,8 @@ class Search:
         """Lower bounds by quantity; the phase plane only where it can matter."""
         cap = self.study.caps.force
         least_time, force = 0.0, None
+        if self.interrupted:  # no more long work
+            return lower_bounds(self.study, None)
         try:
             least_time = 0.0 if cap is None else self.plane.least_time(cap)
             force = self.least_force if "peak-force" in self.study.objectives else None
@@ -170,16 +184,33 @@ class Search:
     ) -> Attempt | None:
         """One start; None if the user interrupted it."""
         begin = clock.monotonic()
+        statement = None
         try:
             statement = state(self.study, recipe(), self._weights(), with_forces)
             solution = self._solve(statement, 0, (), None, label)
-        except (Interrupted, KeyboardInterrupt):
+        except (Interrupted, KeyboardInterrupt) as stop:
             self.interrupted = True
-            return None
+            rescued = self._rescued(statement, stop)
+            if rescued is None or statement is None:
+                return None
+            solution = rescued
         except OcpError as error:
             return Attempt(name, None, clock.monotonic() - begin, failure=str(error))
         value = solution.value(statement.stages[0], replayed=True)
         return Attempt(name, value, clock.monotonic() - begin, statement, solution)
+
+    def _rescued(self, statement: Statement | None, stop: BaseException) -> Solution | None:
+        """What a stopped solve had reached, solved on its own mesh once more to be verified."""
+        reached = getattr(stop, "verified", None) or getattr(stop, "iterate", None)
+        if statement is None or reached is None:
+            return None
+        self.console.progress("interrupted: finishing the best mesh round; Ctrl-C again to drop it")
+        mesh = Mesh(tuple(_mesh_of(phase) for phase in reached.phases))
+        problem = statement.problem(0, (), self._smoothing(0))
+        try:
+            return solve(problem, settings=Settings(refine=False), guess=reached, mesh=mesh)
+        except (OcpError, KeyboardInterrupt):
+            return None
 
     def _weights(self) -> dict[str, float]:
         """References by which to divide; a single objective keeps its own unit."""
@@ -195,12 +226,20 @@ class Search:
             # moved to the switches of the jerk; where forces matter, bisection is more robust
             move_breakpoints=phases == 1 and control_shape(self.study) == "constant",
         )
-        return solve(
-            statement.problem(stage, held, self._smoothing(stage)),
-            settings=settings,
-            guess=guess,
-            progress=lambda line: self.console.live(f"{label}: {line}"),
-        )
+        problem = statement.problem(stage, held, self._smoothing(stage))
+        with noted_interrupts() as interrupts:
+            solution = solve(
+                problem,
+                settings=settings,
+                guess=guess,
+                progress=lambda line: self._show(f"{label}: {line}", interrupts),
+            )
+        self.interrupted = self.interrupted or interrupts.asked  # too late to stop this one
+        return solution
+
+    def _show(self, line: str, interrupts: Interrupts) -> None:
+        interrupts.check()
+        self.console.live(line)
 
     def _smoothing(self, stage: int) -> float:
         """Weight of the roughness beside a stage: only peaks leave the law free elsewhere."""
@@ -220,7 +259,9 @@ class Search:
         assert best.solution is not None
         basins = tuple(replace(b, kind=self._kind(b.value)) for b in _basins(solved))
         verdict = self._verdict(best, basins, len(attempts))
-        solution = self._later_stages(best.statement, best.solution)
+        solution = best.solution
+        if not self.interrupted:
+            solution = self._later_stages(best.statement, solution)
         law = law_of(self.study, best.statement, solution)
         return Outcome(
             deployment=Deployment("optimal", law, self.study.truss),
@@ -260,6 +301,8 @@ class Search:
                 self.remarks.append(f"The stage '{label}' failed and was left out: {error}")
                 break
             self.console.progress(f"{label}: done")
+            if self.interrupted:
+                break
         return solution
 
     def _bound(self) -> float | None:
@@ -311,6 +354,13 @@ class Search:
             "inertial": f"above {ridge}",
         }
         return f" ({basin.kind}: {words[basin.kind]})"
+
+
+def _mesh_of(phase: PhaseTrajectory) -> PhaseMesh:
+    """The mesh on which a trajectory was found."""
+    fractions = (phase.breakpoints - phase.start) / (phase.end - phase.start)
+    fractions[0], fractions[-1] = 0.0, 1.0
+    return PhaseMesh(fractions, phase.degrees)
 
 
 def _basins(solved: Sequence[Attempt]) -> tuple[Basin, ...]:
