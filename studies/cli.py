@@ -14,6 +14,7 @@ from studies.exit_codes import ExitCode, StudyError, exit_code_table
 # One line a sub-command: its module has `add_to(subparsers)`, which sets the parser's `run`.
 COMMANDS = (
     "studies.truss.command",
+    "studies.arm.command",
     "studies.benchmarks.command",
     "studies.build_time",
     "studies.table",

@@ -62,6 +62,9 @@ class Replay:
     peak_torque : largest absolute torque of each joint (2,) [N m].
     modal_energy : energies of the first locked modes (MODES,) [J].
     modal_amplitude : their largest displacement anywhere on the arm (MODES,) [m].
+    tip_by_mode : amplitude of the tip in each (MODES,) [m].
+    tip_amplitude, elbow_amplitude, moment_amplitude : what they can reach together at the tip,
+        the elbow [m] and in the root's bending moment [N m].
     frequencies : of these modes (MODES,) [Hz].
     """
 
@@ -71,6 +74,7 @@ class Replay:
     peak_torque: Array
     modal_energy: Array
     modal_amplitude: Array
+    tip_by_mode: Array
     tip_amplitude: float
     elbow_amplitude: float
     moment_amplitude: float
@@ -130,7 +134,7 @@ def sample_times(motion: Motion, end: float) -> Array:
     return np.asarray(times[(times >= 0) & (times <= end)])
 
 
-def _modal(run: LockedRun) -> tuple[Array, Array, float, float, float, Array]:
+def _modal(run: LockedRun) -> tuple[Array, Array, Array, float, float, float, Array]:
     """Energy and amplitude of the first locked modes, and of tip, elbow and root moment."""
     chain, lock = run.before.chain, run.engagement
     angles = [j.angle for j in lock.joints if isinstance(j, Locked)]
@@ -144,11 +148,11 @@ def _modal(run: LockedRun) -> tuple[Array, Array, float, float, float, Array]:
     rate = shapes.T @ mass @ asm.gather(lock.state.v)
     amplitude = np.hypot(eta, rate / omega)
     places = [chain.slots(link, -1)[:2] for link in (1, 0)]
-    tip, elbow = (float(_amplitude(modes.shapes, list(p), amplitude)) for p in places)
+    tip, elbow = (_amplitude(modes.shapes, list(p), amplitude) for p in places)
     moment = float(np.abs(_root_moments(run, modes.shapes) * amplitude).sum())
     largest = np.abs(modes.shapes[_translations(chain.size)]).max(axis=0) * amplitude
     energy = 0.5 * (omega * amplitude) ** 2
-    return energy, largest, tip, elbow, moment, modes.frequencies
+    return energy, largest, tip, tip.sum(), elbow.sum(), moment, modes.frequencies
 
 
 def _translations(size: int) -> NDArray[np.intp]:
@@ -156,8 +160,8 @@ def _translations(size: int) -> NDArray[np.intp]:
 
 
 def _amplitude(shapes: Array, place: list[int], amplitude: Array) -> Array:
-    """Sum over the modes of the displacement at a node: what it can reach at most [m]."""
-    return np.asarray((np.linalg.norm(shapes[place], axis=0) * amplitude).sum())
+    """Displacement at a node in each mode (k,) [m]."""
+    return np.asarray(np.linalg.norm(shapes[place], axis=0) * amplitude)
 
 
 def _root_moments(run: LockedRun, shapes: Array) -> Array:

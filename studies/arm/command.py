@@ -1,0 +1,161 @@
+"""`antenna-ocp arm`: flags, the order of work, and what is printed and written."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from studies.arm.quantities import OBJECTIVES
+from studies.console import Console
+from studies.exit_codes import ExitCode, exit_code_table
+
+if TYPE_CHECKING:
+    from studies.arm.config import ArmStudy
+    from studies.arm.optimum import Refined
+    from studies.arm.replay import Replay
+    from studies.results import ResultsFolder
+
+SHARES = {"big": 0.01, "small": 0.03, "both": 0.03}  # of a baseline's E_res, the issue's limits
+
+
+def add_to(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the sub-command."""
+    parser = subparsers.add_parser(
+        "arm",
+        help="motions of the supporting arm that leave it still",
+        description="Finds a motion of the flexible arm that rests at both ends, elastic "
+        "coordinates included, and replays it on the full ANCF model. --baselines sets it beside "
+        "the paper's laws.",
+        epilog=f"exit codes:\n{exit_code_table()}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--stage", metavar="NAME", help="big, small or both")
+    parser.add_argument("--objective", metavar="NAME", help=", ".join(OBJECTIVES))
+    parser.add_argument("--config", type=Path, metavar="TOML", help="a study; flags override it")
+    for name in _numbers():
+        parser.add_argument(f"--{name.replace('_', '-')}", metavar="X", help=_numbers()[name])
+    parser.add_argument(
+        "--baselines", choices=("torque", "angle"),
+        help="set an optimum of no higher peak torque beside each baseline, under this drive",
+    )  # fmt: skip
+    parser.add_argument("--results", type=Path, metavar="DIR", help="a new results folder")
+    parser.add_argument("--overwrite", action="store_true", help="replace the results folder")
+    parser.add_argument("--no-figures", action="store_true", help="leave the figures out")
+    parser.set_defaults(run=run)
+
+
+def _numbers() -> dict[str, str]:
+    from studies.arm.numbers import NUMBERS
+
+    return NUMBERS
+
+
+def run(options: argparse.Namespace, console: Console) -> ExitCode:
+    """Carry out `antenna-ocp arm`."""
+    from studies.arm.config import read
+
+    flags = {name: getattr(options, name) for name in ("stage", "objective", *_numbers())}
+    study = read(options.config, flags)
+    if options.baselines is not None:
+        return _baselines(options, study, console)
+    return _one(options, study, console)
+
+
+def _one(options: argparse.Namespace, study: ArmStudy, console: Console) -> ExitCode:
+    """Solve, refine, report, export and draw one motion."""
+    from studies.arm.export import write_input, write_profile
+    from studies.arm.optimum import check_caps, refine, solve_stage
+    from studies.arm.report import checks, facts, rounds, table
+    from studies.results import open_results, provenance
+
+    check_caps(study.stage, study.limits)
+    folder = open_results(options.results, f"arm-{study.stage.name}", options.overwrite)
+    write_input(folder, study)
+    solved = solve_stage(
+        study.stage, objective=study.objective, limits=study.limits, progress=console.live
+    )
+    found = refine(solved, study.limits, objective=study.objective, say=console.progress)
+    values = facts(study, found)
+    again = write_profile(folder, study, found.replay, {"rounds": rounds(found)})
+    values["residual energy of the sampled profile [J]"] = again.residual_energy
+    printed = table(study, values)
+    folder.file("table.txt").write_text(f"{printed}\n", "utf-8")
+    console.say(printed)
+    verified = checks(study, found)
+    for sentence, passed in verified:
+        console.say(f"{'verified' if passed else 'FAILED'}: {sentence}")
+    passed = all(ok for _, ok in verified)
+    folder.write_json("verification.json", {
+        "passed": passed, "study": dict(study.given), "checks": dict(verified), "values": values,
+        "rounds": rounds(found), "made_by": provenance(),
+    })  # fmt: skip
+    if not options.no_figures:
+        _draw(folder, [found.solved.replay("torque", after=_after(study))], study, console)
+    folder.complete()
+    console.say(f"everything is in {folder.path}; rerun: antenna-ocp arm --config "
+                f"{folder.file('input.toml')}")  # fmt: skip
+    return ExitCode.OK if passed else ExitCode.NOT_VERIFIED
+
+
+def _after(study: ArmStudy) -> object:
+    import numpy as np
+
+    T = study.stage.duration
+    return np.linspace(T, 1.25 * T, 401)
+
+
+def _baselines(options: argparse.Namespace, study: ArmStudy, console: Console) -> ExitCode:
+    """Set an optimum beside each baseline."""
+    from studies.arm.compare import compare, table
+    from studies.results import open_results, provenance
+
+    stage, drive = study.stage, options.baselines
+    folder = open_results(options.results, f"arm-{stage.name}-{drive}", options.overwrite)
+    share = SHARES[stage.name]
+    motions: dict[float, Refined] = {}
+    pairs = compare(stage, drive, share, console.progress, motions)
+    printed = table(stage, drive, pairs)
+    console.say(printed)
+    folder.file("table.txt").write_text(f"{printed}\n", "utf-8")
+    holds = all(pair.holds for pair in pairs)
+    folder.write_json("verification.json", {
+        "passed": holds, "study": dict(study.given), "drive": drive, "limit": share,
+        "rows": [_record(pair.baseline, pair.optimum, pair.ratio, pair.holds) for pair in pairs],
+        "made_by": provenance(),
+    })  # fmt: skip
+    if not options.no_figures:
+        best = [p.optimum for p in pairs if p.optimum is not None]
+        _draw(folder, [*best[-1:], *(p.baseline for p in pairs)], study, console)
+    folder.complete()
+    console.say(f"{'every ratio holds' if holds else 'NOT every ratio holds'}; everything is in "
+                f"{folder.path}")  # fmt: skip
+    return ExitCode.OK if holds else ExitCode.NOT_VERIFIED
+
+
+def _record(
+    baseline: Replay, optimum: Replay | None, ratio: float, holds: bool
+) -> dict[str, object]:
+    row: dict[str, object] = {
+        "baseline": baseline.motion.name,
+        "peak_torque_Nm": baseline.peak_torque.tolist(),
+        "residual_energy_J": baseline.residual_energy,
+        "modal_amplitude_m": baseline.modal_amplitude.tolist(),
+        "angle_miss_rad": baseline.miss,
+        "ratio": ratio,
+        "holds": holds,
+    }
+    if optimum is not None:
+        row["optimum_peak_torque_Nm"] = optimum.peak_torque.tolist()
+        row["optimum_residual_energy_J"] = optimum.residual_energy
+        row["optimum_modal_amplitude_m"] = optimum.modal_amplitude.tolist()
+    return row
+
+
+def _draw(folder: ResultsFolder, replays: list[Replay], study: ArmStudy, console: Console) -> None:
+    from studies.arm.figures import all_figures
+
+    for name, figure in all_figures(replays):
+        console.live(f"drawing {name}")
+        figure.savefig(folder.file(f"{name}.png"))
+    console.progress(f"figures of the {study.stage.name} arm drawn")

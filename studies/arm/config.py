@@ -1,0 +1,139 @@
+"""What the user asks of the arm: one TOML file, its flags on top, checked before any work."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from models.arm.parameters import ArmParameters, tube
+from models.errors import ModelError
+from studies.arm.numbers import NUMBERS
+from studies.arm.problem import Limits
+from studies.arm.quantities import OBJECTIVES
+from studies.arm.stage import STAGES, Stage
+from studies.exit_codes import StudyError
+
+DURATIONS = {"big": 8.6, "small": 11.2, "both": 11.2}  # [s], a tenth of the paper's
+TUBES = {"big": (3.0, 0.060, 0.002), "small": (2.0, 0.050, 0.0015)}  # ours but for the lengths
+WORDS = ("stage", "objective")
+
+
+@dataclass(frozen=True)
+class ArmStudy:
+    """One motion of the arm.
+
+    Attributes
+    ----------
+    stage : Stage
+    objective : one of `OBJECTIVES`.
+    limits : caps.
+    sample_time : of the exported profile [s].
+    pointing_error : of the tip [m].
+    given : the configuration as read, to reproduce the result.
+    """
+
+    stage: Stage
+    objective: str
+    limits: Limits
+    sample_time: float
+    pointing_error: float
+    given: Mapping[str, Any]
+
+
+def read(path: Path | None, flags: Mapping[str, Any]) -> ArmStudy:
+    """The study of a TOML file with flags on top.
+
+    Raises
+    ------
+    StudyError
+        Naming the key, its value and the remedy.
+    """
+    raw: dict[str, Any] = {}
+    if path is not None:
+        try:
+            raw = tomllib.loads(path.read_text("utf-8"))
+        except OSError as error:
+            raise StudyError(f"the file {path} cannot be read ({error.strerror})") from error
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise StudyError(f"the file {path} is not valid TOML: {error}") from error
+    return study_from({**raw, **{k: v for k, v in flags.items() if v is not None}})
+
+
+def study_from(raw: Mapping[str, Any]) -> ArmStudy:
+    """Check a flat dictionary and return the study it states."""
+    for key in raw:
+        if key not in (*WORDS, *NUMBERS):
+            raise StudyError(f"unknown key {key}; {_hint(key, (*WORDS, *NUMBERS))}")
+    values = {k: _number(k, v) for k, v in raw.items() if k in NUMBERS}
+    name = _choice("stage", raw.get("stage", "big"), STAGES)
+    objective = _choice("objective", raw.get("objective", "smoothness"), OBJECTIVES)
+    stage = _stage(name, _arm(values), values)
+    return ArmStudy(
+        stage, objective, _limits(stage, objective, values), values.get("sample_time", 0.1),
+        values.get("pointing_error", 1e-4), {"stage": name, "objective": objective, **values},
+    )  # fmt: skip
+
+
+def _stage(name: str, arm: ArmParameters, values: Mapping[str, float]) -> Stage:
+    base = STAGES[name](values.get("duration", DURATIONS[name]), arm)
+    angles = []
+    for when, pair in (("start", base.start), ("end", base.end)):
+        angles.append(tuple(
+            math.radians(values[f"{joint}_{when}_deg"]) if f"{joint}_{when}_deg" in values else a
+            for joint, a in zip(("root", "elbow"), pair, strict=True)
+        ))  # fmt: skip
+    return Stage(name, angles[0], angles[1], base.duration, arm)  # type: ignore[arg-type]
+
+
+def _arm(values: Mapping[str, float]) -> ArmParameters:
+    try:
+        links = {
+            name: tube(*(
+                values.get(f"{name}_{part}", default)
+                for part, default in zip(("length", "diameter", "wall"), sizes, strict=True)
+            ))
+            for name, sizes in TUBES.items()
+        }  # fmt: skip
+        known = ("tip_mass", "elbow_mass", "hub_inertia", "damping_ratio", "damping_frequency")
+        return ArmParameters(**links, **{k: values[k] for k in known if k in values})  # type: ignore[arg-type]
+    except ModelError as error:
+        raise StudyError(str(error)) from error
+
+
+def _limits(stage: Stage, objective: str, values: Mapping[str, float]) -> Limits:
+    for key in ("torque_cap", "rate_cap", "sample_time", "pointing_error"):
+        if values.get(key, 1.0) <= 0:
+            raise StudyError(f"{key} is {values[key]:g}; give a value above zero")
+    torque, rate = values.get("torque_cap"), values.get("rate_cap")
+    rates: list[float | None] = [rate, rate]
+    if rate is None and torque is None and objective != "smoothness":
+        rates = [60.0 * float(u) / stage.duration if k in stage.moving else None
+                 for k, u in enumerate(stage.torque_units)]  # fmt: skip
+    return Limits((torque, torque), (rates[0], rates[1]))
+
+
+def _number(key: str, value: Any) -> float:
+    try:
+        found = math.nan if isinstance(value, bool) else float(value)
+    except (TypeError, ValueError):
+        found = math.nan
+    if not math.isfinite(found):
+        raise StudyError(f"{key} is {value!r}; give a finite number")
+    return found
+
+
+def _choice(key: str, value: Any, choices: Iterable[str]) -> str:
+    if value not in choices:
+        raise StudyError(f"{key} is {value!r}; {_hint(str(value), choices)}")
+    return str(value)
+
+
+def _hint(word: str, known: Iterable[str]) -> str:
+    known = list(known)
+    near = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
+    return f"did you mean {near[0]}?" if near else f"choose one of {', '.join(known)}"

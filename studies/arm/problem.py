@@ -1,0 +1,302 @@
+"""The arm's motion as an optimal control problem on the reduced model B21.
+
+The torque of each driven joint and its rate are states, zero at both ends; the slope of the
+rate is the control, constant in each interval, so that nothing rings what the mesh does not
+resolve. At both ends the elastic coordinates rest too: the lock meets nothing that moves.
+
+Symbols: q coordinates of B21, v their rates, tau torques (root, elbow) [N m].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from models.arm.reduced import ReducedArm
+from models.arm.reduced_run import reduced_modes
+from models.laws import JerkLimited, Law
+from ocp import Between, Control, Phase, Problem, State, peak
+from studies.arm.rigid import feed_forward, joint_motion
+from studies.arm.stage import JOINT_NAMES, Stage
+from studies.arm.unit_laws import quintic
+
+Array = NDArray[np.float64]
+_GRID = 201  # instants of a guess
+_RATE = 30.0  # typical torque rate in J D / T^3
+_SMALL = 1e-4  # weight of smoothness beside an objective that leaves the control free
+MARGIN = 3e-4  # of a cap, left for what happens between the points of the mesh
+_QUINTIC = 5.77  # peak of the quintic step in J D / T^2
+_BEND = 400.0  # typical slope of the rate in J D / T^4
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What holds at all times; None is no limit.
+
+    Attributes
+    ----------
+    torque : (root, elbow) caps [N m].
+    rate : caps of their rates [N m/s].
+    """
+
+    torque: tuple[float | None, float | None] = (None, None)
+    rate: tuple[float | None, float | None] = (None, None)
+
+
+@dataclass(frozen=True, eq=False)
+class ArmPhase:
+    """A phase with the signals that its expressions are made of.
+
+    Attributes
+    ----------
+    q, v : states of the reduced arm.
+    torque, rate, bend : torque, its rate and the rate's slope, by driven joint.
+    acceleration : expressions of the rates of `v`.
+    """
+
+    phase: Phase
+    model: ReducedArm
+    q: tuple[State, ...]
+    v: tuple[State, ...]
+    torque: dict[int, State]
+    rate: dict[int, State]
+    bend: dict[int, Control]
+    acceleration: tuple[Any, ...]
+
+
+def solve_small(matrix: Any, right: Any) -> list[Any]:
+    """Solution of a small symmetric positive system by elimination without pivoting."""
+    n = right.numel()
+    a = [[matrix[i, k] for k in range(n)] for i in range(n)]
+    b = [right[i] for i in range(n)]
+    for k in range(n):
+        for i in range(k + 1, n):
+            factor = a[i][k] / a[k][k]
+            b[i] = b[i] - factor * b[k]
+            for m in range(k + 1, n):
+                a[i][m] = a[i][m] - factor * a[k][m]
+    x: list[Any] = [None] * n
+    for i in reversed(range(n)):
+        x[i] = (b[i] - sum(a[i][m] * x[m] for m in range(i + 1, n))) / a[i][i]
+    return x
+
+
+def column(signals: Any) -> Any:
+    """Symbols of signals as one column."""
+    return ca.vertcat(*(signal.symbol for signal in signals))
+
+
+def torque_column(torque: dict[int, State]) -> Any:
+    """(root, elbow) torques, zero where a joint is not driven."""
+    return ca.vertcat(*(torque[k].symbol if k in torque else ca.SX(0) for k in (0, 1)))
+
+
+def arm_phase(
+    stage: Stage, limits: Limits, *, end: float | Between | None = None, law: Law | None = None
+) -> ArmPhase:
+    """Rest to rest of a stage, torques zero at both ends.
+
+    Parameters
+    ----------
+    stage : Stage
+    limits : Limits
+    end : number or Between, optional
+        Time of the lock [s]; the stage's duration by default.
+    law : unit law to start from, the quintic step by default.
+    """
+    model, T = stage.model, stage.duration
+    law = law or quintic(T)
+    grid = np.linspace(0.0, T, _GRID)
+    guess_q, guess_v = quasi_static(stage, law, grid)
+    torques = feed_forward(stage, law)(grid)
+    q, v = reduced_signals(stage, guess_q)
+    torque, rate, bend = torque_signals(stage, limits)
+    acceleration = solve_small(
+        model.mass_matrix(column(q)), model.force(column(q), column(v), torque_column(torque))
+    )
+    rest = dict.fromkeys((*v, *torque.values(), *rate.values()), 0.0)
+    ends = [
+        {s: float(x) for s, x in zip(q, model.at(*angles), strict=True)} | rest
+        for angles in (stage.start, stage.end)
+    ]
+    guess: dict[Any, Any] = {s: (grid, x) for s, x in zip(q, guess_q, strict=True)}
+    guess |= {s: (grid, x) for s, x in zip(v, guess_v, strict=True)}
+    guess |= {torque[k]: (grid, torques[k]) for k in torque}
+    guess |= {rate[k]: (grid, np.gradient(torques[k], grid)) for k in rate}
+    guess |= {bend[k]: 0.0 for k in bend}
+    dynamics: dict[State, Any] = dict(zip(q, v, strict=True))
+    dynamics |= dict(zip(v, acceleration, strict=True))
+    dynamics |= {torque[k]: rate[k] for k in torque} | {rate[k]: bend[k] for k in torque}
+    phase = Phase(
+        stage.name, dynamics=dynamics, initial=ends[0], final=ends[1], start=0.0,
+        end=T if end is None else end, guess=guess,
+    )  # fmt: skip
+    return ArmPhase(phase, model, q, v, torque, rate, bend, tuple(acceleration))
+
+
+def reduced_signals(
+    stage: Stage, guess: Array, suffix: str = ""
+) -> tuple[tuple[State, ...], tuple[State, ...]]:
+    """States of the reduced arm, scaled by what a guess (n, m) shows."""
+    names = stage.model.coordinates
+    sizes = [1.0 if n.startswith("theta") else max(np.abs(g).max(), 1e-9)
+             for n, g in zip(names, guess, strict=True)]  # fmt: skip
+    units = {"theta": "rad", "delta": "m", "psi": "1"}
+    swing = 2 * np.pi * float(reduced_modes(stage.model, stage.model.at(*stage.start))[0][0])
+    q, v = [], []
+    for name, size in zip(names, sizes, strict=True):
+        unit = next(u for key, u in units.items() if name.startswith(key))
+        pace = 1.0 / stage.duration if unit == "rad" else swing
+        q.append(State(name + suffix, unit, scale=float(size)))
+        v.append(State(f"rate of {name}{suffix}", f"{unit}/s", scale=float(size * pace)))
+    return tuple(q), tuple(v)
+
+
+def torque_signals(
+    stage: Stage, limits: Limits
+) -> tuple[dict[int, State], dict[int, State], dict[int, Control]]:
+    """Torques and rates as states with their caps, and the slopes of the rates as controls."""
+    torque, rate, bend = {}, {}, {}
+    for k in stage.moving:
+        name, size, T = JOINT_NAMES[k], float(stage.torque_units[k]), stage.duration
+        torque[k] = State(f"{name} torque", "N m", *_within(limits.torque[k]), scale=5.0 * size)
+        rate[k] = State(
+            f"rate of {name} torque", "N m/s", *_within(limits.rate[k]), scale=_RATE * size / T
+        )
+        bend[k] = Control(
+            f"slope of the rate of {name} torque", "N m/s^2", scale=_BEND * size / T**2,
+            shape="constant",
+        )  # fmt: skip
+    return torque, rate, bend
+
+
+def _within(cap: float | None) -> tuple[float, float]:
+    return (-np.inf, np.inf) if cap is None else (-cap * (1 - MARGIN), cap * (1 - MARGIN))
+
+
+def quasi_static(stage: Stage, law: Law, t: Array) -> tuple[Array, Array]:
+    """Coordinates and rates (n, m) along a unit law, links bent as their inertia bends them.
+
+    The elastic rows of K q = B tau - M a with the undeformed arm's masses.
+    """
+    model = stage.model
+    angles, _, acc = joint_motion(stage, law, t)
+    torques = feed_forward(stage, law)(t)
+    q = np.array([model.at(*angle) for angle in angles.T]).T
+    places = {"theta1": acc[0], "theta2": acc[0] + acc[1]}
+    a = np.array([places.get(name, 0 * t) for name in model.coordinates])
+    elastic = [k for k, name in enumerate(model.coordinates) if not name.startswith("theta")]
+    symbols = ca.SX.sym("q", model.size), ca.SX.sym("tau", 2)
+    pull = model.force(symbols[0], ca.DM.zeros(model.size), symbols[1])
+    force = ca.Function("pull", list(symbols), [pull])
+    for k in range(len(t)):
+        mass, stiffness = (m.full() for m in model.linear(q[:, k]))
+        load = force(q[:, k], torques[:, k]).full()[:, 0] - mass @ a[:, k]
+        q[elastic, k] = np.linalg.solve(stiffness[np.ix_(elastic, elastic)], load[elastic])
+    return q, np.gradient(q, t, axis=1)
+
+
+def peak_torque(arm: ArmPhase, joint: int, stage: Stage) -> Any:
+    """Largest absolute torque of a joint in its unit J D/T^2."""
+    return peak(
+        (arm.phase, arm.torque[joint] / stage.torque_units[joint]),
+        name=f"peak {JOINT_NAMES[joint]} torque", unit="J D/T^2", absolute=True,
+    )  # fmt: skip
+
+
+def smoothness(arm: ArmPhase, stage: Stage) -> Any:
+    """Mean square of the slopes of the torque rates over their typical size."""
+    unit = stage.torque_units / stage.duration**2 * _BEND
+    total = sum((arm.bend[k] / unit[k]) ** 2 for k in arm.bend)
+    return arm.phase.integral(total, "smoothness", "s") / stage.duration
+
+
+def starting_law(stage: Stage, limits: Limits) -> Law:
+    """A unit law that a rigid arm can follow under the caps: what the solver starts from."""
+    T = stage.duration
+    k = stage.moving[0]
+    cap, rate = limits.torque[k], limits.rate[k]
+    unit = float(stage.torque_units[k])
+    if cap is not None and 4.0 < cap / unit < _QUINTIC:
+        ramp = 0.45 * (1.0 - 4.0 * unit / cap)  # share of T; a trapezoid of peak 4/(1 - 2 ramp)
+        return JerkLimited(T, 0.0, 1.0, 4.0 / (1.0 - 2.0 * ramp) / ramp / T**3)
+    if rate is not None and rate * T / unit > 32.0:
+        return JerkLimited(T, 0.0, 1.0, rate * T / unit / T**3)
+    return quintic(T)
+
+
+def problem(stage: Stage, objective: str, limits: Limits) -> tuple[Problem, ArmPhase]:
+    """A stage under its caps with one of the objectives of `quantities`."""
+    arm = arm_phase(stage, limits, law=starting_law(stage, limits))
+    cost = _SMALL * smoothness(arm, stage) if objective != "smoothness" else smoothness(arm, stage)
+    if objective != "smoothness":
+        cost = cost + _COSTS[objective](arm, stage)
+    return Problem(f"{stage.name} arm", [arm.phase], minimise=cost), arm
+
+
+def _peak_torque(arm: ArmPhase, stage: Stage) -> Any:
+    return sum(peak_torque(arm, k, stage) for k in arm.torque)
+
+
+def _energy(arm: ArmPhase, stage: Stage) -> Any:
+    total = sum((arm.torque[k] / stage.torque_units[k]) ** 2 for k in arm.torque)
+    return arm.phase.integral(total, "mean square torque", "s") / stage.duration
+
+
+def _root_of_square(arm: ArmPhase, square: Any, size: float, name: str) -> Any:
+    """Peak of a square over its size: its root is least where it is."""
+    return peak((arm.phase, square / size**2), name=name, unit="1")
+
+
+def acceleration_of(arm: ArmPhase, point: Any) -> Any:
+    """Second time derivative (2, 1) of a point given as an expression of q [m/s^2]."""
+    q, v = column(arm.q), column(arm.v)
+    speed = ca.jtimes(point, q, v)
+    return ca.jtimes(speed, q, v) + ca.jtimes(point, q, ca.vertcat(*arm.acceleration))
+
+
+def _tip_acceleration(arm: ArmPhase, stage: Stage) -> Any:
+    a = acceleration_of(arm, arm.model.tip(column(arm.q)))
+    reach = stage.arm.big.length + stage.arm.small.length
+    return _root_of_square(
+        arm, ca.sumsqr(a), 6.0 * reach * _turn(stage) / stage.duration**2, "tip acceleration"
+    )
+
+
+def _root_reaction(arm: ArmPhase, stage: Stage) -> Any:
+    """Force of the satellite by the tip mass, which carries the momentum but for a few percent."""
+    a = acceleration_of(arm, arm.model.tip(column(arm.q))) * stage.arm.tip_mass
+    a = a + acceleration_of(arm, arm.model.elbow(column(arm.q))) * _elbow_share(stage)
+    size = 6.0 * (stage.arm.tip_mass or 1.0) * stage.arm.big.length * _turn(stage)
+    return _root_of_square(arm, ca.sumsqr(a), size / stage.duration**2, "root reaction")
+
+
+def _elbow_share(stage: Stage) -> float:
+    """Elbow mass with half of each link lumped there [kg]."""
+    arm = stage.arm
+    links = arm.big.linear_density * arm.big.length + arm.small.linear_density * arm.small.length
+    return arm.elbow_mass + links / 2
+
+
+def _deflection(arm: ArmPhase, stage: Stage) -> Any:
+    link, torque = stage.arm.big, 5.0 * float(max(stage.torque_units[k] for k in arm.torque))
+    size = torque**2 * link.length / (2.0 * link.bending_stiffness)
+    strain = arm.model.strain_energy(column(arm.q)) / size
+    return peak((arm.phase, strain), name="strain energy", unit="1")
+
+
+def _turn(stage: Stage) -> float:
+    return float(np.abs(stage.turn).max())
+
+
+_COSTS = {
+    "peak-torque": _peak_torque,
+    "energy": _energy,
+    "tip-acceleration": _tip_acceleration,
+    "root-reaction": _root_reaction,
+    "deflection": _deflection,
+}
