@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,13 +12,16 @@ from ocp.between import dense_peak
 from ocp.errors import StatementError
 from ocp.evaluate import Evaluator
 from ocp.mesh import Mesh
+from ocp.multipliers import Multipliers, SolvedProgram
 from ocp.replay import Replay
+from ocp.sensitivity import sensitivities
 from ocp.statement import Phase, Problem
 from ocp.symbols import resolve, scalar
 from ocp.terms import Functional
 from ocp.trajectory import Trajectory
 
 Array = NDArray[np.float64]
+Kept = TypeVar("Kept")
 
 
 @dataclass(frozen=True)
@@ -69,6 +72,8 @@ class Solution:
     trajectory, replayed : the solution and its independent replay.
     record : the mesh rounds.
     verdict : "global: bound met", "local: ..." or "unverified", in words.
+    multipliers : of dynamics (costates), bounds, links and peaks, in the units of the statement.
+    program : the solved program, for proofs.
     """
 
     problem: Problem
@@ -82,6 +87,8 @@ class Solution:
     verdict: str
     evaluator: Evaluator
     seconds: float = 0.0
+    multipliers: Multipliers | None = None
+    program: SolvedProgram | None = None
 
     @property
     def breakpoints(self) -> Array:
@@ -135,3 +142,34 @@ class Solution:
             if not first <= bad <= last:
                 raise StatementError(f"{bad} s lies outside the motion ({first} to {last} s)")
         return result.reshape(t.shape)
+
+    def costate(self, state: Any, times: Any, phase: Phase | str | None = None) -> Array:
+        """The costate of a state (or running integral) at times [s], shape of `times`.
+
+        In the sign of `ocp.costates`: the change of the optimum, as it is minimised, per unit
+        added to the state.  At an instant shared by two phases the later one answers unless
+        `phase` says otherwise.
+        """
+        t, result = np.asarray(times, dtype=float), np.full(np.size(times), np.nan)
+        flat, name = t.ravel(), state if isinstance(state, str) else state.name
+        wanted = phase.name if isinstance(phase, Phase) else phase
+        for adjoint in self._kept(self.multipliers).costates:
+            if name not in adjoint.names or wanted not in (None, adjoint.name):
+                continue
+            own = self.trajectory.phase(adjoint.name)
+            slack = 1e-9 * (1.0 + abs(own.end - own.start))
+            here = (flat >= own.start - slack) & (flat <= own.end + slack)
+            k, tau = own.locate(np.clip(flat[here], own.start, own.end))
+            result[here] = adjoint.local(k, tau)[:, adjoint.names.index(name)]
+        if np.isnan(result).any():
+            raise StatementError(f"'{name}' has no costate at {flat[np.isnan(result)][0]} s")
+        return result.reshape(t.shape)
+
+    def sensitivities(self) -> dict[str, float]:
+        """Change of the optimum per unit of every named number, see `ocp.sensitivity`."""
+        return sensitivities(self._kept(self.program), self.trajectory.constants)
+
+    def _kept(self, what: Kept | None) -> Kept:
+        if what is None:
+            raise StatementError("this solution was made without its multipliers; solve again")
+        return what

@@ -19,6 +19,7 @@ from ocp.guess import start_of
 from ocp.ipopt import IpoptOptions, NlpResult, run
 from ocp.iterate import decision_vector, trajectory_of
 from ocp.mesh import Mesh, bisected, uniform
+from ocp.multipliers import multipliers, solved_program
 from ocp.refine import Assessment, assess, next_mesh
 from ocp.replay import Replay, replay, replayed
 from ocp.scaling import scales_of
@@ -296,10 +297,11 @@ def _finished(
     verification: Verification, record: Sequence[Round], evaluator: Evaluator,
     bound: float | None, begin: float,
 ) -> Solution:  # fmt: skip
+    program = solved_program(last.transcription, last.result)
     solution = Solution(
         problem, last.objective, last.trajectory, again, done, verification,
         last.transcription.mesh, tuple(record), _verdict(last.objective, problem, bound, settings),
-        evaluator, clock.perf_counter() - begin,
+        evaluator, clock.perf_counter() - begin, multipliers(program, last.trajectory), program,
     )  # fmt: skip
     if not verification.passed and settings.refine:
         raise Unverified(

@@ -1,0 +1,139 @@
+"""Sensitivities against closed forms and against central differences of solved problems."""
+
+import math
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from ocp import Between, Bound, Constant, Control, Phase, Problem, Settings, State, Unknown, solve
+
+# closed forms: meshes are refined until finer controls gain less than 1e-5 of the optimum
+CLOSE = 1e-4
+
+
+def bryson_denham():
+    x, v, u = State("x", "m", upper=1 / 9), State("v", "m/s"), Control("u", "m/s^2")
+    phase = Phase("hop", {x: v, v: u}, initial={x: 0, v: 1}, final={x: 0, v: -1})
+    return solve(Problem("Bryson-Denham", [phase], minimise=phase.integral(u**2 / 2)))
+
+
+def test_bryson_denham():
+    # J = 4 / (9 l), whatever the duration; the position costate jumps by -18 twice
+    found = bryson_denham()
+    slopes = found.sensitivities()
+    assert slopes["x upper"] == pytest.approx(-36.0, rel=CLOSE)
+    assert slopes["hop: v initial"] == pytest.approx(6.0, rel=CLOSE)
+    assert slopes["hop: end"] == pytest.approx(0.0, abs=36 * CLOSE)
+    costate = found.costate("x", [0.1, 0.5, 0.9])
+    np.testing.assert_allclose(costate, [18, 0, -18], atol=18 * CLOSE)
+
+
+@pytest.mark.parametrize("shape", ["constant", "polynomial"])
+def test_least_time(shape):
+    # T^2 = 2 D (a + b) / (a b): dT/dD = T / (2 D), dT/da = -T b / (2 a (a + b))
+    a, b, d = Constant("a", value=1.0), Constant("b", value=2.0), Constant("D", value=300.0)
+    x, v, u = State("x"), State("v"), Control("u", lower=-b, upper=a, shape=shape)
+    phase = Phase("dash", {x: v, v: u}, {x: 0, v: 0}, {x: d, v: 0}, end=Between(1, 100))
+    slopes = solve(Problem("least time", [phase], minimise=phase.end_time)).sensitivities()
+    expected = {
+        "D": 0.05, "a": -10.0, "b": -2.5, "u upper": -10.0, "u lower": 2.5,
+        "dash: x final": 0.05, "dash: x initial": -0.05, "dash: start": 1.0,
+    }  # fmt: skip
+    for name, value in expected.items():
+        assert slopes[name] == pytest.approx(value, rel=CLOSE), name
+
+
+def test_least_peak_of_acceleration_under_a_jerk_limit():
+    # D = A (T/2 - A/j) T/2 with T = 2: dA/dD = 1 / (1 - 2 A/j), dA/dj = -(A/j)^2 dA/dD
+    distance, jerk = Constant("D", "m", 1.0), Constant("j", "m/s^3", 8.0)
+    x, v, a = State("x"), State("v"), State("a")
+    j = Control("jerk", lower=-jerk, upper=jerk, shape="constant")
+    rest = {v: 0, a: 0}
+    phase = Phase("move", {x: v, v: a, a: j}, {x: 0, **rest}, {x: distance, **rest}, end=2.0)
+    problem = Problem("least peak", [phase], minimise=phase.peak(a, absolute=True))
+    slopes = solve(problem).sensitivities()
+    peak = 4 * (1 - math.sqrt(0.5))
+    by_distance = 1 / (1 - peak / 4)
+    assert slopes["D"] == pytest.approx(by_distance, rel=CLOSE)
+    assert slopes["j"] == pytest.approx(-((peak / 8) ** 2) * by_distance, rel=CLOSE)
+    # time scales as 1/T: A(D, j, T) T^2 is a function of D and j T^3 alone
+    by_time = (-2 * peak + 3 * 8 * (peak / 8) ** 2 * -by_distance) / 2
+    assert slopes["move: end"] == pytest.approx(by_time, rel=CLOSE)
+
+
+def swing(gravity=9.0, torque=4.0, effort=14.0, end=2.0, angle=0.1, sense="minimise"):
+    """A pendulum lifted with bounded effort, a guessed damper and a limited speed."""
+    g, top = Constant("g", value=gravity), Constant("torque", value=torque)
+    q, w = State("q", upper=2.6), State("w")
+    u = Control("u", lower=-top, upper=top)
+    damper = Unknown("damper", lower=0.1, upper=1.0, guess=0.2)
+    phase = Phase(
+        "swing", {q: w, w: u - g * ca.sin(q) - damper * w}, {q: angle, w: 0}, {w: (-1, 1)},
+        end=end, bounds=[Bound("speed", w * (1 + 0.1 * q), upper=2.0)],
+    )  # fmt: skip
+    gain = phase.at_end(q) - 0.05 * damper
+    limit = Bound("effort", phase.integral(u**2), upper=effort)
+    goal = {"minimise": -gain} if sense == "minimise" else {"maximise": gain}
+    return Problem("swing", [phase], bounds=[limit], **goal)
+
+
+def slide(gravity=9.8, depth=2.0, start=0.0):
+    """The fastest slide, which meets a sloping floor."""
+    g = Constant("g", value=gravity)
+    x, y, v = State("x"), State("y"), State("v", lower=0)
+    slope = Control("slope", lower=-1, upper=3)
+    phase = Phase(
+        "slide", {x: v * ca.sin(slope), y: v * ca.cos(slope), v: g * ca.cos(slope)},
+        {x: 0, y: 0, v: 0}, {x: 3, y: depth}, start=start, end=Between(0.1, 5, 1),
+        bounds=[Bound("floor", y - 0.2 * x, upper=1.5)],
+        guess={slope: (0.1, 1.5), v: (0, 5)},
+    )  # fmt: skip
+    return Problem("slide", [phase], minimise=phase.end_time)
+
+
+FROZEN = Settings(intervals=12, refine=False)
+
+
+@pytest.mark.parametrize(
+    ("statement", "argument", "name", "value"),
+    [
+        (swing, "gravity", "g", 9.0), (swing, "torque", "torque", 4.0),
+        (swing, "effort", "effort upper", 14.0), (swing, "end", "swing: end", 2.0),
+        (swing, "angle", "swing: q initial", 0.1), (slide, "gravity", "g", 9.8),
+        (slide, "depth", "slide: y final", 2.0), (slide, "start", "slide: start", 0.0),
+    ],
+)  # fmt: skip
+def test_central_differences_on_a_frozen_mesh(statement, argument, name, value):
+    found = solve(statement(), settings=FROZEN)
+    step = 1e-4 * max(value, 0.1)  # differences: error of the second order, 1e-7
+    ends = [
+        solve(statement(**{argument: value + s}), settings=FROZEN, guess=found).objective
+        for s in (step, -step)
+    ]
+    slope = (ends[0] - ends[1]) / (2 * step)
+    # the optimum is solved to 1e-9 and differenced over 1e-4: 1e-5
+    assert found.sensitivities()[name] == pytest.approx(slope, rel=1e-4, abs=1e-6)
+
+
+def test_a_maximum_has_the_sign_of_the_user():
+    low = solve(swing(), settings=FROZEN)
+    high = solve(swing(sense="maximise"), settings=FROZEN)
+    assert high.objective == pytest.approx(-low.objective, rel=1e-8)  # the same program
+    pairs = (low.sensitivities(), high.sensitivities())
+    assert pairs[0].keys() == pairs[1].keys()
+    for name, slope in pairs[0].items():
+        assert pairs[1][name] == pytest.approx(-slope, abs=1e-5), name  # solver's dual tolerance
+
+
+def test_multipliers_of_problem_bounds_have_the_name_and_sign_of_their_limit():
+    found = solve(swing(), settings=FROZEN)
+    effort = found.multipliers.terminal["effort"]
+    assert effort > 0
+    assert found.sensitivities()["effort upper"] == pytest.approx(-effort, rel=1e-12)
+    (speed,) = [p for p in found.multipliers.paths if p.name == "speed"]
+    # complementarity to the barrier's 1e-8 and less
+    assert speed.masses.min() >= -1e-6
+    assert -found.sensitivities()["swing: speed upper"] == pytest.approx(
+        speed.masses.sum(), abs=1e-6
+    )
