@@ -21,6 +21,7 @@ from ocp.transcribe import Transcription
 
 Array = NDArray[np.float64]
 _SMOOTH = 3e-4
+_FAR = 1e4
 _AROUND = np.array([-0.15, 0.0, 0.15])
 
 
@@ -173,6 +174,7 @@ def _equal(a: PhaseMesh, b: PhaseMesh) -> bool:
 class _Marks:
     split: NDArray[np.bool_]
     forced: NDArray[np.bool_]
+    far: NDArray[np.bool_]
     raised: NDArray[np.int64]
 
 
@@ -180,7 +182,10 @@ def _marks(
     mesh: PhaseMesh, own: PhaseTrajectory, found: PhaseAssessment, settings: Settings,
     least: float,
 ) -> _Marks:  # fmt: skip
-    """Intervals to split (forced: for their dynamics), and degrees to raise the others to."""
+    """Intervals to split, in two or (far off) four, and degrees to raise the others to.
+
+    Forced are those split for their dynamics.
+    """
     ratio = found.dynamics / settings.dynamics_tolerance
     degrees = mesh.degrees.astype(float)
     wanted = np.ceil(degrees + np.log(np.maximum(ratio, 1.0)) / np.log(degrees + 1.0))
@@ -191,7 +196,8 @@ def _marks(
     raised = np.where((ratio > 1.0) & ~high, wanted, degrees).astype(np.int64)
     split |= found.gain >= least
     wide = np.diff(own.breakpoints) > 1e-7 * (own.end - own.start)
-    return _Marks(split & wide, forced & wide, raised)
+    far = forced & (ratio > _FAR)
+    return _Marks(split & wide, forced & wide, far & wide, raised)
 
 
 def _refined(
@@ -206,9 +212,12 @@ def _refined(
         mesh.breakpoints[1:], base.breakpoints
     )
     split = marks.split[parent] & untouched & ~(mesh.moving & ~marks.forced[parent])
-    if mesh.intervals + split.sum() > settings.most_intervals:
+    if mesh.intervals + 3 * split.sum() > settings.most_intervals:
         split[:] = False
-    points = np.sort(np.concatenate([mesh.breakpoints, middle[split]]))
+    far = split & (marks.far[parent])
+    width = np.diff(mesh.breakpoints)
+    quarters = np.concatenate([mesh.breakpoints[:-1][far] + q * width[far] for q in (0.25, 0.75)])
+    points = np.sort(np.concatenate([mesh.breakpoints, middle[split], quarters]))
     parents = np.searchsorted(mesh.breakpoints, points[:-1], side="right") - 1
     degrees = np.where(untouched, marks.raised[parent], mesh.degrees)[parents]
     movable = tuple(int(np.searchsorted(points, mesh.breakpoints[i])) for i in mesh.movable)
