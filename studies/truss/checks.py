@@ -31,7 +31,11 @@ def check_feasible(study: TrussStudy, least_force: Callable[[], LeastForce]) -> 
     _check_tension(study)
     if study.caps.force is not None:
         _check_end_forces(study, study.caps.force)
-        _check_force(study, study.caps.force, least_force())
+        try:
+            least = least_force()
+        except StudyError:  # no bound to be had
+            return
+        _check_force(study, study.caps.force, least)
 
 
 def _infeasible(sentence: str) -> StudyError:

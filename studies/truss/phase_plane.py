@@ -23,6 +23,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from models.truss import Net, TrussParameters, angular_acceleration, static_force, static_peak
+from studies.exit_codes import StudyError
 
 Array = NDArray[np.float64]
 
@@ -31,7 +32,18 @@ TOLERANCE = 1e-12  # of the integration; its dense output is then good to about 
 NEAR_LIMIT = 1e-8  # relative distance from the limit force below which forces are not resolved
 LIMIT_TOLERANCE = 1e-11  # relative, of the limit force
 FOREVER = 1e6  # [s]
+MOST_EVALUATIONS = 30_000  # of a piece; one that crawls takes more
 BEYOND = 2.0  # [rad], an angle past the deployed one
+
+
+class CrawlError(StudyError):
+    """With little inertia, friction holds a motion at a crawl, too long to integrate."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            "The phase plane gives no bound on the force here: friction slows motions near it to a "
+            "crawl, too long to integrate."
+        )
 
 
 @dataclass(frozen=True)
@@ -188,7 +200,13 @@ class PhasePlane:
     ) -> Any:
         acceleration = self._acceleration[net]
 
+        count = 0
+
         def rates(_: float, y: Array) -> tuple[float, float]:
+            nonlocal count
+            count += 1
+            if count == MOST_EVALUATIONS:
+                raise CrawlError
             return sign * y[1], sign * float(acceleration(y[0], y[1], force))
 
         events = [_event(lambda y: y[0] - edge), _event(lambda y: y[1], direction=-1)]

@@ -129,6 +129,8 @@ class Search:
             force = self.least_force if "peak-force" in self.study.objectives else None
         except KeyboardInterrupt:  # the motions found so far are worth more than this bound
             self.interrupted = True
+        except StudyError as error:  # none to be had
+            self.remarks.append(str(error))
         return lower_bounds(self.study, force, least_time)
 
     @functools.cached_property
@@ -154,7 +156,10 @@ class Search:
         caps = self.study.caps
         free = caps.jerk is None and caps.acceleration is None and caps.speed is None
         if free and self.study.minimise[0].keys() == {"peak-force"}:
-            least = self.least_force
+            try:
+                least = self.least_force
+            except StudyError:  # it gives no bound here, which is said beside the result
+                return
             if not least.attained:
                 raise StudyError(
                     f"there is no optimal motion: {least.sentence}; cap the jerk, or choose a "
@@ -194,7 +199,7 @@ class Search:
             if rescued is None or statement is None:
                 return None
             solution = rescued
-        except OcpError as error:
+        except (OcpError, StudyError) as error:
             return Attempt(name, None, clock.monotonic() - begin, failure=str(error))
         value = solution.value(statement.stages[0], replayed=True)
         return Attempt(name, value, clock.monotonic() - begin, statement, solution)

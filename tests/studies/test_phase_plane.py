@@ -16,6 +16,7 @@ from models.truss import (
     potential_slope,
     rope_leverage,
 )
+from studies.exit_codes import StudyError
 from studies.truss.phase_plane import PhasePlane
 
 PLANES = {
@@ -92,3 +93,9 @@ def test_long_durations_tend_to_a_limit_that_no_motion_attains(mu: float, angle:
     assert not least.attained
     assert f"{angle:.2f} deg" in least.sentence
     assert PLANES[mu].fastest(least.force * (1 - 1e-6)) is None
+
+
+def test_a_crawl_is_refused_instead_of_integrated_for_ever() -> None:
+    truss = dataclasses.replace(DYNAMIC_SET, modules=6, pulley_friction=0.01)
+    with pytest.raises(StudyError, match="gives no bound"):
+        PhasePlane(truss).least_force(5.0)
