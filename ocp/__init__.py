@@ -4,6 +4,7 @@ State a problem with `State`, `Control`, `Phase` and `Problem`, hand it to `solv
 `Solution`, which has been refined, replayed by another integrator and checked between its points.
 """
 
+from ocp.certificate import Certificate, Tolerances, certify
 from ocp.errors import (
     Infeasible,
     Interrupted,
@@ -26,9 +27,10 @@ from ocp.terms import Bound, Functional
 from ocp.trajectory import PhaseTrajectory, Trajectory
 
 __all__ = [
-    "Algebraic", "Between", "Bound", "Constant", "Control", "Functional", "Infeasible",
-    "Interrupted", "InvalidNumber", "IpoptOptions", "IterationLimit", "Mesh", "OcpError", "Phase",
-    "PhaseTrajectory", "Problem", "Round", "Settings", "Solution", "SolveFailed", "State",
-    "StatementError", "Trajectory", "Unknown", "Unverified", "Verification", "joined", "peak",
-    "smoothed", "solve", "solve_lexicographic", "time", "with_objective",
+    "Algebraic", "Between", "Bound", "Certificate", "Constant", "Control", "Functional",
+    "Infeasible", "Interrupted", "InvalidNumber", "IpoptOptions", "IterationLimit", "Mesh",
+    "OcpError", "Phase", "PhaseTrajectory", "Problem", "Round", "Settings", "Solution",
+    "SolveFailed", "State", "StatementError", "Tolerances", "Trajectory", "Unknown", "Unverified",
+    "Verification", "certify", "joined", "peak", "smoothed", "solve", "solve_lexicographic", "time",
+    "with_objective",
 ]  # fmt: skip

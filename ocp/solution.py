@@ -153,7 +153,7 @@ class Solution:
         t, result = np.asarray(times, dtype=float), np.full(np.size(times), np.nan)
         flat, name = t.ravel(), state if isinstance(state, str) else state.name
         wanted = phase.name if isinstance(phase, Phase) else phase
-        for adjoint in self._kept(self.multipliers).costates:
+        for adjoint in self.kept_multipliers.costates:
             if name not in adjoint.names or wanted not in (None, adjoint.name):
                 continue
             own = self.trajectory.phase(adjoint.name)
@@ -167,9 +167,20 @@ class Solution:
 
     def sensitivities(self) -> dict[str, float]:
         """Change of the optimum per unit of every named number, see `ocp.sensitivity`."""
-        return sensitivities(self._kept(self.program), self.trajectory.constants)
+        return sensitivities(self.kept_program, self.trajectory.constants)
 
-    def _kept(self, what: Kept | None) -> Kept:
-        if what is None:
-            raise StatementError("this solution was made without its multipliers; solve again")
-        return what
+    @property
+    def kept_program(self) -> SolvedProgram:
+        """The solved program; StatementError if the solution was made without."""
+        return _kept(self.program)
+
+    @property
+    def kept_multipliers(self) -> Multipliers:
+        """The multipliers; StatementError if the solution was made without."""
+        return _kept(self.multipliers)
+
+
+def _kept(what: Kept | None) -> Kept:
+    if what is None:
+        raise StatementError("this solution was made without its multipliers; solve again")
+    return what

@@ -1,0 +1,188 @@
+"""The Hamiltonian of a solved phase: its course, its end values and its slope by the controls.
+
+``H = L + lambda . f`` in the sign of `ocp.costates`.  The slope carries the path multipliers,
+``H_u + sum mu c_u`` (Bryson and Ho, "Applied Optimal Control", ch. 2-3).  Integrals over an
+interval use the points and weights of the collocation, where the costates are given, so that for
+controls that are constant in an interval the interval mean of the slope must vanish.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from ocp.costates import PhaseCostates
+from ocp.guess import evaluate_limit
+from ocp.layout import PhaseLayout
+from ocp.multipliers import SolvedProgram, path_rows
+from ocp.symbols import time
+from ocp.terms import Functional
+from ocp.trajectory import Trajectory
+from ocp.transcribe import inline_weights
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+_TOUCHING = 1e-5  # of a control's size: closer than this to a bound, it is at the bound
+
+
+@dataclass(frozen=True)
+class HamiltonianReport:
+    """Numbers of one phase.
+
+    Attributes
+    ----------
+    autonomous : whether time does not enter the phase.
+    means : (N,) of `H` in the intervals; `mean` over the phase [unit of the objective / s].
+    ends : (2,) values at the first and last instant.
+    size : mean of ``|L| + sum |lambda_i f_i|``.
+    drift : mean of ``|means - mean|`` relative to the size.
+    slopes : (N, n_u) interval means of dH/du, projected on the controls' bounds, relative to the
+        mean size of the terms that make them up.
+    """
+
+    name: str
+    autonomous: bool
+    means: Array
+    mean: float
+    ends: Array
+    size: float
+    drift: float
+    slopes: Array
+
+
+def report(
+    solved: SolvedProgram, trajectory: Trajectory, adjoint: PhaseCostates, index: int
+) -> HamiltonianReport:
+    """The Hamiltonian of phase number `index` along a trajectory."""
+    layout = solved.transcription.layouts[index]
+    k, tau, weights = _collocation(layout)
+    course = _Course(solved, trajectory, adjoint, index)
+    h, terms, slope, parts = course.at(k, tau)[:4]
+    count, steps = layout.intervals, np.diff(trajectory.phases[index].breakpoints)
+    duration = steps.sum()
+
+    def means(values: Array) -> Array:
+        total = np.zeros((count, *values.shape[1:]))
+        np.add.at(total, k, (weights * values.T).T)
+        return total
+
+    mean_h = means(h[:, 0])
+    mean = float(mean_h @ steps / duration)
+    size = float(means(np.abs(terms)).sum(axis=1) @ steps / duration) or 1.0
+    gradient, sizes = means(slope), means(np.abs(parts))
+    for part in path_rows(solved.transcription):
+        constraint = solved.transcription.constraints[part.phase][part.constraint]
+        if part.phase == index and constraint.sampled:
+            mass = solved.row_multipliers[part.rows] * solved.scales.objective / constraint.scale
+            j = course.paths.index(part.constraint)
+            own = course.at(part.intervals, part.tau)[4]
+            own = own.reshape(part.tau.size, gradient.shape[1], -1)[:, :, j]
+            share = (mass / steps[part.intervals])[:, None] * own
+            np.add.at(gradient, part.intervals, share)
+            np.add.at(sizes, part.intervals, np.abs(share))
+    typical = sizes.T @ steps / duration
+    gradient /= np.where(typical > 0, typical, 1.0)
+    ends = course.at(np.array([0, count - 1]), np.array([0.0, 1.0]))[0][:, 0]
+    drift = float(np.abs(mean_h - mean) @ steps / duration / size)
+    return HamiltonianReport(
+        layout.phase.name, course.autonomous, mean_h, mean, ends, size, drift,
+        _projected(solved, trajectory, layout, gradient))  # fmt: skip
+
+
+def _collocation(layout: PhaseLayout) -> tuple[Integers, Array, Array]:
+    """Intervals, local times and weights of all collocation points."""
+    parts: list[tuple[Any, Any, Any]] = []
+    for group in layout.groups:
+        s, m = group.scheme.degree, group.intervals.size
+        parts.append((np.repeat(group.intervals, s), np.tile(group.scheme.points, m),
+                      np.tile(group.scheme.weights, m)))  # fmt: skip
+    k, tau, weights = (np.concatenate(p) for p in zip(*parts, strict=True))
+    return k, tau, weights
+
+
+class _Course:
+    """`H` and its derivatives along one phase of a trajectory."""
+
+    def __init__(
+        self, solved: SolvedProgram, trajectory: Trajectory, adjoint: PhaseCostates, index: int
+    ) -> None:
+        made, problem = solved.transcription, solved.problem
+        layout = made.layouts[index]
+        self.own, self.adjoint = trajectory.phases[index], adjoint
+        rates = [*layout.phase.dynamics.values(), *[f.pieces[0][1] for f in layout.integrals]]
+        costs = [w * f.pieces[0][1] for f, w in inline_weights(problem).items()
+                 if f.pieces[0][0] == layout.phase.name]  # fmt: skip
+        found = made.constraints[index]
+        self.paths = [j for j, c in enumerate(found) if c.sampled]
+        rows = ca.vertcat(*[found[j].sign * found[j].expression for j in self.paths], ca.SX(0, 1))
+        self.autonomous = not ca.depends_on(
+            ca.vertcat(*rates, *costs, rows, ca.SX(0, 1)), time.symbol
+        )
+        costates = ca.SX.sym("costate", len(rates))
+        terms = ca.vertcat(*costs, costates * ca.vertcat(*rates))
+        controls = (*layout.constant, *layout.linear, *layout.polynomial)
+        u = ca.vertcat(*[c.symbol for c in controls], ca.SX(0, 1))
+        by_term = ca.densify(ca.jacobian(terms, u))
+        fixed = [s.symbol for s in (*problem.unknowns, *problem.constants)]
+        self.values = [trajectory.unknowns[s.name] for s in problem.unknowns]
+        self.values += [trajectory.constants[s.name] for s in problem.constants]
+        signals = ca.vertcat(*[s.symbol for s in layout.signals])
+        self.function = ca.Function(
+            "hamiltonian",
+            [signals, time.symbol, ca.vertcat(*fixed, ca.SX(0, 1)), costates],
+            ca.cse([ca.sum1(terms), ca.densify(terms), ca.sum1(by_term).T,
+                    ca.sum1(ca.fabs(by_term)).T,
+                    ca.densify(ca.vec(ca.jacobian(rows, u)))]),
+        )  # fmt: skip
+
+    def at(self, intervals: Integers, tau: Array) -> list[Array]:
+        """``H``, its terms, its slope, the slope's size and ``c_u``, (m, ...) each."""
+        breakpoints = self.own.breakpoints
+        times = breakpoints[intervals] + tau * np.diff(breakpoints)[intervals]
+        many = self.function.map(tau.size, [False, False, True, False])
+        fixed = ca.DM(self.values) if self.values else ca.DM(0, 1)
+        found = many(
+            self.own.local(intervals, tau).T, times[None, :], fixed,
+            self.adjoint.local(intervals, tau).T,
+        )  # fmt: skip
+        return [np.array(v).reshape(-1, tau.size).T for v in found]
+
+
+def _projected(
+    solved: SolvedProgram, trajectory: Trajectory, layout: PhaseLayout, gradient: Array
+) -> Array:
+    """Zero where a control sits at the bound against which the slope presses it."""
+    values = solved.x * solved.transcription.sizes
+    held = [(c, layout.steps[:, [j]]) for j, c in enumerate(layout.constant)]
+    held += [(c, layout.ramps[:, :, j]) for j, c in enumerate(layout.linear)]
+    result = gradient.copy()
+    for j, (control, ids) in enumerate(held):
+        _project(solved, trajectory, control, values[ids], result[:, j])
+    for j, control in enumerate(layout.polynomial):
+        for group in layout.groups:
+            part = result[group.intervals, len(held) + j]
+            _project(solved, trajectory, control, values[group.controls[:, :, j]], part)
+            result[group.intervals, len(held) + j] = part
+    return result
+
+
+def _project(
+    solved: SolvedProgram, trajectory: Trajectory, control: Any, values: Array, slope: Array
+) -> None:
+    lower, upper = (evaluate_limit(v, trajectory.constants) for v in (control.lower, control.upper))
+    near = _TOUCHING * solved.scales.signals[control.name]
+    slope[(values.min(axis=1) <= lower + near) & (slope > 0)] = 0.0
+    slope[(values.max(axis=1) >= upper - near) & (slope < 0)] = 0.0
+
+
+def end_slopes(solved: SolvedProgram, what: Functional, terminal: dict[str, float]) -> ca.SX:
+    """``d(J + sum mu b)/d what``, an expression of the numbers of the motion."""
+    problem = solved.problem
+    total = problem.objective
+    for b in (*problem.bounds, *problem.links):
+        total = total + terminal[b.name] * b.expression
+    return ca.densify(ca.jacobian(total, what.symbol))

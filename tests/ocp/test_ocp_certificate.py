@@ -1,0 +1,144 @@
+"""Certificates of problems with known optima, and of solutions that were spoiled."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+from ocp import (
+    Between,
+    Bound,
+    Control,
+    Phase,
+    Problem,
+    Settings,
+    State,
+    certify,
+    joined,
+    peak,
+    solve,
+)
+from ocp.errors import StatementError
+from ocp.symbols import time
+
+
+def chain(**options):
+    return State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", **options)
+
+
+def least_effort(shape="polynomial"):
+    """u = 6 - 12 t; H = -36."""
+    x, v, u = chain(shape=shape)
+    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0})
+    return Problem("least effort", [phase], minimise=phase.integral(u**2))
+
+
+def least_time():
+    """A switch; H = -1 at a free final time."""
+    x, v, u = chain(lower=-2, upper=1)
+    phase = Phase("dash", {x: v, v: u}, {x: 0, v: 0}, {x: 300, v: 0}, end=Between(1, 100))
+    return Problem("least time", [phase], minimise=phase.end_time)
+
+
+def bryson_denham():
+    """A state constraint with two jumps of a costate; H = 0."""
+    x, v, u = State("x", "m", upper=1 / 9), State("v", "m/s"), Control("u", "m/s^2")
+    phase = Phase("hop", {x: v, v: u}, {x: 0, v: 1}, {x: 0, v: -1})
+    return Problem("Bryson-Denham", [phase], minimise=phase.integral(u**2 / 2))
+
+
+def least_peak():
+    """Two phases of thrust, 4 m/s^2 each, at most half of it counted; H = -8 / 2."""
+    x, v, u = chain(shape="constant")
+    first = Phase("first", {x: v, v: u}, {x: 0, v: 0}, start=0, end=Between(0.1, 0.9))
+    second = Phase("second", {x: v, v: u}, final={x: 1, v: 0}, start=Between(0.1, 0.9), end=1)
+
+    top = peak((first, u), (second, u), absolute=True, name="thrust", unit="m/s^2")
+    return Problem("least peak", [first, second], minimise=0.5 * top, links=joined(first, second))
+
+
+@pytest.mark.parametrize(
+    ("statement", "optimum", "hamiltonian"),
+    [(least_effort, 12.0, -36.0), (least_time, 30.0, -1.0), (bryson_denham, 4.0, 0.0),
+     (least_peak, 2.0, -4.0)],
+)  # fmt: skip
+def test_known_optima_are_certified(statement, optimum, hamiltonian):
+    found = solve(statement())
+    certificate = certify(found)
+    assert certificate.passed, str(certificate)
+    assert certificate.objective == pytest.approx(optimum, rel=1e-5)  # the objective tolerance
+    (first, *_) = [c for c in certificate.checks if c.name.startswith("Hamiltonian of")]
+    constant = float(first.sentence.split("constant: ")[1].split()[0])
+    # costates are of first order in the intervals that hold a jump
+    assert constant == pytest.approx(hamiltonian, rel=1e-4, abs=16e-4)
+
+
+def test_piecewise_constant_controls_are_tested_by_interval_means():
+    certificate = certify(solve(least_effort("constant")))
+    (slope,) = [c for c in certificate.checks if c.name.startswith("dH/du")]
+    # at points, the slope is off by half a step of 12 / 500 of 12; the mean is not
+    assert slope.value < 1e-6
+    assert certificate.passed, str(certificate)
+
+
+def test_time_in_the_dynamics():
+    # x' = u / (1 + t) to x = 1 with int u^2 and a price of time of 1: H is not constant, but
+    # transversality holds at the end
+    x, u = State("x"), Control("u")
+    phase = Phase("go", {x: u / (1 + time)}, {x: 0}, {x: 1}, end=Between(0.1, 9, 1))
+    problem = Problem(
+        "clock", [phase], minimise=phase.integral(u**2) + phase.end_time,
+        bounds=[Bound("late", phase.end_time, "s", upper=5.0)],
+    )  # fmt: skip
+    certificate = certify(solve(problem))
+    names = [c.name for c in certificate.checks]
+    assert "Hamiltonian at the end of 'go'" in names
+    assert "Hamiltonian of 'go'" not in names
+    assert certificate.passed, str(certificate)
+
+
+def failed(solution):
+    return {c.name for c in certify(solution).checks if not c.passed}
+
+
+def test_a_spoiled_control_fails():
+    found = solve(least_effort("constant"), settings=Settings(intervals=10, refine=False))
+    own = found.trajectory.phases[0]
+    spoiled = dataclasses.replace(own, steps=own.steps + 1e-3)
+    trajectory = dataclasses.replace(found.trajectory, phases=(spoiled,))
+    assert "replay" in failed(dataclasses.replace(found, trajectory=trajectory))
+
+
+def test_spoiled_multipliers_and_objectives_fail():
+    found = solve(least_peak())
+    program = found.program
+    rows = program.row_multipliers * np.where(np.arange(program.row_multipliers.size) % 2, 1.0, 1.1)
+    assert {"stationarity", "multipliers of peak 'thrust'"} <= failed(
+        dataclasses.replace(found, program=dataclasses.replace(program, row_multipliers=rows))
+    )
+    assert failed(dataclasses.replace(found, objective=found.objective * 0.99)) == {"objective"}
+
+
+def test_an_iterate_that_is_not_the_best_fails():
+    found = solve(least_effort(), settings=Settings(intervals=10, refine=False))
+    moved = dataclasses.replace(found.program, x=found.program.x * 1.01)
+    assert {"constraint residuals", "stationarity"} <= failed(
+        dataclasses.replace(found, program=moved)
+    )
+
+
+def test_json_and_text():
+    certificate = certify(solve(least_effort(), settings=Settings(intervals=5, refine=False)))
+    read = json.loads(certificate.as_json())
+    assert read["passed"] is True
+    assert read["objective"] == pytest.approx(12.0)
+    assert {c["name"] for c in read["checks"]} == {c.name for c in certificate.checks}
+    assert str(certificate).endswith("certified")
+    assert all(c.sentence in str(certificate) for c in certificate.checks)
+
+
+def test_without_multipliers():
+    found = solve(least_effort(), settings=Settings(intervals=5, refine=False))
+    with pytest.raises(StatementError, match="multipliers"):
+        certify(dataclasses.replace(found, multipliers=None, program=None))
