@@ -18,6 +18,7 @@ from ocp import (
     Settings,
     Solution,
     SolveFailed,
+    Unverified,
     solve,
 )
 from ocp.mesh import PhaseMesh
@@ -44,7 +45,10 @@ FAST = 1e-3  # relative: a force peak this far below the static one is due to mo
 
 @dataclass(frozen=True)
 class Attempt:
-    """One start and what came of it: a solution with its statement, or a sentence."""
+    """One start and what came of it: a solution with its statement, or why there is none.
+
+    An unverified solution has both.
+    """
 
     start: str
     value: float | None
@@ -180,7 +184,8 @@ class Search:
                 break
             attempts.append(attempt)
             self.console.progress(f"{label}: {_result_of(attempt, self.study)}")
-            if self._bound_met(attempt.value) or self.interrupted:
+            met = attempt.failure is None and self._bound_met(attempt.value)
+            if met or self.interrupted:
                 break
         return self._outcome(attempts)
 
@@ -199,10 +204,24 @@ class Search:
             if rescued is None or statement is None:
                 return None
             solution = rescued
+        except Unverified as error:
+            return self._unverified(name, clock.monotonic() - begin, statement, error)
         except (OcpError, StudyError) as error:
             return Attempt(name, None, clock.monotonic() - begin, failure=str(error))
         value = solution.value(statement.stages[0], replayed=True)
         return Attempt(name, value, clock.monotonic() - begin, statement, solution)
+
+    def _unverified(
+        self, name: str, seconds: float, statement: Statement | None, error: Unverified
+    ) -> Attempt:
+        """An answer that failed its verification: kept, but second to every other."""
+        found = error.iterate
+        if statement is None or not isinstance(found, Solution):
+            return Attempt(name, None, seconds, failure=str(error))
+        value = found.value(statement.stages[0], replayed=True)
+        return Attempt(
+            name, value, seconds, statement, found, "; ".join(found.verification.reasons)
+        )
 
     def _rescued(self, statement: Statement | None, stop: BaseException) -> Solution | None:
         """What a stopped solve had reached, solved on its own mesh once more to be verified."""
@@ -256,16 +275,20 @@ class Search:
         return SMOOTHING * sum(w * references[n] / weights[n] for n, w in terms.items())
 
     def _outcome(self, attempts: Sequence[Attempt]) -> Outcome:
-        solved = [attempt for attempt in attempts if attempt.solution is not None]
-        if not solved:
+        answered = [attempt for attempt in attempts if attempt.solution is not None]
+        if not answered:
             raise self._nothing_found(attempts)
+        verified = [attempt for attempt in answered if attempt.failure is None]
+        solved = verified or answered
         best = min(solved, key=lambda attempt: attempt.value or 0.0)
         assert best.statement is not None
         assert best.solution is not None
         basins = tuple(replace(b, kind=self._kind(b.value)) for b in _basins(solved))
         verdict = self._verdict(best, basins, len(attempts))
+        if not verified:
+            verdict = f"unverified: {best.failure}"
         solution = best.solution
-        if not self.interrupted:
+        if verified and not self.interrupted:
             solution = self._later_stages(best.statement, solution)
         law = law_of(self.study, best.statement, solution)
         return Outcome(
@@ -382,6 +405,8 @@ def _basins(solved: Sequence[Attempt]) -> tuple[Basin, ...]:
 def _result_of(attempt: Attempt, study: TrussStudy) -> str:
     if attempt.solution is None:
         return f"failed, {attempt.failure}"
+    if attempt.failure is not None:
+        return f"unverified, {attempt.failure}"
     first = study.minimise[0]
     name, unit = (
         (next(iter(first)), OBJECTIVES[next(iter(first))].unit)

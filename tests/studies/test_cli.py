@@ -24,6 +24,14 @@ FAST = ("truss", "--objective", "peak-force", "--duration", "5", "--jerk-cap", "
         ((*FAST, "--parameter", "link"), 2, "NAME=VALUE"),
         ((*FAST, "--duration", "0"), 2, "duration is 0"),
         ((*FAST, "--duration", "nan"), 2, "duration is nan"),
+        ((*FAST, "--duration", "inf"), 2, "duration is inf"),
+        ((*FAST, "--duration=-5"), 2, "duration is -5"),
+        ((*FAST, "--friction", "a"), 2, "pulley"),
+        ((*FAST, "--parameter", "crank=nan"), 2, "crank"),
+        ((*FAST, "--parameter", "crank=0.6"), 2, "crank"),
+        ((*FAST, "--parameter", "bar_length=0.8"), 2, "bar_length"),
+        ((*FAST, "--parameter", "net_angle_deg=91"), 2, "net_angle"),
+        ((*FAST, "--parameter", "stowed_angle_deg=85"), 2, "stowed_angle"),
         ((*FAST, "--duration", "soon"), 2, "duration is 'soon'"),
         ((*FAST, "--duration", "9..5"), 2, "lower bound first"),
         ((*FAST, "--modules", "2"), 2, "at least 3"),
@@ -52,6 +60,21 @@ def test_bad_input_is_one_sentence(
     last = capsys.readouterr().err.strip().splitlines()[-1]
     assert last.startswith("antenna-ocp: ")
     assert words in last
+
+
+def test_an_unknown_key_of_a_file_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "a.toml").write_text('minimise = "energy"\n[caps]\njerc = 1.0\n')
+    (tmp_path / "b.toml").write_text('minimise = "energy"\nwhatever = 1\n')
+    (tmp_path / "c.toml").write_text("minimise = ")
+    for name, words in (
+        ("a.toml", "unknown key caps.jerc; did you mean caps.jerk?"),
+        ("b.toml", "unknown key whatever; known are"),
+        ("c.toml", "is not valid TOML"),
+    ):
+        assert main(["truss", "--config", str(tmp_path / name)]) == ExitCode.BAD_INPUT
+        assert words in capsys.readouterr().err
 
 
 def test_unwritable_and_existing_folders_are_found_before_the_solve(

@@ -1,0 +1,32 @@
+"""An answer that fails its verification is kept and called so."""
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from ocp import Unverified
+from studies.cli import main
+from studies.exit_codes import ExitCode
+from studies.truss import solve
+
+
+def test_an_unverified_answer_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    honest = solve.solve
+
+    def doubtful(*arguments: Any, **options: Any) -> Any:
+        found = honest(*arguments, **options)
+        failed = dataclasses.replace(found.verification, passed=False, reasons=("off by 1",))
+        raise Unverified("off", dataclasses.replace(found, verification=failed))
+
+    monkeypatch.setattr(solve, "solve", doubtful)
+    out = tmp_path / "out"
+    arguments = ["truss", "--objective", "peak-acceleration", "--jerk-cap", "bezier"]
+    arguments += ["--starts", "straight", "--no-figures", "--results", str(out)]
+    assert main(arguments) == ExitCode.NOT_VERIFIED
+    record = json.loads((out / "verification.json").read_text())
+    assert record["verdict"] == "unverified: off by 1"
+    assert not record["passed"]
+    assert (out / "profile.csv").is_file()
