@@ -307,10 +307,34 @@ class Search:
             return StudyError(
                 "interrupted before a motion was found; the inputs are kept", ExitCode.INTERRUPTED
             )
+        cap, least = self.study.caps.force, self._least_force_found()
+        if cap is not None and least is not None and least > cap:
+            return StudyError(
+                f"no motion was found with at most {cap:g} N on each rope; the least peak found "
+                f"under the other caps is {least:.6g} N (local: from one start), raise the cap to "
+                "that or loosen another one",
+                ExitCode.INFEASIBLE,
+            )
         failures = "; ".join(f"from {a.start}: {a.failure}" for a in attempts[:1])
         return StudyError(
             f"no motion was found from {len(attempts)} starts; {failures}", ExitCode.NOT_SOLVED
         )
+
+    def _least_force_found(self) -> float | None:
+        """Least peak force without its cap, from one start [N]; None if there is no such cap."""
+        if self.study.caps.force is None:
+            return None
+        self.console.progress("no motion meets the force cap: looking for the least peak instead")
+        relaxed = replace(
+            self.study,
+            minimise=({"peak-force": 1.0},),
+            caps=replace(self.study.caps, force=None),
+            solver=replace(self.study.solver, starts=("bezier",)),
+        )
+        try:
+            return Search(relaxed, self.console).run().deployment.values["peak-force"]
+        except (StudyError, KeyboardInterrupt):
+            return None
 
     def _later_stages(self, statement: Statement, solution: Solution) -> Solution:
         """Later objectives, each with the earlier ones held; never a loss."""

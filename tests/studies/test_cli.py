@@ -62,6 +62,19 @@ def test_bad_input_is_one_sentence(
     assert words in last
 
 
+@pytest.mark.slow
+def test_a_force_cap_below_the_least_found_says_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = [*FAST, "--objective", "peak-acceleration", "--friction", "0.01"]
+    arguments += ["--force-cap", "43", "--starts", "bezier", "--results", str(tmp_path / "out")]
+    assert main(arguments) == ExitCode.INFEASIBLE
+    last = capsys.readouterr().err.strip().splitlines()[-1]
+    assert "the least peak found under the other caps is 44.53" in last
+    assert "local" in last
+    assert (tmp_path / "out" / "failure.json").is_file()
+
+
 def test_an_unknown_key_of_a_file_is_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
