@@ -22,6 +22,7 @@ from ocp.settings import Settings
 from ocp.solution import Round, Solution, Verification
 from ocp.solve import solve
 from ocp.statement import Phase, Problem, joined, peak, with_objective
+from ocp.store import load, save
 from ocp.symbols import Algebraic, Between, Constant, Control, State, Unknown, time
 from ocp.terms import Bound, Functional
 from ocp.trajectory import PhaseTrajectory, Trajectory
@@ -31,6 +32,6 @@ __all__ = [
     "Infeasible", "Interrupted", "InvalidNumber", "IpoptOptions", "IterationLimit", "Mesh",
     "OcpError", "Phase", "PhaseTrajectory", "Problem", "Round", "Settings", "Solution",
     "SolveFailed", "State", "StatementError", "Tolerances", "Trajectory", "Unknown", "Unverified",
-    "Verification", "certify", "joined", "peak", "smoothed", "solve", "solve_lexicographic", "time",
-    "with_objective",
+    "Verification", "certify", "joined", "load", "peak", "save", "smoothed", "solve",
+    "solve_lexicographic", "time", "with_objective",
 ]  # fmt: skip

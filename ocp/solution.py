@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, TypeVar
 
 import numpy as np
@@ -13,9 +13,11 @@ from ocp.errors import StatementError
 from ocp.evaluate import Evaluator
 from ocp.mesh import Mesh
 from ocp.multipliers import Multipliers, SolvedProgram
+from ocp.names import named
 from ocp.replay import Replay
 from ocp.sensitivity import sensitivities
 from ocp.statement import Phase, Problem
+from ocp.store import packed, unpacked
 from ocp.symbols import resolve, scalar
 from ocp.terms import Functional
 from ocp.trajectory import Trajectory
@@ -100,13 +102,17 @@ class Solution:
         """Iterations of the solver over all rounds."""
         return sum(r.iterations for r in self.record)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return unpacked, (Solution, packed({f.name: getattr(self, f.name) for f in fields(self)}))
+
     def value(self, expression: Any, *, replayed: bool = False) -> float:
-        """One number: an expression of functionals, unknowns and constants.
+        """One number: an expression of functionals, unknowns and constants, or its name.
 
         Peaks and integrals are evaluated densely, between the points too; with `replayed` along
         the independent replay.
         """
         source = self.replayed if replayed else self.trajectory
+        expression = named(self.problem, expression)
         symbols = resolve(scalar(expression, "an expression"), "an expression")
         peaks = {
             f: dense_peak(self.evaluator, source, f)
@@ -118,7 +124,7 @@ class Solution:
         self, expression: Any, times: Any, phase: Phase | str | None = None, *,
         replayed: bool = False,
     ) -> Array:  # fmt: skip
-        """An expression of signals at times [s], shape of `times`.
+        """An expression of signals, or its name, at times [s], shape of `times`.
 
         At an instant shared by two phases the later one answers unless `phase` says otherwise.
         With `replayed`, states come from the independent replay.
@@ -135,7 +141,8 @@ class Solution:
             here = (flat >= own.start - slack) & (flat <= own.end + slack)
             if here.any():
                 k, tau = own.locate(np.clip(flat[here], own.start, own.end))
-                result[here] = self.evaluator.values(source, name, [expression], k, tau).ravel()
+                wanted = named(self.problem, expression, name)
+                result[here] = self.evaluator.values(source, name, [wanted], k, tau).ravel()
         if np.isnan(result).any():
             first, last = source.phases[0].start, source.phases[-1].end
             bad = flat[np.isnan(result)][0]
