@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocp.blocks import Program
+from ocp.interrupts import Interrupts, noted_interrupts
 
 Array = NDArray[np.float64]
 Outcome = Literal[
@@ -76,12 +77,16 @@ class NlpResult:
     seconds: float
 
 
-class _Watch(ca.Callback):
-    """Passes every iterate to a listener; a true answer stops the solve."""
+Listener = Callable[[int, float, Array, Array], bool]
 
-    def __init__(self, program: Program, listener: Callable[[int, float, Array, Array], bool]):
+
+class _Watch(ca.Callback):
+    """Called at every iteration: stops when the user asks to, else passes it to a listener."""
+
+    def __init__(self, program: Program, interrupts: Interrupts, listener: Listener | None) -> None:
         ca.Callback.__init__(self)
-        self.program, self.listener, self.count = program, listener, 0
+        self.program, self.interrupts, self.listener = program, interrupts, listener
+        self.count = 0
         self.error: BaseException | None = None
         self.construct("watch", {})
 
@@ -100,13 +105,15 @@ class _Watch(ca.Callback):
         return ca.Sparsity.dense(sizes[ca.nlpsol_out(i)], 1)
 
     def eval(self, arg: Any) -> list[float]:
+        stop = False
         try:
-            x, f, g = (np.array(arg[i]).ravel() for i in range(3))
-            stop = self.listener(self.count, float(f[0]), x, g)
+            if self.listener is not None:
+                x, f, g = (np.array(arg[i]).ravel() for i in range(3))
+                stop = self.listener(self.count, float(f[0]), x, g)
         except BaseException as error:
             self.error, stop = error, True
         self.count += 1
-        return [1.0 if stop else 0.0]
+        return [1.0 if stop or self.interrupts.asked else 0.0]
 
 
 def _settings(program: Program, options: IpoptOptions) -> dict[str, Any]:
@@ -148,21 +155,19 @@ def run(
     row_limits: tuple[Array, Array],
     constants: Array,
     options: IpoptOptions,
-    listener: Callable[[int, float, Array, Array], bool] | None = None,
+    listener: Listener | None = None,
 ) -> NlpResult:
     """Run IPOPT from `x0`; never raises for a failed solve, the outcome tells."""
     begin = clock.perf_counter()
-    settings = _settings(program, options)
-    watch = None
-    if listener is not None:
-        watch = _Watch(program, listener)
-        settings["iteration_callback"] = watch
-    solver = ca.nlpsol("solver", "ipopt", program.oracle, settings)
-    result = solver(
-        x0=x0, p=constants, lbx=column_limits[0], ubx=column_limits[1],
-        lbg=row_limits[0], ubg=row_limits[1],
-    )  # fmt: skip
-    if watch is not None and watch.error is not None:
+    with noted_interrupts() as interrupts:
+        watch = _Watch(program, interrupts, listener)
+        settings = {**_settings(program, options), "iteration_callback": watch}
+        solver = ca.nlpsol("solver", "ipopt", program.oracle, settings)
+        result = solver(
+            x0=x0, p=constants, lbx=column_limits[0], ubx=column_limits[1],
+            lbg=row_limits[0], ubg=row_limits[1],
+        )  # fmt: skip
+    if watch.error is not None:
         raise watch.error
     stats = solver.stats()
     status = str(stats["return_status"])
@@ -172,7 +177,8 @@ def run(
         return np.array(result[key]).ravel()
 
     return NlpResult(
-        outcome=_OUTCOMES.get(status, "failed"), status=status, x=vector("x"),
+        outcome="interrupted" if interrupts.asked else _OUTCOMES.get(status, "failed"),
+        status=status, x=vector("x"),
         objective=float(result["f"]), rows=vector("g"), bound_multipliers=vector("lam_x"),
         row_multipliers=vector("lam_g"), iterations=int(stats["iter_count"]),
         seconds=clock.perf_counter() - begin,

@@ -148,7 +148,8 @@ def _rounds(
             else:
                 record.append(_failed_round(transcription, result))
                 if result.outcome == "interrupted":
-                    raise KeyboardInterrupt
+                    last = trajectory_of(transcription, result.x, constants)
+                    raise _interrupted(problem, solved, settings, last)
                 if not solved:
                     raise _diagnosed(transcription, result, constants)
                 if not any(m.movable for m in mesh.phases):
@@ -161,7 +162,7 @@ def _rounds(
             finer = following.intervals > mesh.intervals
             mesh, guess = following, solved[-1].trajectory
     except KeyboardInterrupt as stop:
-        raise _interrupted(problem, solved, settings) from stop
+        raise _interrupted(problem, solved, settings, None) from stop
     return solved
 
 
@@ -254,12 +255,13 @@ def _listener(transcription: Transcription, progress: Progress, number: int) -> 
     return listen
 
 
-def _interrupted(problem: Problem, solved: Sequence[_Solved], settings: Settings) -> Interrupted:
-    """The error of a stopped solve, with the last round and the best one that holds."""
-    last = solved[-1].trajectory if solved else None
+def _interrupted(
+    problem: Problem, solved: Sequence[_Solved], settings: Settings, last: Trajectory | None
+) -> Interrupted:
+    """The error of a stopped solve, with the last iterate and the best round that holds."""
     best = _best(solved, settings) if solved else None
     verified = best.trajectory if best is not None and _holds(best, settings) else None
-    kept = "the best round so far is kept" if verified else "no round had been finished"
+    kept = "the best round so far is kept" if verified else "no round had met its tolerances"
     return Interrupted(
         f"'{problem.name}' was stopped in mesh round {len(solved) + 1}; {kept}", last, verified
     )

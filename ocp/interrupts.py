@@ -1,0 +1,48 @@
+"""Ctrl-C during a solve, noted and acted on between two iterations of the solver.
+
+CasADi takes an interrupt that arrives in its own code for a failure of the solver; here the signal
+only leaves a note, so that it ends neither lost nor mistaken.
+"""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from types import FrameType
+from typing import Any
+
+
+@dataclass
+class Interrupts:
+    """Whether the user has asked to stop; a second time at once, whatever is lost."""
+
+    before: Any = None
+    asked: bool = False
+
+    def _note(self, number: int, frame: FrameType | None) -> None:
+        if self.asked:
+            raise KeyboardInterrupt
+        self.asked = True
+        if callable(self.before) and self.before is not signal.default_int_handler:
+            self.before(number, frame)
+
+
+@contextmanager
+def noted_interrupts() -> Iterator[Interrupts]:
+    """Note Ctrl-C instead of raising KeyboardInterrupt anywhere inside the block.
+
+    A handler that is not Python's own is told as well.
+    """
+    found = Interrupts()
+    if threading.current_thread() is not threading.main_thread():
+        yield found  # signals reach the main thread only
+        return
+    found.before = signal.getsignal(signal.SIGINT)
+    signal.signal(signal.SIGINT, found._note)
+    try:
+        yield found
+    finally:
+        signal.signal(signal.SIGINT, found.before)
