@@ -1,5 +1,6 @@
 """The truss study end to end in a coarse mode, and its parts."""
 
+import io
 import json
 import math
 from pathlib import Path
@@ -9,6 +10,7 @@ import pytest
 
 from models.laws import JerkLimited, least_peak_acceleration
 from studies.cli import main
+from studies.console import Console
 from studies.exit_codes import ExitCode
 from studies.paper import PINNED, STEP5, WITH_FRICTION, D, T
 from studies.truss.bounds import least_time, least_work
@@ -17,6 +19,7 @@ from studies.truss.deployment import Deployment
 from studies.truss.export import as_dictionary
 from studies.truss.figures import all_figures
 from studies.truss.ramped_jerk import RampedJerk
+from studies.truss.solve import Search
 
 MAIN = ("truss", "--objective", "peak-acceleration", "--jerk-cap", "bezier", "--friction", "0.01")
 
@@ -39,6 +42,26 @@ def test_the_main_study_meets_its_bound_and_reproduces(tmp_path: Path) -> None:
         assert miss <= 1e-9 * np.abs(values).max(), name
     verify = ["truss", "--verify", str(first / "profile.csv"), "--jerk-cap", "bezier"]
     assert main([*verify, "--friction", "0.01"]) == ExitCode.OK
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("intervals", [20, 21, 100, 101])
+@pytest.mark.parametrize("jerk", [69.0, 124.22, 1000.0])
+def test_the_jerk_limited_optimum_from_any_mesh(jerk: float, intervals: int) -> None:
+    raw = {
+        "minimise": "peak-acceleration",
+        "caps": {"jerk": f"{jerk}/T^3"},
+        "truss": {"pulley_friction": 0.01},
+        "solver": {"intervals": intervals, "starts": ["bezier"]},
+    }
+    study = study_from(raw)
+    outcome = Search(study, Console(io.StringIO(), io.StringIO())).run()
+    bound = least_peak_acceleration(D, T, jerk=study.caps.jerk)
+    assert outcome.deployment.values["peak-acceleration"] == pytest.approx(bound, rel=1e-5)
+    ((_, epigraph, dense),) = outcome.solution.verification.peaks
+    assert epigraph == pytest.approx(dense, rel=1e-6)
+    assert outcome.deployment.law.end_angle == pytest.approx(math.pi / 2, abs=1e-8)
+    assert outcome.deployment.energies.imbalance < 1e-8  # of the motor's work
 
 
 @pytest.mark.parametrize("law", [PINNED, STEP5])
