@@ -85,9 +85,13 @@ def _one(options: argparse.Namespace, study: ArmStudy, console: Console) -> Exit
     verified = checks(study, found)
     for sentence, passed in verified:
         console.say(f"{'verified' if passed else 'FAILED'}: {sentence}")
+    if not solved.converged:
+        console.say("the solver stopped at a motion that meets all constraints, short of its own "
+                    "tolerance: the motion is verified, that none is better is not")  # fmt: skip
     passed = all(ok for _, ok in verified)
     folder.write_json("verification.json", {
-        "passed": passed, "study": dict(study.given), "checks": dict(verified), "values": values,
+        "passed": passed, "converged": found.solved.converged, "study": dict(study.given),
+        "checks": dict(verified), "values": values,
         "rounds": rounds(found), "made_by": provenance(),
     })  # fmt: skip
     if not options.no_figures:

@@ -19,7 +19,7 @@ from scipy.interpolate import BPoly, PPoly
 
 from models.ancf.joint import Driven, Joint, Torque
 from models.arm.reduced_run import ReducedMotion, lock_reduced, simulate_reduced
-from ocp import IpoptOptions, OcpError, Settings, Solution, SolveFailed, solve
+from ocp import IpoptOptions, OcpError, PhaseTrajectory, Settings, SolveFailed, Trajectory, solve
 from studies.arm.problem import ArmPhase, Limits, problem
 from studies.arm.replay import Drive, Motion, Replay, replay
 from studies.arm.stage import ELBOW, ROOT, Stage
@@ -28,12 +28,16 @@ from studies.exit_codes import ExitCode, StudyError
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
 MESH = 150
-ATTEMPTS: tuple[tuple[float, int, Literal["monotone", "adaptive"], float], ...] = (
+Attempts = tuple[tuple[float, int, Literal["monotone", "adaptive"], float], ...]
+ATTEMPTS: Attempts = (
     (1.0, 4, "monotone", 1e-8),
     (1.5, 3, "adaptive", 1e-7),
     (2.0, 3, "adaptive", 1e-7),
     (1.0, 3, "adaptive", 1e-5),  # slow stages: rounding of the stiff modes stops IPOPT earlier
 )  # times the intervals, degree, barrier and tolerance, in this order until one succeeds
+FINER: Attempts = ((1.0, 3, "adaptive", 1e-7),)  # of a mesh refined from a solved one
+_COARSE = 200  # intervals below which the next mesh is solved as tightly as the first
+_SLOW = 30.0  # [s] stages so slow that rounding in the stiff modes ends the solve
 ROUNDS = 3  # meshes, each twice as fine as the one before
 AGREE = 0.1  # share of the full model's E_res that the mesh may add
 FLOOR = 1e-9  # [J] below which both replays count as still, the issue's limit at the paper's pace
@@ -48,19 +52,25 @@ class Solved:
     ----------
     name : str
     stage : Stage
-    solution : Solution
+    trajectory : of the solver.
     arm : ArmPhase
+    converged : whether the solver met its tolerance; else it stopped at a motion that meets all
+        constraints but may not be the best one, which the replays judge like any other.
     """
 
     name: str
     stage: Stage
-    solution: Solution
+    trajectory: Trajectory
     arm: ArmPhase
+    converged: bool = True
 
     @cached_property
     def torques(self) -> dict[int, PPoly]:
         """Torque of each driven joint as the exact piecewise polynomial of the solution."""
-        return {k: polynomial(self.solution, s) for k, s in self.arm.torque.items()}
+        return {
+            k: polynomial(self.trajectory.phase(self.arm.phase.name), s.name)
+            for k, s in self.arm.torque.items()
+        }
 
     @property
     def peak_torque(self) -> Array:
@@ -113,14 +123,14 @@ class Solved:
         return replay(self.motion(drive), **options)  # type: ignore[arg-type]
 
 
-def polynomial(solution: Solution, signal: object, phase: str | None = None) -> PPoly:
-    """A signal of degree three or less in each interval."""
-    own = solution.trajectory.phase(phase) if phase else solution.trajectory.phases[0]
+def polynomial(own: PhaseTrajectory, state: str) -> PPoly:
+    """A state of degree three or less in each interval."""
     x = own.breakpoints
     steps, nodes = np.diff(x), np.linspace(0.0, 1.0, 4)
-    inside = np.clip(nodes, 1e-9, 1 - 1e-9)
-    values = solution.sample(signal, x[:-1, None] + inside * steps[:, None], phase=own.name)
-    powers = np.linalg.solve(np.vander(inside), values.T)
+    count = len(steps)
+    table = own.local(np.repeat(np.arange(count), 4), np.tile(nodes, count))
+    values = table[:, own.states.index(state)].reshape(count, 4)
+    powers = np.linalg.solve(np.vander(nodes), values.T)
     return PPoly(powers / steps ** np.arange(3, -1, -1)[:, None], x)
 
 
@@ -177,7 +187,8 @@ def solve_stage(
     objective: str = "smoothness",
     limits: Limits | None = None,
     intervals: int = MESH,
-    guess: Solution | None = None,
+    guess: Trajectory | None = None,
+    attempts: Attempts | None = None,
     name: str = "optimum",
     progress: Progress | None = None,
 ) -> Solved:
@@ -190,9 +201,10 @@ def solve_stage(
     """
     check_caps(stage, limits or Limits())
     stated, arm = problem(stage, objective, limits or Limits())
-    start = None if guess is None else guess.trajectory
     failure: OcpError | None = None
-    for finer, degree, barrier, tolerance in ATTEMPTS:
+    feasible: Trajectory | None = None
+    tried = attempts or (ATTEMPTS if stage.duration <= _SLOW else ATTEMPTS[-1:])
+    for finer, degree, barrier, tolerance in tried:
         settings = Settings(
             intervals=round(finer * intervals), degree=degree, refine=False, move_breakpoints=False,
             ipopt=IpoptOptions(
@@ -200,11 +212,15 @@ def solve_stage(
             ),
         )  # fmt: skip
         try:
-            solution = solve(stated, settings=settings, guess=start, progress=progress)
+            solution = solve(stated, settings=settings, guess=guess, progress=progress)
         except SolveFailed as error:
             failure = error
+            if "although the constraints are met" in str(error):
+                feasible = error.iterate if isinstance(error.iterate, Trajectory) else feasible
             continue
-        return Solved(name, stage, solution, arm)
+        return Solved(name, stage, solution.trajectory, arm)
+    if feasible is not None:
+        return Solved(name, stage, feasible, arm, converged=False)
     raise StudyError(
         f"no motion of the stage '{stage.name}' was found: {failure}", ExitCode.NOT_SOLVED
     )
@@ -266,7 +282,7 @@ def refine(
     rounds: list[tuple[int, float, float]] = []
     for again in range(ROUNDS):
         full = solved.replay()
-        intervals = len(solved.solution.breakpoints) - 1
+        intervals = len(solved.trajectory.phases[0].breakpoints) - 1
         reduced = solved.reduced_energy
         rounds.append((intervals, reduced, full.residual_energy))
         if say is not None:
@@ -280,7 +296,8 @@ def refine(
         try:
             solved = solve_stage(
                 solved.stage, objective=objective, limits=limits, intervals=2 * intervals,
-                guess=solved.solution, name=solved.name,
+                guess=solved.trajectory, name=solved.name,
+                attempts=ATTEMPTS[:1] if intervals < _COARSE else FINER,
             )  # fmt: skip
         except StudyError as error:
             if say is not None:

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from models.ancf.joint import Driven, Joint, Torque
+from models.ancf.joint import Driven, Torque
 from models.laws import Law
 from studies.arm.stage import ELBOW, JOINT_NAMES, ROOT, Stage
 
@@ -60,7 +60,7 @@ def feed_forward(stage: Stage, law: Law) -> Callable[[Array], Array]:
     return torques
 
 
-def torque_drives(stage: Stage, law: Law) -> dict[int, Joint]:
+def torque_drives(stage: Stage, law: Law) -> dict[int, Torque]:
     """Feed-forward torques of the joints that turn."""
     torques = feed_forward(stage, law)
     edges = law.breakpoints
@@ -70,7 +70,7 @@ def torque_drives(stage: Stage, law: Law) -> dict[int, Joint]:
     }
 
 
-def angle_drives(stage: Stage, law: Law) -> dict[int, Joint]:
+def angle_drives(stage: Stage, law: Law) -> dict[int, Driven]:
     """Prescribed angles of the joints that turn."""
 
     def part(k: int, order: int) -> Callable[[Array], Array]:
