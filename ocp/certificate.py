@@ -39,7 +39,7 @@ class Tolerances:
         infeasibility of 1e-6 and a complementarity of 1e-8.
     hamiltonian : mean drift, and the end values of free times.  Costates are of first order only
         in intervals that hold a jump of theirs, so this is far wider than the solver's tolerance.
-    slope : of dH/du in an interval's mean.
+    slope : of the interval means of dH/du, averaged over time.
     peak : sum and sign of a peak's multipliers.
     """
 
@@ -186,9 +186,9 @@ def _optimality(solution: Solution, solved: SolvedProgram, allowed: Tolerances) 
                         f"time does not enter, so it is constant: {found.mean:.8g} with this "
                         "mean drift")  # fmt: skip
         if found.slopes.size:
-            yield Check(f"dH/du of '{found.name}'", float(np.abs(found.slopes).max()),
-                        allowed.slope, "the largest interval mean, projected on the controls' "
-                        "bounds, relative to its terms")  # fmt: skip
+            yield Check(f"dH/du of '{found.name}'", found.slope,
+                        allowed.slope, "the interval means, projected on the controls' "
+                        "bounds, relative to their terms: mean over time")  # fmt: skip
         if layout.ends is not None:
             yield from _end_values(solution, solved, layout, found, mu, allowed)
 

@@ -39,9 +39,11 @@ class HamiltonianReport:
     means : (N,) of `H` in the intervals; `mean` over the phase [unit of the objective / s].
     ends : (2,) values at the first and last instant.
     size : mean of ``|L| + sum |lambda_i f_i|``.
-    drift : mean of ``|means - mean|`` relative to the size.
+    drift : mean over time of how far the interval means are from their own mean, relative to the
+        size.  At instants that `Phase.at` names `H` may jump: each stretch has its own mean.
     slopes : (N, n_u) interval means of dH/du, projected on the controls' bounds, relative to the
         mean size of the terms that make them up.
+    slope : largest mean over time of ``|slopes|``.
     """
 
     name: str
@@ -52,6 +54,7 @@ class HamiltonianReport:
     size: float
     drift: float
     slopes: Array
+    slope: float
 
 
 def report(
@@ -87,10 +90,28 @@ def report(
     typical = sizes.T @ steps / duration
     gradient /= np.where(typical > 0, typical, 1.0)
     ends = course.at(np.array([0, count - 1]), np.array([0.0, 1.0]))[0][:, 0]
-    drift = float(np.abs(mean_h - mean) @ steps / duration / size)
+    drift = float(np.abs(mean_h - _stretches(solved, trajectory, index, mean_h)) @ steps)
+    slopes = _projected(solved, trajectory, layout, gradient)
+    slope_mean = float((np.abs(slopes).T @ steps).max(initial=0.0) / duration)
     return HamiltonianReport(
-        layout.phase.name, course.autonomous, mean_h, mean, ends, size, drift,
-        _projected(solved, trajectory, layout, gradient))  # fmt: skip
+        layout.phase.name, course.autonomous, mean_h, mean, ends, size, drift / duration / size,
+        slopes, slope_mean,
+    )  # fmt: skip
+
+
+def _stretches(
+    solved: SolvedProgram, trajectory: Trajectory, index: int, means: Array
+) -> Array:  # fmt: skip
+    """The mean of `H` over the stretch between two named instants that an interval is in."""
+    own = trajectory.phases[index]
+    instants = sorted({
+        float(f.at) for f in solved.problem.functionals
+        if f.at is not None and f.pieces[0][0] == own.name
+    })  # fmt: skip
+    middle = 0.5 * (own.breakpoints[:-1] + own.breakpoints[1:])
+    stretch, steps = np.searchsorted(np.array(instants), middle), np.diff(own.breakpoints)
+    total, length = np.bincount(stretch, means * steps), np.bincount(stretch, steps)
+    return np.asarray((total / np.where(length > 0, length, 1.0))[stretch])
 
 
 def _collocation(layout: PhaseLayout) -> tuple[Integers, Array, Array]:

@@ -98,6 +98,17 @@ def test_time_in_the_dynamics():
     assert certificate.passed, str(certificate)
 
 
+def test_the_hamiltonian_may_jump_at_named_instants():
+    # a data fit: int u^2 + 100 (x(0.4) - 1)^2: u is constant on either side, H = -u^2 jumps
+    x, u = State("x"), Control("u")
+    phase = Phase("fit", {x: u}, {x: 0}, {x: 0})
+    missed = (phase.at(0.4, x) - 1) ** 2
+    found = solve(Problem("fit", [phase], minimise=phase.integral(u**2) + 100 * missed))
+    certificate = certify(found)
+    assert certificate.passed, str(certificate)
+    assert abs(found.sample(u, 0.2)) > 1.2 * abs(found.sample(u, 0.7))
+
+
 def failed(solution):
     return {c.name for c in certify(solution).checks if not c.passed}
 
