@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from studies.arm.quantities import OBJECTIVES
 from studies.console import Console
-from studies.exit_codes import ExitCode, exit_code_table
+from studies.exit_codes import ExitCode, StudyError, exit_code_table
 
 if TYPE_CHECKING:
     from studies.arm.config import ArmStudy
@@ -39,6 +39,11 @@ def add_to(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         "--baselines", choices=("torque", "angle"),
         help="set an optimum of no higher peak torque beside each baseline, under this drive",
     )  # fmt: skip
+    parser.add_argument(
+        "--least-duration", action="store_true",
+        help="least durations of the optimum and of each baseline that leave at most 1e-6 J under "
+        "the Bezier law's peak torque",
+    )  # fmt: skip
     parser.add_argument("--results", type=Path, metavar="DIR", help="a new results folder")
     parser.add_argument("--overwrite", action="store_true", help="replace the results folder")
     parser.add_argument("--no-figures", action="store_true", help="leave the figures out")
@@ -59,7 +64,34 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
     study = read(options.config, flags)
     if options.baselines is not None:
         return _baselines(options, study, console)
+    if options.least_duration:
+        return _least_duration(options, study, console)
     return _one(options, study, console)
+
+
+def _least_duration(options: argparse.Namespace, study: ArmStudy, console: Console) -> ExitCode:
+    """Least durations under one torque cap and one residual."""
+    import dataclasses
+
+    from studies.arm.least_duration import least_durations, table
+    from studies.results import open_results, provenance
+
+    if len(study.stage.moving) > 1:
+        raise StudyError("--least-duration takes a stage that turns one joint; give big or small")
+    folder = open_results(options.results, f"arm-{study.stage.name}-least", options.overwrite)
+    found = least_durations(study.stage, console.progress)
+    printed = table(study.stage, found)
+    console.say(printed)
+    folder.file("table.txt").write_text(f"{printed}\n", "utf-8")
+    folder.write_json("least_durations.json", {
+        "study": dict(study.given), "rows": [dataclasses.asdict(row) for row in found],
+        "made_by": provenance(),
+    })  # fmt: skip
+    folder.complete()
+    others = [row.duration for row in found[1:] if row.duration is not None]
+    best = found[0].duration
+    ahead = best is not None and all(best <= other for other in others)
+    return ExitCode.OK if ahead else ExitCode.NOT_VERIFIED
 
 
 def _one(options: argparse.Namespace, study: ArmStudy, console: Console) -> ExitCode:
