@@ -19,6 +19,7 @@ from studies.truss.ramped_jerk import RampedJerk
 
 Array = NDArray[np.float64]
 
+JOINT = 1e-9  # of the duration: the largest gap between two phases
 SHORTEST = 1e-12  # of the duration: shorter intervals are left out
 
 
@@ -99,8 +100,9 @@ class ReplayedLaw:
     def _acceleration(self, time: Array) -> Array:
         values = np.full_like(time, np.nan)
         phases = self.solution.replayed.phases
+        slack = JOINT * self.duration  # phases meet to the solver's tolerance only
         for own, phase, net in zip(phases, self.statement.phases, self.statement.nets, strict=True):
-            here = (time >= own.start) & (time <= own.end)
+            here = (time >= own.start - slack) & (time <= own.end + slack)
             if here.any():
                 expression = acceleration_in(self.study, self.statement.signals, net)
                 values[here] = self._sample(expression, time[here], phase.name)
