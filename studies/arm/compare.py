@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from models.ancf.integrator import Settings
@@ -25,6 +26,7 @@ from studies.console import Table, number
 from studies.exit_codes import StudyError
 
 Say = Callable[[str], None]
+Array = NDArray[np.float64]
 _TRIES = 17  # constants tried for a frequency that varies along the stage
 _HIGHEST = 7.5  # cap [J D/T^2] above which a looser one brings nothing, Step5's own
 _COARSE = Settings(1e-7)
@@ -129,9 +131,14 @@ def replay_law(stage: Stage, law: NamedLaw, drive: Drive) -> Replay:
     drives |= (torque_drives if drive == "torque" else angle_drives)(stage, law.law)
     motion = Motion(law.name, drive, stage, drives, law.jumps)
     try:
-        return replay(motion, settings=None if law.jumps else _FINE)
+        return replay(motion, settings=None if law.jumps else _FINE, after=after_lock(stage))
     except ModelError:
-        return replay(motion, settings=_COARSE)
+        return replay(motion, settings=_COARSE, after=after_lock(stage))
+
+
+def after_lock(stage: Stage) -> Array:
+    """Instants after the lock that the figures show, a quarter of the stage [s]."""
+    return np.linspace(stage.duration, 1.25 * stage.duration, 251)
 
 
 def compare(

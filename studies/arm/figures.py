@@ -55,16 +55,18 @@ def tip_figure(replays: Sequence[Replay]) -> Figure:
         axes[0].plot(t, tip[1], style, color=colour, label=name)
         axes[1].plot(t, np.hypot(*speed), style, color=colour)
         reach = chain.links[0].length
-        last = t >= 0.9 * before.times[-1]
         if 0 in replayed.motion.stage.moving:
-            rest = before.position(1)[:, -1]
-            axes[2].plot(t[last], 1e3 * np.hypot(*(tip - rest[:, None]))[last], style, color=colour)
+            end = replayed.motion.stage.duration
+            late = t >= end
+            rest = tip[:, late].mean(axis=1)
+            off = 1e3 * np.hypot(*(tip[:, late] - rest[:, None]))
+            axes[2].semilogy(t[late], np.maximum(off, 1e-6), style, color=colour)
         else:
             start = elbow[:, :1] / np.hypot(*elbow[:, 0]) * reach
             across = np.array([-start[1, 0], start[0, 0]]) / reach
             axes[2].plot(t, 1e3 * (across @ (elbow - start)), style, color=colour)
     third = (
-        "tip from where it locked [mm]"
+        "tip from its mean after the lock [mm]"
         if 0 in replays[0].motion.stage.moving
         else "drift of the elbow, across [mm]"
     )
