@@ -84,7 +84,7 @@ def differentiate(kernel: ca.Function) -> KernelDerivatives:
 def _function(name: str, inputs: list[Any], outputs: list[Any]) -> ca.Function:
     *values, matrix = outputs
     nonzeros = matrix.nz[:] if matrix.nnz() else ca.SX(0, 1)
-    return ca.Function(name, inputs, ca.cse([*values, nonzeros]))
+    return ca.Function(name, inputs, [*values, nonzeros])
 
 
 def _places(matrix: Any) -> tuple[Integers, Integers]:
