@@ -27,7 +27,7 @@ from studies.exit_codes import StudyError
 
 Say = Callable[[str], None]
 Array = NDArray[np.float64]
-_TRIES = 17  # constants tried for a frequency that varies along the stage
+_TRIES = 11  # constants tried for a frequency that varies along the stage
 _HIGHEST = 7.5  # cap [J D/T^2] above which a looser one brings nothing, Step5's own
 _COARSE = Settings(1e-7)
 _FINE = Settings(1e-9)
@@ -97,7 +97,7 @@ def shaper_frequency(stage: Stage, kind: ShaperKind, drive: Drive) -> float:
     values = [left(f) for f in tried]
     best = int(np.argmin(values))
     around = tried[max(best - 1, 0)], tried[min(best + 1, _TRIES - 1)]
-    finer = minimize_scalar(left, bounds=around, method="bounded", options={"maxiter": 8})
+    finer = minimize_scalar(left, bounds=around, method="bounded", options={"maxiter": 5})
     return float(finer.x if finer.fun < values[best] else tried[best])
 
 
