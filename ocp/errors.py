@@ -45,14 +45,21 @@ class Interrupted(OcpError):
     Attributes
     ----------
     iterate : object or None
-        The last iterate with its violation; not a solution.
+        The last iterate; not a solution.
+    finished : object or None
+        The best mesh round that the solver finished, whether it holds between its points or not.
     verified : object or None
-        The last mesh round that passed its verification, if there was one.
+        The best mesh round that holds between its points, if there was one.
     """
 
     def __init__(
-        self, message: str, iterate: object | None = None, verified: object | None = None
+        self,
+        message: str,
+        iterate: object | None = None,
+        finished: object | None = None,
+        verified: object | None = None,
     ) -> None:
         super().__init__(message)
         self.iterate = iterate
+        self.finished = finished
         self.verified = verified

@@ -34,13 +34,16 @@ class Interrupts:
 def noted_interrupts() -> Iterator[Interrupts]:
     """Note Ctrl-C instead of raising KeyboardInterrupt anywhere inside the block.
 
-    A handler that is not Python's own is told as well.
+    A handler that is not Python's own is told as well, so that blocks can be nested.
     """
     found = Interrupts()
     if threading.current_thread() is not threading.main_thread():
         yield found  # signals reach the main thread only
         return
     found.before = signal.getsignal(signal.SIGINT)
+    around = getattr(found.before, "__self__", None)
+    if isinstance(around, Interrupts):  # noted in a block around this one
+        found.asked = around.asked
     signal.signal(signal.SIGINT, found._note)
     try:
         yield found

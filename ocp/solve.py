@@ -260,11 +260,13 @@ def _interrupted(
 ) -> Interrupted:
     """The error of a stopped solve, with the last iterate and the best round that holds."""
     best = _best(solved, settings) if solved else None
-    verified = best.trajectory if best is not None and _holds(best, settings) else None
+    finished = best.trajectory if best is not None else None
+    verified = finished if best is not None and _holds(best, settings) else None
     kept = "the best round so far is kept" if verified else "no round had met its tolerances"
     return Interrupted(
-        f"'{problem.name}' was stopped in mesh round {len(solved) + 1}; {kept}", last, verified
-    )
+        f"'{problem.name}' was stopped in mesh round {len(solved) + 1}; {kept}",
+        last, finished, verified,
+    )  # fmt: skip
 
 
 def _diagnosed(

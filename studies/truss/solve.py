@@ -21,10 +21,10 @@ from ocp import (
     Unverified,
     solve,
 )
+from ocp.interrupts import noted_interrupts
 from ocp.mesh import PhaseMesh
 from studies.console import Console, number
 from studies.exit_codes import ExitCode, StudyError
-from studies.interrupts import Interrupts, noted_interrupts
 from studies.truss.bounds import lower_bounds
 from studies.truss.compare import paper_laws
 from studies.truss.config import TrussStudy
@@ -225,7 +225,7 @@ class Search:
 
     def _rescued(self, statement: Statement | None, stop: BaseException) -> Solution | None:
         """What a stopped solve had reached, solved on its own mesh once more to be verified."""
-        reached = getattr(stop, "verified", None) or getattr(stop, "iterate", None)
+        reached = getattr(stop, "verified", None) or getattr(stop, "finished", None)
         if statement is None or reached is None:
             return None
         self.console.progress("interrupted: finishing the best mesh round; Ctrl-C again to drop it")
@@ -256,14 +256,10 @@ class Search:
                 problem,
                 settings=settings,
                 guess=guess,
-                progress=lambda line: self._show(f"{label}: {line}", interrupts),
+                progress=lambda line: self.console.live(f"{label}: {line}"),
             )
         self.interrupted = self.interrupted or interrupts.asked  # too late to stop this one
         return solution
-
-    def _show(self, line: str, interrupts: Interrupts) -> None:
-        interrupts.check()
-        self.console.live(line)
 
     def _smoothing(self, stage: int) -> float:
         """Weight of the roughness beside a stage: only peaks leave the law free elsewhere."""
