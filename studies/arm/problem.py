@@ -247,56 +247,7 @@ def _energy(arm: ArmPhase, stage: Stage) -> Any:
     return arm.phase.integral(total, "mean square torque", "s") / stage.duration
 
 
-def _root_of_square(arm: ArmPhase, square: Any, size: float, name: str) -> Any:
-    """Peak of a square over its size: its root is least where it is."""
-    return peak((arm.phase, square / size**2), name=name, unit="1")
-
-
-def acceleration_of(arm: ArmPhase, point: Any) -> Any:
-    """Second time derivative (2, 1) of a point given as an expression of q [m/s^2]."""
-    q, v = column(arm.q), column(arm.v)
-    speed = ca.jtimes(point, q, v)
-    return ca.jtimes(speed, q, v) + ca.jtimes(point, q, ca.vertcat(*arm.acceleration))
-
-
-def _tip_acceleration(arm: ArmPhase, stage: Stage) -> Any:
-    a = acceleration_of(arm, arm.model.tip(column(arm.q)))
-    reach = stage.arm.big.length + stage.arm.small.length
-    return _root_of_square(
-        arm, ca.sumsqr(a), 6.0 * reach * _turn(stage) / stage.duration**2, "tip acceleration"
-    )
-
-
-def _root_reaction(arm: ArmPhase, stage: Stage) -> Any:
-    """Force of the satellite by the tip mass, which carries the momentum but for a few percent."""
-    a = acceleration_of(arm, arm.model.tip(column(arm.q))) * stage.arm.tip_mass
-    a = a + acceleration_of(arm, arm.model.elbow(column(arm.q))) * _elbow_share(stage)
-    size = 6.0 * (stage.arm.tip_mass or 1.0) * stage.arm.big.length * _turn(stage)
-    return _root_of_square(arm, ca.sumsqr(a), size / stage.duration**2, "root reaction")
-
-
-def _elbow_share(stage: Stage) -> float:
-    """Elbow mass with half of each link lumped there [kg]."""
-    arm = stage.arm
-    links = arm.big.linear_density * arm.big.length + arm.small.linear_density * arm.small.length
-    return arm.elbow_mass + links / 2
-
-
-def _deflection(arm: ArmPhase, stage: Stage) -> Any:
-    link, torque = stage.arm.big, 5.0 * float(max(stage.torque_units[k] for k in arm.torque))
-    size = torque**2 * link.length / (2.0 * link.bending_stiffness)
-    strain = arm.model.strain_energy(column(arm.q)) / size
-    return peak((arm.phase, strain), name="strain energy", unit="1")
-
-
-def _turn(stage: Stage) -> float:
-    return float(np.abs(stage.turn).max())
-
-
 _COSTS = {
     "peak-torque": _peak_torque,
     "energy": _energy,
-    "tip-acceleration": _tip_acceleration,
-    "root-reaction": _root_reaction,
-    "deflection": _deflection,
 }
