@@ -6,7 +6,6 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studies.arm.quantities import OBJECTIVES
 from studies.console import Console
 from studies.exit_codes import ExitCode, StudyError, exit_code_table
 
@@ -31,7 +30,6 @@ def add_to(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--stage", metavar="NAME", help="big, small or both")
-    parser.add_argument("--objective", metavar="NAME", help=", ".join(OBJECTIVES))
     parser.add_argument("--config", type=Path, metavar="TOML", help="a study; flags override it")
     for name in _numbers():
         parser.add_argument(f"--{name.replace('_', '-')}", metavar="X", help=_numbers()[name])
@@ -60,7 +58,7 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
     """Carry out `antenna-ocp arm`."""
     from studies.arm.config import read
 
-    flags = {name: getattr(options, name) for name in ("stage", "objective", *_numbers())}
+    flags = {name: getattr(options, name) for name in ("stage", *_numbers())}
     study = read(options.config, flags)
     if options.baselines is not None:
         return _baselines(options, study, console)
@@ -104,10 +102,8 @@ def _one(options: argparse.Namespace, study: ArmStudy, console: Console) -> Exit
     check_caps(study.stage, study.limits)
     folder = open_results(options.results, f"arm-{study.stage.name}", options.overwrite)
     write_input(folder, study)
-    solved = solve_stage(
-        study.stage, objective=study.objective, limits=study.limits, progress=console.live
-    )
-    found = refine(solved, study.limits, objective=study.objective, say=console.progress)
+    solved = solve_stage(study.stage, limits=study.limits, progress=console.live)
+    found = refine(solved, study.limits, say=console.progress)
     values = facts(study, found)
     again = write_profile(folder, study, found.replay, {"rounds": rounds(found)})
     values["residual energy of the sampled profile [J]"] = again.residual_energy

@@ -14,13 +14,12 @@ from models.arm.parameters import ArmParameters, tube
 from models.errors import ModelError
 from studies.arm.numbers import NUMBERS
 from studies.arm.problem import Limits
-from studies.arm.quantities import OBJECTIVES
 from studies.arm.stage import STAGES, Stage
 from studies.exit_codes import StudyError
 
 DURATIONS = {"big": 8.6, "small": 11.2, "both": 11.2}  # [s], a tenth of the paper's
 TUBES = {"big": (3.0, 0.060, 0.002), "small": (2.0, 0.050, 0.0015)}  # ours but for the lengths
-WORDS = ("stage", "objective")
+WORDS = ("stage",)
 
 
 @dataclass(frozen=True)
@@ -30,7 +29,6 @@ class ArmStudy:
     Attributes
     ----------
     stage : Stage
-    objective : one of `OBJECTIVES`.
     limits : caps.
     sample_time : of the exported profile [s].
     pointing_error : of the tip [m].
@@ -38,7 +36,6 @@ class ArmStudy:
     """
 
     stage: Stage
-    objective: str
     limits: Limits
     sample_time: float
     pointing_error: float
@@ -71,11 +68,10 @@ def study_from(raw: Mapping[str, Any]) -> ArmStudy:
             raise StudyError(f"unknown key {key}; {_hint(key, (*WORDS, *NUMBERS))}")
     values = {k: _number(k, v) for k, v in raw.items() if k in NUMBERS}
     name = _choice("stage", raw.get("stage", "big"), STAGES)
-    objective = _choice("objective", raw.get("objective", "smoothness"), OBJECTIVES)
     stage = _stage(name, _arm(values), values)
     return ArmStudy(
-        stage, objective, _limits(stage, objective, values), values.get("sample_time", 0.1),
-        values.get("pointing_error", 1e-4), {"stage": name, "objective": objective, **values},
+        stage, _limits(values), values.get("sample_time", 0.1),
+        values.get("pointing_error", 1e-4), {"stage": name, **values},
     )  # fmt: skip
 
 
@@ -105,16 +101,12 @@ def _arm(values: Mapping[str, float]) -> ArmParameters:
         raise StudyError(str(error)) from error
 
 
-def _limits(stage: Stage, objective: str, values: Mapping[str, float]) -> Limits:
+def _limits(values: Mapping[str, float]) -> Limits:
     for key in ("torque_cap", "rate_cap", "sample_time", "pointing_error"):
         if values.get(key, 1.0) <= 0:
             raise StudyError(f"{key} is {values[key]:g}; give a value above zero")
     torque, rate = values.get("torque_cap"), values.get("rate_cap")
-    rates: list[float | None] = [rate, rate]
-    if rate is None and torque is None and objective != "smoothness":
-        rates = [60.0 * float(u) / stage.duration if k in stage.moving else None
-                 for k, u in enumerate(stage.torque_units)]  # fmt: skip
-    return Limits((torque, torque), (rates[0], rates[1]))
+    return Limits((torque, torque), (rate, rate))
 
 
 def _number(key: str, value: Any) -> float:

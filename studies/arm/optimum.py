@@ -184,7 +184,6 @@ def reduced_residual(stage: Stage, motion: ReducedMotion) -> float:
 def solve_stage(
     stage: Stage,
     *,
-    objective: str = "smoothness",
     limits: Limits | None = None,
     intervals: int = MESH,
     guess: Trajectory | None = None,
@@ -200,7 +199,7 @@ def solve_stage(
         If the solver finds no motion.
     """
     check_caps(stage, limits or Limits())
-    stated, arm = problem(stage, objective, limits or Limits())
+    stated, arm = problem(stage, limits or Limits())
     failure: OcpError | None = None
     feasible: Trajectory | None = None
     tried = attempts or (ATTEMPTS if stage.duration <= _SLOW else ATTEMPTS[-1:])
@@ -275,9 +274,7 @@ class Refined:
     agrees: bool
 
 
-def refine(
-    solved: Solved, limits: Limits, *, objective: str = "smoothness", say: Progress | None = None
-) -> Refined:
+def refine(solved: Solved, limits: Limits, *, say: Progress | None = None) -> Refined:
     """Double the mesh until the replays on B21 and on the full model agree in E_res."""
     rounds: list[tuple[int, float, float]] = []
     for again in range(ROUNDS):
@@ -295,7 +292,7 @@ def refine(
             break
         try:
             solved = solve_stage(
-                solved.stage, objective=objective, limits=limits, intervals=2 * intervals,
+                solved.stage, limits=limits, intervals=2 * intervals,
                 guess=solved.trajectory, name=solved.name,
                 attempts=ATTEMPTS[:1] if intervals < _COARSE else FINER,
             )  # fmt: skip

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from models.arm.reduced import ReducedArm
 from models.arm.reduced_run import reduced_modes
 from models.laws import JerkLimited, Law
-from ocp import Between, Control, Phase, Problem, State, peak
+from ocp import Between, Control, Phase, Problem, State
 from studies.arm.rigid import feed_forward, joint_motion
 from studies.arm.stage import JOINT_NAMES, Stage
 from studies.arm.unit_laws import quintic
@@ -27,7 +27,6 @@ from studies.arm.unit_laws import quintic
 Array = NDArray[np.float64]
 _GRID = 201  # instants of a guess
 _RATE = 30.0  # typical torque rate in J D / T^3
-_SMALL = 1e-4  # weight of smoothness beside an objective that leaves the control free
 MARGIN = 3e-4  # of a cap, left for what happens between the points of the mesh
 _QUINTIC = 5.77  # peak of the quintic step in J D / T^2
 _BEND = 400.0  # typical slope of the rate in J D / T^4
@@ -200,14 +199,6 @@ def quasi_static(stage: Stage, law: Law, t: Array) -> tuple[Array, Array]:
     return q, np.gradient(q, t, axis=1)
 
 
-def peak_torque(arm: ArmPhase, joint: int, stage: Stage) -> Any:
-    """Largest absolute torque of a joint in its unit J D/T^2."""
-    return peak(
-        (arm.phase, arm.torque[joint] / stage.torque_units[joint]),
-        name=f"peak {JOINT_NAMES[joint]} torque", unit="J D/T^2", absolute=True,
-    )  # fmt: skip
-
-
 def smoothness(arm: ArmPhase, stage: Stage) -> Any:
     """Mean square of the slopes of the torque rates over their typical size."""
     unit = stage.torque_units / stage.duration**2 * _BEND
@@ -229,25 +220,7 @@ def starting_law(stage: Stage, limits: Limits) -> Law:
     return quintic(T)
 
 
-def problem(stage: Stage, objective: str, limits: Limits) -> tuple[Problem, ArmPhase]:
-    """A stage under its caps with one of the objectives of `quantities`."""
+def problem(stage: Stage, limits: Limits) -> tuple[Problem, ArmPhase]:
+    """The smoothest motion of a stage under its caps."""
     arm = arm_phase(stage, limits, law=starting_law(stage, limits))
-    cost = _SMALL * smoothness(arm, stage) if objective != "smoothness" else smoothness(arm, stage)
-    if objective != "smoothness":
-        cost = cost + _COSTS[objective](arm, stage)
-    return Problem(f"{stage.name} arm", [arm.phase], minimise=cost), arm
-
-
-def _peak_torque(arm: ArmPhase, stage: Stage) -> Any:
-    return sum(peak_torque(arm, k, stage) for k in arm.torque)
-
-
-def _energy(arm: ArmPhase, stage: Stage) -> Any:
-    total = sum((arm.torque[k] / stage.torque_units[k]) ** 2 for k in arm.torque)
-    return arm.phase.integral(total, "mean square torque", "s") / stage.duration
-
-
-_COSTS = {
-    "peak-torque": _peak_torque,
-    "energy": _energy,
-}
+    return Problem(f"{stage.name} arm", [arm.phase], minimise=smoothness(arm, stage)), arm

@@ -76,7 +76,7 @@ def _margins(study: ArmStudy, found: Refined, k: int) -> dict[str, float]:
 def table(study: ArmStudy, values: dict[str, Any]) -> Table:
     """The figures as a table."""
     rows = [(name, number(float(value), 5)) for name, value in values.items()]
-    title = f"{study.stage.name} arm in {study.stage.duration:g} s, least {study.objective}"
+    title = f"{study.stage.name} arm in {study.stage.duration:g} s, the smoothest torque"
     return Table(title, ("quantity", "value"), rows, (ASSUMPTIONS,))
 
 
