@@ -3,7 +3,7 @@
 NUMBERS = {
     "duration": "of the stage [s]",
     "torque_cap": "on each driven joint [N m]",
-    "rate_cap": "on the torque's rate [N m/s]; 60 J D/T^3 if nothing else limits the torque",
+    "rate_cap": "on the torque's rate [N m/s]",
     "sample_time": "of the exported profile [s]",
     "big_length": "[m]", "small_length": "[m]",
     "big_diameter": "of the tube [m]", "small_diameter": "of the tube [m]",
