@@ -16,7 +16,7 @@ from ocp.errors import (
     Unverified,
 )
 from ocp.ipopt import IpoptOptions
-from ocp.lexicographic import smoothed, solve_lexicographic
+from ocp.lexicographic import solve_lexicographic
 from ocp.mesh import Mesh
 from ocp.settings import Settings
 from ocp.solution import Round, Solution, Verification
@@ -32,6 +32,6 @@ __all__ = [
     "Infeasible", "Interrupted", "InvalidNumber", "IpoptOptions", "IterationLimit", "Mesh",
     "OcpError", "Phase", "PhaseTrajectory", "Problem", "Round", "Settings", "Solution",
     "SolveFailed", "State", "StatementError", "Tolerances", "Trajectory", "Unknown", "Unverified",
-    "Verification", "certify", "joined", "load", "peak", "save", "smoothed", "solve",
+    "Verification", "certify", "joined", "load", "peak", "save", "solve",
     "solve_lexicographic", "time", "with_objective",
 ]  # fmt: skip
