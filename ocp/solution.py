@@ -52,6 +52,7 @@ class Verification:
     excess : largest excess of a path constraint or bound of the replayed motion, relative.
     peaks : (name, epigraph value, dense value of the replayed motion) of each peak.
     passed, reasons : whether all tolerances are met, and if not, why.
+    seconds : spent on replay and evaluation.
     """
 
     miss: float
@@ -62,6 +63,7 @@ class Verification:
     integrator_error: float
     passed: bool
     reasons: tuple[str, ...] = ()
+    seconds: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -93,19 +93,22 @@ def solve(
         mesh = guess.mesh if isinstance(guess, Solution) else _first_mesh(problem, settings)
     evaluator = Evaluator(problem)
     record: list[Round] = []
-    strict = settings
+    strict, checking = settings, 0.0
     for _ in range(_STRICTER_GOES):
         rounds = _rounds(problem, strict, values, start, mesh, evaluator, progress, record)
         last = _best(rounds, strict)
+        before = clock.perf_counter()
         done = replay(problem, last.trajectory, dict(last.transcription.scales.signals))
         again = replayed(last.trajectory, done)
         verification = verify(settings, last.transcription, last.trajectory, done, again,
                               evaluator, last.objective)  # fmt: skip
+        checking += clock.perf_counter() - before
         if not settings.refine or done.miss <= settings.replay_tolerance:
             break
         # every interval meets its tolerance, yet their errors add up to a miss
         strict = dataclasses.replace(strict, dynamics_tolerance=strict.dynamics_tolerance / 30.0)
         mesh, start = last.transcription.mesh, last.trajectory
+    verification = dataclasses.replace(verification, seconds=checking)
     return _finished(problem, settings, last, again, done, verification, record, evaluator, bound,
                      begin)  # fmt: skip
 

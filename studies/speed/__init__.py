@@ -1,0 +1,1 @@
+"""Speed: our engine beside other tools and hand-written programs, growth, memory, imports."""
