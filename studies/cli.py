@@ -17,6 +17,7 @@ COMMANDS = (
     "studies.arm.command",
     "studies.benchmarks.command",
     "studies.build_time",
+    "studies.speed.command",
     "studies.table",
 )
 

@@ -27,6 +27,7 @@ OPTIMUM = {"A": 3.417562e-4, "B": 44.53360}  # least peak, [rad/s^2] and [N]
 MISS, PEAK, EXCESS = 1e-6, 1e-3, 1e-3  # allowed: [rad], relative, relative
 POINTS = 20_000  # of the dense evaluation, about
 FRICTION = 0.01
+ROUNDING = 1e-9  # of the duration
 
 
 @dataclass(frozen=True)
@@ -63,8 +64,14 @@ class Check:
 
 
 def check(problem: str, control: Mapping[str, Any]) -> Check:
-    """Replay a contestant's control (see `rows.row.answer`)."""
-    time, state, jerk = replay(problem, control["edges"], control["nodes"], control["jerk"])
+    """Replay a contestant's control (see `rows.row.answer`).
+
+    Raises
+    ------
+    ValueError
+        If it is no control over the stated duration.
+    """
+    _, state, jerk = replay(problem, control["edges"], control["nodes"], control["jerk"])
     angle, speed, acceleration = state
     cap, duration = JERK_CAP[problem], DURATION[problem]
     excesses = {"jerk": float(np.abs(jerk).max() / cap - 1)}
@@ -87,10 +94,11 @@ def replay(
 ) -> tuple[Array, Array, Array]:
     """Times (m,), angle, speed and acceleration (3, m), and jerk (m,), [s, rad].
 
-    Each interval is integrated by itself, so that no step crosses a jump of the jerk; the
-    duration is the stated one, whatever the edges add up to.
+    Each interval is integrated by itself, so that no step crosses a jump of the jerk.
     """
     ends = np.asarray(edges, dtype=float)
+    if not (ends[0] == 0.0 and abs(ends[-1] / DURATION[problem] - 1) <= ROUNDING):
+        raise ValueError(f"it lasts {ends[-1] - ends[0]:g} s, not {DURATION[problem]:g} s")
     scale = np.array([1.0, 1.0 / DURATION[problem], 1.0 / DURATION[problem] ** 2])
     state = np.array([START, 0.0, 0.0])
     count = max(8, math.ceil(POINTS / (ends.size - 1)))

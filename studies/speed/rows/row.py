@@ -5,11 +5,14 @@ polynomial of time in each interval, and three instants of the system's monotoni
 Nothing heavy is imported here: the first instant counts imports.
 """
 
+from __future__ import annotations
+
 import json
 import math
 import resource
 import sys
 import time
+from collections.abc import Iterable
 
 START, END = math.radians(4.4), math.pi / 2  # angle at both ends [rad], where all rates are zero
 DURATION = {"A": 140.0, "B": 5.0}  # T [s]
@@ -18,12 +21,20 @@ JERK_CAP = {"A": 124.2192 / 140.0**3, "B": 200.0 / 5.0**3}  # [rad/s^3]
 now = time.monotonic
 
 
-def asked():
+def asked() -> tuple[str, int]:
     """Name of the problem and size of the mesh (0: the tool's own) from the command line."""
     return sys.argv[1], int(sys.argv[2])
 
 
-def answer(imported, edges, nodes, jerk, *, verification=None, note=""):
+def answer(
+    imported: float,
+    edges: Iterable[float],
+    nodes: Iterable[float],
+    jerk: Iterable[Iterable[float]],
+    *,
+    verification: float | None = None,
+    note: object = "",
+) -> None:
     """Write the answer.
 
     Parameters

@@ -48,9 +48,8 @@ def solve(problem, arc):
         acc = end[2] / (4 * (row.END - row.START))
         peaked, positive = ca.vertcat(acc, -acc), ca.SX(0, 1)
     else:
-        angle, speed, acc = (
-            ca.vertcat(*q) for q in zip(*(at(z, s, cap) for s in (0.33, 0.67, 1.0)))
-        )
+        states = [ca.horzcat(*at(z, s, cap)) for s in (0.33, 0.67, 1.0)]
+        angle, speed, acc = ca.horzsplit(ca.vertcat(*states))
         peaked = truss_force.rope_force(ca, ca.if_else, angle, *powers(problem, speed, acc)) / 40
         positive = peaked
     lower = np.full((n_z, n), -np.inf)

@@ -21,9 +21,7 @@ def statement(name):
     speed = State("speed", "rad/s", lower=0 if name == "B" else -ca.inf)
     acceleration = State("acceleration", "rad/s^2")
     jerk = Control("jerk", "rad/s^3", lower=-cap, upper=cap)
-    force = truss_force.rope_force(
-        ca, ca.if_else, angle.symbol, speed.symbol, acceleration.symbol
-    )
+    force = truss_force.rope_force(ca, ca.if_else, angle.symbol, speed.symbol, acceleration.symbol)
     phase = Phase(
         "deployment",
         dynamics={angle: speed, speed: acceleration, acceleration: jerk},
@@ -32,10 +30,7 @@ def statement(name):
         end=duration,
         bounds=[Bound("rope force", force, "N", lower=0)] if name == "B" else [],
     )
-    if name == "A":
-        peak = phase.peak(acceleration, absolute=True)
-    else:
-        peak = phase.peak(force)
+    peak = phase.peak(acceleration, absolute=True) if name == "A" else phase.peak(force)
     return Problem(name, phase, minimise=peak), jerk
 
 
@@ -44,9 +39,7 @@ def settings(size):
     if not size:
         return Settings()
     fine = 0.01 * 10.0**-size
-    return Settings(
-        objective_tolerance=10.0**-size, dynamics_tolerance=fine, path_tolerance=fine
-    )
+    return Settings(objective_tolerance=10.0**-size, dynamics_tolerance=fine, path_tolerance=fine)
 
 
 def main():

@@ -1,0 +1,95 @@
+"""A measurement in a process of its own: started, timed, ended at a limit, answer read from a file.
+
+Processes are timed one after the other, each with one thread for linear algebra.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import tempfile
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+TAIL = 200  # characters of an error that are kept
+
+
+@dataclass(frozen=True)
+class Finished:
+    """What became of a process.
+
+    Attributes
+    ----------
+    seconds : from its start to its end.
+    started : instant of its start, on the clock `time.monotonic` of the system.
+    answer : what it wrote, or None.
+    failure : why there is no answer; empty if there is.
+    """
+
+    seconds: float
+    started: float
+    answer: Mapping[str, Any] | None = None
+    failure: str = ""
+
+
+@dataclass(frozen=True)
+class Program:
+    """A command that writes its answer as JSON to a file named by its last argument.
+
+    Attributes
+    ----------
+    environment : variables to set; None takes one away.
+    """
+
+    command: Sequence[str]
+    environment: Mapping[str, str | None] = field(default_factory=dict)
+
+    def run(self, *arguments: object, limit: float) -> Finished:
+        """Run to the end, or to `limit` seconds; nothing is left running, whatever happens."""
+        with tempfile.TemporaryDirectory(prefix="antenna-ocp-") as scratch:
+            path = Path(scratch) / "answer.json"
+            words = [*self.command, *(str(a) for a in arguments), str(path)]
+            with (Path(scratch) / "said").open("w+", encoding="utf-8", errors="replace") as said:
+                started = time.monotonic()
+                code = _ended(words, self._variables(), scratch, said, limit)
+                seconds = time.monotonic() - started
+                if code is None:
+                    return Finished(seconds, started, None, f"not done after {limit:g} s")
+                if not path.is_file():
+                    said.seek(0)
+                    return Finished(seconds, started, None, _last_word(said.read(), code))
+            return Finished(seconds, started, json.loads(path.read_text("utf-8")))
+
+    def _variables(self) -> dict[str, str]:
+        merged: dict[str, str | None] = {**os.environ, **dict.fromkeys(THREADS, "1")}
+        merged |= self.environment
+        return {name: value for name, value in merged.items() if value is not None}
+
+
+def _ended(
+    words: Sequence[str], variables: dict[str, str], folder: str, said: Any, limit: float
+) -> int | None:
+    """Exit code, or None where the limit ended it. The process and its children are ended."""
+    process = subprocess.Popen(
+        words, env=variables, cwd=folder, stdin=subprocess.DEVNULL, stdout=said,
+        stderr=subprocess.STDOUT, start_new_session=True,
+    )  # fmt: skip
+    try:
+        return process.wait(limit)
+    except subprocess.TimeoutExpired:
+        return None
+    finally:
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+
+
+def _last_word(said: str, code: int) -> str:
+    lines = [line.strip() for line in said.splitlines() if line.strip()]
+    return (lines[-1] if lines else f"ended with code {code}")[-TAIL:]

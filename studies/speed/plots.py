@@ -1,0 +1,71 @@
+"""Figures of the speed benchmark: records in, a `Figure` out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from matplotlib.figure import Figure
+
+Rows = Sequence[Mapping[str, Any]]
+PARTS_OF_RUN = {"start": "#bbbbbb", "solve": "#1f77b4", "verification": "#ff7f0e"}
+FLOOR = 1e-9  # relative errors below are drawn here
+
+
+def bars(rows: Rows, titles: Mapping[str, str]) -> Figure:
+    """Seconds of start, solve and verification of each contestant, a panel for each problem."""
+    figure = Figure(figsize=(11.0, 1.6 + 0.28 * len(rows)), dpi=110, layout="constrained")
+    panels: Any = figure.subplots(len(titles), 1, squeeze=False)[:, 0]
+    for panel, (problem, title) in zip(panels, titles.items(), strict=True):
+        mine = [row for row in rows if row["problem"] == problem]
+        for place, row in enumerate(mine):
+            left = 0.0
+            for name, colour in PARTS_OF_RUN.items():
+                seconds = row["medians"][name] or 0.0
+                label = name if place == 0 else None
+                panel.barh(place, seconds, left=left, color=colour, label=label)
+                left += seconds
+            why = "right" if row["right"] else f"not right: {row['why not'][:60]}"
+            panel.annotate(
+                f" {left:.2f} s, {why}" if left else f" {why}", (left, place), va="center",
+                fontsize=8, color="black" if row["right"] else "#b00020",
+            )  # fmt: skip
+        panel.set_yticks(range(len(mine)), [row["title"] for row in mine])
+        panel.invert_yaxis()
+        panel.margins(x=0.35)
+        panel.set_title(title, fontsize=10, loc="left")
+        panel.set_xlabel("seconds, medians of fresh processes")
+        panel.legend(loc="lower right", frameon=False, fontsize=8)
+    return figure
+
+
+def curves(rows: Rows, titles: Mapping[str, str]) -> Figure:
+    """Error against seconds, both logarithmic; filled where the answer is right."""
+    figure = Figure(figsize=(11.0, 5.0), dpi=110, layout="constrained")
+    panels: Any = figure.subplots(1, len(titles), squeeze=False)[0]
+    for panel, (problem, title) in zip(panels, titles.items(), strict=True):
+        mine = [row for row in rows if row["problem"] == problem and row["check"] is not None]
+        for name in dict.fromkeys(row["title"] for row in rows):
+            points = [row for row in mine if row["title"] == name]
+            seconds = [row["medians"]["process"] for row in points]
+            errors = [worst_error(row["check"]) for row in points]
+            line = panel.plot(seconds, errors, "-", lw=1, label=name)[0]
+            for x, y, row in zip(seconds, errors, points, strict=True):
+                face = line.get_color() if row["right"] else "white"
+                panel.plot(x, y, "o", color=line.get_color(), markerfacecolor=face)
+        panel.axhline(1e-3, color="grey", lw=0.8, ls="--")
+        panel.set(xscale="log", yscale="log")
+        panel.set_title(title.split(",")[0] + title[title.rfind(", least") :], fontsize=10)
+        panel.set_xlabel("whole process without verification [s]")
+        panel.set_ylabel("error of peak or excess of a cap, relative")
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(
+        handles, labels, loc="outside lower center", ncols=4, frameon=False, fontsize=8,
+        title="filled: right; dashed: allowed",
+    )  # fmt: skip
+    return figure
+
+
+def worst_error(check: Mapping[str, Any]) -> float:
+    """The larger of the peak's error and the excess of a cap; not below `FLOOR`."""
+    return max(abs(check["peak_error"]), check["excess"] or 0.0, FLOOR)

@@ -1,0 +1,58 @@
+"""The command: bad input, and what was measured is kept whenever it stops."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from studies.cli import main
+from studies.console import Table
+from studies.speed import race_part
+from studies.speed.setup import PARTS, Record, Setup, part
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--only", "rase"), "the parts are race"),
+        (("--repeats", "0"), "positive whole number"),
+        (("--repeats", "2.5"), "positive whole number"),
+        (("--limit", "-3"), "positive number of seconds"),
+        (("--limit", "inf"), "positive number of seconds"),
+    ],
+)
+def test_bad_input_is_one_sentence(
+    arguments: tuple[str, ...], words: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert main(["benchmark-speed", *arguments, "--results", str(tmp_path / "out")]) == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert words in line
+    assert not (tmp_path / "out").exists()
+
+
+def test_what_was_measured_before_an_interruption_is_kept(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    def measure(setup: Setup) -> Iterator[Record]:
+        assert setup.repeats == 2
+        yield {"rows": [], "seconds": 1.0}
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(race_part, "measure", measure)
+    monkeypatch.setattr(race_part, "tables", lambda record: [Table("T", ("s",), [("1",)])])
+    monkeypatch.setattr(race_part, "draw", lambda record: None)
+    out = tmp_path / "out"
+    arguments = ["benchmark-speed", "--only", "race", "--repeats", "2", "--results", str(out)]
+    assert main(arguments) == 130
+    assert json.loads((out / "race.json").read_text())["seconds"] == 1.0
+    assert (out / "race.txt").is_file()
+    assert "interrupted" in capsys.readouterr().out
+
+
+def test_every_part_has_what_a_part_needs(capsys: pytest.CaptureFixture[str]) -> None:
+    for name in PARTS:
+        module = part(name)
+        assert all(callable(getattr(module, verb)) for verb in ("measure", "tables", "draw"))
+    assert main(["benchmark-speed", "--list"]) == 0
+    assert len(capsys.readouterr().out.splitlines()) == len(PARTS)
