@@ -6,13 +6,18 @@ State a problem with `State`, `Control`, `Phase` and `Problem`, hand it to `solv
 
 from ocp.certificate import Certificate, Tolerances, certify
 from ocp.errors import (
+    Collapsed,
     Infeasible,
     Interrupted,
     InvalidNumber,
     IterationLimit,
+    NumericalTrouble,
     OcpError,
+    Overdetermined,
     SolveFailed,
     StatementError,
+    StatementWarning,
+    Unbounded,
     Unverified,
 )
 from ocp.ipopt import IpoptOptions
@@ -28,10 +33,11 @@ from ocp.terms import Bound, Functional
 from ocp.trajectory import PhaseTrajectory, Trajectory
 
 __all__ = [
-    "Algebraic", "Between", "Bound", "Certificate", "Constant", "Control", "Functional",
-    "Infeasible", "Interrupted", "InvalidNumber", "IpoptOptions", "IterationLimit", "Mesh",
-    "OcpError", "Phase", "PhaseTrajectory", "Problem", "Round", "Settings", "Solution",
-    "SolveFailed", "State", "StatementError", "Tolerances", "Trajectory", "Unknown", "Unverified",
-    "Verification", "certify", "joined", "load", "peak", "save", "solve",
-    "solve_lexicographic", "time", "with_objective",
+    "Algebraic", "Between", "Bound", "Certificate", "Collapsed", "Constant", "Control",
+    "Functional", "Infeasible", "Interrupted", "InvalidNumber", "IpoptOptions", "IterationLimit",
+    "Mesh", "NumericalTrouble", "OcpError", "Overdetermined", "Phase", "PhaseTrajectory",
+    "Problem", "Round", "Settings", "Solution", "SolveFailed", "State", "StatementError",
+    "StatementWarning", "Tolerances", "Trajectory", "Unbounded", "Unknown", "Unverified",
+    "Verification", "certify", "joined", "load", "peak", "save", "solve", "solve_lexicographic",
+    "time", "with_objective",
 ]  # fmt: skip

@@ -22,6 +22,24 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
+class RowName:
+    """What a row of the program means, in the user's words.
+
+    Attributes
+    ----------
+    what, phase : the equation or bound, and the phase it belongs to ("" if to none).
+    at : where in the phase, as a fraction of its duration; None if at no single instant.
+    unit, size : of the row: a scaled residual of 1 is `size` in `unit`.
+    """
+
+    what: str
+    phase: str = ""
+    at: float | None = None
+    unit: str = ""
+    size: float = 1.0
+
+
+@dataclass(frozen=True)
 class Block:
     """One kernel and the places it is applied to.
 
@@ -33,8 +51,7 @@ class Block:
     columns : (n, n_w) decision variables of each instance.
     data : (n, n_d) numbers of each instance.
     rows : (n, m) rows of the constraint vector that each instance adds to.
-    label : callable (instance, row) -> str
-        What a row means, in the user's words.
+    label : callable (instance, row) -> RowName
     """
 
     name: str
@@ -42,7 +59,7 @@ class Block:
     columns: Integers
     data: Array
     rows: Integers
-    label: Callable[[int, int], str]
+    label: Callable[[int, int], RowName]
 
     @property
     def count(self) -> int:

@@ -37,6 +37,18 @@ def check_names(what: str, names: list[str], problem: str) -> None:
         )
 
 
+def check_all_names(problem: Problem) -> None:
+    """StatementError if two phases, signals, numbers or bounds of a problem share a name."""
+    signals = [s.name for s in problem.symbols if isinstance(s, Signal)]
+    numbers = [s.name for s in problem.symbols if isinstance(s, (Unknown, Constant))]
+    check_names("phase", [phase.name for phase in problem.phases], problem.name)
+    check_names("signal", signals, problem.name)
+    check_names("unknown or constant", numbers, problem.name)
+    check_names("bound or link", [b.name for b in (*problem.bounds, *problem.links)], problem.name)
+    for phase in problem.phases:
+        check_names("bound of one phase", [b.name for b in phase.bounds], problem.name)
+
+
 def check_times(phase: Phase) -> None:
     """StatementError unless the phase begins and ends at sensible times."""
     for what, value in (("start", phase.start), ("end", phase.end)):
@@ -117,11 +129,7 @@ def check_problem(problem: Problem) -> None:
     """StatementError unless names are unique and terminal expressions are of numbers."""
     if not problem.phases:
         raise StatementError(f"problem '{problem.name}' has no phase; give at least one")
-    check_names("phase", [phase.name for phase in problem.phases], problem.name)
-    signals = [s for s in problem.symbols if isinstance(s, Signal)]
-    numbers = [s for s in problem.symbols if isinstance(s, (Unknown, Constant))]
-    check_names("signal", [s.name for s in signals], problem.name)
-    check_names("unknown or constant", [s.name for s in numbers], problem.name)
+    check_all_names(problem)
     for symbol in problem.terminal_symbols:
         if isinstance(symbol, (Signal, Time)):
             raise StatementError(
@@ -142,7 +150,7 @@ def check_problem(problem: Problem) -> None:
                     f"'{functional.name}' belongs to phase '{phase_name}', which problem "
                     f"'{problem.name}' does not have; add the phase"
                 )
-    for symbol in (*signals, *[s for s in numbers if isinstance(s, Unknown)]):
+    for symbol in [s for s in problem.symbols if isinstance(s, (Signal, Unknown))]:
         check_limit(symbol.lower, f"the lower bound of '{symbol.name}'")
         check_limit(symbol.upper, f"the upper bound of '{symbol.name}'")
     for bound in (*problem.bounds, *problem.links, *[b for p in problem.phases for b in p.bounds]):

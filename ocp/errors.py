@@ -9,6 +9,10 @@ class StatementError(OcpError, ValueError):
     """The problem as stated cannot be transcribed."""
 
 
+class StatementWarning(UserWarning):
+    """A part of a statement has no effect; the problem is solved all the same."""
+
+
 class SolveFailed(OcpError):
     """No solution was found.
 
@@ -27,8 +31,24 @@ class Infeasible(SolveFailed):
     """The solver found no point that meets all constraints."""
 
 
+class Overdetermined(Infeasible):
+    """More equations are stated than there are unknowns to meet them with."""
+
+
 class IterationLimit(SolveFailed):
     """The budget of iterations or seconds ran out."""
+
+
+class Unbounded(SolveFailed):
+    """The objective ran away: nothing bounds it."""
+
+
+class Collapsed(SolveFailed):
+    """The motion shrinks to no time at all: nothing in the statement needs time."""
+
+
+class NumericalTrouble(SolveFailed):
+    """The solver broke off for reasons of its own, such as a step it could not compute."""
 
 
 class InvalidNumber(SolveFailed):

@@ -17,7 +17,8 @@ from ocp.interrupts import Interrupts, noted_interrupts
 
 Array = NDArray[np.float64]
 Outcome = Literal[
-    "solved", "infeasible", "unbounded", "budget", "invalid number", "interrupted", "failed"
+    "solved", "infeasible", "unbounded", "overdetermined", "budget", "invalid number",
+    "interrupted", "failed",
 ]  # fmt: skip
 log = logging.getLogger(__name__)
 
@@ -27,6 +28,7 @@ _OUTCOMES: dict[str, Outcome] = {
     "Feasible_Point_Found": "solved",
     "Infeasible_Problem_Detected": "infeasible",
     "Diverging_Iterates": "unbounded",
+    "Not_Enough_Degrees_Of_Freedom": "overdetermined",
     "Maximum_Iterations_Exceeded": "budget",
     "Maximum_CpuTime_Exceeded": "budget",
     "Maximum_WallTime_Exceeded": "budget",

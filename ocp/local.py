@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ocp.blocks import Block
+from ocp.blocks import Block, RowName
 from ocp.layout import Group, PhaseLayout
 from ocp.schemes import bernstein, lagrange
 from ocp.statement import Problem
@@ -55,7 +55,7 @@ class Local:
 
     def block(
         self, name: str, constants: ca.SX, objective: Any, rows: list[Any], ids: Integers,
-        label: Callable[[int, int], str],
+        label: Callable[[int, int], RowName],
     ) -> Block:  # fmt: skip
         """The finished block."""
         w, d = ca.vertcat(*self._variables), ca.vertcat(*self._symbols)

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ocp.blocks import Block
+from ocp.blocks import Block, RowName
 from ocp.continuous import Continuous
 from ocp.layout import PhaseLayout
 from ocp.limits import Limits
@@ -86,7 +86,7 @@ def _collocation_block(
         -measure * v / scales.functionals[f] for f, v in zip(layout.integrals, chains, strict=True)
     ]
     ids = np.hstack([ids, np.repeat(totals[group.intervals], method.degree, axis=0)])
-    label = _collocation_label(layout, group, sampled)
+    label = _collocation_label(layout, group, sampled, scales)
     return local.block(f"{phase.name}: collocation", context.constants, objective, expressions,
                        ids, label)  # fmt: skip
 
@@ -102,16 +102,19 @@ def path_row(
     return row
 
 
-def _collocation_label(layout: PhaseLayout, group: Any, sampled: Sequence[Continuous]) -> Any:
+def _collocation_label(
+    layout: PhaseLayout, group: Any, sampled: Sequence[Continuous], scales: Scales
+) -> Any:
     degree, points, mesh = group.scheme.degree, group.scheme.points, layout.mesh
-    names = [f"dynamics of '{s.name}'" for s in layout.states]
-    names += [f"'{c.name}'" for c in sampled] + [f"integral '{f.name}'" for f in layout.integrals]
+    names = [(f"dynamics of '{s.name}'", s.unit, scales.signals[s.name]) for s in layout.states]
+    names += [(f"'{c.name}'", c.unit, c.scale) for c in sampled]
+    names += [(f"integral '{f.name}'", f.unit, scales.functionals[f]) for f in layout.integrals]
 
-    def label(instance: int, row: int) -> str:
+    def label(instance: int, row: int) -> RowName:
         k, j = group.intervals[instance // degree], instance % degree
         left, right = mesh.breakpoints[k : k + 2]
-        at = left + points[j] * (right - left)
-        return f"{names[row]} in phase '{layout.phase.name}' at {100 * at:.3g} % of its duration"
+        what, unit, size = names[row]
+        return RowName(what, layout.phase.name, left + points[j] * (right - left), unit, size)
 
     return label
 
@@ -131,21 +134,21 @@ def _connection_blocks(
             ids = rows.take(local.instances, [(0.0, 0.0, 1.0)] * n_x)
             blocks.append(local.block(
                 f"{phase.name}: ends", context.constants, 0, [row], ids,
-                _simple_label(f"continuity in phase '{phase.name}'")))  # fmt: skip
+                _simple_label("continuity", phase.name)))  # fmt: skip
     if layout.integrals:
         local, n_q = Local(layout.intervals), len(layout.integrals)
         left = local.variables(layout.totals[:-1], [1.0] * n_q)
         right = local.variables(layout.totals[1:], [1.0] * n_q)
         blocks.append(local.block(
             f"{phase.name}: integrals", context.constants, 0, [right - left], totals,
-            _simple_label(f"an integral in phase '{phase.name}'")))  # fmt: skip
+            _simple_label("an integral", phase.name)))  # fmt: skip
     if layout.ends is not None:
         local = Local(1)
         ends = local.variables(layout.ends[None, :], [1.0, 1.0])
         blocks.append(local.block(
             f"{phase.name}: duration", context.constants, 0, [ends[1] - ends[0]],
             rows.take(1, [(0.0, np.inf, 1.0)]),
-            _simple_label(f"duration of phase '{phase.name}'")))  # fmt: skip
+            _simple_label("duration", phase.name, "s", scales.time)))  # fmt: skip
     moving = np.flatnonzero(layout.mesh.moving)
     if moving.size:
         local = Local(moving.size)
@@ -156,12 +159,12 @@ def _connection_blocks(
         blocks.append(local.block(
             f"{phase.name}: breakpoints", context.constants, 0,
             [(sides[1] - sides[0]) / width], rows.take(moving.size, [(_SHORTEST, np.inf, 1.0)]),
-            _simple_label(f"order of the breakpoints in phase '{phase.name}'")))  # fmt: skip
+            _simple_label("order of the breakpoints", phase.name)))  # fmt: skip
     return blocks
 
 
-def _simple_label(text: str) -> Any:
-    return lambda instance, row: text
+def _simple_label(what: str, phase: str, unit: str = "", size: float = 1.0) -> Any:
+    return lambda instance, row: RowName(what, phase, None, unit, size)
 
 
 def _sample_block(
@@ -174,11 +177,11 @@ def _sample_block(
     ids = rows.take(local.instances, [(constraint.lower, constraint.upper, constraint.scale)])
     points = layout.mesh.breakpoints
 
-    def label(instance: int, row: int) -> str:
+    def label(instance: int, row: int) -> RowName:
         k = intervals[instance]
         at = points[k] + tau[instance] * (points[k + 1] - points[k])
-        return (f"'{constraint.name}' in phase '{layout.phase.name}' at {100 * at:.3g} % of "
-                "its duration")  # fmt: skip
+        return RowName(f"'{constraint.name}'", layout.phase.name, at, constraint.unit,
+                       constraint.scale)  # fmt: skip
 
     return local.block(f"{layout.phase.name}: {constraint.name}", context.constants, 0, [row],
                        ids, label)  # fmt: skip

@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ocp.diagnose import failure
+from ocp.diagnose import collapsed, failure
 from ocp.errors import Interrupted, SolveFailed, StatementError, Unverified
 from ocp.evaluate import Evaluator
 from ocp.guess import start_of
@@ -23,6 +23,7 @@ from ocp.multipliers import multipliers, solved_program
 from ocp.refine import Assessment, assess, next_mesh
 from ocp.replay import Replay, replay, replayed
 from ocp.scaling import scales_of
+from ocp.sense import check_sense
 from ocp.settings import Settings
 from ocp.solution import Round, Solution, Verification
 from ocp.statement import Problem
@@ -88,6 +89,7 @@ def solve(
     settings = settings or Settings()
     begin = clock.perf_counter()
     values = _constants(problem, constants)
+    check_sense(problem, values)
     start = guess.trajectory if isinstance(guess, Solution) else guess
     if mesh is None:
         mesh = guess.mesh if isinstance(guess, Solution) else _first_mesh(problem, settings)
@@ -276,8 +278,7 @@ def _diagnosed(
     transcription: Transcription, result: NlpResult, constants: Mapping[str, float]
 ) -> SolveFailed:
     iterate = trajectory_of(transcription, result.x, constants)
-    values = np.array([constants[c.name] for c in transcription.problem.constants])
-    return failure(transcription, result, transcription.rows.evaluate(constants), values, iterate)
+    return failure(transcription, result, transcription.rows.evaluate(constants), iterate)
 
 
 def _round(solved: _Solved) -> Round:
@@ -304,6 +305,8 @@ def _finished(
     verification: Verification, record: Sequence[Round], evaluator: Evaluator,
     bound: float | None, begin: float,
 ) -> Solution:  # fmt: skip
+    if error := collapsed(last.transcription, last.trajectory):
+        raise error
     program = solved_program(last.transcription, last.result)
     solution = Solution(
         problem, last.objective, last.trajectory, again, done, verification,

@@ -8,7 +8,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ocp.blocks import Block
+from ocp.blocks import Block, RowName
 from ocp.layout import PhaseLayout
 from ocp.limits import Limits
 from ocp.local import Context, Local, Point, sample_point
@@ -48,7 +48,7 @@ def terminal_block(
     ids = rows.take(1, [(b.lower, b.upper, s) for b, s in zip(bounds, sizes, strict=True)])
     return local.block(
         "terminal", context.constants, out[0], [out[1:]] if bounds else [], ids,
-        lambda instance, row: f"'{bounds[row].name}'",
+        lambda _, n: RowName(f"'{bounds[n].name}'", unit=bounds[n].unit, size=sizes[n]),
     )  # fmt: skip
 
 

@@ -37,7 +37,7 @@ def test_an_unreachable_target_names_the_worst_constraint():
     phase = Phase("flight", {x: v, v: u}, initial={x: 0, v: 0}, final={x: 2})
     words = (
         r"no motion.*all constraints of 'too far'; worst: dynamics of '[xv]' in phase 'flight' at "
-        r".* % of its duration is off by .*; relax one of these"
+        r"\d\.\d+ s is off by .* m(/s)?; relax one of these"
     )
     with pytest.raises(Infeasible, match=words) as caught:
         solve(Problem("too far", [phase], minimise=phase.integral(u**2)), settings=FEW)
@@ -69,12 +69,14 @@ def test_a_used_up_budget_is_a_failure():
         solve(Problem("short", [phase], maximise=phase.at_end(x)), settings=settings)
 
 
+NOWHERE = r" is NaN or infinite at 0 s \(in (sqrt|log)\(\(x-5\)\)\), where .*x = 0 m; start from"
 NOT_A_NUMBER = {
     "dynamics": (
-        lambda x, v, u: ({x: v, v: u + ca.sqrt(x - 5)}, ()), r"dynamics of 'v' in phase 'flight'"),
+        lambda x, v, u: ({x: v, v: u + ca.sqrt(x - 5)}, ()),
+        r"the derivative of 'v' in phase 'flight'"),
     "path constraint": (
         lambda x, v, u: ({x: v, v: u}, (Bound("log height", ca.log(x - 5), upper=3),)),
-        r"'log height' in phase 'flight' at .* %"),
+        r"'log height' in phase 'flight'"),
 }  # fmt: skip
 
 
@@ -84,7 +86,7 @@ def test_an_invalid_number_is_traced_to_its_expression(where):
     x, v, u, _ = pushed()
     rates, bounds = make(x, v, u)
     phase = Phase("flight", rates, initial={x: 0, v: 0}, bounds=bounds)
-    with pytest.raises(InvalidNumber, match=words + r".*NaN or infinite; start from a guess"):
+    with pytest.raises(InvalidNumber, match=words + NOWHERE):
         solve(Problem("undefined", [phase], maximise=phase.at_end(x)), settings=FEW)
 
 
@@ -92,7 +94,8 @@ def test_an_invalid_number_is_traced_to_its_expression(where):
 def test_an_invalid_objective_is_traced(running):
     x, _, _, phase = pushed()
     objective = phase.integral(ca.sqrt(x - 5)) if running else ca.log(phase.at_end(x) - 5)
-    with pytest.raises(InvalidNumber, match=r"'undefined': the objective is NaN or infinite"):
+    what = "integrand of 'integral' in phase 'flight'" if running else "objective"
+    with pytest.raises(InvalidNumber, match=f"'undefined': the {what} is NaN or infinite"):
         solve(Problem("undefined", [phase], minimise=objective), settings=FEW)
 
 
