@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ocp.continuous import Continuous
 from ocp.evaluate import Evaluator
 from ocp.guess import evaluate_limit
+from ocp.schemes import scheme
 from ocp.terms import Functional
 from ocp.trajectory import Trajectory
 
@@ -121,4 +122,31 @@ def dynamics_error(
     steps = np.diff(own.breakpoints)
     summed = np.einsum("kqs,q->ks", residual.reshape(count, nodes.size, -1), 0.5 * weights)
     error = (summed * steps[:, None]).max(axis=1)
+    return np.where(np.isfinite(error), error, np.inf)
+
+
+def quadrature_error(
+    evaluator: Evaluator, trajectory: Trajectory, integrals: Sequence[Functional],
+    phase: str, sizes: Sequence[float],
+) -> Array:  # fmt: skip
+    """Error of the scheme's quadrature in each interval relative to the integrals' sizes, (N,).
+
+    The reference is Gauss quadrature of three points more than the degree; `sizes` may be
+    exceeded by the integrals themselves, which then are their sizes.
+    """
+    own = trajectory.phase(phase)
+    integrands = [f.pieces[0][1] for f in integrals]
+    missed, totals = np.zeros((len(own.degrees), len(integrands))), np.zeros((len(integrands), 1))
+    for piece in own.pieces if integrands else ():
+        method, reference = scheme(own.scheme, piece.degree), scheme("gauss", piece.degree + 3)
+        mine, better = (
+            np.einsum("kqi,q->ki", evaluator.values(
+                trajectory, phase, integrands, np.repeat(piece.intervals, m.degree),
+                np.tile(m.points, piece.intervals.size)).reshape(-1, m.degree, len(integrands)),
+                m.weights)
+            for m in (method, reference)
+        )  # fmt: skip
+        width = np.diff(own.breakpoints)[piece.intervals, None]
+        missed[piece.intervals], totals = (mine - better) * width, totals + better.T @ width
+    error = (np.abs(missed) / np.maximum(sizes, np.abs(totals.ravel()))).max(axis=1, initial=0.0)
     return np.where(np.isfinite(error), error, np.inf)

@@ -83,7 +83,7 @@ def report(
             mass = solved.row_multipliers[part.rows] * solved.scales.objective / constraint.scale
             j = course.paths.index(part.constraint)
             own = course.at(part.intervals, part.tau)[4]
-            own = own.reshape(part.tau.size, gradient.shape[1], -1)[:, :, j]
+            own = own.reshape(part.tau.size, gradient.shape[1], len(course.paths))[:, :, j]
             share = (mass / steps[part.intervals])[:, None] * own
             np.add.at(gradient, part.intervals, share)
             np.add.at(sizes, part.intervals, np.abs(share))

@@ -63,7 +63,7 @@ def _fill_phase(x: Array, layout: PhaseLayout, start: Start) -> None:
         for j, state in enumerate(layout.states):
             x[group.support[:, :, j]] = values[state.name].reshape(support.shape)
         values = own.at_fractions(inner.ravel())
-        basis = np.linalg.inv(bernstein(group.scheme.degree, group.scheme.points))
+        basis = np.linalg.pinv(bernstein(group.controls.shape[1], group.scheme.points))
         for j, control in enumerate(layout.polynomial):
             x[group.controls[:, :, j]] = values[control.name].reshape(inner.shape) @ basis.T
         for j, signal in enumerate(layout.algebraics):
@@ -126,7 +126,7 @@ def _phase_trajectory(layout: PhaseLayout, values: Array) -> PhaseTrajectory:
     breakpoints = begin + fractions * (end - begin)
 
     def piece(group: Group) -> Piece:
-        basis = bernstein(group.scheme.degree, group.scheme.points)
+        basis = bernstein(group.controls.shape[1], group.scheme.points)
         return Piece(
             group.scheme.degree, group.intervals, values[group.support],
             np.einsum("qs,ksn->kqn", basis, values[group.controls]), values[group.algebraics],

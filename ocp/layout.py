@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ocp.errors import StatementError
 from ocp.mesh import PhaseMesh
-from ocp.schemes import Scheme, SchemeName, scheme
+from ocp.schemes import FIXED_DEGREE, Scheme, SchemeName, scheme
 from ocp.statement import Phase, Problem
 from ocp.symbols import Algebraic, Between, Control, ControlShape, State
 from ocp.terms import Functional
@@ -30,7 +30,7 @@ class Group:
     intervals : (m,) their numbers.
     moving : whether they have a movable end.
     support : (m, degree + 1, n_x) state unknowns at the support points.
-    controls : (m, degree, n_p) Bernstein coefficients of polynomial controls, so that bounds on
+    controls : (m, choices, n_p) Bernstein coefficients of polynomial controls, so that bounds on
         them bound the control at all times.
     algebraics : (m, degree, n_z) algebraic signals at the collocation points.
     """
@@ -104,6 +104,7 @@ def lay_out(
 ) -> PhaseLayout:
     """Assign the unknowns of a phase, starting at column `first`."""
     controls: dict[str, list[Control]] = {"constant": [], "linear": [], "polynomial": []}
+    determined = any(bound.is_equation for bound in phase.bounds)  # as many equations as points
     for control in problem.signals_of(phase, Control):
         shape = control.shape or default_shape
         if shape not in controls:
@@ -111,14 +112,18 @@ def lay_out(
                 f"the shape of control '{control.name}' is {shape!r}; choose constant, linear or "
                 "polynomial"
             )
+        if shape == "polynomial" and name in FIXED_DEGREE and scheme(name, 1).choices == 1:
+            shape = "polynomial" if determined else "constant"
         controls[shape].append(control)
     algebraics = problem.signals_of(phase, Algebraic)
     n_x, n_c, n_l, n_p = len(phase.states), *(len(c) for c in controls.values())
     n_z, n_q, count = len(algebraics), len(integrals), mesh.intervals
     schemes = {int(d): scheme(name, int(d)) for d in np.unique(mesh.degrees)}
+    choices = {d: s.degree if determined else s.choices for d, s in schemes.items()}
     inner = {d: s.support.size - 1 - s.ends_on_support for d, s in schemes.items()}
     sizes = np.array([n_x + 2 * n_l + n_q + n_c
-                      + inner[int(d)] * n_x + schemes[int(d)].degree * (n_p + n_z)
+                      + inner[int(d)] * n_x
+                      + choices[int(d)] * n_p + schemes[int(d)].degree * n_z
                       for d in np.unique(mesh.degrees)])  # fmt: skip
     lengths = sizes[np.searchsorted(np.unique(mesh.degrees), mesh.degrees)]
     offsets = first + np.concatenate([[0], np.cumsum(lengths)])
@@ -132,7 +137,7 @@ def lay_out(
         method = schemes[degree]
         own = np.flatnonzero((mesh.degrees == degree) & (mesh.moving == moving))
         begin = offsets[own][:, None, None] + n_x + n_q + 2 * n_l + n_c
-        s, m = method.degree, inner[degree]
+        s, c, m = method.degree, choices[degree], inner[degree]
         block = begin + np.arange(m * n_x).reshape(m, n_x)
         support = [nodes[own][:, None, :], block]
         if method.ends_on_support:
@@ -140,8 +145,8 @@ def lay_out(
         begin = begin + m * n_x
         groups.append(Group(
             method, own, moving, np.concatenate(support, axis=1),
-            begin + np.arange(s * n_p).reshape(s, n_p),
-            begin + s * n_p + np.arange(s * n_z).reshape(s, n_z),
+            begin + np.arange(c * n_p).reshape(c, n_p),
+            begin + c * n_p + np.arange(s * n_z).reshape(s, n_z),
         ))  # fmt: skip
     stop = int(offsets[-1]) + n_x + n_q
     ends = None

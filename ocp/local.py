@@ -220,7 +220,7 @@ def _polynomial(
     """Polynomial controls from their Bernstein coefficients, in rows of the group."""
     if not layout.polynomial:
         return ca.SX(0, 1)
-    count = group.scheme.degree
+    count = group.controls.shape[1]
     weights = local.data(bernstein(count, tau))
     scales = context.scales(layout.polynomial) * count
     values = local.variables(group.controls[row].reshape(row.size, -1), scales)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ocp.between import Extremes, constraint_excess, dynamics_error
+from ocp.between import Extremes, constraint_excess, dynamics_error, quadrature_error
 from ocp.costates import costates
 from ocp.evaluate import Evaluator
 from ocp.guess import evaluate_limit
@@ -31,7 +31,7 @@ class PhaseAssessment:
 
     Attributes
     ----------
-    dynamics : (N,) relative errors of the dynamics.
+    dynamics : (N,) relative errors of the dynamics and the integrals.
     gain : (N,) what a finer control could gain, relative to the objective, to first order, where
         the control is rough.
     switching : (N,) the same wherever it is.
@@ -101,10 +101,22 @@ def assess(
                                evaluate_limit(c.upper, trajectory.constants))
                       for c in slopes.controls}  # fmt: skip
             rough = control_errors(own, mesh, limits) >= _SMOOTH
+        error = np.maximum(
+            dynamics_error(evaluator, trajectory, own.name, sizes),
+            _integrals_error(transcription, trajectory, evaluator, own.name))  # fmt: skip
         phases.append(PhaseAssessment(
-            dynamics_error(evaluator, trajectory, own.name, sizes), np.where(rough, gain, 0.0),
-            gain, excess, tuple(all_jumps)))  # fmt: skip
+            error, np.where(rough, gain, 0.0), gain, excess, tuple(all_jumps)))  # fmt: skip
     return Assessment(tuple(phases))
+
+
+def _integrals_error(
+    transcription: Transcription, trajectory: Trajectory, evaluator: Evaluator, phase: str
+) -> Array:
+    """Error of the integrals over a phase in each interval, (N,)."""
+    integrals = [f for f in transcription.problem.functionals
+                 if f.kind == "integral" and f.pieces[0][0] == phase]  # fmt: skip
+    sizes = [transcription.scales.functionals[f] for f in integrals]
+    return quadrature_error(evaluator, trajectory, integrals, phase, sizes)
 
 
 def _nothing(intervals: int) -> Extremes:

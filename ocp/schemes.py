@@ -52,6 +52,17 @@ class Scheme:
     order: int
 
     @property
+    def choices(self) -> int:
+        """Number of coefficients of a free polynomial control in an interval.
+
+        Schemes that collocate at both ends have one less than points: at a switch that lies on a
+        breakpoint the value at the end has no influence on the optimum, and a control with as
+        many coefficients as points would be undetermined there.  The optimum keeps its order,
+        because it feels an error of the control squared.
+        """
+        return self.degree - 1 if self.points[0] == 0.0 else self.degree
+
+    @property
     def ends_on_support(self) -> bool:
         """Whether the last support point is the right end of the interval."""
         return bool(self.support[-1] == 1.0)

@@ -15,6 +15,7 @@ from ocp.mesh import Mesh
 from ocp.multipliers import Multipliers, SolvedProgram
 from ocp.names import named
 from ocp.replay import Replay
+from ocp.rigorous import Margin
 from ocp.sensitivity import sensitivities
 from ocp.statement import Phase, Problem
 from ocp.store import packed, unpacked
@@ -51,6 +52,9 @@ class Verification:
     miss : replayed end state minus the solution's, relative to the states' sizes.
     excess : largest excess of a path constraint or bound of the replayed motion, relative.
     peaks : (name, epigraph value, dense value of the replayed motion) of each peak.
+    margins : of every path constraint, bound of a state or algebraic signal and peak, along the
+        solution between its points: found by dense evaluation, and bounded rigorously where it is a
+        polynomial of time.
     passed, reasons : whether all tolerances are met, and if not, why.
     seconds : spent on replay and evaluation.
     """
@@ -64,6 +68,7 @@ class Verification:
     passed: bool
     reasons: tuple[str, ...] = ()
     seconds: float = 0.0
+    margins: tuple[Margin, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -206,8 +206,10 @@ def _nearest_neighbour(at_breaks: Array, mesh: PhaseMesh) -> Array:
 def _legendre_tail(own: PhaseTrajectory, index: int) -> Array:
     tail = np.zeros(len(own.breakpoints) - 1)
     for piece in own.pieces:
-        points = scheme(own.scheme, piece.degree).points
+        method = scheme(own.scheme, piece.degree)
+        points, count = method.points, method.choices
         if points.size > 1:
             basis = np.linalg.inv(np.polynomial.legendre.legvander(2 * points - 1, points.size - 1))
-            tail[piece.intervals] = np.abs(piece.controls[:, :, index] @ basis[-1])
+            tail[piece.intervals] = np.abs(
+                piece.controls[:, :, index] @ basis[max(count - 1, 1) :].T).max(axis=1)  # fmt: skip
     return tail

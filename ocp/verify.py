@@ -7,8 +7,9 @@ import numpy as np
 from ocp.between import dense_peak
 from ocp.evaluate import Evaluator
 from ocp.guess import evaluate_limit
-from ocp.refine import assess
+from ocp.refine import Assessment, assess
 from ocp.replay import Replay
+from ocp.rigorous import Margin, rigorous_excess
 from ocp.settings import Settings
 from ocp.solution import Verification
 from ocp.terms import Functional
@@ -28,6 +29,7 @@ def verify(
     peaks = {f: dense_peak(evaluator, again, f) for f in transcription.peak_ids}
     replayed = problem.sense * evaluator.number(again, problem.objective, peaks)
     size = max(abs(objective), 1e-3 * transcription.scales.objective)
+    margins = _margins(transcription, trajectory, evaluator, own)
     reasons = [
         _over(done.miss, settings.replay_tolerance,
               "the replay misses the end state by {} of its size"),
@@ -37,6 +39,9 @@ def verify(
               "the dynamics are off by {} between the points"),
         _over(abs(replayed - objective) / size, _SLACK * settings.replay_tolerance,
               "the objective of the replay differs from the solver's by {} of its size"),
+        *[_over(m.rigorous or 0.0, _SLACK * settings.path_tolerance,
+                f"'{m.name}' in phase '{m.phase}' may be exceeded by {{}} of its size")
+          for m in margins],
         *_terminal(settings, transcription, again, evaluator, peaks),
     ]  # fmt: skip
     given = tuple(reason for reason in reasons if reason)
@@ -46,8 +51,25 @@ def verify(
     )
     return Verification(
         done.miss, found.excess, listed, objective, replayed,
-        max(p.error for p in done.phases), not given, given,
+        max(p.error for p in done.phases), not given, given, margins,
     )  # fmt: skip
+
+
+def _margins(
+    transcription: Transcription, trajectory: Trajectory, evaluator: Evaluator, found: Assessment
+) -> tuple[Margin, ...]:
+    """Dense and rigorous excess of all continuous constraints but equations."""
+    peaks = dict(zip(transcription.peak_ids, trajectory.peaks, strict=True))
+    margins = []
+    for layout, assessed, constraints in zip(
+        transcription.layouts, found.phases, transcription.constraints, strict=True
+    ):
+        phase = layout.phase.name
+        for dense, c in zip(assessed.excess, constraints, strict=True):
+            if not c.is_equation:
+                bound = rigorous_excess(evaluator, trajectory, phase, c, peaks)
+                margins.append(Margin(phase, c.name, float(dense.values.max()), bound))
+    return tuple(margins)
 
 
 def _over(value: float, allowed: float, words: str) -> str:
