@@ -40,7 +40,7 @@ def verify(
         _over(abs(replayed - objective) / size, _SLACK * settings.replay_tolerance,
               "the objective of the replay differs from the solver's by {} of its size"),
         *[_over(m.rigorous or 0.0, _SLACK * settings.path_tolerance,
-                f"'{m.name}' in phase '{m.phase}' may be exceeded by {{}} of its size")
+                f"by its bound '{m.name}' in phase '{m.phase}' may be exceeded by {{}} of its size")
           for m in margins],
         *_terminal(settings, transcription, again, evaluator, peaks),
     ]  # fmt: skip
@@ -51,7 +51,7 @@ def verify(
     )
     return Verification(
         done.miss, found.excess, listed, objective, replayed,
-        max(p.error for p in done.phases), not given, given, margins,
+        max(p.error for p in done.phases), not given, given, margins=margins,
     )  # fmt: skip
 
 
