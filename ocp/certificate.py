@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ocp.hamiltonian import HamiltonianReport, end_slopes, report
 from ocp.layout import PhaseLayout
 from ocp.multipliers import SolvedProgram, column_multipliers, path_rows
-from ocp.replay import replay, replayed
+from ocp.replay import Replay, replay, replayed
 from ocp.settings import Settings
 from ocp.solution import Solution
 from ocp.symbols import Between, time
@@ -130,9 +130,7 @@ def _motion(solution: Solution, solved: SolvedProgram, allowed: Tolerances) -> I
     done = replay(solution.problem, own, dict(solved.scales.signals))
     again = replayed(own, done)
     found = verify(Settings(), made, own, done, again, solution.evaluator, solution.objective)
-    yield Check("replay", found.miss, allowed.replay,
-                "the controls, replayed by another integrator from the initial state, miss the "
-                "end state by this part of its size")  # fmt: skip
+    yield Check("replay", found.miss, allowed.replay, _replay_words(done))
     yield Check("path constraints", found.excess, allowed.excess,
                 "the replayed motion exceeds a path constraint, bound or peak between the points "
                 "by this part of its size")  # fmt: skip
@@ -148,6 +146,16 @@ def _motion(solution: Solution, solved: SolvedProgram, allowed: Tolerances) -> I
     others = [r for r in found.reasons if r.startswith("'")]
     yield Check("problem bounds", float(len(others)), 0.0,
                 "; ".join(others) or "the replayed motion meets all bounds and links")  # fmt: skip
+
+
+def _replay_words(done: Replay) -> str:
+    begin = "the initial state"
+    if done.restarts:
+        begin += f" and {done.restarts} restarts (the motion amplifies too much for one run)"
+    return (
+        f"the controls, replayed by another integrator from {begin}, miss the end state by this "
+        f"part of its size; errors of the states grow up to {done.amplification:.1e} times"
+    )
 
 
 def _program(solution: Solution, solved: SolvedProgram, allowed: Tolerances) -> Iterator[Check]:

@@ -1,8 +1,10 @@
 """Independent replay: the controls of a solution drive the stated dynamics again.
 
-The replay starts at the initial state and is restarted at the breakpoints only, where the
-controls may jump.  It uses the integrator of `ocp.extrapolation` and its own compiled copy of the
-dynamics, unscaled and straight from the statement.
+The replay starts at the initial state; its steps begin anew at the breakpoints, where the controls
+may jump.  Where the motion amplifies errors more than `ocp.amplification.MOST` times, the replay is
+restarted from the solution's state, per phase or within one, and says so.  It uses the integrator
+of `ocp.extrapolation` and its own compiled copy of the dynamics, unscaled and straight from the
+statement.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from ocp.amplification import MOST, growth, segments, transitions
 from ocp.extrapolation import accumulated, extrapolated_step
 from ocp.guess import signals_of
 from ocp.schemes import lagrange, scheme
@@ -33,7 +36,10 @@ class PhaseReplay:
     ----------
     times : (N, m + 1) times in each interval, both ends included [s].
     states : (N, m + 1, n_x) replayed states.
-    miss : (n_x,) replayed end minus the solution's end.
+    miss : (n_x,) replayed end minus the solution's end, the largest of all segments.
+    amplification : factor by which an error of the states can grow over the phase.
+    restarts : how often the replay was set back to the solution's state for that reason, at the
+        start of the phase included.
     worst : (n_x,) largest distance from the solution at any sample.
     error : float
         Largest estimated error of a step relative to the states' sizes.
@@ -46,6 +52,8 @@ class PhaseReplay:
     miss: Array
     worst: Array
     error: float
+    amplification: float = 1.0
+    restarts: int = 0
 
 
 @dataclass(frozen=True)
@@ -65,6 +73,16 @@ class Replay:
         """Largest distance from the solution relative to the state's size."""
         return max(self._relative(p, p.worst) for p in self.phases)
 
+    @property
+    def amplification(self) -> float:
+        """Largest factor by which the motion of a phase amplifies errors."""
+        return max(p.amplification for p in self.phases)
+
+    @property
+    def restarts(self) -> int:
+        """How often the replay was set back to the solution because of the amplification."""
+        return sum(p.restarts for p in self.phases)
+
     def _relative(self, phase: PhaseReplay, values: Array) -> float:
         sizes = np.array([self.sizes[name] for name in phase.states_names])
         return float(np.max(np.abs(values) / sizes))
@@ -78,12 +96,22 @@ def replay(
     A state passes on the miss of the phase before it where the solution is continuous there.
     """
     done: list[PhaseReplay] = []
+    grown = 1.0  # by how much an error of the last restart has been amplified since
     for phase in problem.phases:
         own = trajectory.phase(phase.name)
-        start = own.local(np.array([0]), np.array([0.0]))[0, : len(own.states)]
-        if done:
-            start = start + _carried(own, trajectory, done[-1])
-        done.append(replay_phase(problem, phase, trajectory, start, sizes, tolerance))
+        rate = _dynamics(problem, phase, own, trajectory)
+        scale = np.array([sizes[name] for name in own.states])
+        phi = transitions(rate, own, scale)
+        factor = growth(phi)
+        grown *= factor
+        restarted = bool(done) and grown > MOST
+        if restarted:
+            grown = factor
+        carried = np.zeros(scale.size) if restarted or not done else _carried(
+            own, trajectory, done[-1])  # fmt: skip
+        parts = [_replay_segment(rate, own, here, carried if here.start == 0 else 0.0 * carried,
+                                 scale, tolerance) for here in segments(phi)]  # fmt: skip
+        done.append(_joined(own, parts, factor, restarted))
     return Replay(tuple(done), sizes)
 
 
@@ -102,29 +130,40 @@ def _carried(own: PhaseTrajectory, trajectory: Trajectory, before: PhaseReplay) 
     return carried
 
 
-def replay_phase(
-    problem: Problem, phase: Phase, trajectory: Trajectory, start: Array,
-    sizes: dict[str, float], tolerance: float,
+def _replay_segment(
+    rate: ca.Function, own: PhaseTrajectory, here: slice, carried: Array, scale: Array,
+    tolerance: float,
 ) -> PhaseReplay:  # fmt: skip
-    """Replay one phase from a given initial state, with as many steps as the tolerance needs."""
-    own = trajectory.phase(phase.name)
-    count, scale = len(own.breakpoints) - 1, np.array([sizes[name] for name in own.states])
-    rate = _dynamics(problem, phase, own, trajectory)
+    """Replay some intervals from the solution's state plus `carried`, in steps as needed."""
+    k, n_x = np.arange(here.start, here.stop), len(own.states)
+    start = own.local(k[:1], np.array([0.0]))[0, :n_x] + carried
     steps = _SAMPLES
     while True:
-        states, error = _march(rate, own, start, scale, steps)
+        states, error = _march(rate, own, here, start, scale, steps)
         if error <= tolerance or 2 * steps > _MOST:
             break
         steps *= 2
-    stride = steps // _SAMPLES
-    at = own.breakpoints[:-1, None] + np.linspace(0, 1, _SAMPLES + 1) * np.diff(
-        own.breakpoints)[:, None]  # fmt: skip
-    k = np.repeat(np.arange(count), _SAMPLES + 1)
-    tau = np.tile(np.linspace(0.0, 1.0, _SAMPLES + 1), count)
-    planned = own.local(k, tau)[:, : len(own.states)].reshape(count, _SAMPLES + 1, -1)
-    gap = states[:, ::stride] - planned
-    worst = np.abs(gap).reshape(-1, len(own.states)).max(axis=0)
-    return PhaseReplay(phase.name, own.states, at, states[:, ::stride], gap[-1, -1], worst, error)
+    states = states[:, :: steps // _SAMPLES]
+    tau = np.linspace(0.0, 1.0, _SAMPLES + 1)
+    times = own.breakpoints[k, None] + tau * np.diff(own.breakpoints)[k, None]
+    planned = own.local(np.repeat(k, tau.size), np.tile(tau, k.size))[:, :n_x]
+    gap = states - planned.reshape(states.shape)
+    worst = np.abs(gap).reshape(-1, n_x).max(axis=0)
+    return PhaseReplay(own.name, own.states, times, states, gap[-1, -1], worst, error)
+
+
+def _joined(
+    own: PhaseTrajectory, parts: list[PhaseReplay], factor: float, restarted: bool
+) -> PhaseReplay:
+    """The segments of one phase as one."""
+    misses = np.array([p.miss for p in parts])
+    largest = np.argmax(np.abs(misses), axis=0)
+    return PhaseReplay(
+        own.name, own.states, np.concatenate([p.times for p in parts]),
+        np.concatenate([p.states for p in parts]), misses[largest, np.arange(largest.size)],
+        np.max([p.worst for p in parts], axis=0), max(p.error for p in parts), factor,
+        len(parts) - 1 + restarted,
+    )  # fmt: skip
 
 
 def _dynamics(
@@ -147,16 +186,17 @@ def _dynamics(
 
 
 def _march(
-    rate: ca.Function, own: PhaseTrajectory, start: Array, scale: Array, steps: int
+    rate: ca.Function, own: PhaseTrajectory, here: slice, start: Array, scale: Array, steps: int
 ) -> tuple[Array, float]:
-    """States (N, steps + 1, n_x) of a march with equal steps in each interval, and its error."""
+    """States (m, steps + 1, n_x) of a march with equal steps in some intervals, and its error."""
     inputs, degree = _inputs(own)
+    inputs = inputs[here]
     n_x, n_u, count = len(start), inputs.shape[1], inputs.shape[0]
     step = _step(rate, n_x, n_u, degree)
     per_step = np.repeat(inputs.reshape(count, -1), steps, axis=0)
-    lengths = np.repeat(np.diff(own.breakpoints), steps)
+    lengths = np.repeat(np.diff(own.breakpoints)[here], steps)
     data = np.column_stack([
-        per_step, np.repeat(own.breakpoints[:-1], steps), lengths,
+        per_step, np.repeat(own.breakpoints[:-1][here], steps), lengths,
         np.tile(np.arange(steps) / steps, count), np.full(count * steps, 1.0 / steps),
     ])  # fmt: skip
     with np.errstate(all="ignore"):

@@ -57,6 +57,8 @@ class Verification:
         polynomial of time.
     passed, reasons : whether all tolerances are met, and if not, why.
     seconds : spent on replay and evaluation.
+    amplification : factor by which the motion amplifies errors.
+    restarts : how often the replay was set back to the solution because this factor is too large.
     """
 
     miss: float
@@ -69,6 +71,8 @@ class Verification:
     reasons: tuple[str, ...] = ()
     seconds: float = 0.0
     margins: tuple[Margin, ...] = ()
+    amplification: float = 1.0
+    restarts: int = 0
 
 
 @dataclass(frozen=True)

@@ -52,6 +52,7 @@ def verify(
     return Verification(
         done.miss, found.excess, listed, objective, replayed,
         max(p.error for p in done.phases), not given, given, margins=margins,
+        amplification=done.amplification, restarts=done.restarts,
     )  # fmt: skip
 
 

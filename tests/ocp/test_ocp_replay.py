@@ -180,3 +180,48 @@ def test_a_replay_goes_through_all_phases():
     assert one.miss[1] > 1e-3
     # errors of the unspoilt solution add to both sides
     np.testing.assert_allclose(two.miss, [one.miss[0] + one.miss[1], one.miss[1]], atol=1e-7)
+
+
+def unstable(end):
+    """x' = 2 x + u held at rest at both ends, after a push: errors grow as exp(2 t)."""
+    x, u = State("x"), Control("u")
+    phase = Phase("hold", {x: 2 * x + u}, {x: 1}, {x: 0}, end=end)
+    return Problem("hold", [phase], minimise=phase.integral(u**2))
+
+
+def test_the_amplification_is_the_growth_of_the_variational_equation():
+    found = solve(unstable(5.0))
+    # df/dx is constant, so that the exponential of the pieces is exact up to differences of 1e-6
+    assert found.replay.amplification == pytest.approx(np.exp(10.0), rel=1e-6)
+    assert found.verification.amplification == found.replay.amplification
+    assert found.replay.restarts == 0
+
+
+def test_a_motion_that_amplifies_too_much_is_replayed_in_segments():
+    found = solve(unstable(20.0))
+    assert found.objective == pytest.approx(4.0 / (1 - np.exp(-80.0)), rel=1e-5)
+    assert found.verification.amplification == pytest.approx(np.exp(40.0), rel=1e-4)
+    # a restart every ln(1e6) / 2 = 6.9 s at least
+    assert found.verification.restarts >= 2
+    assert found.verification.passed
+    # a control that is off is still noticed
+    own = found.trajectory.phases[0]
+    pieces = tuple(replace(p, controls=p.controls + 1e-4) for p in own.pieces)
+    pushed = replace(found.trajectory, phases=(replace(own, pieces=pieces),))
+    assert replay(found.problem, pushed, found.replay.sizes).miss > 1e-4
+
+
+def test_a_phase_starts_anew_where_those_before_it_amplified_too_much():
+    x, u = State("x"), Control("u")
+    times = [0.0, 3.0, 6.0, 9.0]
+    phases = [
+        Phase(f"phase {i}", {x: 2 * x + u}, {x: 1} if i == 0 else {}, {x: 0} if i == 2 else {},
+              start=times[i], end=times[i + 1])
+        for i in range(3)
+    ]  # fmt: skip
+    links = (*joined(phases[0], phases[1]), *joined(phases[1], phases[2]))
+    effort = sum((p.integral(u**2) for p in phases[1:]), phases[0].integral(u**2))
+    found = solve(Problem("three", phases, minimise=effort, links=links))
+    # exp(6) a phase: two phases stay below 1e6, three do not
+    assert [p.restarts for p in found.replay.phases] == [0, 0, 1]
+    assert found.replay.amplification == pytest.approx(np.exp(6.0), rel=1e-6)
