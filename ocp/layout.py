@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ocp.chains import shape_of
 from ocp.errors import StatementError
 from ocp.mesh import PhaseMesh
 from ocp.schemes import FIXED_DEGREE, Scheme, SchemeName, scheme
@@ -106,11 +107,11 @@ def lay_out(
     controls: dict[str, list[Control]] = {"constant": [], "linear": [], "polynomial": []}
     determined = any(bound.is_equation for bound in phase.bounds)  # as many equations as points
     for control in problem.signals_of(phase, Control):
-        shape = control.shape or default_shape
+        shape = shape_of(control, phase, default_shape, name, int(mesh.degrees.min()))
         if shape not in controls:
             raise StatementError(
-                f"the shape of control '{control.name}' is {shape!r}; choose constant, linear or "
-                "polynomial"
+                f"the shape of control '{control.name}' is {shape!r}; choose constant, linear, "
+                "polynomial or automatic"
             )
         if shape == "polynomial" and name in FIXED_DEGREE and scheme(name, 1).choices == 1:
             shape = "polynomial" if determined else "constant"

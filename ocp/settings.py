@@ -31,7 +31,7 @@ class Settings:
     scheme: SchemeName = "radau"
     degree: int = 4
     intervals: int = 20
-    control_shape: ControlShape = "polynomial"
+    control_shape: ControlShape = "automatic"
     refine: bool = True
     dynamics_tolerance: float = 1e-7
     path_tolerance: float = 1e-7

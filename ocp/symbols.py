@@ -17,7 +17,7 @@ import casadi as ca
 from ocp.errors import StatementError
 
 Number = Real
-ControlShape = Literal["constant", "linear", "polynomial"]
+ControlShape = Literal["constant", "linear", "polynomial", "automatic"]
 
 _DECLARED: WeakValueDictionary[int, Symbol] = WeakValueDictionary()
 
@@ -92,8 +92,8 @@ class Algebraic(Signal):
 class Control(Signal):
     """A signal that the optimiser chooses.
 
-    ``shape`` says how it may vary within a mesh interval: "constant"; "linear"; or
-    "polynomial" (of the transcription's degree).  All may jump between intervals, and all keep
+    ``shape`` says how it may vary within a mesh interval: "constant"; "linear"; "polynomial" (of
+    the transcription's degree); or "automatic" (see `ocp.chains.shape_of`).  All may jump between intervals, and all keep
     their bounds in continuous time by construction.
     """
 

@@ -33,7 +33,7 @@ class Method:
     """How signals are discretised."""
 
     scheme: SchemeName = "radau"
-    control_shape: ControlShape = "polynomial"
+    control_shape: ControlShape = "automatic"
 
 
 @dataclass(frozen=True)

@@ -165,7 +165,7 @@ REFUSED_BY_SOLVE = {
         r"'euler' is no transcription; choose radau"),
     "an unknown shape": (
         minimise(pushed, pushed.integral(u**2)), {"settings": Settings(control_shape="cubic")},
-        r"'u' is 'cubic'; choose constant, linear or polynomial"),
+        r"'u' is 'cubic'; choose constant, linear, polynomial or automatic"),
     "a constant that the problem lacks": (
         minimise(pushed, pushed.integral(u**2)), {"constants": {Constant("mass", "kg", 1.0): 2.0}},
         r"'task' does not use the constant 'mass'"),
