@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -135,7 +135,7 @@ def next_mesh(
     ):
         own = trajectory.phases[i]
         base, pressed = settled(mesh, own) if mesh.movable else (mesh, False)
-        marks = None if pressed else _marks(base, own, found, settings, least)
+        marks = _marks(base, _onto(base, own, found), settings, np.inf if pressed else least)
         jumped = _with_jumps(base, mesh, found, settings)
         refined = _refined(jumped or base, base, marks, settings)
         points = _points(transcription.mesh.extra[i], mesh, base, refined, found, settings)
@@ -162,16 +162,14 @@ def _worthwhile(assessment: Assessment, tolerance: float) -> float:
 def _with_jumps(
     base: PhaseMesh, mesh: PhaseMesh, found: PhaseAssessment, settings: Settings
 ) -> PhaseMesh | None:
-    """Movable breakpoints at the jumps that are worth it."""
-    if not settings.move_breakpoints:
-        return None
+    """Brackets around the jumps that are worth it."""
     points, least = mesh.breakpoints, 0.5 * settings.objective_tolerance
     worth = []
     for jump in found.jumps:
         bracket = (points[1:] > jump.first) & (points[:-1] < jump.last)
         if found.switching[bracket].max(initial=0.0) >= least:
             worth.append(jump)
-    return with_jumps(base, worth)
+    return with_jumps(base, worth, settings.move_breakpoints)
 
 
 def _equal(a: PhaseMesh, b: PhaseMesh) -> bool:
@@ -190,9 +188,25 @@ class _Marks:
     raised: NDArray[np.int64]
 
 
+def _onto(base: PhaseMesh, own: PhaseTrajectory, found: PhaseAssessment) -> PhaseAssessment:
+    """The assessment on a mesh that lacks some of the trajectory's breakpoints."""
+    if base.intervals == found.dynamics.size:
+        return found
+    middle = 0.5 * (own.breakpoints[:-1] + own.breakpoints[1:])
+    parent = np.searchsorted(base.breakpoints, (middle - own.start) / (own.end - own.start)) - 1
+
+    def gathered(values: Array, gather: np.ufunc) -> Array:
+        result = np.zeros(base.intervals)
+        gather.at(result, parent, values)
+        return result
+
+    return replace(
+        found, dynamics=gathered(found.dynamics, np.maximum), gain=gathered(found.gain, np.add)
+    )
+
+
 def _marks(
-    mesh: PhaseMesh, own: PhaseTrajectory, found: PhaseAssessment, settings: Settings,
-    least: float,
+    mesh: PhaseMesh, found: PhaseAssessment, settings: Settings, least: float
 ) -> _Marks:  # fmt: skip
     """Intervals to split, in two or (far off) four, and degrees to raise the others to.
 
@@ -207,7 +221,7 @@ def _marks(
     split = forced.copy()
     raised = np.where((ratio > 1.0) & ~high, wanted, degrees).astype(np.int64)
     split |= found.gain >= least
-    wide = np.diff(own.breakpoints) > 1e-7 * (own.end - own.start)
+    wide = np.diff(mesh.breakpoints) > 1e-7
     far = forced & (ratio > _FAR)
     return _Marks(split & wide, forced & wide, far & wide, raised)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import logging
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
@@ -192,11 +193,10 @@ def _next_or_same(last: _Solved, settings: Settings) -> Mesh:
 def _following(solved: Sequence[_Solved], settings: Settings) -> Mesh | None:
     """The mesh of the next round, or None when the last round meets all tolerances."""
     last = solved[-1]
-    change = np.inf
-    if len(solved) > 1:
-        size = max(abs(last.objective), 1e-3 * last.transcription.scales.objective)
-        change = abs(last.objective - solved[-2].objective) / size
-    settled = last.controls_refined and change <= settings.objective_tolerance
+    settled = any(
+        after.controls_refined and _change(before, after) <= settings.objective_tolerance
+        for before, after in itertools.pairwise(solved)
+    )
     following = next_mesh(
         last.transcription, last.trajectory, last.assessment, settings,
         resolve_controls=not settled,
@@ -205,6 +205,12 @@ def _following(solved: Sequence[_Solved], settings: Settings) -> Mesh | None:
         # the multipliers of these schemes meet the minimum principle on any mesh: compare two
         return bisected(last.transcription.mesh, settings.most_intervals)
     return following
+
+
+def _change(before: _Solved, after: _Solved) -> float:
+    """Relative change of the objective from one round to another."""
+    size = max(abs(after.objective), 1e-3 * after.transcription.scales.objective)
+    return abs(after.objective - before.objective) / size
 
 
 def _holds(solved: _Solved, settings: Settings) -> bool:

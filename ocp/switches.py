@@ -15,6 +15,7 @@ from ocp.trajectory import PhaseTrajectory
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 _STEEP = 0.15
+_BRACKET = 0.15
 _NEIGHBOUR = 0.25
 _LONGEST = 4
 _FLAT = 0.02
@@ -96,31 +97,40 @@ def _located(times: Array, values: Array, breakpoints: Array, size: float) -> Ju
     return Jump(first, last, float(np.clip(at, first, last)), size)
 
 
-def with_jumps(mesh: PhaseMesh, found: Sequence[Jump]) -> PhaseMesh | None:
-    """The mesh with a movable breakpoint at every jump; None if there is nothing new."""
-    points = list(mesh.breakpoints)
-    movable = {mesh.breakpoints[i] for i in mesh.movable}
+def with_jumps(mesh: PhaseMesh, found: Sequence[Jump], move: bool) -> PhaseMesh | None:
+    """The mesh with every jump in a bracket; None if there is nothing new.
+
+    A bracket is a pair of breakpoints close on both sides of the located jump; with `move`, a
+    breakpoint that the optimiser may move between them stands at the jump.
+    """
+    points = mesh.breakpoints
+    movable = {float(points[i]) for i in mesh.movable}
     new = False
     for jump in sorted(found, key=lambda j: -j.size):
-        around = [p for p in movable if jump.first - 1e-12 <= p <= jump.last + 1e-12]
-        if around or not 1e-9 < jump.at < 1 - 1e-9:
+        taken = any(jump.first - 1e-12 <= p <= jump.last + 1e-12 for p in movable)
+        if taken or not 1e-9 < jump.at < 1 - 1e-9:
             continue
-        points = [p for p in points
-                  if not jump.first < p < jump.last or p in movable or p in (0.0, 1.0)]  # fmt: skip
-        near = min(points, key=lambda p: abs(p - jump.at))
-        if abs(near - jump.at) > 1e-9:
-            points.append(jump.at)
-            near = jump.at
-        if 0.0 < near < 1.0:
-            movable.add(near)
-            new = True
+        reach = _BRACKET * _uncertainty(points, jump)
+        sides = np.array([jump.at - reach, jump.at + reach])
+        sides = sides[(sides > 0.0) & (sides < 1.0)]
+        inside = (np.abs(points - jump.at) < 1.5 * reach) & ~np.isin(points, [0.0, 1.0, *movable])
+        points = np.unique(np.concatenate([points[~inside], sides, [jump.at] if move else []]))
+        if move:
+            movable.add(jump.at)
+        new = True
     if not new:
         return None
-    fractions = np.array(sorted(points))
-    middle = 0.5 * (fractions[:-1] + fractions[1:])
+    middle = 0.5 * (points[:-1] + points[1:])
     parents = np.clip(np.searchsorted(mesh.breakpoints, middle) - 1, 0, mesh.intervals - 1)
-    moves = tuple(int(np.searchsorted(fractions, p)) for p in sorted(movable))
-    return PhaseMesh(fractions, mesh.degrees[parents], moves)
+    moves = tuple(int(np.searchsorted(points, p)) for p in sorted(movable))
+    return PhaseMesh(points, mesh.degrees[parents], moves)
+
+
+def _uncertainty(points: Array, jump: Jump) -> float:
+    """Width within which a jump may lie: between its samples, at least a neighbouring interval."""
+    k = int(np.clip(np.searchsorted(points, jump.at) - 1, 0, points.size - 2))
+    near = np.diff(points)[max(k - 1, 0) : k + 2]
+    return max(jump.last - jump.first, float(near.min()))
 
 
 def settled(mesh: PhaseMesh, own: PhaseTrajectory) -> tuple[PhaseMesh, bool]:
