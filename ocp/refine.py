@@ -22,6 +22,7 @@ from ocp.transcribe import Transcription
 Array = NDArray[np.float64]
 _SMOOTH = 3e-4
 _FAR = 1e4
+_MOST_EXTRA = 4
 _AROUND = np.array([-0.15, 0.0, 0.15])
 
 
@@ -37,6 +38,7 @@ class PhaseAssessment:
     switching : (N,) the same wherever it is.
     excess : one `Extremes` a continuous constraint, relative to its size on the trajectory.
     jumps : found jumps of the controls.
+    crowded : (N,) whether a constraint is exceeded although several extra points hold it already.
     """
 
     dynamics: Array
@@ -44,6 +46,7 @@ class PhaseAssessment:
     switching: Array
     excess: tuple[Extremes, ...]
     jumps: tuple[Jump, ...]
+    crowded: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -70,15 +73,19 @@ class Assessment:
 
 def assess(
     transcription: Transcription, trajectory: Trajectory, evaluator: Evaluator,
-    multipliers: Array | None = None, objective: float = 1.0,
+    tolerance: float, multipliers: Array | None = None, objective: float = 1.0,
 ) -> Assessment:  # fmt: skip
-    """Evaluate a round's solution between its points; gains need its row multipliers."""
+    """Evaluate a round's solution between its points; gains need its row multipliers.
+
+    `tolerance` says what counts as an excess of a continuous constraint.
+    """
     adjoints = costates(transcription, multipliers) if multipliers is not None else None
     peaks = dict(zip(transcription.peak_ids, trajectory.peaks, strict=True))
     phases = []
-    for layout, found, mesh in zip(
-        transcription.layouts, transcription.constraints, transcription.mesh.phases, strict=True
-    ):
+    for layout, found, mesh, extra in zip(
+        transcription.layouts, transcription.constraints, transcription.mesh.phases,
+        transcription.mesh.extra, strict=True,
+    ):  # fmt: skip
         own = trajectory.phase(layout.phase.name)
         sizes = [transcription.scales.signals[s.name] for s in layout.states]
         excess = tuple(
@@ -105,7 +112,8 @@ def assess(
             dynamics_error(evaluator, trajectory, own.name, sizes),
             _integrals_error(transcription, trajectory, evaluator, own.name))  # fmt: skip
         phases.append(PhaseAssessment(
-            error, np.where(rough, gain, 0.0), gain, excess, tuple(all_jumps)))  # fmt: skip
+            error, np.where(rough, gain, 0.0), gain, excess, tuple(all_jumps),
+            _crowded(extra, excess, mesh.intervals, tolerance)))  # fmt: skip
     return Assessment(tuple(phases))
 
 
@@ -117,6 +125,17 @@ def _integrals_error(
                  if f.kind == "integral" and f.pieces[0][0] == phase]  # fmt: skip
     sizes = [transcription.scales.functionals[f] for f in integrals]
     return quadrature_error(evaluator, trajectory, integrals, phase, sizes)
+
+
+def _crowded(
+    extra: Sequence[Extra], excess: Sequence[Extremes], intervals: int, tolerance: float
+) -> NDArray[np.bool_]:
+    """Intervals in which further extra points would not do."""
+    crowded = np.zeros(intervals, dtype=bool)
+    for e in extra:
+        held = np.bincount(e.intervals, minlength=intervals) > _MOST_EXTRA
+        crowded |= held & (excess[e.constraint].values > tolerance)
+    return crowded
 
 
 def _nothing(intervals: int) -> Extremes:
@@ -201,8 +220,9 @@ def _onto(base: PhaseMesh, own: PhaseTrajectory, found: PhaseAssessment) -> Phas
         return result
 
     return replace(
-        found, dynamics=gathered(found.dynamics, np.maximum), gain=gathered(found.gain, np.add)
-    )
+        found, dynamics=gathered(found.dynamics, np.maximum), gain=gathered(found.gain, np.add),
+        crowded=gathered(found.crowded, np.maximum) > 0,
+    )  # fmt: skip
 
 
 def _marks(
@@ -210,19 +230,19 @@ def _marks(
 ) -> _Marks:  # fmt: skip
     """Intervals to split, in two or (far off) four, and degrees to raise the others to.
 
-    Forced are those split for their dynamics.
+    Forced are those split for their dynamics or because they hold enough extra points.
     """
     ratio = found.dynamics / settings.dynamics_tolerance
     degrees = mesh.degrees.astype(float)
     wanted = np.ceil(degrees + np.log(np.maximum(ratio, 1.0)) / np.log(degrees + 1.0))
     fixed_degree = settings.scheme in ("trapezoid", "hermite-simpson")
     high = (wanted > settings.highest_degree) | fixed_degree
-    forced = (ratio > 1.0) & high
+    forced = ((ratio > 1.0) & high) | found.crowded
     split = forced.copy()
     raised = np.where((ratio > 1.0) & ~high, wanted, degrees).astype(np.int64)
     split |= found.gain >= least
     wide = np.diff(mesh.breakpoints) > 1e-7
-    far = forced & (ratio > _FAR)
+    far = high & (ratio > _FAR)
     return _Marks(split & wide, forced & wide, far & wide, raised)
 
 
@@ -262,7 +282,7 @@ def _points(
         at = old[e.intervals] + e.tau * np.diff(old)[e.intervals]
         fractions.setdefault(e.constraint, []).extend(at)
     for c, excess in enumerate(found.excess):
-        over = np.flatnonzero(excess.values > settings.path_tolerance)
+        over = np.flatnonzero((excess.values > settings.path_tolerance) & ~found.crowded)
         if over.size:
             around = np.clip(excess.tau[over][:, None] + _AROUND, 0.0, 1.0)
             at = (old[over][:, None] + around * np.diff(old)[over][:, None]).ravel()

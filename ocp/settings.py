@@ -35,7 +35,7 @@ class Settings:
     refine: bool = True
     dynamics_tolerance: float = 1e-7
     path_tolerance: float = 1e-7
-    objective_tolerance: float = 1e-5
+    objective_tolerance: float = 1e-6
     replay_tolerance: float = 1e-6
     rounds: int = 25
     most_intervals: int = 4000

@@ -147,7 +147,8 @@ def _rounds(
             transcription = transcribe(problem, mesh, method, scales)
             result = _run(transcription, settings, constants, guess, record, progress)
             if result.outcome == "solved":
-                solved.append(_examined(transcription, result, constants, evaluator, finer))
+                solved.append(_examined(
+                    transcription, result, constants, evaluator, finer, settings.path_tolerance))
                 record.append(_round(solved[-1]))
                 log.info("round %d: %s", len(record), record[-1])
                 following = _following(solved, settings) if settings.refine else None
@@ -174,13 +175,15 @@ def _rounds(
 
 def _examined(
     transcription: Transcription, result: NlpResult, constants: dict[str, float],
-    evaluator: Evaluator, finer: bool,
+    evaluator: Evaluator, finer: bool, tolerance: float,
 ) -> _Solved:  # fmt: skip
     """A solved round with its errors between the points."""
     trajectory = trajectory_of(transcription, result.x, constants)
     problem = transcription.problem
     objective = problem.sense * result.objective * transcription.scales.objective
-    found = assess(transcription, trajectory, evaluator, result.row_multipliers, objective)
+    found = assess(
+        transcription, trajectory, evaluator, tolerance, result.row_multipliers, objective
+    )
     return _Solved(transcription, result, trajectory, found, objective, finer)
 
 
