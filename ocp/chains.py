@@ -13,7 +13,7 @@ import casadi as ca
 
 from ocp.schemes import SchemeName
 from ocp.statement import Phase
-from ocp.symbols import Control, ControlShape
+from ocp.symbols import Constant, Control, ControlShape, Unknown, resolve
 
 _EXACT: tuple[SchemeName, ...] = ("radau", "gauss", "lobatto")
 
@@ -21,9 +21,9 @@ _EXACT: tuple[SchemeName, ...] = ("radau", "gauss", "lobatto")
 def chain_length(phase: Phase, control: Control) -> int:
     """Number of integrators in the longest pure chain that a control drives in a phase.
 
-    The rate of the chain's first state is linear in the control, with a constant factor and
-    nothing else in it, and that of each following state likewise in the one before; 0 if no state
-    follows the control in this way, or if the control acts on another state as well.
+    The rate of the chain's first state is linear in the control, with no other signal in it, and
+    that of each following state likewise in the one before; 0 if no state follows the control in
+    this way, or if the control acts on another state as well.
     """
     rates = {state: ca.SX(rate.__SX__() if hasattr(rate, "__SX__") else rate)
              for state, rate in phase.dynamics.items()}  # fmt: skip
@@ -41,8 +41,10 @@ def chain_length(phase: Phase, control: Control) -> int:
 
 
 def _is_multiple(rate: ca.SX, driver: ca.SX) -> bool:
-    """Whether an expression is a constant times one symbol, plus a constant."""
-    return ca.depends_on(rate, driver) and bool(ca.jacobian(rate, ca.vertcat(*ca.symvar(rate))).is_constant()) and len(ca.symvar(rate)) == 1
+    """Whether a rate is linear in one symbol, with numbers as factor and offset."""
+    others = [s for s in resolve(rate, "a rate") if not ca.is_equal(s.symbol, driver)]
+    numbers = all(isinstance(s, (Constant, Unknown)) for s in others)
+    return numbers and ca.depends_on(rate, driver) and ca.is_linear(rate, driver)
 
 
 def shape_of(

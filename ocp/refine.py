@@ -113,7 +113,8 @@ def assess(
             _integrals_error(transcription, trajectory, evaluator, own.name))  # fmt: skip
         phases.append(PhaseAssessment(
             error, np.where(rough, gain, 0.0), gain, excess, tuple(all_jumps),
-            _crowded(extra, excess, mesh.intervals, tolerance)))  # fmt: skip
+            _crowded(extra, excess, mesh.intervals, tolerance),
+        ))  # fmt: skip
     return Assessment(tuple(phases))
 
 
@@ -214,7 +215,7 @@ def _onto(base: PhaseMesh, own: PhaseTrajectory, found: PhaseAssessment) -> Phas
     middle = 0.5 * (own.breakpoints[:-1] + own.breakpoints[1:])
     parent = np.searchsorted(base.breakpoints, (middle - own.start) / (own.end - own.start)) - 1
 
-    def gathered(values: Array, gather: np.ufunc) -> Array:
+    def gathered(values: Array | NDArray[np.bool_], gather: np.ufunc) -> Array:
         result = np.zeros(base.intervals)
         gather.at(result, parent, values)
         return result

@@ -147,8 +147,11 @@ def _rounds(
             transcription = transcribe(problem, mesh, method, scales)
             result = _run(transcription, settings, constants, guess, record, progress)
             if result.outcome == "solved":
-                solved.append(_examined(
-                    transcription, result, constants, evaluator, finer, settings.path_tolerance))
+                solved.append(
+                    _examined(
+                        transcription, result, constants, evaluator, finer, settings.path_tolerance
+                    )
+                )
                 record.append(_round(solved[-1]))
                 log.info("round %d: %s", len(record), record[-1])
                 following = _following(solved, settings) if settings.refine else None

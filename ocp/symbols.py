@@ -93,8 +93,8 @@ class Control(Signal):
     """A signal that the optimiser chooses.
 
     ``shape`` says how it may vary within a mesh interval: "constant"; "linear"; "polynomial" (of
-    the transcription's degree); or "automatic" (see `ocp.chains.shape_of`).  All may jump between intervals, and all keep
-    their bounds in continuous time by construction.
+    the transcription's degree); or "automatic" (see `ocp.chains.shape_of`).  All may jump between
+    intervals, and all keep their bounds in continuous time by construction.
     """
 
     shape: ControlShape | None = None

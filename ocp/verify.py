@@ -25,7 +25,9 @@ def verify(
 ) -> Verification:  # fmt: skip
     """Check a trajectory and its replay against everything that the problem states."""
     problem = transcription.problem
-    own, found = (assess(transcription, t, evaluator, settings.path_tolerance) for t in (trajectory, again))
+    own, found = (
+        assess(transcription, t, evaluator, settings.path_tolerance) for t in (trajectory, again)
+    )
     peaks = {f: dense_peak(evaluator, again, f) for f in transcription.peak_ids}
     replayed = problem.sense * evaluator.number(again, problem.objective, peaks)
     size = max(abs(objective), 1e-3 * transcription.scales.objective)
