@@ -74,7 +74,7 @@ def test_margins_stand_beside_the_dense_values():
         margin = margins[name]
         # 1e-10 from the subdivision, 2e-9 from round-off at degree 24
         assert margin.dense <= margin.rigorous <= margin.dense + 3e-9
-    assert margins["height"].rigorous <= 1e-7  # path tolerance
+    assert margins["height"].rigorous <= 1e-7 + 3e-9  # the dense value is held to 1e-7
     times = np.linspace(0, 1, 10_000)
     position = found.sample("position", times)
     product = position * found.sample("speed", times) * (1 + times)
