@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import lru_cache
 from typing import Any
 
 import casadi as ca
@@ -66,7 +66,7 @@ class Block:
         """Number of instances."""
         return len(self.columns)
 
-    @cached_property
+    @property
     def derivatives(self) -> KernelDerivatives:
         """Gradient, Jacobian and Hessian of the kernel."""
         return differentiate(self.kernel)
@@ -74,8 +74,20 @@ class Block:
 
 @dataclass(frozen=True)
 class KernelDerivatives:
-    """Non-zeros of a kernel's derivatives as functions, with their places."""
+    """Parts of a kernel, and the non-zeros of their derivatives with their places.
 
+    The objective and the rows are functions of their own, because the solver asks for one at a
+    time.
+
+    Attributes
+    ----------
+    costs : bool
+        Whether the kernel adds to the objective.
+    """
+
+    costs: bool
+    objective: ca.Function
+    rows: ca.Function
     gradient: ca.Function
     gradient_at: Integers
     jacobian: ca.Function
@@ -84,6 +96,7 @@ class KernelDerivatives:
     hessian_at: tuple[Integers, Integers]
 
 
+@lru_cache(maxsize=512)
 def differentiate(kernel: ca.Function) -> KernelDerivatives:
     """Derivatives of a kernel with respect to its local variables."""
     w, d, c = (ca.SX.sym(s, kernel.sparsity_in(i)) for i, s in enumerate("wdc"))
@@ -92,6 +105,8 @@ def differentiate(kernel: ca.Function) -> KernelDerivatives:
     gradient, jacobian = ca.jacobian(f, w), ca.jacobian(g, w)
     hessian = ca.triu(ca.hessian(sigma * f + ca.dot(lam, g), w)[0])
     return KernelDerivatives(
+        not f.is_zero(),
+        ca.Function("objective", [w, d, c], [f]), ca.Function("rows", [w, d, c], [g]),
         _function("gradient", [w, d, c], [f, gradient]), _places(gradient)[1],
         _function("jacobian", [w, d, c], [g, jacobian]), _places(jacobian),
         _function("hessian", [w, d, c, sigma, lam], [hessian]), _places(hessian),
@@ -126,51 +141,63 @@ def assemble(blocks: Sequence[Block], variables: int, rows: int, constants: int)
     """Sum the blocks into one program of the given sizes."""
     x, p = ca.MX.sym("x", variables), ca.MX.sym("p", constants)
     sigma, lam = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", rows)
-    local = [_gather(x, block.columns) for block in blocks]
-    data = [ca.DM(block.data.T) for block in blocks]
-
-    def mapped(
-        function: Callable[[Block], ca.Function], *more: Callable[[Block], Any]
-    ) -> list[Any]:
-        results = []
-        for block, w, d in zip(blocks, local, data, strict=True):
-            arguments = [w, d, p, *(get(block) for get in more)]
-            shared = [False, False, True, True, False][: len(arguments)]
-            results.append(function(block).map(block.count, shared)(*arguments))
-        return results
-
-    values = mapped(lambda b: b.kernel)
-    f = _total([f for f, _ in values])
-    g = _scatter([g for _, g in values], [b.rows for b in blocks], rows)
-    gradients = mapped(lambda b: b.derivatives.gradient)
-    jacobians = mapped(lambda b: b.derivatives.jacobian)
-    hessians = mapped(
-        lambda b: b.derivatives.hessian, lambda _: sigma, lambda b: _gather(lam, b.rows)
-    )
+    made = [_Instances(b, _gather(x, b.columns), ca.DM(b.data.T), p) for b in blocks]
+    costly = [m for m in made if m.parts.costs]
+    ruled = [m for m in made if m.block.rows.shape[1]]
+    places = [m.block.rows for m in ruled]
+    f = _total([m.mapped(m.parts.objective) for m in costly])
+    g = _scatter([m.mapped(m.parts.rows) for m in ruled], places, rows)
+    gradients = [m.mapped(m.parts.gradient) for m in costly]
     grad = _scatter(
         [nz for _, nz in gradients],
-        [b.columns[:, b.derivatives.gradient_at] for b in blocks],
-        variables,
-    )
+        [m.block.columns[:, m.parts.gradient_at] for m in costly], variables,
+    )  # fmt: skip
+    jacobians = [m.mapped(m.parts.jacobian) for m in ruled]
     jac = _sparse(
         [nz for _, nz in jacobians],
-        [b.rows[:, b.derivatives.jacobian_at[0]] for b in blocks],
-        [b.columns[:, b.derivatives.jacobian_at[1]] for b in blocks],
-        (rows, variables),
-    )
+        [m.block.rows[:, m.parts.jacobian_at[0]] for m in ruled],
+        [m.block.columns[:, m.parts.jacobian_at[1]] for m in ruled], (rows, variables),
+    )  # fmt: skip
+    curved = [m for m in made if m.parts.hessian_at[0].size]
     hess = _sparse(
-        hessians, *_upper_places(blocks), (variables, variables), _diagonal_weights(blocks)
-    )
+        [m.mapped(m.parts.hessian, sigma, _gather(lam, m.block.rows)) for m in curved],
+        *_upper_places([m.block for m in curved]), (variables, variables),
+        _diagonal_weights([m.block for m in curved]),
+    )  # fmt: skip
+    f_again = _total([f for f, _ in gradients])
+    g_again = _scatter([g for g, _ in jacobians], places, rows)
     return Program(
         variables, rows, constants,
         ca.Function("nlp", [x, p], [f, g], ["x", "p"], ["f", "g"]),
-        ca.Function("nlp_grad_f", [x, p], [f, grad], ["x", "p"], ["f", "grad_f_x"]),
-        ca.Function("nlp_jac_g", [x, p], [g, jac], ["x", "p"], ["g", "jac_g_x"]),
+        ca.Function("nlp_grad_f", [x, p], [f_again, grad], ["x", "p"], ["f", "grad_f_x"]),
+        ca.Function("nlp_jac_g", [x, p], [g_again, jac], ["x", "p"], ["g", "jac_g_x"]),
         ca.Function(
             "nlp_hess_l", [x, p, sigma, lam], [hess],
             ["x", "p", "lam_f", "lam_g"], ["triu_hess_gamma_x_x"],
         ),
     )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Instances:
+    """A block applied to the symbols of a program."""
+
+    block: Block
+    local: Any
+    data: ca.DM
+    constants: Any
+
+    @property
+    def parts(self) -> KernelDerivatives:
+        """Parts and derivatives of the kernel."""
+        return self.block.derivatives
+
+    def mapped(self, function: ca.Function, *more: Any) -> Any:
+        """A function of the kernel's arguments (and `more`) for all instances side by side."""
+        count = self.block.count
+        shared, own = [self.constants, *more[:1]], more[1:]
+        repeated = [ca.repmat(value, 1, count) for value in shared]
+        return function.map(count)(self.local, self.data, *repeated, *own)
 
 
 def _gather(vector: Any, places: Integers) -> Any:
@@ -180,11 +207,15 @@ def _gather(vector: Any, places: Integers) -> Any:
 
 
 def _total(parts: list[Any]) -> Any:
+    if not parts:
+        return ca.MX(0)
     return ca.sum1(ca.vertcat(*[ca.vec(ca.sum2(part)) for part in parts]))
 
 
 def _scatter(parts: list[Any], places: list[Integers], size: int) -> Any:
     """Add the entries of the parts into a dense vector."""
+    if not parts:
+        return ca.MX.zeros(size)
     flat = np.concatenate([place.ravel() for place in places])
     entries = ca.vertcat(*[ca.vec(part) for part in parts])
     if flat.size == size and np.array_equal(np.sort(flat), np.arange(size)):
@@ -200,6 +231,8 @@ def _sparse(
     weights: Array | None = None,
 ) -> Any:
     """Add the entries of the parts into a sparse matrix."""
+    if not parts:
+        return ca.MX(*shape)
     row = np.concatenate([r.ravel() for r in rows])
     column = np.concatenate([c.ravel() for c in columns])
     if row.size == 0:

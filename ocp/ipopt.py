@@ -142,6 +142,9 @@ def _settings(program: Program, options: IpoptOptions) -> dict[str, Any]:
         "ipopt.max_iter": options.max_iterations,
         "ipopt.max_wall_time": options.seconds,
         "ipopt.linear_solver": options.linear_solver,
+        # minimum degree that sets dense rows apart: a peak, a free time or a parameter touches
+        # every interval, and the default ordering becomes slower and slower per interval
+        "ipopt.mumps_pivot_order": 6,
         "ipopt.mu_strategy": options.barrier,
         # bounds are caps that engineers state: not relaxed by the default 1e-8
         "ipopt.bound_relax_factor": 0.0,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import casadi as ca
@@ -54,17 +54,30 @@ class Local:
         self._data += other._data
 
     def block(
-        self, name: str, constants: ca.SX, objective: Any, rows: list[Any], ids: Integers,
+        self, name: str, context: Context, key: tuple[Any, ...],
+        build: Callable[[], tuple[Any, Sequence[Any]]], ids: Integers,
         label: Callable[[int, int], RowName],
     ) -> Block:  # fmt: skip
-        """The finished block."""
+        """The finished block.
+
+        Parameters
+        ----------
+        key : tells the kernel from the others of the context that have this name and size.
+        build : gives objective and rows of the kernel; not called where it is known already.
+        """
+        empty = np.empty((self.instances, 0))
+        columns = np.hstack([empty.astype(np.int64), *self._columns])
+        data = np.hstack([empty, *self._data])
+        known = (name, *key, columns.shape[1], data.shape[1])
+        if known not in context.kernels:
+            context.kernels[known] = self._kernel(context, *build())
+        return Block(name, context.kernels[known], columns, data, ids, label)
+
+    def _kernel(self, context: Context, objective: Any, rows: Sequence[Any]) -> ca.Function:
         w, d = ca.vertcat(*self._variables), ca.vertcat(*self._symbols)
         g = ca.vertcat(*rows) if rows else ca.SX(0, 1)
         f = ca.densify(ca.SX(objective))
-        empty = np.empty((self.instances, 0))
-        kernel = ca.Function("kernel", [w, d, constants], ca.cse([f, ca.densify(g)]))
-        columns = np.hstack([empty.astype(np.int64), *self._columns])
-        return Block(name, kernel, columns, np.hstack([empty, *self._data]), ids, label)
+        return ca.Function("kernel", [w, d, context.constants], ca.cse([f, ca.densify(g)]))
 
 
 @dataclass(frozen=True)
@@ -80,13 +93,19 @@ class Point:
 
 @dataclass(frozen=True)
 class Context:
-    """What every kernel of a problem shares."""
+    """What every kernel of a problem shares.
+
+    Attributes
+    ----------
+    kernels : those built so far; they depend on no mesh.
+    """
 
     problem: Problem
     signal_scales: Mapping[str, float]
     unknown_ids: Integers
     unknown_scales: tuple[float, ...]
     time_scale: float
+    kernels: dict[tuple[Any, ...], ca.Function] = field(default_factory=dict, repr=False)
 
     @property
     def constants(self) -> ca.SX:
@@ -199,9 +218,7 @@ def sample_point(
     def interpolated(ids: Integers, signals: Sequence[Any], nodes: Array) -> Any:
         if not signals:
             return ca.SX(0, 1)
-        weights = local.data(lagrange(nodes, tau))
-        values = local.variables(ids[row].reshape(n, -1), context.scales(signals) * nodes.size)
-        return ca.mtimes(ca.reshape(values, len(signals), nodes.size), weights)
+        return _combined(local, ids[row], context.scales(signals), lagrange(nodes, tau))
 
     x = interpolated(group.support, layout.states, method.support)
     controls = [
@@ -220,11 +237,19 @@ def _polynomial(
     """Polynomial controls from their Bernstein coefficients, in rows of the group."""
     if not layout.polynomial:
         return ca.SX(0, 1)
-    count = group.controls.shape[1]
-    weights = local.data(bernstein(count, tau))
-    scales = context.scales(layout.polynomial) * count
-    values = local.variables(group.controls[row].reshape(row.size, -1), scales)
-    return ca.mtimes(ca.reshape(values, len(layout.polynomial), count), weights)
+    weights = bernstein(group.controls.shape[1], tau)
+    return _combined(local, group.controls[row], context.scales(layout.polynomial), weights)
+
+
+def _combined(local: Local, ids: Integers, scales: Sequence[float], weights: Array) -> Any:
+    """Sums over unknowns ``ids`` (n, m, signals) weighted by numbers (n, m).
+
+    Unknowns that have weight nowhere, as all but one at a support point, are left out.
+    """
+    used = np.any(weights != 0.0, axis=0)
+    count = int(used.sum())
+    values = local.variables(ids[:, used].reshape(len(ids), -1), list(scales) * count)
+    return ca.mtimes(ca.reshape(values, len(scales), count), local.data(weights[:, used]))
 
 
 def _linear(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import casadi as ca
@@ -40,7 +41,7 @@ def phase_blocks(
             here = np.isin(points.intervals, group.intervals)
             if here.any():
                 blocks.append(_sample_block(
-                    context, layout, group, found[points.constraint], peak_ids, rows,
+                    context, layout, group, found, points.constraint, peak_ids, rows,
                     points.intervals[here], points.tau[here]))  # fmt: skip
     return blocks
 
@@ -67,39 +68,48 @@ def _collocation_block(
     local, point, quadrature = collocation_point(context, layout, group)
     inlined = [f for f in weights if f.pieces[0][0] == phase.name]
     sampled = [c for c in found if c.sampled]
-    values = context.expressions(layout, point, [
-        *phase.dynamics.values(), *[f.pieces[0][1] for f in inlined],
-        *[f.pieces[0][1] for f in layout.integrals], *[c.expression for c in sampled]])  # fmt: skip
     n_x, n_w, n_q = len(layout.states), len(inlined), len(layout.integrals)
-    rates, costs = values[:n_x], values[n_x : n_x + n_w]
-    chains, paths = values[n_x + n_w : n_x + n_w + n_q], values[n_x + n_w + n_q :]
-    measure = quadrature * point.length
-    objective = sum((weights[f] * measure * v for f, v in zip(inlined, costs, strict=True)),
-                    ca.SX(0)) / scales.objective  # fmt: skip
+    peaks = [_peak(c, local, peak_ids) for c in sampled]
     sizes = context.scales(layout.states)
-    expressions = [
-        (point.rate_rows[j] - point.length * rates[j]) / sizes[j] for j in range(n_x)
-    ] + [path_row(c, v, local, peak_ids) for c, v in zip(sampled, paths, strict=True)]
+
+    def build() -> tuple[Any, list[Any]]:
+        values = context.expressions(layout, point, [
+            *phase.dynamics.values(), *[f.pieces[0][1] for f in inlined],
+            *[f.pieces[0][1] for f in layout.integrals],
+            *[c.expression for c in sampled]])  # fmt: skip
+        rates, costs = values[:n_x], values[n_x : n_x + n_w]
+        chains, paths = values[n_x + n_w : n_x + n_w + n_q], values[n_x + n_w + n_q :]
+        measure = quadrature * point.length
+        objective = sum((weights[f] * measure * v for f, v in zip(inlined, costs, strict=True)),
+                        ca.SX(0)) / scales.objective  # fmt: skip
+        expressions = [
+            (point.rate_rows[j] - point.length * rates[j]) / sizes[j] for j in range(n_x)
+        ]
+        expressions += [_path_row(c, v, p) for c, v, p in zip(sampled, paths, peaks, strict=True)]
+        expressions += [
+            -measure * v / scales.functionals[f]
+            for f, v in zip(layout.integrals, chains, strict=True)
+        ]
+        return objective, expressions
+
     ids = rows.take(local.instances, [(0.0, 0.0, 1.0)] * n_x
                     + [(c.lower, c.upper, c.scale) for c in sampled])  # fmt: skip
-    expressions += [
-        -measure * v / scales.functionals[f] for f, v in zip(layout.integrals, chains, strict=True)
-    ]
     ids = np.hstack([ids, np.repeat(totals[group.intervals], method.degree, axis=0)])
     label = _collocation_label(layout, group, sampled, scales)
-    return local.block(f"{phase.name}: collocation", context.constants, objective, expressions,
+    return local.block(f"{phase.name}: collocation", context, (method.degree, group.moving), build,
                        ids, label)  # fmt: skip
 
 
-def path_row(
-    constraint: Continuous, value: ca.SX, local: Local, peak_ids: Mapping[Functional, int]
-) -> ca.SX:
+def _peak(constraint: Continuous, local: Local, peak_ids: Mapping[Functional, int]) -> Any:
+    """The peak that bounds a constraint from above, 0 where there is none."""
+    if constraint.peak is None:
+        return 0
+    return local.variables(np.array([[peak_ids[constraint.peak]]]), [constraint.scale])
+
+
+def _path_row(constraint: Continuous, value: ca.SX, peak: Any) -> ca.SX:
     """The scaled row of a continuous constraint."""
-    row = constraint.sign * value / constraint.scale
-    if constraint.peak is not None:
-        ids = np.array([[peak_ids[constraint.peak]]])
-        row = row - local.variables(ids, [constraint.scale]) / constraint.scale
-    return row
+    return (constraint.sign * value - peak) / constraint.scale
 
 
 def _collocation_label(
@@ -130,23 +140,23 @@ def _connection_blocks(
             n_x, s = len(layout.states), group.scheme.support.size
             values = local.variables(group.support.reshape(local.instances, -1), [1.0] * n_x * s)
             end = local.variables(layout.nodes[group.intervals + 1], [1.0] * n_x)
-            row = end - ca.mtimes(ca.reshape(values, n_x, s), ca.DM(group.scheme.end))
+            gap = end - ca.mtimes(ca.reshape(values, n_x, s), ca.DM(group.scheme.end))
             ids = rows.take(local.instances, [(0.0, 0.0, 1.0)] * n_x)
             blocks.append(local.block(
-                f"{phase.name}: ends", context.constants, 0, [row], ids,
+                f"{phase.name}: ends", context, (s,), partial(_rows_alone, gap), ids,
                 _simple_label("continuity", phase.name)))  # fmt: skip
     if layout.integrals:
         local, n_q = Local(layout.intervals), len(layout.integrals)
         left = local.variables(layout.totals[:-1], [1.0] * n_q)
         right = local.variables(layout.totals[1:], [1.0] * n_q)
         blocks.append(local.block(
-            f"{phase.name}: integrals", context.constants, 0, [right - left], totals,
+            f"{phase.name}: integrals", context, (), partial(_rows_alone, right - left), totals,
             _simple_label("an integral", phase.name)))  # fmt: skip
     if layout.ends is not None:
         local = Local(1)
         ends = local.variables(layout.ends[None, :], [1.0, 1.0])
         blocks.append(local.block(
-            f"{phase.name}: duration", context.constants, 0, [ends[1] - ends[0]],
+            f"{phase.name}: duration", context, (), partial(_rows_alone, ends[1] - ends[0]),
             rows.take(1, [(0.0, np.inf, 1.0)]),
             _simple_label("duration", phase.name, "s", scales.time)))  # fmt: skip
     moving = np.flatnonzero(layout.mesh.moving)
@@ -157,10 +167,15 @@ def _connection_blocks(
         )
         width = local.data(np.diff(layout.mesh.breakpoints)[moving][:, None])
         blocks.append(local.block(
-            f"{phase.name}: breakpoints", context.constants, 0,
-            [(sides[1] - sides[0]) / width], rows.take(moving.size, [(_SHORTEST, np.inf, 1.0)]),
+            f"{phase.name}: breakpoints", context, (),
+            partial(_rows_alone, (sides[1] - sides[0]) / width),
+            rows.take(moving.size, [(_SHORTEST, np.inf, 1.0)]),
             _simple_label("order of the breakpoints", phase.name)))  # fmt: skip
     return blocks
+
+
+def _rows_alone(rows: Any) -> tuple[Any, list[Any]]:
+    return 0, [rows]
 
 
 def _simple_label(what: str, phase: str, unit: str = "", size: float = 1.0) -> Any:
@@ -168,12 +183,17 @@ def _simple_label(what: str, phase: str, unit: str = "", size: float = 1.0) -> A
 
 
 def _sample_block(
-    context: Context, layout: PhaseLayout, group: Any, constraint: Continuous,
-    peak_ids: Mapping[Functional, int], rows: Limits, intervals: Integers, tau: Array,
+    context: Context, layout: PhaseLayout, group: Any, found: Sequence[Continuous],
+    index: int, peak_ids: Mapping[Functional, int], rows: Limits, intervals: Integers, tau: Array,
 ) -> Block:  # fmt: skip
     local, point = sample_point(context, layout, group, intervals, tau)
-    (value,) = context.expressions(layout, point, [constraint.expression])
-    row = path_row(constraint, value, local, peak_ids)
+    constraint = found[index]
+    peak = _peak(constraint, local, peak_ids)
+
+    def build() -> tuple[Any, list[Any]]:
+        (value,) = context.expressions(layout, point, [constraint.expression])
+        return 0, [_path_row(constraint, value, peak)]
+
     ids = rows.take(local.instances, [(constraint.lower, constraint.upper, constraint.scale)])
     points = layout.mesh.breakpoints
 
@@ -183,5 +203,6 @@ def _sample_block(
         return RowName(f"'{constraint.name}'", layout.phase.name, at, constraint.unit,
                        constraint.scale)  # fmt: skip
 
-    return local.block(f"{layout.phase.name}: {constraint.name}", context.constants, 0, [row],
-                       ids, label)  # fmt: skip
+    key = (index, group.scheme.degree, group.moving)
+    name = f"{layout.phase.name}: {constraint.name}"
+    return local.block(name, context, key, build, ids, label)

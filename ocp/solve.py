@@ -144,7 +144,8 @@ def _rounds(
     finer = False
     try:
         while True:
-            transcription = transcribe(problem, mesh, method, scales)
+            known = solved[-1].transcription if solved else None
+            transcription = transcribe(problem, mesh, method, scales, known)
             result = _run(transcription, settings, constants, guess, record, progress)
             if result.outcome == "solved":
                 solved.append(

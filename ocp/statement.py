@@ -295,12 +295,15 @@ class Problem:
 
     def signals_of(self, phase: Phase, kind: type[Signal]) -> tuple[Any, ...]:
         """Controls or algebraic signals of a phase, those of its functionals in use included."""
-        found: dict[Symbol, None] = dict.fromkeys(phase.symbols)
+        return tuple(s for s in self._symbols_by_phase[phase.name] if isinstance(s, kind))
+
+    @cached_property
+    def _symbols_by_phase(self) -> dict[str, tuple[Symbol, ...]]:
+        found = {phase.name: dict.fromkeys(phase.symbols) for phase in self.phases}
         for functional in self.functionals:
             for name, expression in functional.pieces:
-                if name == phase.name:
-                    found.update(dict.fromkeys(resolve(expression, functional.name)))
-        return tuple(symbol for symbol in found if isinstance(symbol, kind))
+                found[name].update(dict.fromkeys(resolve(expression, functional.name)))
+        return {name: tuple(symbols) for name, symbols in found.items()}
 
 
 def with_objective(problem: Problem, minimise: Any, extra_bounds: Sequence[Bound] = ()) -> Problem:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -45,7 +46,7 @@ class Transcription:
     columns, rows : bounds of the unknowns and of the constraint rows.
     sizes : (n,) scale of each unknown.
     peak_ids : unknown of each peak.
-    names : name of each row's block, by block, for messages.
+    kernels : see `Context`.
     """
 
     problem: Problem
@@ -61,10 +62,19 @@ class Transcription:
     sizes: Array
     unknown_ids: Integers
     peak_ids: Mapping[Functional, int] = field(default_factory=dict)
+    kernels: dict[tuple[Any, ...], ca.Function] = field(default_factory=dict, repr=False)
 
 
-def transcribe(problem: Problem, mesh: Mesh, method: Method, scales: Scales) -> Transcription:
+def transcribe(
+    problem: Problem, mesh: Mesh, method: Method, scales: Scales,
+    known: Transcription | None = None,
+) -> Transcription:  # fmt: skip
     """Build the nonlinear program of a problem on a mesh.
+
+    Parameters
+    ----------
+    known : a transcription on another mesh, whose kernels are used again where problem, method
+        and scales are the same.
 
     Raises
     ------
@@ -90,6 +100,7 @@ def transcribe(problem: Problem, mesh: Mesh, method: Method, scales: Scales) -> 
     context = Context(
         problem, scales.signals, unknown_ids,
         tuple(scales.unknowns[u.name] for u in problem.unknowns), scales.time,
+        _known_kernels(problem, method, scales, known),
     )  # fmt: skip
     constraints = tuple(continuous_constraints(problem, lay, scales) for lay in layouts)
     columns = columns_of(problem, layouts, unknown_ids, peak_ids, scales, first + len(peaks))
@@ -101,7 +112,17 @@ def transcribe(problem: Problem, mesh: Mesh, method: Method, scales: Scales) -> 
     return Transcription(
         problem, mesh, method, scales, tuple(layouts), constraints, tuple(blocks), program,
         columns.limits, rows, columns.sizes, unknown_ids, peak_ids,
+        context.kernels,
     )  # fmt: skip
+
+
+def _known_kernels(
+    problem: Problem, method: Method, scales: Scales, known: Transcription | None
+) -> dict[tuple[Any, ...], ca.Function]:
+    """The kernels of a transcription of the same problem, none where it is another one."""
+    if known is None or known.problem is not problem or known.scales is not scales:
+        return {}
+    return known.kernels if known.method == method else {}
 
 
 def with_instants(problem: Problem, mesh: Mesh) -> Mesh:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from ocp import Between, Bound, Control, Mesh, Phase, Problem, State, Unknown
 from ocp.blocks import Block, assemble
 from ocp.guess import start_of
-from ocp.mesh import PhaseMesh, uniform
+from ocp.mesh import Extra, PhaseMesh, uniform
 from ocp.scaling import scales_of
 from ocp.transcribe import Method, transcribe
 
@@ -167,3 +167,40 @@ def test_expressions_do_not_grow_with_the_number_of_intervals():
         )  # fmt: skip
 
     assert sizes(5) == sizes(200)
+
+
+@pytest.mark.parametrize("name", ["radau", "gauss"])
+def test_kernels_of_another_mesh_give_the_same_program(name):
+    problem = small_problem()
+    scales = scales_of(problem, start_of(problem, {}), {})
+    points = np.array([0, 0.3, 0.5, 1])
+    extra = ((Extra(0, np.array([0, 2]), np.array([0.3, 0.7])),), ())
+    meshes = [
+        Mesh((uniform(4, 3), uniform(3, 3))),
+        Mesh((PhaseMesh(points, np.array([3, 4, 3]), (1,)), uniform(2, 4)), extra),
+        Mesh((PhaseMesh(points, np.array([4, 3, 4]), (2,)), uniform(2, 3)), extra),
+    ]
+    known = None
+    for mesh in meshes:
+        known = transcribe(problem, mesh, Method(name), scales, known)
+        fresh = transcribe(problem, mesh, Method(name), scales).program
+        random = np.random.default_rng(5)
+        at, dual = random.uniform(0.2, 1, fresh.variables), random.uniform(-1, 1, fresh.rows)
+        arguments = [(at, []), (at, []), (at, []), (at, [], 1.3, dual)]
+        for attribute, values in zip(
+            ("oracle", "objective_gradient", "constraint_jacobian", "lagrangian_hessian"),
+            arguments, strict=True,
+        ):  # fmt: skip
+            ours, theirs = getattr(known.program, attribute), getattr(fresh, attribute)
+            for a, b in zip(ours.call(list(values)), theirs.call(list(values)), strict=True):
+                np.testing.assert_array_equal(a.full(), b.full())
+    assert transcribe(problem, meshes[0], Method(name), scales, known).kernels is known.kernels
+
+
+def test_kernels_of_other_scales_are_not_used():
+    problem = small_problem()
+    mesh = Mesh((uniform(2, 3), uniform(2, 3)))
+    found = [scales_of(problem, start_of(problem, {}), {}) for _ in range(2)]
+    first = transcribe(problem, mesh, Method(), found[0])
+    assert transcribe(problem, mesh, Method(), found[1], first).kernels is not first.kernels
+    assert transcribe(problem, mesh, Method("gauss"), found[0], first).kernels is not first.kernels
