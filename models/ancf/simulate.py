@@ -19,7 +19,7 @@ from models.ancf.baumgarte import Baumgarte
 from models.ancf.constraints import Constraints
 from models.ancf.eliminated import Eliminated
 from models.ancf.integrator import Settings, Steps, integrate
-from models.ancf.joint import Joint, joint_angles, joint_rates, quarter
+from models.ancf.joint import Free, Joint, joint_angles, joint_rates, quarter
 from models.ancf.link import Chain
 from models.ancf.radau import radau
 from models.ancf.state import State, check_start
@@ -243,11 +243,12 @@ class _Report:
 
     def _torques(self, t: Array, x: Array, rate: Array, acc: Array) -> Array:
         """Torques at the joints: given, or what the balance of forces lacks; (L, m)."""
-        mechanics = self.eliminated.mechanics
-        slope = mechanics.slopes(x)
-        lack = mechanics.balance(t, x, rate, acc, slope, mechanics.pulls(slope, rate))
+        mechanics, ties = self.eliminated.mechanics, self.eliminated.ties.ties
         out = np.zeros((len(self.joints), len(t)))
-        for tie in self.eliminated.ties.ties:
+        if ties:
+            slope = mechanics.slopes(x)
+            lack = mechanics.balance(t, x, rate, acc, slope, mechanics.pulls(slope, rate))
+        for tie in ties:
             k = next(i for i, joint in enumerate(self.joints) if joint is tie.joint)
             out[k] = (quarter(x[list(tie.b)]) * lack[list(tie.b)]).sum(axis=0)
         for k, joint in enumerate(self.joints):
@@ -258,7 +259,9 @@ class _Report:
     def _stage_power(self, steps: Steps, t0: Array, h: Array, window: tuple[float, float]) -> Array:
         """Power of each joint and of the damping at all stages, (L + 1, K, s) [W]."""
         s = self.table.stages
-        out = np.empty((len(self.joints) + 1, len(t0), s))
+        out = np.zeros((len(self.joints) + 1, len(t0), s))
+        if not self.moving.relaxation and all(isinstance(j, Free) for j in self.joints):
+            return out
         for rows in np.array_split(np.arange(len(t0)), len(t0) * s // _COLUMNS + 1):
             which, theta = np.repeat(rows, s), np.tile(self.table.nodes, len(rows))
             t = np.clip(t0[which] + theta * h[which], *_open(window))

@@ -1,0 +1,1 @@
+"""Our simulator beside Exudyn, a compiled multibody code with the same beam element."""
