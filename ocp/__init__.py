@@ -5,6 +5,7 @@ State a problem with `State`, `Control`, `Phase` and `Problem`, hand it to `solv
 """
 
 from ocp.certificate import Certificate, Tolerances, certify
+from ocp.elastic import Relaxation, Relaxed, relaxed
 from ocp.errors import (
     Collapsed,
     Infeasible,
@@ -36,8 +37,8 @@ __all__ = [
     "Algebraic", "Between", "Bound", "Certificate", "Collapsed", "Constant", "Control",
     "Functional", "Infeasible", "Interrupted", "InvalidNumber", "IpoptOptions", "IterationLimit",
     "Mesh", "NumericalTrouble", "OcpError", "Overdetermined", "Phase", "PhaseTrajectory",
-    "Problem", "Round", "Settings", "Solution", "SolveFailed", "State", "StatementError",
-    "StatementWarning", "Tolerances", "Trajectory", "Unbounded", "Unknown", "Unverified",
-    "Verification", "certify", "joined", "load", "peak", "save", "solve", "solve_lexicographic",
-    "time", "with_objective",
+    "Problem", "Relaxation", "Relaxed", "Round", "Settings", "Solution", "SolveFailed", "State",
+    "StatementError", "StatementWarning", "Tolerances", "Trajectory", "Unbounded", "Unknown",
+    "Unverified", "Verification", "certify", "joined", "load", "peak", "relaxed", "save", "solve",
+    "solve_lexicographic", "time", "with_objective",
 ]  # fmt: skip

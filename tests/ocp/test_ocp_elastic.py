@@ -1,0 +1,111 @@
+"""The smallest relaxation of infeasible problems, against closed forms."""
+
+import pytest
+
+from ocp import (
+    Between,
+    Bound,
+    Constant,
+    Control,
+    Infeasible,
+    Phase,
+    Problem,
+    State,
+    StatementError,
+    Unknown,
+    joined,
+    relaxed,
+)
+
+INITIAL = ["flight: x initial", "flight: v initial"]
+EXACT = 1e-6  # slacks are solved to the solver's 1e-10 of scaled numbers; _NOTHING of elastic
+
+
+def too_far(target=2.0):
+    """2 m in 1 s from rest with 1 m/s^2, which reach 1/2 m."""
+    x, v = State("x", "m"), State("v", "m/s")
+    u = Control("u", "m/s^2", lower=-1, upper=Constant("thrust", "m/s^2", 1.0))
+    phase = Phase("flight", {x: v, v: u}, {x: 0, v: 0}, {x: target})
+    return Problem("too far", [phase], minimise=phase.integral(u**2))
+
+
+@pytest.mark.parametrize(
+    ("keep", "name", "side", "needed", "unit"),
+    [
+        ([*INITIAL, "u"], "flight: x final", "lower", 0.5, "m"),
+        ([*INITIAL, "flight: x final"], "u", "upper", 4.0, "m/s^2"),
+        (["u", "flight: x final", "flight: x initial"], "flight: v initial", "upper", 1.5, "m/s"),
+        (["u", "flight: x final", "flight: v initial"], "flight: x initial", "upper", 1.5, "m"),
+    ],
+)
+def test_one_limit_gives_way(keep, name, side, needed, unit):
+    found = relaxed(too_far(), keep=keep)
+    (item,) = found.items
+    assert (item.name, item.side, item.unit, item.phase) == (name, side, unit, "flight")
+    assert item.needed == pytest.approx(needed, rel=EXACT)
+    assert item.amount == pytest.approx(abs(item.needed - item.limit))
+    assert found.solution.verification.passed
+    assert f"'{name}' from {item.limit:g} to {needed:g} {unit}, by" in str(found)
+
+
+def test_the_cheapest_limit_gives_way_and_weights_change_which():
+    cheap = relaxed(too_far(), weights={"flight: x final": 1e-3})
+    assert [i.name for i in cheap.items] == ["flight: x final"]
+    dear = relaxed(too_far(), weights=dict.fromkeys([*INITIAL, "flight: x final"], 1e3))
+    assert [i.name for i in dear.items] == ["u"]
+    assert dear.total == pytest.approx(3.0, rel=EXACT)  # (4 - 1) m/s^2 in sizes of 1 m/s^2
+
+
+def test_a_roof_and_the_time_at_which_it_is_too_low():
+    # up to 1 m and down again within a second, below a roof of 0.4 m
+    x, v, u = State("x", "m", upper=0.4), State("v", "m/s"), Control("u", "m/s^2")
+    up = Phase("up", {x: v, v: u}, {x: 0, v: 0}, end=0.5)
+    down = Phase("down", {x: v, v: u}, {}, {x: 0, v: 0}, start=0.5, end=1.0)
+    top = Bound("top", up.at_end(x), "m", lower=1.0)
+    effort = up.integral(u**2) + down.integral(u**2)
+    problem = Problem("hop", [up, down], minimise=effort, bounds=[top], links=joined(up, down))
+    found = relaxed(problem, keep=["top"])
+    (item,) = found.items
+    assert (item.name, item.side, item.phase) == ("x", "upper", "up")
+    assert item.needed == pytest.approx(1.0, rel=EXACT)
+    assert item.time == pytest.approx(0.5, abs=1e-3)  # one of 2001 samples
+    (other,) = relaxed(problem, keep=["x"]).items
+    assert (other.name, other.phase, other.time) == ("top", "", None)
+    assert other.needed == pytest.approx(0.4, rel=EXACT)
+
+
+def test_a_bound_of_a_phase_and_one_of_an_unknown():
+    # x' = k to x = 1 within 0.5 s and k <= 1; and the speed allowed is 1.5
+    x, k = State("x", "m"), Unknown("k", "m/s", upper=1.0)
+    phase = Phase("go", {x: k.symbol}, {x: 0}, {x: 1}, end=0.5,
+                  bounds=[Bound("speed", k, "m/s", upper=1.5)])  # fmt: skip
+    found = relaxed(Problem("go", [phase], minimise=k), keep=["go: x initial", "go: x final"])
+    assert {i.name: pytest.approx(i.needed, rel=EXACT) for i in found.items} == {
+        "k": 2.0, "go: speed": 2.0}  # fmt: skip
+
+
+def test_a_feasible_problem_needs_nothing():
+    found = relaxed(too_far(target=0.4))
+    assert found.items == ()
+    assert str(found) == "'too far' can be met as it is stated"
+    assert found.solution.sample("x", 1.0) == pytest.approx(0.4, rel=EXACT)
+
+
+def test_what_stays_hard_can_still_contradict():
+    x, v = State("x", "m"), State("v", "m/s")
+    u = Control("u", "m/s^2", upper=9.0)
+    phase = Phase("flight", {x: v, v: u}, {x: 0, v: 0}, bounds=[
+        Bound("rail", x + 1, "m", 0, 0), Bound("other rail", x - 1, "m", 0, 0)])  # fmt: skip
+    with pytest.raises(Infeasible, match=r"'stuck' has 640 equations.*more is prescribed"):
+        relaxed(Problem("stuck", [phase], minimise=phase.integral(u**2)), keep=INITIAL)
+
+
+def test_names_that_are_none():
+    with pytest.raises(StatementError, match=r"no limit 'flight: z final'; its limits.*'u'"):
+        relaxed(too_far(), keep=["flight: z final"])
+    with pytest.raises(StatementError, match=r"no limit 'speed'"):
+        relaxed(too_far(), weights={"speed": 2.0})
+    x, u = State("x"), Control("u")
+    free = Phase("free", {x: u}, end=Between(1, 2))
+    with pytest.raises(StatementError, match=r"no limit of 'free' may give way"):
+        relaxed(Problem("free", [free], minimise=free.integral(u**2 + x**2)))
