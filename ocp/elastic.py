@@ -204,7 +204,8 @@ class _Statement:
 
 def _rewritten(problem: Problem, elastic: _Elastic, start: Start) -> _Statement:
     """The statement with slacks in place of hard limits."""
-    scales, bounds = elastic.scales, []
+    scales = elastic.scales
+    bounds: list[Bound] = []
     for symbol in problem.symbols:
         if isinstance(symbol, (Signal, Unknown)) and symbol.name not in elastic.keep:
             elastic.renamed[symbol] = _unlimited(symbol, scales, start)
@@ -240,14 +241,13 @@ def _effort(statement: _Statement, elastic: _Elastic) -> ca.SX:
 
 def _unlimited(symbol: Signal | Unknown, scales: Scales, start: Start) -> Symbol:
     """The same symbol without limits."""
-    free = {"lower": -math.inf, "upper": math.inf}
     if isinstance(symbol, Unknown):
         guess, scale = start.unknowns[symbol.name], scales.unknowns[symbol.name]
-        return Unknown(symbol.name, symbol.unit, **free, guess=guess, scale=scale)
+        return Unknown(symbol.name, symbol.unit, guess=guess, scale=scale)
     scale = scales.signals[symbol.name]
     if isinstance(symbol, Control):
-        return Control(symbol.name, symbol.unit, **free, scale=scale, shape="constant")
-    return type(symbol)(symbol.name, symbol.unit, **free, scale=scale)
+        return Control(symbol.name, symbol.unit, scale=scale, shape="constant")
+    return type(symbol)(symbol.name, symbol.unit, scale=scale)
 
 
 def _is_limited(symbol: Any) -> bool:
