@@ -4,7 +4,17 @@ On an interval of length ``h`` a state is the polynomial through ``s + 1`` suppo
 first at 0; its derivative meets the dynamics at the ``s`` collocation points.  Radau IIA, Gauss
 and Lobatto IIIA of every degree are of this kind, and so are the trapezoidal rule and
 Hermite-Simpson, which are Lobatto IIIA of two and three points (Hairer, Norsett, Wanner, "Solving
-Ordinary Differential Equations I", theorem II.7.7 and section II.7).
+Ordinary Differential Equations I", theorem II.7.7 and section II.7).  Orders on smooth problems:
+
+===================================================  ======================  =====================
+scheme of s points                                   end state and optimum   controls and costates
+===================================================  ======================  =====================
+Radau                                                2 s - 1                 s
+Gauss                                                2 s                     s
+Lobatto, Hermite-Simpson (s = 3), trapezoid (s = 2)  2 s - 2                 s - 1
+===================================================  ======================  =====================
+
+Controls and costates are meant between the points, too.
 """
 
 from __future__ import annotations
@@ -61,6 +71,11 @@ class Scheme:
         because it feels an error of the control squared.
         """
         return self.degree - 1 if self.points[0] == 0.0 else self.degree
+
+    @property
+    def control_order(self) -> int:
+        """Order of polynomial controls and of costates, between the points too."""
+        return self.choices
 
     @property
     def ends_on_support(self) -> bool:

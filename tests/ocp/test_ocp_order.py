@@ -1,17 +1,25 @@
 """Observed order of convergence equals the declared one."""
 
+from functools import cache
+
 import casadi as ca
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.linalg import expm
 
 from ocp import Control, Phase, Problem, Settings, State, solve
 from ocp.schemes import scheme
 
-SPAN = 2.0
+METHODS = [
+    *[("radau", s) for s in (1, 2, 3, 4)], *[("gauss", s) for s in (1, 2, 3)],
+    *[("lobatto", s) for s in (2, 3, 4)], ("hermite-simpson", 3), ("trapezoid", 2),
+]  # fmt: skip
+SPAN, LQ_SPAN = 2.0, 3.0
 # number of intervals: few for the high orders, so that errors stay above the solver's tolerance
 MESHES = {1: (40, 80, 160), 2: (20, 40, 80), 3: (8, 16, 32), 4: (6, 12, 24), 5: (4, 8, 16),
           6: (6, 12, 24), 7: (8, 12, 24)}  # fmt: skip
+LQ_MESHES = {**MESHES, 6: (4, 8, 16), 7: (3, 6, 12)}
 FLOOR = 2e-12  # errors below are round-off: Newton's last step squares the solver's 1e-10
 
 
@@ -40,11 +48,7 @@ def slope(steps, errors):
     return np.polyfit(np.log(steps), np.log(errors), 1)[0]
 
 
-@pytest.mark.parametrize(
-    ("name", "degree"),
-    [*[("radau", s) for s in (2, 3, 4)], *[("gauss", s) for s in (1, 2, 3)],
-     *[("lobatto", s) for s in (3, 4)], ("hermite-simpson", 3)],
-)  # fmt: skip
+@pytest.mark.parametrize(("name", "degree"), METHODS)
 def test_end_state_converges_with_the_declared_order(name, degree, exact):
     order = scheme(name, degree).order
     meshes = MESHES[order]
@@ -55,28 +59,44 @@ def test_end_state_converges_with_the_declared_order(name, degree, exact):
     assert slope(1.0 / np.array(meshes)[seen], errors[seen]) == pytest.approx(order, abs=0.35)
 
 
-def lq_optimum(name, degree, intervals):
+@cache
+def lq(name, degree, intervals):
     """Minimise int (x^2 + u^2) for x' = x + u from 1, free end."""
     x, u = State("x"), Control("u")
-    phase = Phase("lq", {x: x + u}, initial={x: 1.0}, end=3.0)
+    phase = Phase("lq", {x: x + u}, initial={x: 1.0}, end=LQ_SPAN)
     settings = Settings(scheme=name, degree=degree, intervals=intervals, refine=False)
-    return solve(
-        Problem("lq", [phase], minimise=phase.integral(x**2 + u**2)), settings=settings
-    ).objective
+    return solve(Problem("lq", [phase], minimise=phase.integral(x**2 + u**2)), settings=settings)
 
 
-@pytest.mark.parametrize(
-    ("name", "degree"), [("radau", 2), ("radau", 3), ("gauss", 2), ("lobatto", 3)]
-)
+@pytest.mark.parametrize(("name", "degree"), METHODS)
 def test_optimum_converges_with_the_declared_order(name, degree):
     # Riccati's equation -s' = 2 s + 1 - s^2, s(3) = 0 has the roots 1 -+ sqrt 2
     w = np.sqrt(2)
-    e = np.exp(-2 * w * 3.0)
+    e = np.exp(-2 * w * LQ_SPAN)
     exact = (1 - e) / ((w - 1) + (w + 1) * e)
     order = scheme(name, degree).order
-    meshes = MESHES[order]
-    errors = np.array([abs(lq_optimum(name, degree, n) - exact) for n in meshes])
-    seen = errors > FLOOR
-    assert seen.sum() >= 2
-    # as above; a run of the solver also costs up to 1e-10 in the optimum
-    assert slope(1.0 / np.array(meshes)[seen], errors[seen]) == pytest.approx(order, abs=0.35)
+    meshes = LQ_MESHES[order]
+    errors = np.array([abs(lq(name, degree, n).objective - exact) for n in meshes])
+    assert errors.min() > FLOOR
+    # as above
+    assert slope(1.0 / np.array(meshes), errors) == pytest.approx(order, abs=0.35)
+
+
+@pytest.mark.parametrize(("name", "degree"), METHODS)
+def test_controls_and_costates_converge_with_their_own_order(name, degree):
+    # x' = x - p/2, p' = -2 x - p with p(3) = 0, u = -p/2
+    method = scheme(name, degree)
+    times = np.linspace(0.01, 2.99, 97)
+    matrix = np.array([[1.0, -0.5], [-2.0, -1.0]])
+    at_end = expm(LQ_SPAN * matrix)
+    first = np.array([1.0, -at_end[1, 0] / at_end[1, 1]])
+    costate = np.array([(expm(t * matrix) @ first)[1] for t in times])
+    meshes = LQ_MESHES[method.order]
+    found = [lq(name, degree, n) for n in meshes]
+    errors = np.array([
+        [np.abs(f.sample("u", times) + costate / 2).max(),
+         np.abs(f.costate("x", times) - costate).max()] for f in found
+    ])  # fmt: skip
+    for error in errors.T:
+        # the same times lie anywhere in the intervals of three meshes: two thirds of an order
+        assert slope(1.0 / np.array(meshes), error) == pytest.approx(method.control_order, abs=0.67)
