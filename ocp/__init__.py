@@ -24,6 +24,7 @@ from ocp.errors import (
 from ocp.ipopt import IpoptOptions
 from ocp.lexicographic import solve_lexicographic
 from ocp.mesh import Mesh
+from ocp.scaling_report import scaling_report
 from ocp.settings import Settings
 from ocp.solution import Round, Solution, Verification
 from ocp.solve import solve
@@ -39,6 +40,7 @@ __all__ = [
     "Mesh", "NumericalTrouble", "OcpError", "Overdetermined", "Phase", "PhaseTrajectory",
     "Problem", "Relaxation", "Relaxed", "Round", "Settings", "Solution", "SolveFailed", "State",
     "StatementError", "StatementWarning", "Tolerances", "Trajectory", "Unbounded", "Unknown",
-    "Unverified", "Verification", "certify", "joined", "load", "peak", "relaxed", "save", "solve",
+    "Unverified", "Verification", "certify", "joined", "load", "peak", "relaxed", "save",
+    "scaling_report", "solve",
     "solve_lexicographic", "time", "with_objective",
 ]  # fmt: skip

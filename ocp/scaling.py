@@ -8,7 +8,7 @@ An expression's size is how far it moves when its signals move by their sizes ar
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ocp.guess import Start, evaluate_limit, signals_of
 from ocp.statement import Phase, Problem
-from ocp.symbols import Signal, Symbol, is_number, resolve, time
+from ocp.symbols import Signal, Symbol, resolve, time
 from ocp.terms import Functional
 
 Array = NDArray[np.float64]
@@ -36,6 +36,7 @@ class Scales:
     bounds : size by (phase name or "", bound name).
     time : typical duration [s].
     objective : size of the objective.
+    reasons : where each size comes from, by kind and the key above.
     """
 
     signals: Mapping[str, float]
@@ -44,28 +45,49 @@ class Scales:
     functionals: Mapping[Functional, float]
     time: float
     objective: float
-    reasons: Mapping[str, str] = field(default_factory=dict)
+    reasons: Mapping[tuple[str, Any], str] = field(default_factory=dict)
 
 
 def scales_of(problem: Problem, start: Start, constants: Mapping[str, float]) -> Scales:
     """Scales of a problem around a start."""
-    signals, reasons = _signal_scales(problem, start, constants)
-    unknowns = {u.name: u.scale or _size(start.unknowns[u.name]) or 1.0 for u in problem.unknowns}
+    signals, why = _signal_scales(problem, start, constants)
+    reasons: dict[tuple[str, Any], str] = {("signal", name): text for name, text in why.items()}
+    unknowns = {}
+    for u in problem.unknowns:
+        unknowns[u.name], reasons["unknown", u.name] = _chosen(
+            u.scale, _size(start.unknowns[u.name]), "guess, or middle of its bounds")  # fmt: skip
     duration = max(s.end - s.start for s in start.phases.values())
+    reasons["time", ""] = "longest duration of a phase in the guess"
     probe = {
         phase.name: _Probe(problem, phase, start, signals, unknowns, constants)
         for phase in problem.phases
     }
-    bounds = {
-        (phase.name, b.name): b.scale or probe[phase.name].variation(b.expression) or 1.0
-        for phase in problem.phases for b in phase.bounds
-    }  # fmt: skip
-    functionals = {f: _functional_scale(f, probe, duration) for f in problem.functionals}
-    terminal = {**{f: functionals[f] for f in problem.functionals}}
+    bounds = {}
+    for phase in problem.phases:
+        for b in phase.bounds:
+            key = phase.name, b.name
+            bounds[key], reasons["bound", key] = _chosen(
+                b.scale, *probe[phase.name].variation(b.expression))  # fmt: skip
+    functionals = {}
+    for f in problem.functionals:
+        functionals[f], reasons["number", f] = _chosen(
+            f.scale, *_functional_scale(f, probe, duration))  # fmt: skip
     for b in (*problem.bounds, *problem.links):
-        bounds["", b.name] = b.scale or _terminal_scale(b.expression, terminal, unknowns, constants)
-    objective = _terminal_scale(problem.objective, terminal, unknowns, constants)
+        bounds["", b.name], reasons["bound", ("", b.name)] = _chosen(
+            b.scale, *_terminal_scale(b.expression, functionals, unknowns, constants))  # fmt: skip
+    objective, reasons["objective", ""] = _chosen(
+        problem.scale, *_terminal_scale(problem.objective, functionals, unknowns, constants)
+    )
     return Scales(signals, unknowns, bounds, functionals, duration, objective, reasons)
+
+
+def _chosen(stated: float | None, found: float, reason: str) -> tuple[float, str]:
+    """A stated size, else one that was found, else 1; with its reason."""
+    if stated is not None:
+        return stated, "stated"
+    if found > 0 and math.isfinite(found):
+        return found, reason
+    return 1.0, "nothing known"
 
 
 def _size(values: Any) -> float:
@@ -103,9 +125,9 @@ def _own_scale(
     ends = [v.get(signal) for v in (phase.initial, phase.final)]
     numbers = [evaluate_limit(v, constants) for v in ends if v is not None and v is not False
                and not isinstance(v, tuple)]  # fmt: skip
-    size = max(_size(guess), _size(numbers))
-    if size > 0:
-        return size, "guess and boundary values"
+    if max(_size(guess), _size(numbers)) > 0:
+        inner, outer = (_size(guess), "guess"), (_size(numbers), "boundary values")
+        return inner if inner[0] > outer[0] else outer
     limits = [evaluate_limit(v, constants) for v in (signal.lower, signal.upper)]
     size = _size(limits)
     return size, "bounds" if size > 0 else ""
@@ -172,25 +194,32 @@ class _Probe:
             np.full((1, count), v) for v in self.values])  # fmt: skip
         return np.array(out).reshape(-1, _FRACTIONS.size)
 
-    def variation(self, expression: ca.SX) -> float:
-        """Largest change when one signal moves by its size."""
+    def variation(self, expression: ca.SX) -> tuple[float, str]:
+        """Largest change when one signal or unknown moves by its size, and which one."""
         values = self._evaluate(expression)
-        return _size((values[1:] - values[:1]) / _STEP) if len(values) > 1 else 0.0
+        moves = [_size((moved - values[0]) / _STEP) for moved in values[1:]]
+        if not any(moves):
+            return 0.0, ""
+        worst = int(np.argmax(moves))
+        return moves[worst], f"moves so far with '{self.symbols[worst].name}'"
 
-    def size(self, expression: ca.SX) -> float:
+    def size(self, expression: ca.SX) -> tuple[float, str]:
         """Largest value at the start, or the variation where that is next to nothing."""
-        size, variation = _size(self._evaluate(expression)[0]), self.variation(expression)
-        return size if size > 0.01 * variation else variation
+        size, (variation, reason) = _size(self._evaluate(expression)[0]), self.variation(expression)
+        return (size, "value at the guess") if size > 0.01 * variation else (variation, reason)
 
 
-def _functional_scale(f: Functional, probes: Mapping[str, _Probe], duration: float) -> float:
+def _functional_scale(
+    f: Functional, probes: Mapping[str, _Probe], duration: float
+) -> tuple[float, str]:
     if f.kind in ("start time", "end time"):
-        return duration
+        return duration, "longest duration of a phase in the guess"
     if f.kind == "integral":
-        return max(probes[n].size(e) * probes[n].duration for n, e in f.pieces) or 1.0
+        found = [(probes[n].size(e), probes[n].duration) for n, e in f.pieces]
+        return max((size * span, f"{why}, times the duration") for (size, why), span in found)
     if f.kind == "peak":
-        return max(probes[n].size(e) for n, e in f.pieces) or 1.0
-    return max(probes[n].variation(e) for n, e in f.pieces) or 1.0
+        return max(probes[n].size(e) for n, e in f.pieces)
+    return max(probes[n].variation(e) for n, e in f.pieces)
 
 
 def _terminal_scale(
@@ -198,8 +227,8 @@ def _terminal_scale(
     functionals: Mapping[Functional, float],
     unknowns: Mapping[str, float],
     constants: Mapping[str, float],
-) -> float:
-    """How far a terminal expression moves when its numbers move by their sizes."""
+) -> tuple[float, str]:
+    """How far a terminal expression moves when its numbers move by their sizes, and with which."""
     symbols = resolve(expression, "the objective")
     centre = [_terminal_value(s, functionals, unknowns, constants) for s in symbols]
     f = ca.Function("terminal", [s.symbol for s in symbols], [expression])
@@ -208,9 +237,9 @@ def _terminal_scale(
         if isinstance(symbol, Functional) or symbol.name in unknowns:
             shifted = list(centre)
             shifted[i] *= 1.0 + _STEP
-            moves.append((float(f(*shifted)) - base) / _STEP)
-    size = _size(moves)
-    return size if size > 0 and math.isfinite(size) else 1.0
+            change = abs(float(f(*shifted)) - base) / _STEP
+            moves.append((change, f"moves so far with '{symbol.name}'"))
+    return max([m for m in moves if math.isfinite(m[0])], default=(0.0, ""))
 
 
 def _terminal_value(
@@ -222,8 +251,3 @@ def _terminal_value(
     if isinstance(symbol, Functional):
         return functionals[symbol]
     return unknowns[symbol.name] if symbol.name in unknowns else constants[symbol.name]
-
-
-def limits(values: Sequence[Any], constants: Mapping[str, float]) -> Array:
-    """Bounds as numbers."""
-    return np.array([float(v) if is_number(v) else evaluate_limit(v, constants) for v in values])

@@ -16,6 +16,7 @@ from ocp.multipliers import Multipliers, SolvedProgram
 from ocp.names import named
 from ocp.replay import Replay
 from ocp.rigorous import Margin
+from ocp.scaling_report import ScalingReport, report_of
 from ocp.sensitivity import sensitivities
 from ocp.statement import Phase, Problem
 from ocp.store import packed, unpacked
@@ -182,6 +183,11 @@ class Solution:
         if np.isnan(result).any():
             raise StatementError(f"'{name}' has no costate at {flat[np.isnan(result)][0]} s")
         return result.reshape(t.shape)
+
+    @property
+    def scaling(self) -> ScalingReport:
+        """The sizes by which the solve divided, and why; prints as a table."""
+        return report_of(self.problem, self.kept_program.scales)
 
     def sensitivities(self) -> dict[str, float]:
         """Change of the optimum per unit of every named number, see `ocp.sensitivity`."""

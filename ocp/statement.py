@@ -22,6 +22,7 @@ from ocp.symbols import (
     State,
     Symbol,
     Unknown,
+    check_scale,
     resolve,
     scalar,
 )
@@ -98,9 +99,11 @@ class Phase:
         """The states, in the order of the dynamics."""
         return tuple(self.dynamics)
 
-    def integral(self, expression: Any, name: str = "integral", unit: str = "1") -> Functional:
+    def integral(
+        self, expression: Any, name: str = "integral", unit: str = "1", scale: float | None = None
+    ) -> Functional:
         """Integral of an expression over the phase."""
-        return self._functional("integral", name, unit, expression)
+        return self._functional("integral", name, unit, expression, scale=scale)
 
     def at_start(self, expression: Any) -> Functional:
         """Value of an expression at the start of the phase."""
@@ -143,19 +146,22 @@ class Phase:
         return peak((self, expression), **options)
 
     def _functional(
-        self, kind: FunctionalKind, name: str, unit: str, expression: Any, at: float | None = None
-    ) -> Functional:
+        self, kind: FunctionalKind, name: str, unit: str, expression: Any,
+        at: float | None = None, scale: float | None = None,
+    ) -> Functional:  # fmt: skip
         sx = scalar(expression, f"the {name}")
         made = Functional(
-            name, unit, kind, ((self.name, sx),), at, symbols=resolve(sx, f"the {name}")
-        )
+            name, unit, kind, ((self.name, sx),), at, symbols=resolve(sx, f"the {name}"),
+            scale=scale,
+        )  # fmt: skip
         self._functionals.append(made)
         return made
 
 
 def peak(
-    *pieces: tuple[Phase, Any], name: str = "peak", unit: str = "1", absolute: bool = False
-) -> Functional:
+    *pieces: tuple[Phase, Any], name: str = "peak", unit: str = "1", absolute: bool = False,
+    scale: float | None = None,
+) -> Functional:  # fmt: skip
     """Largest value of expressions over all times of their phases.
 
     Parameters
@@ -164,12 +170,14 @@ def peak(
         The peak is the largest over all of them.
     absolute : bool
         Take the largest absolute value.
+    scale : float or None
+        Typical size; derived from the guess if None.
     """
     if not pieces:
         raise StatementError(f"the peak '{name}' has no (phase, expression) piece; give one")
     sx = tuple((phase.name, scalar(e, f"the peak '{name}'")) for phase, e in pieces)
     symbols = tuple(dict.fromkeys(s for _, e in sx for s in resolve(e, f"the peak '{name}'")))
-    made = Functional(name, unit, "peak", sx, absolute=absolute, symbols=symbols)
+    made = Functional(name, unit, "peak", sx, absolute=absolute, symbols=symbols, scale=scale)
     for phase, _ in pieces:
         phase._functionals.append(made)
     return made
@@ -208,6 +216,8 @@ def joined(
 class Problem:
     """Phases, the bounds and links between them, and what to minimise or maximise.
 
+    ``scale`` is the typical size of the objective; derived from its terms if None.
+
     Raises
     ------
     StatementError
@@ -221,8 +231,10 @@ class Problem:
     maximise: Any = None
     bounds: Sequence[Bound] = ()
     links: Sequence[Bound] = ()
+    scale: float | None = None
 
     def __post_init__(self) -> None:
+        check_scale("the objective", self.scale)
         if isinstance(self.phases, Phase):
             object.__setattr__(self, "phases", (self.phases,))
         object.__setattr__(self, "phases", tuple(self.phases))

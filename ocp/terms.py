@@ -9,7 +9,7 @@ from typing import Any, Literal
 import casadi as ca
 
 from ocp.errors import StatementError
-from ocp.symbols import Symbol, check_interval, is_number, scalar
+from ocp.symbols import Symbol, check_interval, check_scale, is_number, scalar
 
 FunctionalKind = Literal["start", "end", "integral", "value", "start time", "end time", "peak"]
 
@@ -32,6 +32,7 @@ class Bound:
     def __post_init__(self) -> None:
         object.__setattr__(self, "expression", scalar(self.expression, f"the bound '{self.name}'"))
         check_interval(self.name, self.lower, self.upper)
+        check_scale(self.name, self.scale)
         if all(is_number(v) and math.isinf(v) for v in (self.lower, self.upper)):
             raise StatementError(
                 f"the bound '{self.name}' has neither a lower nor an upper limit; give one"
@@ -59,7 +60,9 @@ class Functional(Symbol):
     at: float | None = None
     absolute: bool = False
     symbols: tuple[Symbol, ...] = ()
+    scale: float | None = None
     symbol: ca.SX = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         self._declare()
+        check_scale(self.name, self.scale)

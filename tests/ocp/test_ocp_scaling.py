@@ -1,9 +1,20 @@
 """Units do not matter: kilometres and microseconds solve like metres and seconds."""
 
-import numpy as np
 import pytest
 
-from ocp import Between, Control, Phase, Problem, Settings, State, solve
+from ocp import (
+    Between,
+    Bound,
+    Control,
+    Phase,
+    Problem,
+    Settings,
+    State,
+    StatementError,
+    Unknown,
+    scaling_report,
+    solve,
+)
 from ocp.guess import start_of
 from ocp.scaling import scales_of
 
@@ -51,7 +62,7 @@ def test_sizes_follow_the_chain_of_derivatives():
     assert scales.signals["v"] == pytest.approx(2 * 3e-3 / 2e6)
     assert scales.signals["u"] == pytest.approx(4 * 3e-3 / 2e6**2)
     assert scales.time == pytest.approx(2e6)
-    assert "duration" in scales.reasons["u"]
+    assert "duration" in scales.reasons["signal", "u"]
 
 
 def test_a_stated_size_wins():
@@ -60,4 +71,49 @@ def test_a_stated_size_wins():
     problem = Problem("stated", [phase], minimise=phase.integral(u**2))
     scales = scales_of(problem, start_of(problem, {}), {})
     assert scales.signals == {"x": 7.0, "u": 5.0}
-    assert np.all([scales.reasons["x"] == "stated", scales.reasons["u"] == "bounds"])
+    assert scales.reasons["signal", "x"] == "stated"
+    assert scales.reasons["signal", "u"] == "bounds"
+
+
+def ordinary(**objective):
+    """A problem with something of every kind that has a size."""
+    x, k = State("x", "m"), Unknown("k", "1/s", lower=0, upper=4)
+    u = Control("u", "m/s", scale=3.0)
+    cap = Bound("cap", x * k, "m/s", upper=9)
+    phase = Phase("move", {x: u + k}, initial={x: 1}, final={x: 2}, end=5.0, bounds=[cap])
+    effort = phase.integral(u**2, "effort", "m^2/s", scale=objective.pop("effort", None))
+    end = Bound("end", phase.at_end(k * x), upper=8, scale=7.0)
+    return Problem("ordinary", phase, minimise=effort, bounds=[end], **objective)
+
+
+def test_the_report_names_every_size_and_its_reason():
+    entries = {(e.kind, e.name): e for e in scaling_report(ordinary()).entries}
+    reasons = {
+        ("signal", "x"): (2.0, "boundary values"), ("signal", "u"): (3.0, "stated"),
+        ("unknown", "k"): (2.0, "guess, or middle of its bounds"),
+        ("time", "durations"): (5.0, "longest duration of a phase in the guess"),
+        ("bound", "move: cap"): (4.0, "moves so far with 'x'"), ("bound", "end"): (7.0, "stated"),
+        # u^2 moves by (3 / 2)^2 at half a size, twice that is the slope
+        ("number", "effort"): (4.5 * 5, "moves so far with 'u', times the duration"),
+        ("objective", "objective"): (22.5, "moves so far with 'effort'"),
+    }  # fmt: skip
+    assert {key: (e.size, e.reason) for key, e in entries.items()} == reasons
+    lines = str(scaling_report(ordinary())).splitlines()
+    assert lines[0] == "scaling of 'ordinary'"
+    assert lines[2].split() == ["signal", "u", "3", "m/s", "stated"]
+
+
+def test_sizes_of_numbers_can_be_stated():
+    found = {e.name: e for e in scaling_report(ordinary(effort=6.0, scale=5.0)).entries}
+    assert (found["effort"].size, found["objective"].size) == (6.0, 5.0)
+    assert found["objective"].reason == "stated"
+    solved = solve(ordinary(effort=6.0, scale=5.0), settings=Settings(intervals=4))
+    assert solved.objective == pytest.approx(0.0, abs=1e-7)  # k alone does it
+    assert str(solved.scaling) == str(scaling_report(ordinary(effort=6.0, scale=5.0)))
+
+
+def test_impossible_sizes_are_refused():
+    with pytest.raises(StatementError, match="scale of 'the objective' is 0"):
+        ordinary(scale=0)
+    with pytest.raises(StatementError, match="scale of 'effort' is -1"):
+        ordinary(effort=-1)
