@@ -11,10 +11,13 @@ from __future__ import annotations
 
 import casadi as ca
 
-from ocp.schemes import SchemeName
-from ocp.statement import Phase
-from ocp.symbols import Constant, Control, ControlShape, Unknown, resolve
+from ocp.polynomial import polynomial_degree
+from ocp.schemes import FIXED_DEGREE, SchemeName
+from ocp.settings import Settings
+from ocp.statement import Phase, Problem
+from ocp.symbols import Algebraic, Constant, Control, ControlShape, Unknown, resolve, time
 
+_DEGREES = {"constant": 0, "linear": 1}
 _EXACT: tuple[SchemeName, ...] = ("radau", "gauss", "lobatto")
 
 
@@ -61,3 +64,43 @@ def shape_of(
     chain = chain_length(phase, control)
     exact = scheme in _EXACT and least_degree >= chain + 1
     return "linear" if chain >= 2 and exact else "polynomial"
+
+
+def first_degree(problem: Problem, phase: Phase, settings: Settings) -> int:
+    """Degree of a phase's first mesh: the stated one, or the higher one that is exact.
+
+    Where the degree that integrates the phase exactly is more than `Settings.highest_degree`, or
+    there is none, or the scheme has but one, it is the stated one.
+    """
+    if settings.scheme in FIXED_DEGREE:
+        return settings.degree
+    exact = exact_degree(problem, phase, settings)
+    wanted = exact if exact is not None and exact <= settings.highest_degree else 0
+    return max(settings.degree, wanted)
+
+
+def exact_degree(problem: Problem, phase: Phase, settings: Settings) -> int | None:
+    """The least degree that integrates all states exactly on any mesh; None if there is none.
+
+    It exists where the rates only add and multiply what is a polynomial of time in an interval:
+    constant and linear controls, time, and states that do not feed back on themselves.
+    """
+    rates, controls = list(phase.dynamics.values()), problem.signals_of(phase, Control)
+    shapes = {c: shape_of(c, phase, settings.control_shape, settings.scheme,
+                          settings.highest_degree) for c in controls}  # fmt: skip
+    bent = [c for c in controls if shapes[c] not in _DEGREES]
+    bent += problem.signals_of(phase, Algebraic)
+    if any(ca.depends_on(rate, s.symbol) for rate in rates for s in bent):
+        return None
+    known = {c: _DEGREES[shapes[c]] for c in controls if c not in bent}
+    symbols = [s.symbol for s in (*phase.states, *known, time)]
+    degrees = [0] * len(rates)
+    for _ in range(len(rates) + 1):
+        found = [polynomial_degree(r, symbols, [*degrees, *known.values(), 1]) for r in rates]
+        raised = [d + 1 for d in found if d is not None]
+        if len(raised) < len(rates):
+            return None
+        if raised == degrees:
+            return max(degrees)
+        degrees = raised
+    return None  # a state feeds back on itself

@@ -10,7 +10,6 @@ centennial retrospective", Computer Aided Geometric Design 29, 2012).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 from ocp.continuous import Continuous
 from ocp.evaluate import Evaluator
 from ocp.guess import evaluate_limit, signals_of
+from ocp.polynomial import largest, polynomial_degree
 from ocp.schemes import bernstein
 from ocp.symbols import time
 from ocp.terms import Functional
@@ -29,11 +29,7 @@ from ocp.trajectory import PhaseTrajectory, Trajectory
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 _HIGHEST = 24  # degree; the change of basis amplifies round-off by about 2^degree
-_HALVINGS = 30
 _CLOSE = 1e-10  # bound minus maximum, relative to the size of the constraint
-_LINEAR = {ca.OP_ASSIGN, ca.OP_ADD, ca.OP_SUB, ca.OP_NEG, ca.OP_TWICE}
-_PRODUCTS = {ca.OP_MUL, ca.OP_SQ}
-_POWERS = {ca.OP_CONSTPOW, ca.OP_POW}
 
 
 @dataclass(frozen=True)
@@ -51,70 +47,6 @@ class Margin:
     name: str
     dense: float
     rigorous: float | None
-
-
-def polynomial_degree(
-    expression: ca.SX, symbols: Sequence[ca.SX], degrees: Sequence[int]
-) -> int | None:
-    """Degree of an expression of polynomials of given degrees; None if it is no polynomial.
-
-    Symbols that are not listed count as numbers.
-    """
-    own = {s.element_hash(): d for s, d in zip(symbols, degrees, strict=True)}
-    bare = ca.symvar(expression)
-    f = ca.Function("expression", [ca.vertcat(*bare, ca.SX(0, 1))], [expression])
-    work: dict[int, float] = {}
-    numbers: dict[int, float] = {}
-    for k in range(f.n_instructions()):
-        code, inputs, out = f.instruction_id(k), f.instruction_input(k), f.instruction_output(k)
-        if code == ca.OP_OUTPUT:
-            return int(work[inputs[0]]) if math.isfinite(work[inputs[0]]) else None
-        numbers.pop(out[0], None)
-        if code == ca.OP_CONST:
-            work[out[0]], numbers[out[0]] = 0.0, f.instruction_constant(k)
-        elif code == ca.OP_INPUT:
-            work[out[0]] = own.get(bare[inputs[1]].element_hash(), 0)
-        else:
-            power = numbers.get(inputs[-1], math.nan)
-            work[out[0]] = _combined(code, [work[i] for i in inputs], power)
-    return 0
-
-
-def _combined(code: int, degrees: Sequence[float], power: float) -> float:
-    """Degree of the result of an operation; infinite if it is no polynomial."""
-    if max(degrees) == 0:
-        return 0.0
-    if code in _LINEAR:
-        return max(degrees)
-    if code in _PRODUCTS:
-        return sum(degrees) if code == ca.OP_MUL else 2 * degrees[0]
-    if code == ca.OP_DIV and degrees[1] == 0:
-        return degrees[0]
-    if code in _POWERS and degrees[1] == 0 and power >= 0 and power == int(power):
-        return degrees[0] * power
-    return math.inf
-
-
-def largest(coefficients: Array, tolerance: float) -> Array:
-    """Upper bounds of polynomials on [0, 1], at most `tolerance` above their maxima, (m,).
-
-    Parameters
-    ----------
-    coefficients : (m, degree + 1) Bernstein coefficients.
-    """
-    count = coefficients.shape[1]
-    left = np.array([[math.comb(i, j) / 2.0**i for j in range(count)] for i in range(count)])
-    right = left[::-1, ::-1]
-    owner, c = np.arange(len(coefficients)), coefficients
-    attained, bound = np.full(len(c), -np.inf), np.full(len(c), -np.inf)
-    for halving in range(_HALVINGS):
-        np.maximum.at(attained, owner, np.maximum(c[:, 0], c[:, -1]))
-        upper = c.max(axis=1)
-        done = (upper <= attained[owner] + tolerance) | (halving == _HALVINGS - 1)
-        np.maximum.at(bound, owner[done], upper[done])
-        c, owner = c[~done], np.tile(owner[~done], 2)
-        c = np.concatenate([c @ left.T, c @ right.T])
-    return bound
 
 
 def rigorous_excess(

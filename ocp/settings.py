@@ -18,7 +18,8 @@ class Settings:
 
     Attributes
     ----------
-    scheme, degree, intervals : transcription and the uniform mesh of the first round (per phase).
+    scheme, degree, intervals : transcription and the uniform mesh of the first round (per phase);
+        the degree is raised where a higher one integrates the dynamics exactly.
     control_shape : of controls that do not state their own.
     refine : whether to adapt the mesh.
     dynamics_tolerance : integrated residual of the dynamics per interval, relative.

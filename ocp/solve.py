@@ -13,6 +13,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ocp.chains import first_degree
 from ocp.diagnose import collapsed, failure
 from ocp.errors import Interrupted, SolveFailed, StatementError, Unverified
 from ocp.evaluate import Evaluator
@@ -128,7 +129,10 @@ def _constants(problem: Problem, changed: Mapping[Constant, float] | None) -> di
 
 
 def _first_mesh(problem: Problem, settings: Settings) -> Mesh:
-    return Mesh(tuple(uniform(settings.intervals, settings.degree) for _ in problem.phases))
+    return Mesh(tuple(
+        uniform(settings.intervals, first_degree(problem, phase, settings))
+        for phase in problem.phases
+    ))  # fmt: skip
 
 
 def _rounds(

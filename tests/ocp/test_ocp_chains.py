@@ -4,8 +4,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from ocp import Constant, Control, Phase, Problem, Settings, State, solve
-from ocp.chains import chain_length, shape_of
+from ocp import Algebraic, Constant, Control, Phase, Problem, Settings, State, solve, time
+from ocp.chains import chain_length, exact_degree, first_degree, shape_of
 
 
 def phase(rates):
@@ -49,3 +49,49 @@ def test_the_chain_is_integrated_without_error_on_any_mesh(scheme):
     assert 720 <= found.objective <= 720 * 1.01
     ends = np.array([found.sample(s, [1.0])[0] for s in (x, v, a)])
     np.testing.assert_allclose(ends, [1, 0, 0], atol=1e-9)
+
+
+def test_degrees_that_are_exact():
+    x, v, u = State("x"), State("v"), Control("u")
+    two = {"constant": 2, "linear": 3, "polynomial": None}
+    for shape, degree in two.items():
+        assert degree_of({x: v, v: u}, control_shape=shape) == degree
+    assert degree_of({x: v, v: u}) == 3  # automatic: linear
+    assert degree_of({x: v**2, v: 3 * u}, control_shape="constant") == 3
+    assert degree_of({x: v * time, v: u + time}, control_shape="constant") == 4
+    assert degree_of({x: v, v: u - x}, control_shape="constant") is None  # feeds back
+    assert degree_of({x: ca.sin(v), v: u}, control_shape="constant") is None
+    z = Algebraic("z")
+    assert degree_of({x: z, v: u}, control_shape="constant") is None
+
+
+def degree_of(rates, **settings):
+    p = phase(rates)
+    problem = Problem("p", p, minimise=p.at_end(next(iter(rates))))
+    return exact_degree(problem, p, Settings(**settings))
+
+
+@pytest.mark.parametrize("scheme", ["radau", "gauss", "lobatto"])
+def test_the_degree_of_the_first_mesh_suffices_for_a_long_chain(scheme):
+    # the last of six integrators of a constant is t^6 / 720: degree 4, the default, misses it
+    states = [State(f"x{i}") for i in range(6)]
+    u = Control("u", shape="constant", lower=-1, upper=1)
+    p = Phase("chain", dict(zip(states, [u, *states], strict=False)), dict.fromkeys(states, 0))
+    found = solve(
+        Problem("far", p, maximise=p.at_end(states[-1])),
+        settings=Settings(scheme=scheme, intervals=3, refine=False),
+    )
+    assert found.objective == pytest.approx(1 / 720, rel=1e-8)
+    assert found.record[0].dynamics_error <= 1e-13
+    assert set(found.trajectory.phases[0].degrees) == {6}
+    assert found.verification.miss <= 1e-12
+
+
+def test_the_degree_is_not_raised_beyond_the_highest():
+    x, v, u = State("x"), State("v"), Control("u", shape="constant")
+    p = phase({x: v**9, v: u})
+    problem = Problem("p", p, minimise=p.at_end(x))
+    assert exact_degree(problem, p, Settings()) == 10
+    assert first_degree(problem, p, Settings()) == 4
+    assert first_degree(problem, p, Settings(highest_degree=10)) == 10
+    assert first_degree(problem, p, Settings(scheme="trapezoid", highest_degree=10)) == 4

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ocp import Bound, Constant, Control, Phase, Problem, Settings, State, solve, time
-from ocp.rigorous import largest, polynomial_degree
+from ocp.polynomial import largest, polynomial_degree
 from ocp.schemes import bernstein
 
 x, u, k = ca.SX.sym("x"), ca.SX.sym("u"), ca.SX.sym("k")
