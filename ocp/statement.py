@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
 from ocp.checks import check_boundary, check_problem, check_symbols, check_times
 from ocp.errors import StatementError
@@ -125,6 +126,31 @@ class Phase:
                 f"{instant} s lies outside phase '{self.name}' ({self.start} to {self.end} s)"
             )
         return self._functional("value", f"value at {instant} s", "1", expression, at=instant)
+
+    def misfit(self, expression: Any, times: Any, values: Any, weights: Any = 1.0) -> ca.SX:
+        """Weighted sum of squared differences between an expression and data.
+
+        Parameters
+        ----------
+        times, values : (m,) data, times inside a phase of fixed times [s].
+        weights : number or (m,)
+
+        Raises
+        ------
+        StatementError
+            When there are not as many values as times, or a time lies outside.
+        """
+        t, data = np.atleast_1d(times).astype(float), np.atleast_1d(values).astype(float)
+        if t.shape != data.shape or t.ndim != 1 or np.shape(weights) not in ((), t.shape):
+            raise StatementError(
+                f"data of phase '{self.name}' have {t.size} times, {data.size} values and "
+                f"{np.size(weights)} weights; give as many values as times, and one weight or as "
+                "many"
+            )
+        w = np.broadcast_to(np.asarray(weights, dtype=float), t.shape)
+        terms = [float(w[i]) * (self.at(float(t[i]), expression) - float(data[i])) ** 2
+                 for i in range(t.size)]  # fmt: skip
+        return ca.SX(sum(terms))
 
     @cached_property
     def start_time(self) -> Functional:

@@ -116,7 +116,6 @@ def _contents(chosen: Sequence[Benchmark]) -> Table:
 
 def _table(found: Sequence[Measurement]) -> Table:
     from ocp import Settings
-    from studies.benchmarks.measure import violation_allowed
     from studies.benchmarks.violation import POINTS
 
     return Table(
@@ -130,7 +129,7 @@ def _table(found: Sequence[Measurement]) -> Table:
             "error: of the value, relative to the trusted optimum.",
             "replay miss: of the end state when another integrator repeats the motion, relative.",
             f"violation: the largest of any bound at {POINTS} times of each phase, relative, of "
-            f"solution and replay; {violation_allowed(Settings()):.0e} is allowed.",
+            f"solution and replay; {Settings().path_tolerance:.0e} is allowed.",
         ),
     )  # fmt: skip
 

@@ -87,15 +87,10 @@ def _measured(
     passed = (
         solution.verification.passed
         and abs(error) <= benchmark.tolerance
-        and violation <= violation_allowed(settings)
+        and violation <= settings.path_tolerance
     )
     return Measurement(
         benchmark.name, benchmark.optimum, benchmark.tolerance, benchmark.source,
         passed, verdict, seconds, solution.objective, error, solution.mesh.intervals,
         len(solution.record), solution.iterations, solution.verification.miss, violation,
     )  # fmt: skip
-
-
-def violation_allowed(settings: Settings) -> float:
-    """Largest relative violation with which an answer passes, as in the engine's verification."""
-    return 10 * settings.path_tolerance

@@ -5,9 +5,11 @@ import math
 import casadi as ca
 import numpy as np
 import pytest
+from scipy.optimize import minimize_scalar
 
 from ocp import (
     Algebraic,
+    Between,
     Bound,
     Constant,
     Control,
@@ -15,6 +17,7 @@ from ocp import (
     Problem,
     Settings,
     State,
+    StatementError,
     Unknown,
     joined,
     solve,
@@ -56,13 +59,64 @@ def test_a_fit_to_measurements_at_given_instants():
     phase = Phase("decay", {x: -rate * x}, end=2.0)
     instants = np.array([0.1, 0.3, 0.75, 1.21, 1.9])
     data = 1.3 * np.exp(-0.8 * instants)
-    misfit = sum((phase.at(t, x) - y) ** 2 for t, y in zip(instants, data, strict=True))
-    found = solve(Problem("fit", [phase], minimise=misfit))
+    found = solve(Problem("fit", [phase], minimise=phase.misfit(x, instants, data)))
     # exact data: the squared misfit vanishes, its root is known to the root of the tolerance
     assert found.value(rate) == pytest.approx(0.8, abs=1e-5)
     assert found.value(phase.at_start(x)) == pytest.approx(1.3, abs=1e-5)
     np.testing.assert_allclose(found.sample(x, instants), data, atol=1e-5)
     assert set(np.round(instants, 9)) <= set(np.round(found.breakpoints, 9))
+
+
+def test_data_are_weighted():
+    # a constant through 1 and 3 with weights 1 and 3 is 2.5, at a misfit of 1.5^2 + 3 * 0.5^2
+    x = State("x")
+    phase = Phase("still", {x: 0 * x}, end=1.0)
+    misfit = phase.misfit(x, [0.25, 0.75], [1, 3], weights=[1, 3])
+    found = solve(Problem("mean", [phase], minimise=misfit), settings=FEW)
+    assert found.objective == pytest.approx(3.0, rel=SOLVED)
+    assert found.sample(x, 0.5) == pytest.approx(2.5, rel=1e-6)  # flat minimum
+    with pytest.raises(StatementError, match=r"2 times, 1 values.*as many values as times"):
+        phase.misfit(x, [0.1, 0.2], [1])
+    with pytest.raises(StatementError, match=r"1\.5 s lies outside phase 'still'"):
+        phase.misfit(x, 1.5, 0.0)
+
+
+def capped_effort(r):
+    """Peak and effort of 1 m in 1 s: thrust p, then a line to -p in r s, then -p."""
+    p = 12 / (3 - r**2)
+    return p, p**2 * (1 - 2 * r / 3)
+
+
+def test_a_peak_is_bounded():
+    x, v, u, rates = double_integrator()
+    phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: 1, v: 0})
+    cap = Bound("cap", phase.peak(u, absolute=True), "m/s^2", upper=5)
+    found = solve(Problem("capped", [phase], minimise=phase.integral(u**2), bounds=[cap]))
+    assert found.objective == pytest.approx(capped_effort(math.sqrt(0.6))[1], rel=1e-5)
+    assert np.abs(found.sample(u, np.linspace(0, 1, 10_000))).max() <= 5 * (1 + 1e-7)
+
+
+def test_a_weighted_sum_of_peak_and_effort():
+    x, v, u, rates = double_integrator()
+    phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: 1, v: 0})
+    cost = phase.peak(u, absolute=True) + 0.1 * phase.integral(u**2)
+    found = solve(Problem("both", [phase], minimise=cost))
+    best = minimize_scalar(
+        lambda r: capped_effort(r)[0] + 0.1 * capped_effort(r)[1], bounds=(0, 1),
+        method="bounded", options={"xatol": 1e-10},
+    )  # fmt: skip
+    assert found.objective == pytest.approx(best.fun, rel=1e-5)
+
+
+def test_a_free_initial_time():
+    # 12 / T^3 + T is least for T^4 = 36
+    x, v, u, rates = double_integrator()
+    phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: 1, v: 0},
+                  start=Between(-9, 0), end=1.0)  # fmt: skip
+    cost = phase.integral(u**2) + phase.duration
+    found = solve(Problem("early", [phase], minimise=cost), settings=FEW)
+    assert found.value(phase.start_time) == pytest.approx(1 - 36**0.25, rel=1e-6)  # flat minimum
+    assert found.objective == pytest.approx(4 / 3 * 36**0.25, rel=SOLVED)
 
 
 def test_a_jump_of_a_state_between_phases():

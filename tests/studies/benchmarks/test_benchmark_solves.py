@@ -38,7 +38,7 @@ def test_optimum_is_reached(name: str) -> None:
     assert found.passed, found
     assert found.value == pytest.approx(OPTIMA[name], rel=benchmark.tolerance)
     assert found.violation is not None
-    assert found.violation <= 1e-6  # ten times the default path tolerance
+    assert found.violation <= 1e-7  # the default path tolerance, at 10,000 times
 
 
 def _line(**bounds: float) -> Problem:
