@@ -13,6 +13,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ocp.assess import Assessment, assess
 from ocp.chains import first_degree
 from ocp.diagnose import collapsed, failure
 from ocp.errors import Interrupted, SolveFailed, StatementError, Unverified
@@ -22,7 +23,7 @@ from ocp.ipopt import IpoptOptions, NlpResult, run
 from ocp.iterate import decision_vector, trajectory_of
 from ocp.mesh import Mesh, bisected, uniform
 from ocp.multipliers import multipliers, solved_program
-from ocp.refine import Assessment, assess, next_mesh
+from ocp.refine import next_mesh
 from ocp.replay import Replay, replay, replayed
 from ocp.scaling import scales_of
 from ocp.sense import check_sense

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ocp.assess import Assessment, assess
 from ocp.between import dense_peak
 from ocp.evaluate import Evaluator
 from ocp.guess import evaluate_limit
-from ocp.refine import Assessment, assess
 from ocp.replay import Replay
 from ocp.rigorous import Margin, rigorous_excess
 from ocp.settings import Settings

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from studies.results import ResultsFolder
     from studies.truss.config import TrussStudy
     from studies.truss.deployment import Deployment
-    from studies.truss.solve import Outcome
+    from studies.truss.outcome import Outcome
 
 # flag: (place in the configuration, help). Texts are turned into numbers where they are numbers.
 FLAGS: Mapping[str, tuple[tuple[str, ...], str]] = {

@@ -8,7 +8,7 @@ from typing import Any
 from studies.results import ResultsFolder, provenance
 from studies.truss.config import TrussStudy
 from studies.truss.export import as_dictionary
-from studies.truss.solve import Outcome
+from studies.truss.outcome import Outcome
 from studies.truss.verify import checks, record
 
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import functools
 import time as clock
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from models.truss import static_peak
 from ocp import (
     Bound,
     Interrupted,
@@ -30,6 +29,7 @@ from studies.truss.compare import paper_laws
 from studies.truss.config import TrussStudy
 from studies.truss.deployment import Deployment
 from studies.truss.guesses import Start, starts
+from studies.truss.outcome import Attempt, Outcome, basins, global_verdict, local_verdict
 from studies.truss.problem import Statement, control_shape, needs_forces, state
 from studies.truss.quantities import OBJECTIVES
 from studies.truss.solved_law import law_of
@@ -37,66 +37,8 @@ from studies.truss.solved_law import law_of
 if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
     from studies.truss.phase_plane import LeastForce, PhasePlane
 
-SAME_BASIN = 1e-4  # relative: optima closer than this are one basin, solved to different meshes
 BOUND_MET = 1e-4  # relative distance to a global bound that counts as meeting it
 SMOOTHING = 3e-5  # of the Bezier law's value: what smoothness may cost a peak at most
-FAST = 1e-3  # relative: a force peak this far below the static one is due to momentum
-
-
-@dataclass(frozen=True)
-class Attempt:
-    """One start and what came of it: a solution with its statement, or why there is none.
-
-    An unverified solution has both.
-    """
-
-    start: str
-    value: float | None
-    seconds: float
-    statement: Statement | None = None
-    solution: Solution | None = None
-    failure: str | None = None
-
-
-@dataclass(frozen=True)
-class Basin:
-    """Starts that ended in the same optimum.
-
-    Attributes
-    ----------
-    kind : of the force problem: "fast" (momentum carries the motion over the ridge of the static
-        force), "slow" (on that ridge) or "inertial" (above it); else empty.
-    """
-
-    value: float
-    starts: tuple[str, ...]
-    kind: str = ""
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """The best motion found.
-
-    Attributes
-    ----------
-    deployment : the optimal law on its truss.
-    solution : of the last stage.
-    attempts : all starts, those that failed among them.
-    basins : optima found, best first.
-    bounds : lower bounds by quantity.
-    verdict : what the result is, in words.
-    remarks : sentences that belong beside it.
-    interrupted : whether the user stopped the search.
-    """
-
-    deployment: Deployment
-    solution: Solution
-    attempts: tuple[Attempt, ...]
-    basins: tuple[Basin, ...]
-    bounds: Mapping[str, float]
-    verdict: str
-    remarks: tuple[str, ...]
-    interrupted: bool
 
 
 class Search:
@@ -279,8 +221,14 @@ class Search:
         best = min(solved, key=lambda attempt: attempt.value or 0.0)
         assert best.statement is not None
         assert best.solution is not None
-        basins = tuple(replace(b, kind=self._kind(b.value)) for b in _basins(solved))
-        verdict = self._verdict(best, basins, len(attempts))
+        found = basins(self.study, solved)
+        assert best.value is not None
+        if self._bound_met(best.value):
+            verdict = global_verdict(self.study, best.value, self._bound(), found[0])
+        else:
+            verdict = local_verdict(
+                self.study, best.value, self._bound(), found, len(attempts), self.interrupted
+            )
         if not verified:
             verdict = f"unverified: {best.failure}"
         solution = best.solution
@@ -291,7 +239,7 @@ class Search:
             deployment=Deployment("optimal", law, self.study.truss),
             solution=solution,
             attempts=tuple(attempts),
-            basins=basins,
+            basins=found,
             bounds=self.bounds,
             verdict=verdict,
             remarks=tuple(self.remarks),
@@ -362,64 +310,12 @@ class Search:
         bound = self._bound()
         return value is not None and bound is not None and value <= bound * (1 + BOUND_MET)
 
-    def _verdict(self, best: Attempt, basins: Sequence[Basin], tried: int) -> str:
-        bound, value = self._bound(), best.value
-        assert value is not None
-        if self._bound_met(value) and bound is not None:
-            gap = f"gap {abs(value / bound - 1):.1e}"
-            return f"global: the bound {bound:.6g} is met ({gap}){self._speed_of(basins[0])}"
-        kind = f"local: best of {tried} start{'s' * (tried > 1)}"
-        if self.interrupted:
-            kind += f" of {len(self.study.solver.starts)}, then interrupted"
-        listed = "; ".join(
-            f"{basin.value:.6g}{self._speed_of(basin)} from {', '.join(basin.starts)}"
-            for basin in basins
-        )
-        gap = (
-            ""
-            if not bound
-            else f"; its bound leaves room for {100 * (1 - bound / value):.3g} % less"
-        )
-        return f"{kind}; {len(basins)} basin{'s' * (len(basins) > 1)} found: {listed}{gap}"
-
-    def _kind(self, value: float) -> str:
-        """Which basin of the force problem has this value."""
-        if self.study.minimise[0].keys() != {"peak-force"}:
-            return ""
-        ratio = value / static_peak(self.study.truss).force
-        if ratio < 1 - FAST:
-            return "fast"
-        return "slow" if ratio < 1 + FAST else "inertial"
-
-    def _speed_of(self, basin: Basin) -> str:
-        """Which basin of the force problem this is, in words."""
-        if not basin.kind:
-            return ""
-        ridge = f"the static {static_peak(self.study.truss).force:.6g} N"
-        words = {
-            "fast": f"momentum carries it over {ridge}",
-            "slow": ridge,
-            "inertial": f"above {ridge}",
-        }
-        return f" ({basin.kind}: {words[basin.kind]})"
-
 
 def _mesh_of(phase: PhaseTrajectory) -> PhaseMesh:
     """The mesh on which a trajectory was found."""
     fractions = (phase.breakpoints - phase.start) / (phase.end - phase.start)
     fractions[0], fractions[-1] = 0.0, 1.0
     return PhaseMesh(fractions, phase.degrees)
-
-
-def _basins(solved: Sequence[Attempt]) -> tuple[Basin, ...]:
-    found: list[Basin] = []
-    for attempt in sorted(solved, key=lambda attempt: attempt.value or 0.0):
-        value = attempt.value or 0.0
-        if found and abs(value - found[-1].value) <= SAME_BASIN * abs(found[-1].value):
-            found[-1] = replace(found[-1], starts=(*found[-1].starts, attempt.start))
-        else:
-            found.append(Basin(value, (attempt.start,)))
-    return tuple(found)
 
 
 def _result_of(attempt: Attempt, study: TrussStudy) -> str:

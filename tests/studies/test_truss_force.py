@@ -12,7 +12,8 @@ from studies.console import Console
 from studies.paper import PINNED, WITH_FRICTION, D
 from studies.truss.config import DEPLOYED, study_from
 from studies.truss.deployment import Deployment
-from studies.truss.solve import Outcome, Search
+from studies.truss.outcome import Outcome
+from studies.truss.solve import Search
 
 BALANCE = 1e-8  # of the motor's work; the quadrature leaves 1e-14
 

@@ -1,0 +1,144 @@
+"""What is wrong with a solved mesh round between its points."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocp.between import Extremes, constraint_excess, dynamics_error, quadrature_error
+from ocp.costates import PhaseCostates, costates
+from ocp.evaluate import Evaluator
+from ocp.guess import evaluate_limit
+from ocp.mesh import Extra
+from ocp.optimality import gains, hamiltonian
+from ocp.switches import Jump, control_errors, control_samples, jumps
+from ocp.trajectory import Trajectory
+from ocp.transcribe import Transcription
+
+Array = NDArray[np.float64]
+_SMOOTH = 3e-4
+_MOST_EXTRA = 4
+
+
+@dataclass(frozen=True)
+class PhaseAssessment:
+    """Errors of one phase, per interval.
+
+    Attributes
+    ----------
+    dynamics : (N,) relative errors of the dynamics and the integrals.
+    gain : (N,) what a finer control could gain, relative to the objective, to first order, where
+        the control is rough.
+    switching : (N,) the same wherever it is.
+    excess : one `Extremes` a continuous constraint, relative to its size on the trajectory.
+    jumps : found jumps of the controls.
+    crowded : (N,) whether a constraint is exceeded although several extra points hold it already.
+    """
+
+    dynamics: Array
+    gain: Array
+    switching: Array
+    excess: tuple[Extremes, ...]
+    jumps: tuple[Jump, ...]
+    crowded: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """Errors of a solved mesh round between its points."""
+
+    phases: tuple[PhaseAssessment, ...]
+
+    @property
+    def dynamics(self) -> float:
+        """Largest error of the dynamics."""
+        return max(float(p.dynamics.max()) for p in self.phases)
+
+    @property
+    def excess(self) -> float:
+        """Largest excess of a continuous constraint."""
+        return max((float(e.values.max()) for p in self.phases for e in p.excess), default=0.0)
+
+    @property
+    def gain(self) -> float:
+        """What finer controls could still gain, relative to the objective, to first order."""
+        return sum(float(p.gain.sum()) for p in self.phases)
+
+
+def assess(
+    transcription: Transcription, trajectory: Trajectory, evaluator: Evaluator,
+    tolerance: float, multipliers: Array | None = None, objective: float = 1.0,
+) -> Assessment:  # fmt: skip
+    """Evaluate a round's solution between its points; gains need its row multipliers.
+
+    `tolerance` says what counts as an excess of a continuous constraint.
+    """
+    adjoints = costates(transcription, multipliers) if multipliers is not None else None
+    return Assessment(tuple(
+        _assess_phase(transcription, trajectory, evaluator, i, tolerance,
+                      adjoints[i] if adjoints is not None else None, objective)
+        for i in range(len(transcription.layouts))
+    ))  # fmt: skip
+
+
+def _assess_phase(
+    transcription: Transcription, trajectory: Trajectory, evaluator: Evaluator, index: int,
+    tolerance: float, adjoints: PhaseCostates | None, objective: float,
+) -> PhaseAssessment:  # fmt: skip
+    layout, mesh = transcription.layouts[index], transcription.mesh.phases[index]
+    own = trajectory.phase(layout.phase.name)
+    peaks = dict(zip(transcription.peak_ids, trajectory.peaks, strict=True))
+    excess = tuple(
+        constraint_excess(evaluator, trajectory, own.name, c, peaks)
+        if not c.is_equation else _nothing(mesh.intervals)
+        for c in transcription.constraints[index]
+    )  # fmt: skip
+    fractions = (own.breakpoints - own.start) / (own.end - own.start)
+    found = [jump for j in range(len(own.controls))
+             for jump in jumps(*control_samples(own, j), fractions)]  # fmt: skip
+    gain, rough = np.zeros(mesh.intervals), np.zeros(mesh.intervals, dtype=bool)
+    if adjoints is not None:
+        slopes = hamiltonian(transcription, layout)
+        gain = gains(transcription, trajectory, adjoints, layout, slopes)
+        gain /= max(abs(objective), 1e-3 * transcription.scales.objective)
+        limits = {c.name: (evaluate_limit(c.lower, trajectory.constants),
+                           evaluate_limit(c.upper, trajectory.constants))
+                  for c in slopes.controls}  # fmt: skip
+        rough = control_errors(own, mesh, limits) >= _SMOOTH
+    sizes = [transcription.scales.signals[s.name] for s in layout.states]
+    error = np.maximum(
+        dynamics_error(evaluator, trajectory, own.name, sizes),
+        _integrals_error(transcription, trajectory, evaluator, own.name),
+    )
+    return PhaseAssessment(
+        error, np.where(rough, gain, 0.0), gain, excess, tuple(found),
+        _crowded(transcription.mesh.extra[index], excess, mesh.intervals, tolerance),
+    )  # fmt: skip
+
+
+def _integrals_error(
+    transcription: Transcription, trajectory: Trajectory, evaluator: Evaluator, phase: str
+) -> Array:
+    """Error of the integrals over a phase in each interval, (N,)."""
+    integrals = [f for f in transcription.problem.functionals
+                 if f.kind == "integral" and f.pieces[0][0] == phase]  # fmt: skip
+    sizes = [transcription.scales.functionals[f] for f in integrals]
+    return quadrature_error(evaluator, trajectory, integrals, phase, sizes)
+
+
+def _crowded(
+    extra: Sequence[Extra], excess: Sequence[Extremes], intervals: int, tolerance: float
+) -> NDArray[np.bool_]:
+    """Intervals in which further extra points would not do."""
+    crowded = np.zeros(intervals, dtype=bool)
+    for e in extra:
+        held = np.bincount(e.intervals, minlength=intervals) > _MOST_EXTRA
+        crowded |= held & (excess[e.constraint].values > tolerance)
+    return crowded
+
+
+def _nothing(intervals: int) -> Extremes:
+    return Extremes(np.full(intervals, -np.inf), np.full(intervals, 0.5))
