@@ -24,6 +24,7 @@ from ocp.errors import (
 from ocp.ipopt import IpoptOptions
 from ocp.lexicographic import solve_lexicographic
 from ocp.mesh import Mesh
+from ocp.one_sided import ActiveSetWarning, Sided
 from ocp.scaling_report import scaling_report
 from ocp.settings import Settings
 from ocp.solution import Round, Solution, Verification
@@ -35,12 +36,12 @@ from ocp.terms import Bound, Functional
 from ocp.trajectory import PhaseTrajectory, Trajectory
 
 __all__ = [
-    "Algebraic", "Between", "Bound", "Certificate", "Collapsed", "Constant", "Control",
-    "Functional", "Infeasible", "Interrupted", "InvalidNumber", "IpoptOptions", "IterationLimit",
-    "Mesh", "NumericalTrouble", "OcpError", "Overdetermined", "Phase", "PhaseTrajectory",
-    "Problem", "Relaxation", "Relaxed", "Round", "Settings", "Solution", "SolveFailed", "State",
-    "StatementError", "StatementWarning", "Tolerances", "Trajectory", "Unbounded", "Unknown",
-    "Unverified", "Verification", "certify", "joined", "load", "peak", "relaxed", "save",
-    "scaling_report", "solve",
-    "solve_lexicographic", "time", "with_objective",
+    "ActiveSetWarning", "Algebraic", "Between", "Bound", "Certificate", "Collapsed", "Constant",
+    "Control", "Functional", "Infeasible", "Interrupted", "InvalidNumber", "IpoptOptions",
+    "IterationLimit", "Mesh", "NumericalTrouble", "OcpError", "Overdetermined", "Phase",
+    "PhaseTrajectory", "Problem", "Relaxation", "Relaxed", "Round", "Settings", "Sided",
+    "Solution", "SolveFailed", "State", "StatementError", "StatementWarning", "Tolerances",
+    "Trajectory", "Unbounded", "Unknown", "Unverified", "Verification", "certify", "joined",
+    "load", "peak", "relaxed", "save", "scaling_report", "solve", "solve_lexicographic", "time",
+    "with_objective",
 ]  # fmt: skip

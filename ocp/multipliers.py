@@ -193,12 +193,15 @@ def column_multipliers(solved: SolvedProgram, constants: dict[str, float]) -> Ar
     return np.where(lower == upper, -gradient, solved.bound_multipliers)
 
 
-def lagrangian(blocks: tuple[Block, ...], solved: SolvedProgram, constants: Array) -> float:
-    """Scaled objective plus multipliers times rows, from kernels alone."""
-    total = 0.0
+def evaluated(
+    blocks: tuple[Block, ...], solved: SolvedProgram, constants: Array
+) -> tuple[float, Array]:
+    """Scaled objective and rows at the solution, from kernels alone."""
+    objective, rows = 0.0, np.zeros(solved.transcription.rows.count)
     for block in blocks:
         many = block.kernel.map(block.count, [False, False, True])
         f, g = many(solved.x[block.columns].T, block.data.T, constants)
-        total += float(ca.sum2(f))
-        total += float(np.sum(np.array(g).T * solved.row_multipliers[block.rows]))
-    return total
+        objective += float(ca.sum2(f))
+        if block.rows.size:
+            np.add.at(rows, block.rows, np.array(g).T)
+    return objective, rows

@@ -2,7 +2,8 @@
 
 By the envelope theorem ``dJ/dp`` is the partial derivative of the Lagrangian: through the
 functions for a constant, ``-mu`` for a limit (`ocp.multipliers` has the sign).  Nothing is solved
-again.  Breakpoints that the optimiser moved are unknowns like others and drop out.
+again.  Breakpoints that the optimiser moved are unknowns like others and drop out.  Where several
+sets of multipliers fit, the optimum has a kink: `ocp.one_sided` finds the slope on either side.
 
 The names are those of the statement: a constant's own; ``"x upper"`` for a bound of a signal,
 unknown or `Bound` of the problem; ``"phase: power upper"`` for a `Bound` of a phase;
@@ -26,32 +27,44 @@ from ocp.guess import evaluate_limit
 from ocp.layout import PhaseLayout
 from ocp.limits import Limits
 from ocp.local import Context
-from ocp.multipliers import SolvedProgram, column_multipliers, lagrangian, path_rows
+from ocp.multipliers import SolvedProgram, column_multipliers, evaluated, path_rows
 from ocp.phase_blocks import phase_blocks
 from ocp.statement import Problem
 from ocp.symbols import Between, resolve, scalar
 from ocp.terminal import terminal_block
-from ocp.transcribe import Transcription, inline_weights
+from ocp.transcribe import inline_weights
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 _STEP = 1e-3  # of the duration, in differences of fourth order: error 1e-12
+_NEAR = 1e-4  # scaled distance from a limit below which it is touched
+
+
+@dataclass(frozen=True)
+class Slope:
+    """Derivative of the Lagrangian by a named number: ``direct + by_multiplier @ multipliers``.
+
+    Attributes
+    ----------
+    by_multiplier : (rows + unknowns,) factors of the scaled multipliers of rows and bounds.
+    touching : whether it is a limit that the solution touches.
+    """
+
+    name: str
+    direct: float
+    by_multiplier: Array
+    touching: bool = False
 
 
 @dataclass(frozen=True)
 class Limited:
-    """A named pair of limits and the multipliers that belong to it.
-
-    Attributes
-    ----------
-    at_lower, at_upper : (m,) multipliers [unit of the objective per unit of the limit].
-    """
+    """A named pair of limits and the entries, rows then unknowns, that it holds back."""
 
     name: str
     lower: Any
     upper: Any
-    at_lower: Array
-    at_upper: Array
+    at_lower: Integers
+    at_upper: Integers
 
 
 def sensitivities(solved: SolvedProgram, constants: Mapping[str, float]) -> dict[str, float]:
@@ -64,48 +77,93 @@ def sensitivities(solved: SolvedProgram, constants: Mapping[str, float]) -> dict
     Returns
     -------
     dict
-        ``dJ/dvalue`` by name, `J` as it is minimised or maximised.  One-sided where the active
-        set is about to change.  Fixed times of a phase with values at named instants are left
-        out, as these instants would have to move too.
+        ``dJ/dvalue`` by name, `J` as it is minimised or maximised, from the multipliers that the
+        solver found.  Fixed times of a phase with values at named instants are left out, as these
+        instants would have to move too.
     """
-    found, sense = {}, solved.problem.sense
-    direct = constant_slopes(solved, constants)
-    for item in limited(solved, dict(constants)):
+    both = all_multipliers(solved, constants)
+    return {
+        slope.name: solved.problem.sense * (slope.direct + float(slope.by_multiplier @ both))
+        for slope in slopes(solved, constants)
+    }
+
+
+def all_multipliers(solved: SolvedProgram, constants: Mapping[str, float]) -> Array:
+    """Scaled multipliers of the rows, then of the unknowns' bounds."""
+    return np.concatenate([solved.row_multipliers, column_multipliers(solved, dict(constants))])
+
+
+def slopes(solved: SolvedProgram, constants: Mapping[str, float]) -> list[Slope]:
+    """Derivatives of the Lagrangian by all named numbers, linear in the multipliers."""
+    direct = {s.name: s for s in constant_slopes(solved, constants)}
+    units, room = per_unit(solved), distances(solved, constants)
+    both = all_multipliers(solved, constants)
+    found: list[Slope] = []
+    for item in limited(solved, constants):
         low, high = (evaluate_limit(v, constants) for v in (item.lower, item.upper))
         if low == high:
-            slopes = {"": (item.upper, -float((item.at_lower + item.at_upper).sum()))}
+            sides = [("", item.upper, item.at_upper, False)]
         else:
-            slopes = {" lower": (item.lower, -float(item.at_lower.sum())),
-                      " upper": (item.upper, -float(item.at_upper.sum()))}  # fmt: skip
-        for suffix, (limit, slope) in slopes.items():
-            if math.isfinite(evaluate_limit(limit, constants)):
-                found[item.name + suffix] = sense * slope
-                for name, share in limit_slopes(limit, constants).items():
-                    direct[name] += slope * share
-    found.update({name: sense * slope for name, slope in direct.items()})
-    found.update({name: sense * slope for name, slope in time_slopes(solved, constants)})
-    return found
+            at_lower, at_upper = item.at_lower, item.at_upper
+            sides = [(" lower", item.lower, at_lower[both[at_lower] < 0],
+                      bool((room[0][at_lower] <= _NEAR).any())),
+                     (" upper", item.upper, at_upper[both[at_upper] > 0],
+                      bool((room[1][at_upper] <= _NEAR).any()))]  # fmt: skip
+        for suffix, limit, ids, touching in sides:
+            if not math.isfinite(evaluate_limit(limit, constants)):
+                continue
+            vector = np.zeros(units.size)
+            vector[ids] = -units[ids]
+            found.append(Slope(item.name + suffix, 0.0, vector, touching))
+            for name, share in limit_slopes(limit, constants).items():
+                own = direct[name]
+                direct[name] = replace(own, by_multiplier=own.by_multiplier + share * vector)
+    return [*found, *direct.values(), *time_slopes(solved, constants)]
 
 
-def constant_slopes(solved: SolvedProgram, constants: Mapping[str, float]) -> dict[str, float]:
-    """Slope of the Lagrangian through its functions by constant."""
-    named = solved.problem.constants
-    total = np.zeros(len(named))
+def per_unit(solved: SolvedProgram) -> Array:
+    """Multipliers in the user's units per scaled multiplier, of limited rows and of unknowns."""
+    made, size = solved.transcription, solved.scales.objective
+    rows = np.zeros(made.rows.count)
+    for n, b in enumerate((*solved.problem.bounds, *solved.problem.links)):
+        rows[made.blocks[-1].rows[:, n]] = size / solved.scales.bounds["", b.name]
+    for p in path_rows(made):
+        rows[p.rows] = size / made.constraints[p.phase][p.constraint].scale
+    return np.concatenate([rows, size / made.sizes])
+
+
+def distances(solved: SolvedProgram, constants: Mapping[str, float]) -> tuple[Array, Array]:
+    """Scaled distances of rows and unknowns from their lower and upper limits."""
+    made = solved.transcription
+    values = ca.DM([constants[c.name] for c in solved.problem.constants] or ca.DM(0, 1))
+    rows = np.array(made.program.oracle(solved.x, values)[1]).ravel()
+    at = np.concatenate([rows, solved.x])
+    limits = np.hstack([made.rows.evaluate(constants), made.columns.evaluate(constants)])
+    return at - limits[0], limits[1] - at
+
+
+def constant_slopes(solved: SolvedProgram, constants: Mapping[str, float]) -> list[Slope]:
+    """Slopes of the Lagrangian through its functions by each constant."""
+    made, named = solved.transcription, solved.problem.constants
     values = np.array([constants[c.name] for c in named])
-    for block in solved.transcription.blocks if named else ():
+    direct = np.zeros(len(named))
+    table = np.zeros((made.rows.count + made.columns.count, len(named)))
+    for block in made.blocks if named else ():
         kernel = block.kernel
         w, d, c = (ca.SX.sym(s, kernel.sparsity_in(i)) for i, s in enumerate("wdc"))
         f, g = kernel(w, d, c)
-        nu = ca.SX.sym("nu", g.shape[0])
-        slope = ca.densify(ca.gradient(f + ca.dot(nu, g), c))
-        many = ca.Function("slope", [w, d, c, nu], [slope]).map(
-            block.count, [False, False, True, False]
-        )
-        rows = solved.row_multipliers[block.rows].T
-        out = many(solved.x[block.columns].T, block.data.T, values, rows)
-        total += np.array(ca.sum2(out)).ravel()
-    total *= solved.scales.objective
-    return {c.name: float(v) for c, v in zip(named, total, strict=True)}
+        parts = [ca.densify(ca.gradient(f, c)), ca.densify(ca.vec(ca.jacobian(g, c)))]
+        many = ca.Function("slope", [w, d, c], parts).map(block.count, [False, False, True])
+        by_f, by_g = many(solved.x[block.columns].T, block.data.T, values)
+        direct += np.array(ca.sum2(by_f)).ravel()
+        if block.rows.size:
+            entries = np.array(by_g).reshape(len(named), -1, block.count).transpose(2, 1, 0)
+            np.add.at(table, block.rows, entries)
+    size = solved.scales.objective
+    return [
+        Slope(c.name, float(v) * size, column * size)
+        for c, v, column in zip(named, direct, table.T, strict=True)
+    ]
 
 
 def limit_slopes(limit: Any, constants: Mapping[str, float]) -> dict[str, float]:
@@ -120,53 +178,50 @@ def limit_slopes(limit: Any, constants: Mapping[str, float]) -> dict[str, float]
     return {s.name: float(v) for s, v in zip(symbols, values, strict=True)}
 
 
-def limited(solved: SolvedProgram, constants: dict[str, float]) -> Iterator[Limited]:
-    """All named limits of a problem with their multipliers."""
-    made, size = solved.transcription, solved.scales.objective
-    columns = column_multipliers(solved, constants) * size / made.sizes
-    rows = solved.row_multipliers * size
+def limited(solved: SolvedProgram, constants: Mapping[str, float]) -> Iterator[Limited]:
+    """All named limits of a problem with the rows and unknowns they hold back."""
+    made = solved.transcription
+    first = made.rows.count
     bounds = (*solved.problem.bounds, *solved.problem.links)
     for n, b in enumerate(bounds):
-        mu = rows[made.blocks[-1].rows[:, n]] / solved.scales.bounds["", b.name]
-        yield _split(b.name, b.lower, b.upper, mu)
+        yield _either(b.name, b.lower, b.upper, made.blocks[-1].rows[:, n])
     for u, column in zip(solved.problem.unknowns, made.unknown_ids, strict=True):
-        yield _split(u.name, u.lower, u.upper, columns[[column]])
-    signals: dict[Any, list[tuple[Array, Array]]] = {}
-    named: dict[str, tuple[Any, Any, list[Array]]] = {}
-    for i, j, mu in _path_multipliers(made, rows):
-        constraint, phase = made.constraints[i][j], made.layouts[i].phase
+        yield _either(u.name, u.lower, u.upper, first + np.array([column]))
+    signals: dict[Any, list[tuple[Integers, Integers]]] = {}
+    named: dict[str, tuple[Any, Any, list[Integers]]] = {}
+    for part in path_rows(made):
+        constraint = made.constraints[part.phase][part.constraint]
+        layout = made.layouts[part.phase]
         if not constraint.sampled:
-            signal = next(s for s in made.layouts[i].signals if s.name == constraint.name)
-            signals.setdefault(signal, []).append((np.minimum(mu, 0), np.maximum(mu, 0)))
+            signal = next(s for s in layout.signals if s.name == constraint.name)
+            signals.setdefault(signal, []).append((part.rows, part.rows))
         elif constraint.peak is None:
-            name = f"{phase.name}: {constraint.name}"
-            named.setdefault(name, (constraint.lower, constraint.upper, []))[2].append(mu)
+            name = f"{layout.phase.name}: {constraint.name}"
+            named.setdefault(name, (constraint.lower, constraint.upper, []))[2].append(part.rows)
     for name, (lower, upper, parts) in named.items():
-        yield _split(name, lower, upper, np.concatenate(parts))
+        yield _either(name, lower, upper, np.concatenate(parts))
     for layout in made.layouts:
-        yield from _boundary(layout, columns, constants, signals)
-        yield from _times(layout, columns)
+        yield from _boundary(layout, first, constants, signals)
+        yield from _times(layout, first)
     for signal, pairs in signals.items():
         low, high = (np.concatenate(side) for side in zip(*pairs, strict=True))
         yield Limited(signal.name, signal.lower, signal.upper, low, high)
 
 
-def _split(name: str, lower: Any, upper: Any, mu: Array) -> Limited:
-    return Limited(name, lower, upper, np.minimum(mu, 0.0), np.maximum(mu, 0.0))
-
-
-def _path_multipliers(made: Transcription, rows: Array) -> Iterator[tuple[int, int, Array]]:
-    for p in path_rows(made):
-        yield p.phase, p.constraint, rows[p.rows] / made.constraints[p.phase][p.constraint].scale
+def _either(name: str, lower: Any, upper: Any, ids: Integers) -> Limited:
+    return Limited(name, lower, upper, ids, ids)
 
 
 def _boundary(
-    layout: PhaseLayout, columns: Array, constants: Mapping[str, float],
-    signals: dict[Any, list[tuple[Array, Array]]],
+    layout: PhaseLayout, first: int, constants: Mapping[str, float],
+    signals: dict[Any, list[tuple[Integers, Integers]]],
 ) -> Iterator[Limited]:  # fmt: skip
-    """Boundary values; what is left of the multipliers goes to the signals' own bounds."""
+    """Boundary values; the rest of the unknowns of a signal is held by its own bounds."""
+    none = np.empty(0, dtype=np.int64)
     for j, state in enumerate(layout.states):
-        low, high = np.minimum(columns, 0.0), np.maximum(columns, 0.0)
+        inner = [group.support[:, :, j].ravel() for group in layout.groups]
+        ids = np.unique(np.concatenate([layout.nodes[:, j], *inner]))
+        low, high = ids, ids
         for node, what, values in ((0, "initial", layout.phase.initial),
                                    (-1, "final", layout.phase.final)):  # fmt: skip
             value = values.get(state)
@@ -178,25 +233,25 @@ def _boundary(
             fixed = own[0] == own[1]
             mine_low, mine_high = fixed or own[0] >= wide[0], fixed or own[1] <= wide[1]
             yield Limited(f"{layout.phase.name}: {state.name} {what}", pair[0], pair[1],
-                          low[at] * mine_low, high[at] * mine_high)  # fmt: skip
-            low[at], high[at] = low[at] * (not mine_low), high[at] * (not mine_high)
-        inner = [group.support[:, :, j].ravel() for group in layout.groups]
-        ids = np.unique(np.concatenate([layout.nodes[:, j], *inner]))
-        signals.setdefault(state, []).append((low[ids], high[ids]))
+                          first + at if mine_low else none,
+                          first + at if mine_high else none)  # fmt: skip
+            low = np.setdiff1d(low, at) if mine_low else low
+            high = np.setdiff1d(high, at) if mine_high else high
+        signals.setdefault(state, []).append((first + low, first + high))
     held = [(layout.constant, layout.steps), (layout.linear, layout.ramps)]
     for group in layout.groups:
         held += [(layout.polynomial, group.controls), (layout.algebraics, group.algebraics)]
     for kind, table in held:
         for j, signal in enumerate(kind):
-            mu = columns[table[..., j].ravel()]
-            signals.setdefault(signal, []).append((np.minimum(mu, 0.0), np.maximum(mu, 0.0)))
+            own_ids = first + table[..., j].ravel()
+            signals.setdefault(signal, []).append((own_ids, own_ids))
 
 
 def _numbers(pair: tuple[Any, Any], constants: Mapping[str, float]) -> tuple[float, float]:
     return evaluate_limit(pair[0], constants), evaluate_limit(pair[1], constants)
 
 
-def _times(layout: PhaseLayout, columns: Array) -> Iterator[Limited]:
+def _times(layout: PhaseLayout, first: int) -> Iterator[Limited]:
     if layout.ends is None:
         return
     phase = layout.phase
@@ -204,18 +259,17 @@ def _times(layout: PhaseLayout, columns: Array) -> Iterator[Limited]:
         (phase.start, phase.end), layout.ends, ("start", "end"), strict=True
     ):
         pair = (value.lower, value.upper) if isinstance(value, Between) else (value, value)
-        yield _split(f"{phase.name}: {what}", *pair, columns[[column]])
+        yield _either(f"{phase.name}: {what}", *pair, first + np.array([column]))
 
 
-def time_slopes(
-    solved: SolvedProgram, constants: Mapping[str, float]
-) -> Iterator[tuple[str, float]]:
+def time_slopes(solved: SolvedProgram, constants: Mapping[str, float]) -> Iterator[Slope]:
     """Slopes by the initial and final times of phases in which both are fixed.
 
     The kernels are written anew for times a little off, and the Lagrangian is differenced.
     """
-    made = solved.transcription
+    made, size = solved.transcription, solved.scales.objective
     values = np.array([constants[c.name] for c in solved.problem.constants])
+    unknowns = np.zeros(made.columns.count)
     for i, layout in enumerate(made.layouts):
         name = layout.phase.name
         instants = any(
@@ -226,11 +280,14 @@ def time_slopes(
         step = _STEP * (layout.fixed_times[1] - layout.fixed_times[0])
         for what in ("start", "end"):
             at = {
-                n: lagrangian(_retimed(solved, i, what, n * step), solved, values)
+                n: evaluated(_retimed(solved, i, what, n * step), solved, values)
                 for n in (-2, -1, 1, 2)
             }
-            slope = (8 * (at[1] - at[-1]) - (at[2] - at[-2])) / (12 * step)
-            yield f"{name}: {what}", slope * solved.scales.objective
+            direct, rows = (
+                size * (8 * (at[1][p] - at[-1][p]) - (at[2][p] - at[-2][p])) / (12 * step)
+                for p in (0, 1)
+            )
+            yield Slope(f"{name}: {what}", float(direct), np.concatenate([rows, unknowns]))
 
 
 def _retimed(solved: SolvedProgram, index: int, what: str, shift: float) -> tuple[Block, ...]:

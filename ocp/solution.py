@@ -14,10 +14,10 @@ from ocp.evaluate import Evaluator
 from ocp.mesh import Mesh
 from ocp.multipliers import Multipliers, SolvedProgram
 from ocp.names import named
+from ocp.one_sided import Sided, one_sided, single
 from ocp.replay import Replay
 from ocp.rigorous import Margin
 from ocp.scaling_report import ScalingReport, report_of
-from ocp.sensitivity import sensitivities
 from ocp.statement import Phase, Problem
 from ocp.store import packed, unpacked
 from ocp.symbols import resolve, scalar
@@ -190,8 +190,18 @@ class Solution:
         return report_of(self.problem, self.kept_program.scales)
 
     def sensitivities(self) -> dict[str, float]:
-        """Change of the optimum per unit of every named number, see `ocp.sensitivity`."""
-        return sensitivities(self.kept_program, self.trajectory.constants)
+        """Change of the optimum per unit of every named number, see `ocp.sensitivity`.
+
+        Warns
+        -----
+        ActiveSetWarning
+            Where the optimum has a kink; the number is then nan.
+        """
+        return single(self.one_sided_sensitivities())
+
+    def one_sided_sensitivities(self) -> dict[str, Sided]:
+        """The same for a decrease and for an increase of the number, see `ocp.one_sided`."""
+        return one_sided(self.kept_program, self.trajectory.constants)
 
     @property
     def kept_program(self) -> SolvedProgram:

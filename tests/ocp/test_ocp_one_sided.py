@@ -1,0 +1,84 @@
+"""Optima with a kink: their slopes on either side in closed form, and a warning."""
+
+import math
+
+import pytest
+
+from ocp import (
+    ActiveSetWarning,
+    Bound,
+    Constant,
+    Control,
+    Phase,
+    Problem,
+    Settings,
+    State,
+    peak,
+    solve,
+)
+
+SMOOTH = 1e-6  # the solver's dual tolerance
+FEW = Settings(intervals=6)
+
+
+def two_caps(first=1.0, second=1.0, sense="maximise"):
+    """x(1) is the smaller of two caps of x': it falls with either, and rises with none."""
+    a, b = Constant("a", value=first), Constant("b", value=second)
+    x, u = State("x"), Control("u", upper=a)
+    phase = Phase("dash", {x: u}, {x: 0}, bounds=[Bound("cap", u, upper=b)])
+    end = phase.at_end(x)
+    return Problem("dash", [phase], **{sense: end if sense == "maximise" else -end})
+
+
+@pytest.mark.parametrize(("sense", "sign"), [("maximise", 1.0), ("minimise", -1.0)])
+def test_two_caps_at_once(sense, sign):
+    found = solve(two_caps(sense=sense), settings=FEW)
+    slopes = found.one_sided_sensitivities()
+    for name in ("a", "b", "u upper", "dash: cap upper"):
+        assert slopes[name].below == pytest.approx(sign, abs=SMOOTH), name
+        assert slopes[name].above == pytest.approx(0.0, abs=SMOOTH), name
+        assert "about to change" in slopes[name].note
+    assert slopes["dash: end"].is_one
+    assert slopes["dash: end"].above == pytest.approx(sign, abs=SMOOTH)
+    with pytest.warns(ActiveSetWarning, match=r"kink.*by 'a' it changes by -?1.* for a dec"):
+        plain = found.sensitivities()
+    assert math.isnan(plain["a"])
+    assert plain["dash: x initial"] == pytest.approx(sign, abs=SMOOTH)
+
+
+def test_caps_that_are_apart_have_one_slope_each():
+    slopes = solve(two_caps(second=1.01), settings=FEW).one_sided_sensitivities()
+    assert all(s.is_one for s in slopes.values())
+    assert slopes["a"].above == pytest.approx(1.0, abs=SMOOTH)
+    assert slopes["b"].above == pytest.approx(0.0, abs=SMOOTH)
+
+
+def test_the_larger_of_two_peaks():
+    # least peak of a u and b u with a mean u of 1 is max(a, b): at a = b only an increase counts
+    a, b = Constant("a", value=1.0), Constant("b", value=1.0)
+    x, u = State("x"), Control("u", shape="constant")
+    phase = Phase("move", {x: u}, {x: 0}, {x: 1})
+    top = peak((phase, a * u), (phase, b * u), name="load")
+    slopes = solve(Problem("move", [phase], minimise=top), settings=FEW).one_sided_sensitivities()
+    for name in ("a", "b"):
+        assert slopes[name].below == pytest.approx(0.0, abs=SMOOTH)
+        assert slopes[name].above == pytest.approx(1.0, abs=SMOOTH)
+    assert slopes["move: x final"].is_one
+    assert slopes["move: x final"].above == pytest.approx(1.0, abs=SMOOTH)
+
+
+def bryson_denham(roof):
+    x, v, u = State("x", "m", upper=roof), State("v", "m/s"), Control("u", "m/s^2")
+    phase = Phase("hop", {x: v, v: u}, {x: 0, v: 1}, {x: 0, v: -1})
+    return solve(Problem("Bryson-Denham", [phase], minimise=phase.integral(u**2 / 2)))
+
+
+def test_a_roof_that_is_just_touched_is_noted():
+    # without a roof the path is t (1 - t), which touches 1/4: J = 2, and smooth in the roof
+    touched = bryson_denham(0.25).one_sided_sensitivities()["x upper"]
+    assert touched.is_one
+    assert touched.above == pytest.approx(0.0, abs=1e-3)
+    assert "does not press" in touched.note
+    pressing = bryson_denham(1 / 9).one_sided_sensitivities()["x upper"]
+    assert pressing.note == ""
+    assert pressing.above == pytest.approx(-36.0, rel=1e-4)
