@@ -60,12 +60,13 @@ class IpoptOptions:
 
 @dataclass(frozen=True)
 class NlpResult:
-    """What a run of IPOPT left behind.
+    """What a run of a solver left behind.
 
     Attributes
     ----------
     x : (n,) scaled unknowns.
     bound_multipliers : (n,), row_multipliers : (m,) in CasADi's sign, ``L = f + lam^T g``.
+    solver : the one that ran.
     """
 
     outcome: Outcome
@@ -77,6 +78,7 @@ class NlpResult:
     row_multipliers: Array
     iterations: int
     seconds: float
+    solver: str = "ipopt"
 
 
 Listener = Callable[[int, float, Array, Array], bool]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from numbers import Integral
+from typing import Literal
 
 from ocp.errors import StatementError
 from ocp.ipopt import IpoptOptions
@@ -27,6 +28,8 @@ class Settings:
     objective_tolerance : relative change of the optimum in the last refinement of the controls.
     replay_tolerance : miss of the replayed end state, relative.
     rounds, most_intervals : limits of the adaptation.
+    solver : "ipopt", or "fatrop" with IPOPT wherever fatrop fails or has too many intervals; the
+        record of the rounds says what ran.
     """
 
     scheme: SchemeName = "radau"
@@ -42,6 +45,7 @@ class Settings:
     most_intervals: int = 4000
     highest_degree: int = 8
     move_breakpoints: bool = True
+    solver: Literal["ipopt", "fatrop"] = "ipopt"
     ipopt: IpoptOptions = field(default_factory=IpoptOptions)
 
     def __post_init__(self) -> None:
@@ -49,6 +53,8 @@ class Settings:
             value = getattr(self, name)
             if not isinstance(value, Integral) or value < 1:
                 raise StatementError(f"the setting '{name}' is {value!r}; give a positive integer")
+        if self.solver not in ("ipopt", "fatrop"):
+            raise StatementError(f"the setting 'solver' is {self.solver!r}; choose ipopt or fatrop")
         for name in ("dynamics", "path", "objective", "replay"):
             value = getattr(self, f"{name}_tolerance")
             if not (math.isfinite(value) and value > 0):

@@ -42,6 +42,7 @@ class Round:
     excess: float
     gain: float
     status: str
+    solver: str = "ipopt"
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from ocp.chains import first_degree
 from ocp.diagnose import collapsed, failure
 from ocp.errors import Interrupted, SolveFailed, StatementError, Unverified
 from ocp.evaluate import Evaluator
+from ocp.fatrop import run_fatrop
 from ocp.guess import start_of
 from ocp.ipopt import IpoptOptions, NlpResult, run
 from ocp.iterate import decision_vector, trajectory_of
@@ -251,12 +252,15 @@ def _run(
     options = settings.ipopt
     listener = _listener(transcription, progress, len(record)) if progress else None
 
-    def attempt(with_options: IpoptOptions) -> NlpResult:
-        return run(
-            transcription.program, x0, transcription.columns.evaluate(constants),
-            transcription.rows.evaluate(constants), parameters, with_options, listener=listener,
-        )  # fmt: skip
+    limits = transcription.columns.evaluate(constants), transcription.rows.evaluate(constants)
 
+    def attempt(with_options: IpoptOptions) -> NlpResult:
+        return run(transcription.program, x0, *limits, parameters, with_options, listener=listener)
+
+    if settings.solver == "fatrop":
+        fast = run_fatrop(transcription, x0, *limits, parameters, options)
+        if fast is not None:
+            return fast
     first: Literal["monotone", "adaptive"] = "monotone" if record else options.barrier
     result = attempt(dataclasses.replace(options, barrier=first))
     if record and result.outcome not in ("solved", "interrupted"):
@@ -306,6 +310,7 @@ def _round(solved: _Solved) -> Round:
         sum(len(m.movable) for m in mesh.phases), solved.result.iterations,
         solved.result.seconds, solved.objective, solved.assessment.dynamics,
         solved.assessment.excess, solved.assessment.gain, solved.result.status,
+        solved.result.solver,
     )  # fmt: skip
 
 
