@@ -214,7 +214,7 @@ def solve_stage(
             solution = solve(stated, settings=settings, guess=guess, progress=progress)
         except SolveFailed as error:
             failure = error
-            if "although the constraints are met" in str(error):
+            if "all constraints met" in str(error):
                 feasible = error.iterate if isinstance(error.iterate, Trajectory) else feasible
             continue
         return Solved(name, stage, solution.trajectory, arm)

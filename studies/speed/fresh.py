@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-TAIL = 200  # characters of an error that are kept
+LONGEST = 120  # characters of an error that are kept
 
 
 @dataclass(frozen=True)
@@ -92,4 +92,4 @@ def _ended(
 
 def _last_word(said: str, code: int) -> str:
     lines = [line.strip() for line in said.splitlines() if line.strip()]
-    return (lines[-1] if lines else f"ended with code {code}")[-TAIL:]
+    return (lines[-1] if lines else f"ended with code {code}")[:LONGEST]

@@ -69,3 +69,40 @@ def curves(rows: Rows, titles: Mapping[str, str]) -> Figure:
 def worst_error(check: Mapping[str, Any]) -> float:
     """The larger of the peak's error and the excess of a cap; not below `FLOOR`."""
     return max(abs(check["peak_error"]), check["excess"] or 0.0, FLOOR)
+
+
+def panels(title: str, along: str, named: Mapping[str, Mapping[str, tuple[Any, Any]]]) -> Figure:
+    """One panel for each quantity: its curves (x, y) by name, both axes logarithmic."""
+    figure = Figure(figsize=(4.2 * len(named), 3.8), dpi=110, layout="constrained")
+    figure.suptitle(title, fontsize=11)
+    axes: Any = figure.subplots(1, len(named), squeeze=False)[0]
+    for panel, (quantity, lines) in zip(axes, named.items(), strict=True):
+        top = 0.0
+        for name, (x, y) in lines.items():
+            panel.plot(x, y, "o-", ms=4, label=name or None)
+            top = max(top, *y, 0.0)
+        panel.set_xscale("log")
+        if len(lines) > 1:
+            panel.set_yscale("log")
+            panel.legend(frameon=False, fontsize=8)
+        else:
+            panel.set_ylim(0.0, 1.15 * top or 1.0)
+        panel.set_xlabel(along)
+        panel.set_ylabel(quantity)
+        panel.grid(alpha=0.3)
+    return figure
+
+
+def labelled_bars(title: str, names: Sequence[str], seconds: Sequence[float], what: str) -> Figure:
+    """A horizontal bar for each name, with its seconds."""
+    figure = Figure(figsize=(8.0, 1.2 + 0.3 * len(names)), dpi=110, layout="constrained")
+    panel = figure.subplots()
+    panel.barh(range(len(names)), list(seconds), color=PARTS_OF_RUN["solve"])
+    for place, value in enumerate(seconds):
+        panel.annotate(f" {value:.2f}", (value, place), va="center", fontsize=8)
+    panel.set_yticks(range(len(names)), list(names))
+    panel.invert_yaxis()
+    panel.margins(x=0.12)
+    panel.set_xlabel(what)
+    panel.set_title(title, fontsize=11, loc="left")
+    return figure

@@ -19,6 +19,12 @@ Record = Mapping[str, Any]
 PARTS = {
     "race": "problems A and B, every contestant, medians",
     "curve": "accuracy against time of every contestant",
+    "benchmarks": "a pass over the problems with known optima",
+    "arm": "the arm's stage of 86 s",
+    "growth": "problem B on meshes of 100 to 20,000 intervals, memory included",
+    "modules": "problem B with 6 to 1000 modules",
+    "elements": "a pendulum of 4 to 64 ANCF elements",
+    "imports": "what loads, and how long it takes",
 }
 
 
