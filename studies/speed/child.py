@@ -7,7 +7,6 @@ everything was imported [MiB].
 from __future__ import annotations
 
 import json
-import resource
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -16,13 +15,10 @@ from typing import Any
 
 import numpy as np
 
+from studies.speed.rows.row import memory
+
 Answer = dict[str, Any]
 PENDULUM = 1.3  # [s] of motion, as in the paper's Table 1
-
-
-def memory() -> float:
-    """Peak memory of this process [MiB]."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
 def growth(intervals: str) -> Answer:
@@ -70,9 +66,7 @@ def _solved(problem: Any, settings: Any) -> Answer:
     }  # fmt: skip
 
 
-def force_problem(
-    modules: int = 24, friction: float = 0.01, duration: float = 5.0
-) -> Any:
+def force_problem(modules: int = 24, friction: float = 0.01, duration: float = 5.0) -> Any:
     """Problem B of the race, by default, with our model; jerk at most 200/T^3."""
     import dataclasses
 

@@ -35,7 +35,14 @@ def tables(record: Record) -> list[Table]:
             number(each and 1e3 * INTERVALS * each, 3), *shown(row, "memory"), row["failure"],
         ))  # fmt: skip
     note = "the trusses differ, and so do the iterations; the program's size does not."
-    return [Table(f"Problem B in 140 s, friction 0.24/modules, {INTERVALS} intervals, medians", head, rows, (note,))]
+    return [
+        Table(
+            f"Problem B in 140 s, friction 0.24/modules, {INTERVALS} intervals, medians",
+            head,
+            rows,
+            (note,),
+        )
+    ]
 
 
 def draw(record: Record) -> Figure:

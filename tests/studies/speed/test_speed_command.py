@@ -8,7 +8,7 @@ import pytest
 
 from studies.cli import main
 from studies.console import Table
-from studies.speed import race_part
+from studies.speed import imports_part, race_part
 from studies.speed.setup import PARTS, Record, Setup, part
 
 
@@ -56,3 +56,15 @@ def test_every_part_has_what_a_part_needs(capsys: pytest.CaptureFixture[str]) ->
         assert all(callable(getattr(module, verb)) for verb in ("measure", "tables", "draw"))
     assert main(["benchmark-speed", "--list"]) == 0
     assert len(capsys.readouterr().out.splitlines()) == len(PARTS)
+
+
+@pytest.mark.parametrize("name", ["growth", "modules", "elements", "benchmarks", "arm"])
+def test_a_failed_measurement_is_a_row_that_says_so(name: str) -> None:
+    record = {"rows": [{"value": 7, "runs": [], "failure": "not done after 1 s"}]}
+    (table,) = part(name).tables(record)
+    assert "not done after 1 s" in str(table)
+
+
+def test_imports_are_summed_by_package() -> None:
+    said = "import time:       250 |        900 |   numpy.core\nimport time: 50 | 50 | numpy\n"
+    assert imports_part.packages(said) == {"numpy": pytest.approx(3e-4)}
