@@ -4,6 +4,7 @@ State a problem with `State`, `Control`, `Phase` and `Problem`, hand it to `solv
 `Solution`, which has been refined, replayed by another integrator and checked between its points.
 """
 
+from ocp.audit import Audit, Optimum, audit
 from ocp.certificate import Certificate, Tolerances, certify
 from ocp.elastic import Relaxation, Relaxed, relaxed
 from ocp.errors import (
@@ -36,12 +37,12 @@ from ocp.terms import Bound, Functional
 from ocp.trajectory import PhaseTrajectory, Trajectory
 
 __all__ = [
-    "ActiveSetWarning", "Algebraic", "Between", "Bound", "Certificate", "Collapsed", "Constant",
-    "Control", "Functional", "Infeasible", "Interrupted", "InvalidNumber", "IpoptOptions",
-    "IterationLimit", "Mesh", "NumericalTrouble", "OcpError", "Overdetermined", "Phase",
-    "PhaseTrajectory", "Problem", "Relaxation", "Relaxed", "Round", "Settings", "Sided",
-    "Solution", "SolveFailed", "State", "StatementError", "StatementWarning", "Tolerances",
-    "Trajectory", "Unbounded", "Unknown", "Unverified", "Verification", "certify", "joined",
-    "load", "peak", "relaxed", "save", "scaling_report", "solve", "solve_lexicographic", "time",
-    "with_objective",
+    "ActiveSetWarning", "Algebraic", "Audit", "Between", "Bound", "Certificate", "Collapsed",
+    "Constant", "Control", "Functional", "Infeasible", "Interrupted", "InvalidNumber",
+    "IpoptOptions", "IterationLimit", "Mesh", "NumericalTrouble", "OcpError", "Optimum",
+    "Overdetermined", "Phase", "PhaseTrajectory", "Problem", "Relaxation", "Relaxed", "Round",
+    "Settings", "Sided", "Solution", "SolveFailed", "State", "StatementError", "StatementWarning",
+    "Tolerances", "Trajectory", "Unbounded", "Unknown", "Unverified", "Verification", "audit",
+    "certify", "joined", "load", "peak", "relaxed", "save", "scaling_report", "solve",
+    "solve_lexicographic", "time", "with_objective",
 ]  # fmt: skip

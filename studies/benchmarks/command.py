@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -31,6 +32,10 @@ def add_to(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     parser.add_argument(
         "--output", "--results", type=Path, metavar="DIR", help="a new folder, for table and JSON"
     )
+    parser.add_argument(
+        "--starts", type=_positive, metavar="K", help="audit instead: solve each from K starts, "
+        "the stated guess and random ones, and list the distinct optima found",
+    )  # fmt: skip
     parser.add_argument("--overwrite", action="store_true", help="replace the results folder")
     parser.set_defaults(run=run)
 
@@ -41,6 +46,8 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
     if options.list:
         console.say(_contents(chosen))
         return ExitCode.OK
+    if options.starts is not None:
+        return _audit_all(chosen, options.starts, console)
     folder = None
     if options.output is not None:
         from studies.results import open_results
@@ -101,6 +108,35 @@ def _measure_all(chosen: Sequence[Benchmark], console: Console) -> list[Measurem
         console.progress(f"{benchmark.name} {word}, {measurement.seconds:.1f} s")
         found.append(measurement)
     return found
+
+
+def _positive(text: str) -> int:
+    value = int(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{value} starts find nothing; give at least 1")
+    return value
+
+
+def _audit_all(chosen: Sequence[Benchmark], starts: int, console: Console) -> ExitCode:
+    """Print which optima `starts` starts find; NOT_VERIFIED if the best one is not the trusted."""
+    from ocp import Interrupted, OcpError, StatementWarning, audit
+
+    missed = False
+    warnings.filterwarnings("ignore", category=StatementWarning)  # as in `measure`
+    for benchmark in chosen:
+        try:
+            found = audit(benchmark.problem, starts=starts, progress=console.progress)
+        except Interrupted as error:
+            console.complain(str(error))
+            return ExitCode.INTERRUPTED
+        except OcpError as error:
+            console.say(f"{benchmark.name}: {type(error).__name__}: {error}")
+            missed = True
+            continue
+        wrong = benchmark.error(found.best.objective)
+        console.say(f"{found}\n  the trusted optimum is {benchmark.optimum:.10g}: {wrong:+.1e}")
+        missed |= abs(wrong) > benchmark.tolerance
+    return ExitCode.NOT_VERIFIED if missed else ExitCode.OK
 
 
 def _contents(chosen: Sequence[Benchmark]) -> Table:

@@ -100,3 +100,10 @@ def test_list_names_sources(capsys: pytest.CaptureFixture[str]) -> None:
 def test_unknown_name_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["benchmarks", "catmx"]) == ExitCode.BAD_INPUT
     assert "the names are brachistochrone" in capsys.readouterr().err
+
+
+def test_an_audit_lists_the_optima_found(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["benchmarks", "via_point", "--starts", "2"]) == ExitCode.OK
+    said = capsys.readouterr().out
+    assert "via_point: local: best of 2 starts (2 agree)" in said
+    assert "the trusted optimum is 10.125" in said
