@@ -89,6 +89,23 @@ def constraint_excess(
     return Extremes(found.values / (largest or 1.0), found.tau)
 
 
+def equation_error(
+    evaluator: Evaluator, trajectory: Trajectory, phase: str, equations: Sequence[Continuous]
+) -> Array:
+    """How far equations are off in each interval relative to their scales, the largest, (N,)."""
+    own = trajectory.phase(phase)
+    worst = np.zeros(len(own.breakpoints) - 1)
+    for equation in equations:
+        limit = evaluate_limit(equation.upper, trajectory.constants)
+
+        def off(k: Integers, tau: Array, e: Any = equation.expression, at: float = limit) -> Array:
+            return np.abs(evaluator.values(trajectory, phase, [e], k, tau).ravel() - at)
+
+        found = maxima(off, worst.size, int(own.degrees.max()))
+        worst = np.maximum(worst, found.values / equation.scale)
+    return worst
+
+
 def dense_peak(evaluator: Evaluator, trajectory: Trajectory, functional: Functional) -> float:
     """A peak evaluated between the points, over all its phases."""
     best = -np.inf

@@ -47,7 +47,7 @@ class Phase:
         Initial and final time [s].
     bounds : sequence of Bound
         Path constraints; those whose limits agree are algebraic equations, imposed at the
-        collocation points.
+        collocation points, and the mesh is refined until they hold between these too.
     guess : mapping of Signal to guess
         A number, a pair (first, last), a callable of time (vectorised), or (times, values).
 

@@ -38,7 +38,7 @@ def verify(
         _over(found.excess, _SLACK * settings.path_tolerance,
               "a path constraint or peak of the replay is exceeded by {} of its size"),
         _over(own.dynamics, _SLACK * settings.dynamics_tolerance,
-              "the dynamics are off by {} between the points"),
+              "the dynamics, an integral or an equation is off by {} between the points"),
         _over(abs(replayed - objective) / size, _SLACK * settings.replay_tolerance,
               "the objective of the replay differs from the solver's by {} of its size"),
         *[_over(m.rigorous or 0.0, _SLACK * settings.path_tolerance,

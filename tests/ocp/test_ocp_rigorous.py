@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ocp import Bound, Constant, Control, Phase, Problem, Settings, State, solve, time
+from ocp import Algebraic, Bound, Constant, Control, Phase, Problem, Settings, State, solve, time
 from ocp.polynomial import largest, polynomial_degree
 from ocp.schemes import bernstein
 
@@ -102,3 +102,18 @@ def test_a_peak_is_bounded():
     bounds = [m.rigorous for m in found.verification.margins]
     assert len(bounds) == 2  # both sides of the absolute value
     assert all(math.isfinite(b) and b <= 1e-7 for b in bounds)
+
+
+def test_equations_hold_between_the_points_too():
+    # z + z^3 = x on so coarse a mesh that it fails between the points at first
+    height, z = State("height"), Algebraic("z", lower=0)
+    law = Bound("law", z + z**3 - height, lower=0, upper=0)
+    phase = Phase("fall", {height: -z}, initial={height: 1}, bounds=[law], guess={z: 0.5})
+    problem = Problem("implicit", phase, minimise=phase.at_end(height))
+    times, error = np.linspace(0, 1, 10_000), {}
+    for refine in (False, True):
+        found = solve(problem, settings=Settings(intervals=2, degree=2, refine=refine))
+        error[refine] = np.abs(found.sample(law.expression, times)).max()
+    (scale,) = (e.size for e in found.scaling.entries if e.kind == "bound")
+    assert error[False] > 1e-4
+    assert error[True] <= 1e-7 * scale
