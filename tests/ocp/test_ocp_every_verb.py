@@ -2,6 +2,7 @@
 
 import math
 import signal
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -44,13 +45,16 @@ pytestmark = pytest.mark.parametrize("name", [
 ])  # fmt: skip
 
 
-def settings_of(name):
-    return COARSE if name == "trapezoid" else Settings(scheme=name, intervals=10)
+def settings_of(name, shape=None):
+    fine = Settings(scheme=name, intervals=10)
+    if shape == "constant":  # steps are of first order, too: a tolerance that 160 intervals meet
+        fine = replace(fine, objective_tolerance=1e-4)
+    return COARSE if name == "trapezoid" else fine
 
 
-def optimum(name, value):
+def optimum(name, value, shape=None):
     """The value within the settings' tolerance on the objective."""
-    return pytest.approx(value, rel=settings_of(name).objective_tolerance)
+    return pytest.approx(value, rel=settings_of(name, shape).objective_tolerance)
 
 
 def double_integrator(**options):
@@ -64,16 +68,16 @@ def least_effort(name, shape=None):
     x, v, u, rates = double_integrator(shape=shape)
     phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: 1, v: 0})
     problem = Problem("transfer", phase, minimise=phase.integral(u**2))
-    return solve(problem, settings=settings_of(name))
+    return solve(problem, settings=settings_of(name, shape))
 
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_shapes_of_controls(name, shape):
     found = least_effort(name, shape)
-    assert found.objective == optimum(name, 12.0)
+    assert found.objective == optimum(name, 12.0, shape)
     times = np.linspace(0.0, 1.0, 12)[1:-1]
-    # steps: half a step of 12 / 320 off; else exact, or of second order
-    allowed = 12 / 300 if shape == "constant" or name == "trapezoid" else 1e-5
+    # steps: half a step of 12 / 80 off at least; else exact, or of second order
+    allowed = 12 / 150 if shape == "constant" or name == "trapezoid" else 1e-5
     np.testing.assert_allclose(found.sample("u", times), 6 - 12 * times, atol=allowed)
 
 
