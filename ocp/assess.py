@@ -8,7 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ocp.between import Extremes, constraint_excess, dynamics_error, quadrature_error
+from ocp.between import (
+    Extremes,
+    constraint_excess,
+    dynamics_error,
+    equation_error,
+    quadrature_error,
+)
 from ocp.costates import PhaseCostates, costates
 from ocp.evaluate import Evaluator
 from ocp.guess import evaluate_limit
@@ -29,7 +35,7 @@ class PhaseAssessment:
 
     Attributes
     ----------
-    dynamics : (N,) relative errors of the dynamics and the integrals.
+    dynamics : (N,) relative errors of the dynamics, the integrals and the equations.
     gain : (N,) what a finer control could gain, relative to the objective, to first order, where
         the control is rough.
     switching : (N,) the same wherever it is.
@@ -109,10 +115,12 @@ def _assess_phase(
                   for c in slopes.controls}  # fmt: skip
         rough = control_errors(own, mesh, limits) >= _SMOOTH
     sizes = [transcription.scales.signals[s.name] for s in layout.states]
-    error = np.maximum(
+    equations = [c for c in transcription.constraints[index] if c.is_equation]
+    error = np.maximum.reduce([
         dynamics_error(evaluator, trajectory, own.name, sizes),
         _integrals_error(transcription, trajectory, evaluator, own.name),
-    )
+        equation_error(evaluator, trajectory, own.name, equations),
+    ])  # fmt: skip
     return PhaseAssessment(
         error, np.where(rough, gain, 0.0), gain, excess, tuple(found),
         _crowded(transcription.mesh.extra[index], excess, mesh.intervals, tolerance),
