@@ -71,7 +71,9 @@ def least_effort(name, shape=None):
     return solve(problem, settings=settings_of(name, shape))
 
 
-@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize(
+    "shape", [pytest.param("constant", marks=pytest.mark.slow), *SHAPES[1:]]
+)  # fmt: skip
 def test_shapes_of_controls(name, shape):
     found = least_effort(name, shape)
     assert found.objective == optimum(name, 12.0, shape)
