@@ -8,16 +8,18 @@ instead of the solution, so that it is cut into segments that amplify less (mult
 
 from __future__ import annotations
 
+import math
+
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import expm
 
 from ocp.trajectory import PhaseTrajectory
 
 Array = NDArray[np.float64]
 MOST = 1e6
 _PIECES = 4  # of an interval, in each of which df/dx is taken as constant
+_TERMS = 13
 _STEP = 1e-6  # of a state's size, in central differences
 
 
@@ -44,10 +46,28 @@ def transitions(rate: ca.Function, own: PhaseTrajectory, sizes: Array) -> Array:
             ends.append(np.array(many(x.T, signals[:, n_x:].T, times[None, :])).T)
         slopes[:, :, j] = (ends[0] - ends[1]) / (2.0 * _STEP) / sizes
     slopes = np.nan_to_num(slopes * (steps / _PIECES)[:, None, None], posinf=0.0, neginf=0.0)
-    parts = expm(slopes).reshape(count, _PIECES, n_x, n_x)
+    parts = exponential(slopes).reshape(count, _PIECES, n_x, n_x)
     found = parts[:, 0]
     for i in range(1, _PIECES):
         found = parts[:, i] @ found
+    return np.asarray(found)
+
+
+def exponential(matrices: Array) -> Array:
+    """Exponential of each matrix of a stack (m, n, n): halved often, a power series, squared back.
+
+    The series of `_TERMS` terms is exact to rounding for norms up to 1/2; squaring loses a digit
+    where the norm is about 10.  SciPy's function would take longer to load than the rest of `ocp`.
+    """
+    norm = float(np.abs(matrices).sum(axis=-1).max(initial=0.0))
+    halvings = max(0, math.ceil(math.log2(max(norm, 1e-300))) + 1)
+    small, unit = np.ldexp(matrices, -halvings), np.eye(matrices.shape[-1])
+    found = np.broadcast_to(unit, matrices.shape)
+    with np.errstate(over="ignore", invalid="ignore"):
+        for k in range(_TERMS, 0, -1):
+            found = unit + small @ found / k
+        for _ in range(halvings):
+            found = found @ found
     return np.asarray(found)
 
 

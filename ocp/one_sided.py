@@ -15,15 +15,17 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linprog
-from scipy.sparse import csr_matrix, hstack, identity
 
 from ocp.multipliers import SolvedProgram
 from ocp.sensitivity import Slope, all_multipliers, distances, slopes
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
 
 Array = NDArray[np.float64]
 _SPREAD = 1e-3  # of a slope or of the objective per size, beyond which its ends count as two
@@ -119,6 +121,8 @@ class _Multipliers:
     @classmethod
     def of(cls, solved: SolvedProgram, constants: Mapping[str, float], both: Array) -> _Multipliers:
         """The multipliers around those of a solution."""
+        from scipy.sparse import csr_matrix, hstack, identity  # slow to load, seldom needed
+
         made = solved.transcription
         values = ca.DM([constants[c.name] for c in solved.problem.constants] or ca.DM(0, 1))
         jacobian = made.program.constraint_jacobian(solved.x, values)[1].sparse()
@@ -144,6 +148,8 @@ class _Multipliers:
         size = float(np.abs(direction).max(initial=0.0))
         if size == 0.0:
             return 0.0
+        from scipy.optimize import linprog
+
         done = linprog(
             -direction / size, A_eq=self.equations, b_eq=np.zeros(self.equations.shape[0]),
             bounds=np.column_stack([self.low, self.high]), method="highs",
