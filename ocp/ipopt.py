@@ -47,6 +47,8 @@ class IpoptOptions:
     tolerance : of the scaled optimality conditions; a stall within a factor 100 of it is accepted.
     constraint_violation : of the scaled constraints.
     max_iterations, seconds : budget of one run.
+    pivot_tolerance : of MUMPS; raise it, say to 0.01, for stiff dynamics: with too small pivots
+        the curvature is misjudged and the steps become short.
     """
 
     tolerance: float = 1e-10
@@ -56,6 +58,7 @@ class IpoptOptions:
     linear_solver: str = "mumps"
     barrier: Literal["monotone", "adaptive"] = "adaptive"
     print_level: int = 0
+    pivot_tolerance: float = 1e-6
 
 
 @dataclass(frozen=True)
@@ -122,6 +125,7 @@ class _Watch(ca.Callback):
 
 def _settings(program: Program, options: IpoptOptions) -> dict[str, Any]:
     """CasADi's and IPOPT's own options."""
+    mumps = options.linear_solver == "mumps"
     return {
         "grad_f": program.objective_gradient,
         "jac_g": program.constraint_jacobian,
@@ -152,7 +156,7 @@ def _settings(program: Program, options: IpoptOptions) -> dict[str, Any]:
         "ipopt.bound_relax_factor": 0.0,
         "ipopt.honor_original_bounds": "yes",
         "ipopt.max_soc": 2,
-    }
+    } | ({"ipopt.mumps_pivtol": options.pivot_tolerance} if mumps else {})
 
 
 def run(
