@@ -45,6 +45,8 @@ class IpoptOptions:
     Attributes
     ----------
     tolerance : of the scaled optimality conditions; a stall within a factor 100 of it is accepted.
+    dual_tolerance : of the optimality conditions before IPOPT divides them by the size of the
+        multipliers; rounding sets its floor where these are large, as in stiff dynamics.
     constraint_violation : of the scaled constraints.
     max_iterations, seconds : budget of one run.
     pivot_tolerance : of MUMPS; raise it, say to 0.01, for stiff dynamics: with too small pivots
@@ -52,6 +54,7 @@ class IpoptOptions:
     """
 
     tolerance: float = 1e-10
+    dual_tolerance: float = 1e-6
     constraint_violation: float = 1e-10
     max_iterations: int = 1000
     seconds: float = 1e6
@@ -137,13 +140,13 @@ def _settings(program: Program, options: IpoptOptions) -> dict[str, Any]:
         "ipopt.print_level": options.print_level,
         "ipopt.tol": options.tolerance,
         "ipopt.constr_viol_tol": options.constraint_violation,
-        "ipopt.dual_inf_tol": 1e-6,
+        "ipopt.dual_inf_tol": options.dual_tolerance,
         "ipopt.compl_inf_tol": 1e-8,
         # progress can stall just above the tolerance where an optimum is flat
         "ipopt.acceptable_iter": 8,
         "ipopt.acceptable_tol": 100.0 * options.tolerance,
         "ipopt.acceptable_constr_viol_tol": options.constraint_violation,
-        "ipopt.acceptable_dual_inf_tol": 1e-6,
+        "ipopt.acceptable_dual_inf_tol": options.dual_tolerance,
         "ipopt.acceptable_compl_inf_tol": 1e-8,
         "ipopt.max_iter": options.max_iterations,
         "ipopt.max_wall_time": options.seconds,
