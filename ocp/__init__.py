@@ -29,7 +29,7 @@ from ocp.one_sided import ActiveSetWarning, Sided
 from ocp.scaling_report import scaling_report
 from ocp.settings import Settings
 from ocp.solution import Round, Solution, Verification
-from ocp.solve import solve
+from ocp.solve import collocate, solve
 from ocp.statement import Phase, Problem, joined, peak, with_objective
 from ocp.store import load, save
 from ocp.symbols import Algebraic, Between, Constant, Control, State, Unknown, time
@@ -43,6 +43,6 @@ __all__ = [
     "Overdetermined", "Phase", "PhaseTrajectory", "Problem", "Relaxation", "Relaxed", "Round",
     "Settings", "Sided", "Solution", "SolveFailed", "State", "StatementError", "StatementWarning",
     "Tolerances", "Trajectory", "Unbounded", "Unknown", "Unverified", "Verification", "audit",
-    "certify", "joined", "load", "peak", "relaxed", "save", "scaling_report", "solve",
+    "certify", "collocate", "joined", "load", "peak", "relaxed", "save", "scaling_report", "solve",
     "solve_lexicographic", "time", "with_objective",
 ]  # fmt: skip

@@ -119,6 +119,33 @@ def solve(
                      begin)  # fmt: skip
 
 
+def collocate(
+    problem: Problem, *, settings: Settings | None = None, guess: Trajectory | None = None,
+    mesh: Mesh | None = None, progress: Progress | None = None,
+) -> tuple[Trajectory, float]:  # fmt: skip
+    """Solve on one mesh and return what IPOPT found, neither refined nor verified.
+
+    For callers who replay the answer on models of their own; others want `solve`. Arguments and
+    errors are those of `solve`.
+
+    Returns
+    -------
+    The trajectory and the objective's value.
+    """
+    settings = settings or Settings()
+    values = _constants(problem, None)
+    scales = scales_of(problem, start_of(problem, values, guess), values)
+    method = Method(settings.scheme, settings.control_shape)
+    transcription = transcribe(problem, mesh or _first_mesh(problem, settings), method, scales)
+    result = _run(transcription, settings, values, guess, (), progress)
+    found = trajectory_of(transcription, result.x, values)
+    if result.outcome == "interrupted":
+        raise Interrupted(f"'{problem.name}' was stopped", found, None, None)
+    if result.outcome != "solved":
+        raise _diagnosed(transcription, result, values)
+    return found, problem.sense * result.objective * scales.objective
+
+
 def _constants(problem: Problem, changed: Mapping[Constant, float] | None) -> dict[str, float]:
     values = {c.name: float(c.value) for c in problem.constants}
     for constant, value in (changed or {}).items():

@@ -113,6 +113,14 @@ class ReducedArm:
         """Position of the elbow (2, 1) [m]."""
         return self.node_coordinates(q)[4:6]
 
+    def first_moment(self, q: Any) -> Any:
+        """Mass times centre of mass (2, 1) [kg m]; its second derivative is the root's force.
+
+        Translations are exact motions of the elements: M times a unit shift weighs the nodes.
+        """
+        shift = np.array([[i % 4 == axis for i in range(16)] for axis in (0, 1)], dtype=float)
+        return ca.DM(shift) @ self._element_mass @ self.node_coordinates(q)
+
     def strain_energy(self, q: Any) -> Any:
         """Bending energy 1/2 q^T K q of both cubic shapes [J]."""
         p = self.embed(q)

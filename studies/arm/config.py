@@ -13,13 +13,14 @@ from typing import Any
 from models.arm.parameters import ArmParameters, tube
 from models.errors import ModelError
 from studies.arm.numbers import NUMBERS
+from studies.arm.objectives import OBJECTIVES
 from studies.arm.problem import Limits
 from studies.arm.stage import STAGES, Stage
 from studies.exit_codes import StudyError
 
 DURATIONS = {"big": 8.6, "small": 11.2, "both": 11.2}  # [s], a tenth of the paper's
 TUBES = {"big": (3.0, 0.060, 0.002), "small": (2.0, 0.050, 0.0015)}  # ours but for the lengths
-WORDS = ("stage",)
+WORDS = ("stage", "objective")
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,7 @@ class ArmStudy:
     Attributes
     ----------
     stage : Stage
+    objective : what is least, a key of `OBJECTIVES`.
     limits : caps.
     sample_time : of the exported profile [s].
     pointing_error : of the tip [m].
@@ -36,6 +38,7 @@ class ArmStudy:
     """
 
     stage: Stage
+    objective: str
     limits: Limits
     sample_time: float
     pointing_error: float
@@ -68,10 +71,11 @@ def study_from(raw: Mapping[str, Any]) -> ArmStudy:
             raise StudyError(f"unknown key {key}; {_hint(key, (*WORDS, *NUMBERS))}")
     values = {k: _number(k, v) for k, v in raw.items() if k in NUMBERS}
     name = _choice("stage", raw.get("stage", "big"), STAGES)
+    objective = _choice("objective", raw.get("objective", "smoothest"), OBJECTIVES)
     stage = _stage(name, _arm(values), values)
     return ArmStudy(
-        stage, _limits(values), values.get("sample_time", 0.1),
-        values.get("pointing_error", 1e-4), {"stage": name, **values},
+        stage, objective, _limits(values), values.get("sample_time", 0.1),
+        values.get("pointing_error", 1e-4), {"stage": name, "objective": objective, **values},
     )  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from models.ancf.assembly import dense
 from models.ancf.eliminated import Eliminated
-from models.ancf.joint import Locked
+from models.ancf.joint import Locked, joint_rates
 from models.ancf.link import Chain
 from models.ancf.simulate import simulate
 from studies.arm.replay import SMOOTH, Motion, Replay, replay
@@ -99,6 +99,33 @@ def bending_moments(chain: Chain, link: int, q: Array) -> Array:
             curvature = (s[0] * r[1] - s[1] * r[0]) / (s**2).sum(axis=0)
             best = np.maximum(best, np.abs(beam.bending_stiffness * curvature))
     return best
+
+
+def deflections(replayed: Replay) -> Array:
+    """Largest distance (L,) of each link's end from the tangent at its start [m]."""
+    run = replayed.run.before
+    out = []
+    for k in range(len(run.chain.links)):
+        first, last = (list(run.chain.slots(k, node)) for node in (0, -1))
+        along, chord = run.q[first[2:]], run.q[last[:2]] - run.q[first[:2]]
+        across = (along[0] * chord[1] - along[1] * chord[0]) / np.hypot(*along)
+        out.append(np.abs(across).max())
+    return np.array(out)
+
+
+def mean_square(replayed: Replay) -> float:
+    """Mean square torque of the driven joints together [N^2 m^2]: the heat of the motors."""
+    run = replayed.run.before
+    total = (run.torque[list(replayed.motion.stage.moving)] ** 2).sum(axis=0)
+    return float(np.trapezoid(total, run.times) / (run.times[-1] - run.times[0]))
+
+
+def work_drawn(replayed: Replay) -> float:
+    """Mechanical work of drives that recover nothing [J]."""
+    run = replayed.run.before
+    power = run.torque * joint_rates(run.chain, run.q, run.v)
+    drawn = np.maximum(power[list(replayed.motion.stage.moving)], 0.0)
+    return float(np.trapezoid(drawn, run.times).sum())
 
 
 def stress(moment: float, stiffness: float, diameter: float, modulus: float) -> float:

@@ -19,8 +19,9 @@ from scipy.interpolate import BPoly, PPoly
 
 from models.ancf.joint import Driven, Joint, Torque
 from models.arm.reduced_run import ReducedMotion, lock_reduced, simulate_reduced
-from ocp import IpoptOptions, OcpError, PhaseTrajectory, Settings, SolveFailed, Trajectory, solve
-from studies.arm.problem import ArmPhase, Limits, problem
+from ocp import IpoptOptions, OcpError, PhaseTrajectory, Settings, Trajectory, collocate
+from studies.arm.objectives import problem
+from studies.arm.problem import ArmPhase, Limits
 from studies.arm.replay import Drive, Motion, Replay, replay
 from studies.arm.stage import ELBOW, ROOT, Stage
 from studies.exit_codes import ExitCode, StudyError
@@ -28,16 +29,11 @@ from studies.exit_codes import ExitCode, StudyError
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
 MESH = 150
-Attempts = tuple[tuple[float, int, Literal["monotone", "adaptive"], float], ...]
-ATTEMPTS: Attempts = (
-    (1.0, 4, "monotone", 1e-8),
-    (1.5, 3, "adaptive", 1e-7),
-    (2.0, 3, "adaptive", 1e-7),
-    (1.0, 3, "adaptive", 1e-5),  # slow stages: rounding of the stiff modes stops IPOPT earlier
-)  # times the intervals, degree, barrier and tolerance, in this order until one succeeds
-FINER: Attempts = ((1.0, 3, "adaptive", 1e-7),)  # of a mesh refined from a solved one
-_COARSE = 200  # intervals below which the next mesh is solved as tightly as the first
-_SLOW = 30.0  # [s] stages so slow that rounding in the stiff modes ends the solve
+Barrier = Literal["monotone", "adaptive"]
+ATTEMPTS: tuple[tuple[float, Barrier], ...] = ((1.0, "monotone"), (1.5, "adaptive"))  # mesh, barrier
+DEGREE = 4
+PIVOTS = 1e-2  # of the linear solver: with its default the stiff modes spoil every step
+_ROUNDING = 1e-5  # of the optimality conditions, whose multipliers the stiff modes make large
 ROUNDS = 3  # meshes, each twice as fine as the one before
 AGREE = 0.1  # share of the full model's E_res that the mesh may add
 FLOOR = 1e-9  # [J] below which both replays count as still, the issue's limit at the paper's pace
@@ -54,15 +50,12 @@ class Solved:
     stage : Stage
     trajectory : of the solver.
     arm : ArmPhase
-    converged : whether the solver met its tolerance; else it stopped at a motion that meets all
-        constraints but may not be the best one, which the replays judge like any other.
     """
 
     name: str
     stage: Stage
     trajectory: Trajectory
     arm: ArmPhase
-    converged: bool = True
 
     @cached_property
     def torques(self) -> dict[int, PPoly]:
@@ -185,44 +178,48 @@ def solve_stage(
     stage: Stage,
     *,
     limits: Limits | None = None,
+    objective: str = "smoothest",
     intervals: int = MESH,
     guess: Trajectory | None = None,
-    attempts: Attempts | None = None,
     name: str = "optimum",
     progress: Progress | None = None,
 ) -> Solved:
-    """Solve one stage on one mesh.
+    """Solve one stage on one mesh; the stage solved lasts what the solver chose.
 
     Raises
     ------
     StudyError
         If the solver finds no motion.
     """
-    check_caps(stage, limits or Limits())
-    stated, arm = problem(stage, limits or Limits())
+    limits = limits or Limits()
+    if objective != "time":
+        check_caps(stage, limits)
+    stated, arm = problem(stage, limits, objective)
     failure: OcpError | None = None
-    feasible: Trajectory | None = None
-    tried = attempts or (ATTEMPTS if stage.duration <= _SLOW else ATTEMPTS[-1:])
-    for finer, degree, barrier, tolerance in tried:
-        settings = Settings(
-            intervals=round(finer * intervals), degree=degree, refine=False, move_breakpoints=False,
-            ipopt=IpoptOptions(
-                tolerance=tolerance, constraint_violation=1e-9, max_iterations=120, barrier=barrier,
-            ),
-        )  # fmt: skip
+    for finer, barrier in ATTEMPTS:
         try:
-            solution = solve(stated, settings=settings, guess=guess, progress=progress)
-        except SolveFailed as error:
+            found, _ = collocate(
+                stated, settings=settings(round(finer * intervals), barrier), guess=guess,
+                progress=progress,
+            )  # fmt: skip
+        except OcpError as error:
             failure = error
-            if "all constraints met" in str(error):
-                feasible = error.iterate if isinstance(error.iterate, Trajectory) else feasible
             continue
-        return Solved(name, stage, solution.trajectory, arm)
-    if feasible is not None:
-        return Solved(name, stage, feasible, arm, converged=False)
+        return Solved(name, stage.lasting(found.phases[0].end), found, arm)
     raise StudyError(
         f"no motion of the stage '{stage.name}' was found: {failure}", ExitCode.NOT_SOLVED
     )
+
+
+def settings(intervals: int, barrier: Barrier = "monotone") -> Settings:
+    """One mesh without refinement, for stiff elastic modes; the study refines by replays."""
+    return Settings(
+        intervals=intervals, degree=DEGREE, refine=False, move_breakpoints=False,
+        ipopt=IpoptOptions(
+            tolerance=1e-8, dual_tolerance=_ROUNDING, constraint_violation=1e-9,
+            max_iterations=120, barrier=barrier, pivot_tolerance=PIVOTS,
+        ),
+    )  # fmt: skip
 
 
 def check_caps(stage: Stage, limits: Limits) -> None:
@@ -274,7 +271,9 @@ class Refined:
     agrees: bool
 
 
-def refine(solved: Solved, limits: Limits, *, say: Progress | None = None) -> Refined:
+def refine(
+    solved: Solved, limits: Limits, *, objective: str = "smoothest", say: Progress | None = None
+) -> Refined:
     """Double the mesh until the replays on B21 and on the full model agree in E_res."""
     rounds: list[tuple[int, float, float]] = []
     for again in range(ROUNDS):
@@ -292,9 +291,8 @@ def refine(solved: Solved, limits: Limits, *, say: Progress | None = None) -> Re
             break
         try:
             solved = solve_stage(
-                solved.stage, limits=limits, intervals=2 * intervals,
+                solved.stage, limits=limits, objective=objective, intervals=2 * intervals,
                 guess=solved.trajectory, name=solved.name,
-                attempts=ATTEMPTS[:1] if intervals < _COARSE else FINER,
             )  # fmt: skip
         except StudyError as error:
             if say is not None:

@@ -2,7 +2,10 @@
 
 The torque of each driven joint and its rate are states, zero at both ends; the slope of the
 rate is the control, constant in each interval, so that nothing rings what the mesh does not
-resolve. At both ends the elastic coordinates rest too: the lock meets nothing that moves.
+resolve. At both ends the elastic coordinates rest too: the lock meets nothing that moves. In a
+slow stage the torque hardly stirs the elastic modes, exact rest is as good as implied by zero
+torque, and stating it again makes the equations singular: there the elastic energy at the lock
+is bounded instead.
 
 Symbols: q coordinates of B21, v their rates, tau torques (root, elbow) [N m].
 """
@@ -19,7 +22,7 @@ from numpy.typing import NDArray
 from models.arm.reduced import ReducedArm
 from models.arm.reduced_run import reduced_modes
 from models.laws import JerkLimited, Law
-from ocp import Between, Control, Phase, Problem, State
+from ocp import Between, Bound, Control, Phase, Problem, State
 from studies.arm.rigid import feed_forward, joint_motion
 from studies.arm.stage import JOINT_NAMES, Stage
 from studies.arm.unit_laws import quintic
@@ -30,6 +33,8 @@ _RATE = 30.0  # typical torque rate in J D / T^3
 MARGIN = 3e-4  # of a cap, left for what happens between the points of the mesh
 _QUINTIC = 5.77  # peak of the quintic step in J D / T^2
 _BEND = 400.0  # typical slope of the rate in J D / T^4
+_PERIODS = 50.0  # of the first mode, beyond which a stage is slow
+REST = 1e-11  # [J] elastic energy at the lock of a slow stage; a hundredth of what counts as still
 
 
 @dataclass(frozen=True)
@@ -55,6 +60,7 @@ class ArmPhase:
     q, v : states of the reduced arm.
     torque, rate, bend : torque, its rate and the rate's slope, by driven joint.
     acceleration : expressions of the rates of `v`.
+    bounds : on the end of the phase, of the problem.
     """
 
     phase: Phase
@@ -65,6 +71,7 @@ class ArmPhase:
     rate: dict[int, State]
     bend: dict[int, Control]
     acceleration: tuple[Any, ...]
+    bounds: tuple[Bound, ...] = ()
 
 
 def solve_small(matrix: Any, right: Any) -> list[Any]:
@@ -95,7 +102,12 @@ def torque_column(torque: dict[int, State]) -> Any:
 
 
 def arm_phase(
-    stage: Stage, limits: Limits, *, end: float | Between | None = None, law: Law | None = None
+    stage: Stage,
+    limits: Limits,
+    *,
+    end: float | Between | None = None,
+    law: Law | None = None,
+    suffix: str = "",
 ) -> ArmPhase:
     """Rest to rest of a stage, torques zero at both ends.
 
@@ -106,13 +118,14 @@ def arm_phase(
     end : number or Between, optional
         Time of the lock [s]; the stage's duration by default.
     law : unit law to start from, the quintic step by default.
+    suffix : of the names of the coordinates, where phases must be told apart.
     """
     model, T = stage.model, stage.duration
     law = law or quintic(T)
     grid = np.linspace(0.0, T, _GRID)
     guess_q, guess_v = quasi_static(stage, law, grid)
     torques = feed_forward(stage, law)(grid)
-    q, v = reduced_signals(stage, guess_q)
+    q, v = reduced_signals(stage, guess_q, suffix)
     torque, rate, bend = torque_signals(stage, limits)
     acceleration = solve_small(
         model.mass_matrix(column(q)), model.force(column(q), column(v), torque_column(torque))
@@ -130,11 +143,32 @@ def arm_phase(
     dynamics: dict[State, Any] = dict(zip(q, v, strict=True))
     dynamics |= dict(zip(v, acceleration, strict=True))
     dynamics |= {torque[k]: rate[k] for k in torque} | {rate[k]: bend[k] for k in torque}
+    slow = is_slow(stage)
+    if slow:
+        kept = {s.name for s in (*q, *v) if "theta" in s.name} | {s.name for s in torque.values()}
+        kept |= {s.name for s in rate.values()}
+        ends[1] = {s: x for s, x in ends[1].items() if s.name in kept}
     phase = Phase(
         stage.name, dynamics=dynamics, initial=ends[0], final=ends[1], start=0.0,
         end=T if end is None else end, guess=guess,
     )  # fmt: skip
-    return ArmPhase(phase, model, q, v, torque, rate, bend, tuple(acceleration))
+    bounds = (at_rest(phase, model, q, v),) if slow else ()
+    return ArmPhase(phase, model, q, v, torque, rate, bend, tuple(acceleration), bounds)
+
+
+def is_slow(stage: Stage) -> bool:
+    """Whether a stage lasts so many periods of its first mode that the torque hardly stirs it."""
+    angles = (np.array(stage.start) + share * stage.turn for share in (0.0, 0.5, 1.0))
+    lowest = min(reduced_modes(stage.model, stage.model.at(*a))[0][0] for a in angles)
+    return bool(stage.duration * lowest > _PERIODS)
+
+
+def at_rest(
+    phase: Phase, model: ReducedArm, q: tuple[State, ...], v: tuple[State, ...]
+) -> Bound:
+    """Kinetic and elastic energy at the end of a phase at most `REST`."""
+    energy = model.kinetic_energy(column(q), column(v)) + model.strain_energy(column(q))
+    return Bound(f"energy left by {phase.name}", phase.at_end(energy / REST), "1", upper=1.0)
 
 
 def reduced_signals(
@@ -218,9 +252,3 @@ def starting_law(stage: Stage, limits: Limits) -> Law:
     if rate is not None and rate * T / unit > 32.0:
         return JerkLimited(T, 0.0, 1.0, rate * T / unit / T**3)
     return quintic(T)
-
-
-def problem(stage: Stage, limits: Limits) -> tuple[Problem, ArmPhase]:
-    """The smoothest motion of a stage under its caps."""
-    arm = arm_phase(stage, limits, law=starting_law(stage, limits))
-    return Problem(f"{stage.name} arm", [arm.phase], minimise=smoothness(arm, stage)), arm

@@ -8,7 +8,16 @@ import numpy as np
 
 from models.arm.parameters import ASSUMED_MODULUS
 from studies.arm.config import TUBES, ArmStudy
-from studies.arm.engineer import early_and_late, loads, settling_time, stress
+from studies.arm.engineer import (
+    deflections,
+    early_and_late,
+    loads,
+    mean_square,
+    settling_time,
+    stress,
+    work_drawn,
+)
+from studies.arm.objectives import OBJECTIVES
 from studies.arm.optimum import Refined
 from studies.arm.replay import Replay
 from studies.arm.stage import JOINT_NAMES
@@ -43,6 +52,9 @@ def facts(study: ArmStudy, found: Refined) -> dict[str, Any]:
         "peak angular momentum passed to the satellite [N m s]":
             float(np.abs(history.angular_momentum).max()),
         "peak tip acceleration [m/s^2]": float(history.tip_acceleration.max()),
+        "peak deflection, big and small arm [m]": float(deflections(full).max()),
+        "mean square torque [N^2 m^2]": mean_square(full),
+        "work of the drives, nothing recovered [J]": work_drawn(full),
         "residual energy, locked 0.1 s early [J]": early.residual_energy,
         "residual energy, locked 0.1 s late [J]": late.residual_energy,
         f"settling of the tip to {study.pointing_error:g} m, damping {ratio:g} [s]":
@@ -76,7 +88,8 @@ def _margins(study: ArmStudy, found: Refined, k: int) -> dict[str, float]:
 def table(study: ArmStudy, values: dict[str, Any]) -> Table:
     """The figures as a table."""
     rows = [(name, number(float(value), 5)) for name, value in values.items()]
-    title = f"{study.stage.name} arm in {study.stage.duration:g} s, the smoothest torque"
+    best = OBJECTIVES[study.objective].title
+    title = f"{study.stage.name} arm in {study.stage.duration:.6g} s, {best}"
     return Table(title, ("quantity", "value"), rows, (ASSUMPTIONS,))
 
 
