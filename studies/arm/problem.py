@@ -105,9 +105,12 @@ def arm_phase(
     stage: Stage,
     limits: Limits,
     *,
+    start: float | Between = 0.0,
     end: float | Between | None = None,
     law: Law | None = None,
     suffix: str = "",
+    linked: bool = False,
+    loose: bool = False,
 ) -> ArmPhase:
     """Rest to rest of a stage, torques zero at both ends.
 
@@ -115,10 +118,12 @@ def arm_phase(
     ----------
     stage : Stage
     limits : Limits
-    end : number or Between, optional
-        Time of the lock [s]; the stage's duration by default.
+    start, end : number or Between, optional
+        Times of the release and of the lock [s]; zero and the stage's duration by default.
     law : unit law to start from, the quintic step by default.
     suffix : of the names of the coordinates, where phases must be told apart.
+    linked : leave the coordinates at the start to links with the phase before.
+    loose : demand the joint's angle at the end only, no rest.
     """
     model, T = stage.model, stage.duration
     law = law or quintic(T)
@@ -130,30 +135,38 @@ def arm_phase(
     acceleration = solve_small(
         model.mass_matrix(column(q)), model.force(column(q), column(v), torque_column(torque))
     )
-    rest = dict.fromkeys((*v, *torque.values(), *rate.values()), 0.0)
+    drives = (*torque.values(), *rate.values())
     ends = [
-        {s: float(x) for s, x in zip(q, model.at(*angles), strict=True)} | rest
+        dict(zip(q, map(float, model.at(*angles)), strict=True)) | dict.fromkeys((*v, *drives), 0.0)
         for angles in (stage.start, stage.end)
     ]
-    guess: dict[Any, Any] = {s: (grid, x) for s, x in zip(q, guess_q, strict=True)}
-    guess |= {s: (grid, x) for s, x in zip(v, guess_v, strict=True)}
-    guess |= {torque[k]: (grid, torques[k]) for k in torque}
-    guess |= {rate[k]: (grid, np.gradient(torques[k], grid)) for k in rate}
+    slow = is_slow(stage) and not loose
+    if linked:
+        ends[0] = dict.fromkeys(drives, 0.0)
+    if slow:
+        ends[1] = _rigid_part(ends[1]) | dict.fromkeys(drives, 0.0)
+    if loose:
+        ends[1] = {s: x for s, x in ends[1].items() if s.name.startswith("theta")}
+    at = grid + (start.start if isinstance(start, Between) else start)
+    guess: dict[Any, Any] = {s: (at, x) for s, x in zip(q, guess_q, strict=True)}
+    guess |= {s: (at, x) for s, x in zip(v, guess_v, strict=True)}
+    guess |= {torque[k]: (at, torques[k]) for k in torque}
+    guess |= {rate[k]: (at, np.gradient(torques[k], grid)) for k in rate}
     guess |= {bend[k]: 0.0 for k in bend}
     dynamics: dict[State, Any] = dict(zip(q, v, strict=True))
     dynamics |= dict(zip(v, acceleration, strict=True))
     dynamics |= {torque[k]: rate[k] for k in torque} | {rate[k]: bend[k] for k in torque}
-    slow = is_slow(stage)
-    if slow:
-        kept = {s.name for s in (*q, *v) if "theta" in s.name} | {s.name for s in torque.values()}
-        kept |= {s.name for s in rate.values()}
-        ends[1] = {s: x for s, x in ends[1].items() if s.name in kept}
     phase = Phase(
-        stage.name, dynamics=dynamics, initial=ends[0], final=ends[1], start=0.0,
+        stage.name, dynamics=dynamics, initial=ends[0], final=ends[1], start=start,
         end=T if end is None else end, guess=guess,
     )  # fmt: skip
     bounds = (at_rest(phase, model, q, v),) if slow else ()
     return ArmPhase(phase, model, q, v, torque, rate, bend, tuple(acceleration), bounds)
+
+
+def _rigid_part(values: dict[State, float]) -> dict[State, float]:
+    """The angles and their rates among boundary values."""
+    return {s: x for s, x in values.items() if "theta" in s.name}
 
 
 def is_slow(stage: Stage) -> bool:
