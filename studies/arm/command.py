@@ -47,6 +47,16 @@ def add_to(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         help="least durations of the optimum and of each baseline that leave at most 1e-6 J under "
         "the Bezier law's peak torque",
     )  # fmt: skip
+    parser.add_argument(
+        "--sequence", choices=("peak-torque", "time"),
+        help="big arm, locked dwell and small arm as one problem: least common peak torque in "
+        "--total, or least time under --torque-cap",
+    )  # fmt: skip
+    parser.add_argument("--total", metavar="X", help="time of both motions of a sequence [s]")
+    parser.add_argument("--dwell", metavar="X", help="locked time between them, on top [s]")
+    parser.add_argument(
+        "--rest", choices=("each", "last"), help="locks of a sequence that must meet an arm at rest"
+    )
     parser.add_argument("--results", type=Path, metavar="DIR", help="a new results folder")
     parser.add_argument("--overwrite", action="store_true", help="replace the results folder")
     parser.add_argument("--no-figures", action="store_true", help="leave the figures out")
@@ -63,6 +73,10 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
     """Carry out `antenna-ocp arm`."""
     from studies.arm.config import read
 
+    if options.sequence is not None:
+        from studies.arm.sequence_command import run_sequence
+
+        return run_sequence(options, console)
     flags = {name: getattr(options, name) for name in ("stage", "objective", *_numbers())}
     study = read(options.config, flags)
     if options.baselines is not None:

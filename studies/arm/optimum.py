@@ -30,7 +30,10 @@ Array = NDArray[np.float64]
 Progress = Callable[[str], None]
 MESH = 150
 Barrier = Literal["monotone", "adaptive"]
-ATTEMPTS: tuple[tuple[float, Barrier], ...] = ((1.0, "monotone"), (1.5, "adaptive"))  # mesh, barrier
+ATTEMPTS: tuple[tuple[float, Barrier], ...] = (
+    (1.0, "monotone"),
+    (1.5, "adaptive"),
+)  # mesh, barrier
 DEGREE = 4
 PIVOTS = 1e-2  # of the linear solver: with its default the stiff modes spoil every step
 _ROUNDING = 1e-5  # of the optimality conditions, whose multipliers the stiff modes make large

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from models.arm.reduced import ReducedArm
 from models.arm.reduced_run import reduced_modes
 from models.laws import JerkLimited, Law
-from ocp import Between, Bound, Control, Phase, Problem, State
+from ocp import Between, Bound, Control, Phase, State
 from studies.arm.rigid import feed_forward, joint_motion
 from studies.arm.stage import JOINT_NAMES, Stage
 from studies.arm.unit_laws import quintic
@@ -176,9 +176,7 @@ def is_slow(stage: Stage) -> bool:
     return bool(stage.duration * lowest > _PERIODS)
 
 
-def at_rest(
-    phase: Phase, model: ReducedArm, q: tuple[State, ...], v: tuple[State, ...]
-) -> Bound:
+def at_rest(phase: Phase, model: ReducedArm, q: tuple[State, ...], v: tuple[State, ...]) -> Bound:
     """Kinetic and elastic energy at the end of a phase at most `REST`."""
     energy = model.kinetic_energy(column(q), column(v)) + model.strain_energy(column(q))
     return Bound(f"energy left by {phase.name}", phase.at_end(energy / REST), "1", upper=1.0)

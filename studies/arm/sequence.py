@@ -34,7 +34,7 @@ from studies.exit_codes import StudyError
 
 Rest = Literal["each", "last"]
 Least = Literal["peak-torque", "time"]
-SMOOTHING = 1e-4  # weight of the smoothness of both torques beside the objective
+SMOOTHING = 1e-5  # weight of the smoothness of both torques beside the objective
 _GRADING = 0.9
 _SHARE = (0.3, 3.0)  # of the guessed durations, between which the optimiser chooses
 
@@ -63,8 +63,10 @@ class Sequence:
     @property
     def rigid_bound(self) -> float:
         """Least common peak torque of the rigid arm, 4 (sum sqrt(J D))^2 / T^2 [N m]."""
-        return 4.0 * sum(np.sqrt(turning(s)) for s in (self.first, self.second)) ** 2 / (
-            self.moving_time**2
+        return (
+            4.0
+            * sum(np.sqrt(turning(s)) for s in (self.first, self.second)) ** 2
+            / (self.moving_time**2)
         )
 
 
@@ -166,7 +168,7 @@ def _dwell(case: Sequence, before: ArmPhase, times: tuple[float, float]) -> Phas
     span = times[0]
     return Phase(
         "dwell", dynamics=dynamics, start=window(times[0], span), end=window(times[1], span),
-        guess={s: 0.0 for s in (*q, *v)},
+        guess=dict.fromkeys((*q, *v), 0.0),
     )  # fmt: skip
 
 

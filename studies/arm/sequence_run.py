@@ -24,7 +24,6 @@ from studies.arm.sequence import (
     Sequence,
     SequencePhases,
     graded,
-    locked,
     meshes,
     sequence_problem,
     window,
@@ -59,7 +58,7 @@ class SolvedSequence:
     @cached_property
     def torques(self) -> tuple[PPoly, PPoly]:
         """Root's and elbow's torque over the time since their stage began."""
-        return tuple(  # type: ignore[return-value]
+        return tuple(
             _torque(self.trajectory, arm, k)
             for arm, k in ((self.phases.first, ROOT), (self.phases.second, ELBOW))
         )
