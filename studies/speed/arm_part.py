@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from studies.console import Table
 from studies.speed.setup import Record, Setup
-from studies.speed.sweep import first, shown, sweep
+from studies.speed.sweep import shown, sweep
 
 DURATIONS = (86.0,)  # [s]
 
