@@ -37,9 +37,14 @@ class Tolerances:
     replay, excess, objective : of the replayed motion.
     feasible, stationary, complementary : of the scaled program, whose solver stops at a dual
         infeasibility of 1e-6 and a complementarity of 1e-8.
-    hamiltonian : mean drift, and the end values of free times.  Costates are of first order only
-        in intervals that hold a jump of theirs, so this is far wider than the solver's tolerance.
-    slope : of the interval means of dH/du, averaged over time.
+    within, strict : range of the Hamiltonian between two corners, and the worst interval mean of
+        dH/du, in all intervals but those that hold a corner of the control or are next to one.
+    corners : part of the duration that these may take.
+    hamiltonian : mean drift over the whole phase, corners included, and the end values of free
+        times.  Costates are of first order only in intervals that hold a jump of theirs, so this
+        is far wider than what holds between corners.
+    slope : of the interval means of dH/du, averaged over time, corners included.
+    concave : negative curvature of the Hamiltonian by a free control.
     peak : sum and sign of a peak's multipliers.
     """
 
@@ -51,6 +56,10 @@ class Tolerances:
     complementary: float = 1e-6
     hamiltonian: float = 5e-3
     slope: float = 1e-3
+    within: float = 1e-5
+    strict: float = 1e-4
+    corners: float = 0.5
+    concave: float = 1e-6
     peak: float = 1e-5
 
 
@@ -189,6 +198,7 @@ def _optimality(solution: Solution, solved: SolvedProgram, allowed: Tolerances) 
     mu = column_multipliers(solved, dict(solution.trajectory.constants))
     for i, layout in enumerate(solved.transcription.layouts):
         found = report(solved, solution.trajectory, adjoints[i], i)
+        yield from _between_corners(found, allowed)
         if found.autonomous:
             yield Check(f"Hamiltonian of '{found.name}'", found.drift, allowed.hamiltonian,
                         f"time does not enter, so it is constant: {found.mean:.8g} with this "
@@ -199,6 +209,25 @@ def _optimality(solution: Solution, solved: SolvedProgram, allowed: Tolerances) 
                         "bounds, relative to their terms: mean over time")  # fmt: skip
         if layout.ends is not None:
             yield from _end_values(solution, solved, layout, found, mu, allowed)
+
+
+def _between_corners(found: HamiltonianReport, allowed: Tolerances) -> Iterator[Check]:
+    """What must hold strictly wherever the control has no corner."""
+    count = int(found.corners.sum())
+    left = f"{count} of {found.corners.size} intervals hold a corner or are next to one"
+    yield Check(f"corners of '{found.name}'", found.share, allowed.corners,
+                f"{left}; they take this part of the duration and are judged by means")  # fmt: skip
+    if found.autonomous:
+        yield Check(f"between corners of '{found.name}': Hamiltonian", found.within, allowed.within,
+                    "its largest range over a run of intervals without corners")  # fmt: skip
+    if found.slopes.size:
+        yield Check(f"between corners of '{found.name}': dH/du", found.strict, allowed.strict,
+                    "the worst interval mean of those without corners, projected on the controls' "
+                    "bounds, relative to its terms")  # fmt: skip
+        if np.isfinite(found.concave):
+            yield Check(f"curvature of '{found.name}'", found.concave, allowed.concave,
+                        "the Hamiltonian is nowhere concave in a control off its bounds, so that "
+                        "the motion is no maximum of what is minimised")  # fmt: skip
 
 
 def _end_values(

@@ -15,13 +15,14 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from ocp.corners import corners
 from ocp.costates import PhaseCostates
 from ocp.guess import evaluate_limit
 from ocp.layout import PhaseLayout
 from ocp.multipliers import SolvedProgram, path_rows
 from ocp.symbols import time
 from ocp.terms import Functional
-from ocp.trajectory import Trajectory
+from ocp.trajectory import PhaseTrajectory, Trajectory
 from ocp.transcribe import inline_weights
 
 Array = NDArray[np.float64]
@@ -44,6 +45,12 @@ class HamiltonianReport:
     slopes : (N, n_u) interval means of dH/du, projected on the controls' bounds, relative to the
         mean size of the terms that make them up.
     slope : largest mean over time of ``|slopes|``.
+    corners : (N,) intervals that hold a corner of the control or are next to one, and `share`, the
+        part of the duration that they take.
+    within : largest range of `H` between two corners, relative to the size.
+    strict : largest of ``|slopes|`` in the other intervals.
+    concave : largest negative curvature of `H` by a free control relative to its mean size (the
+        Legendre condition asks for none); nan where path constraints limit the controls.
     """
 
     name: str
@@ -55,6 +62,11 @@ class HamiltonianReport:
     drift: float
     slopes: Array
     slope: float
+    corners: NDArray[np.bool_]
+    share: float
+    within: float
+    strict: float
+    concave: float
 
 
 def report(
@@ -93,10 +105,55 @@ def report(
     drift = float(np.abs(mean_h - _stretches(solved, trajectory, index, mean_h)) @ steps)
     slopes = _projected(solved, trajectory, layout, gradient)
     slope_mean = float((np.abs(slopes).T @ steps).max(initial=0.0) / duration)
+    found = corners(solved, trajectory, index)
     return HamiltonianReport(
         layout.phase.name, course.autonomous, mean_h, mean, ends, size, drift / duration / size,
-        slopes, slope_mean,
+        slopes, slope_mean, found, float(steps[found].sum() / duration),
+        _within(solved, trajectory, index, mean_h, found) / size,
+        float(np.abs(slopes[~found]).max(initial=0.0)),
+        _concave(course.at(k, tau)[5], _free(solved, trajectory, layout)[k]),
     )  # fmt: skip
+
+
+def _within(
+    solved: SolvedProgram, trajectory: Trajectory, index: int, means: Array,
+    found: NDArray[np.bool_],
+) -> float:  # fmt: skip
+    """Largest range of `H` over runs of intervals without corners or named instants."""
+    own = trajectory.phases[index]
+    breaks = np.searchsorted(_instants(solved, own), 0.5 * (own.breakpoints[:-1]
+                                                            + own.breakpoints[1:]))  # fmt: skip
+    run = np.cumsum(found) + breaks * (found.size + 1)
+    return max((float(np.ptp(means[~found & (run == r)])) for r in np.unique(run[~found])),
+               default=0.0)  # fmt: skip
+
+
+def _free(solved: SolvedProgram, trajectory: Trajectory, layout: PhaseLayout) -> NDArray[np.bool_]:
+    """Whether each control stays off its bounds all through an interval, (N, n_u)."""
+    own, constants = trajectory.phase(layout.phase.name), trajectory.constants
+    count, tau = layout.intervals, np.linspace(0.0, 1.0, 9)
+    k = np.repeat(np.arange(count), tau.size)
+    first = len(layout.states)
+    found = np.ones((count, len(own.controls)), dtype=bool)
+    values = own.local(k, np.tile(tau, count)).reshape(count, tau.size, -1)
+    for j, control in enumerate((*layout.constant, *layout.linear, *layout.polynomial)):
+        near = 1e-3 * solved.scales.signals[control.name]
+        lower, upper = (evaluate_limit(v, constants) for v in (control.lower, control.upper))
+        inside = (values[:, :, first + j] > lower + near) & (values[:, :, first + j] < upper - near)
+        found[:, j] = inside.all(axis=1)
+    return found
+
+
+def _concave(curvature: Array, free: NDArray[np.bool_]) -> float:
+    """Largest negative eigenvalue of ``H_uu`` of the free controls, relative to its mean size."""
+    n_u = free.shape[1]
+    if n_u == 0:
+        return 0.0
+    if not np.isfinite(curvature).all():
+        return float("nan")
+    blocks = curvature.reshape(-1, n_u, n_u) * (free[:, :, None] & free[:, None, :])
+    size = float(np.abs(curvature).mean()) or 1.0
+    return max(0.0, -float(np.linalg.eigvalsh(blocks).min(initial=0.0))) / size
 
 
 def _stretches(
@@ -104,14 +161,18 @@ def _stretches(
 ) -> Array:  # fmt: skip
     """The mean of `H` over the stretch between two named instants that an interval is in."""
     own = trajectory.phases[index]
-    instants = sorted({
-        float(f.at) for f in solved.problem.functionals
-        if f.at is not None and f.pieces[0][0] == own.name
-    })  # fmt: skip
     middle = 0.5 * (own.breakpoints[:-1] + own.breakpoints[1:])
-    stretch, steps = np.searchsorted(np.array(instants), middle), np.diff(own.breakpoints)
+    stretch, steps = np.searchsorted(_instants(solved, own), middle), np.diff(own.breakpoints)
     total, length = np.bincount(stretch, means * steps), np.bincount(stretch, steps)
     return np.asarray((total / np.where(length > 0, length, 1.0))[stretch])
+
+
+def _instants(solved: SolvedProgram, own: PhaseTrajectory) -> Array:
+    """Times that `Phase.at` names in a phase [s]."""
+    return np.array(sorted({
+        float(f.at) for f in solved.problem.functionals
+        if f.at is not None and f.pieces[0][0] == own.name
+    }))  # fmt: skip
 
 
 def _collocation(layout: PhaseLayout) -> tuple[Integers, Array, Array]:
@@ -157,11 +218,18 @@ class _Course:
             [signals, time.symbol, ca.vertcat(*fixed, ca.SX(0, 1)), costates],
             ca.cse([ca.sum1(terms), ca.densify(terms), ca.sum1(by_term).T,
                     ca.sum1(ca.fabs(by_term)).T,
-                    ca.densify(ca.vec(ca.jacobian(rows, u)))]),
+                    ca.densify(ca.vec(ca.jacobian(rows, u))), self._curvature(terms, rows, u)]),
         )  # fmt: skip
 
+    @staticmethod
+    def _curvature(terms: ca.SX, rows: ca.SX, u: ca.SX) -> ca.SX:
+        """``H_uu``; nan where path constraints limit the controls, whose share it lacks."""
+        if ca.jacobian(rows, u).nnz():
+            return ca.SX.nan(u.numel() ** 2, 1)
+        return ca.densify(ca.vec(ca.hessian(ca.sum1(terms), u)[0]))
+
     def at(self, intervals: Integers, tau: Array) -> list[Array]:
-        """``H``, its terms, its slope, the slope's size and ``c_u``, (m, ...) each."""
+        """``H``, its terms, its slope, the slope's size, ``c_u`` and ``H_uu``, (m, ...) each."""
         breakpoints = self.own.breakpoints
         times = breakpoints[intervals] + tau * np.diff(breakpoints)[intervals]
         many = self.function.map(tau.size, [False, False, True, False])

@@ -109,6 +109,47 @@ def test_the_hamiltonian_may_jump_at_named_instants():
     assert abs(found.sample(u, 0.2)) > 1.2 * abs(found.sample(u, 0.7))
 
 
+def named_check(certificate, start):
+    (found,) = [c for c in certificate.checks if c.name.startswith(start)]
+    return found
+
+
+def test_between_corners_the_minimum_principle_holds_strictly():
+    # a switch smears costates over its interval only: H = -1 elsewhere, to the dual tolerance
+    certificate = certify(solve(least_time()))
+    within = named_check(certificate, "between corners of 'dash': Hamiltonian")
+    assert within.value < 1e-7
+    corners = named_check(certificate, "corners of 'dash'")
+    assert 0.0 < corners.value < 0.2
+    assert corners.sentence.startswith(tuple("123456789"))  # says how many intervals are left out
+    smooth = named_check(certify(solve(least_effort())), "corners of 'move'")
+    assert smooth.value == 0.0
+
+
+def test_a_costate_that_is_off_between_corners_fails():
+    found = solve(least_effort("constant"), settings=Settings(intervals=20, refine=False))
+    kept = found.multipliers
+    (own,) = kept.costates
+    (degree, intervals, values) = own.pieces[0]
+    values = values.copy()
+    values[7] *= 1.0 + 1e-3  # in one interval of twenty
+    spoilt = dataclasses.replace(own, pieces=((degree, intervals, values),))
+    multipliers = dataclasses.replace(kept, costates=(spoilt,))
+    assert {"between corners of 'move': Hamiltonian", "between corners of 'move': dH/du"} <= failed(
+        dataclasses.replace(found, multipliers=multipliers)
+    )
+
+
+@pytest.mark.parametrize(("sense", "names"), [("maximise", {"curvature of 'go'"}),
+                                              ("minimise", set())])  # fmt: skip
+def test_a_stationary_point_that_is_no_minimum_fails(sense, names):
+    # int u^2 with a mean u of 1 has no maximum, but u = 1 is stationary for either sense
+    x, u = State("x", "m"), Control("u", "m/s")
+    phase = Phase("go", {x: u}, {x: 0}, {x: 1})
+    found = solve(Problem("go", [phase], **{sense: phase.integral(u**2)}))
+    assert failed(found) == names
+
+
 def failed(solution):
     return {c.name for c in certify(solution).checks if not c.passed}
 
