@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import os
+import resource
 import signal
 import subprocess
 import tempfile
@@ -27,6 +28,7 @@ class Finished:
     Attributes
     ----------
     seconds : from its start to its end.
+    processor : seconds of processor time, of its children too; a busy machine changes it less.
     started : instant of its start, on the clock `time.monotonic` of the system.
     answer : what it wrote, or None.
     failure : why there is no answer; empty if there is.
@@ -34,6 +36,7 @@ class Finished:
 
     seconds: float
     started: float
+    processor: float = 0.0
     answer: Mapping[str, Any] | None = None
     failure: str = ""
 
@@ -56,20 +59,26 @@ class Program:
             path = Path(scratch) / "answer.json"
             words = [*self.command, *(str(a) for a in arguments), str(path)]
             with (Path(scratch) / "said").open("w+", encoding="utf-8", errors="replace") as said:
-                started = time.monotonic()
+                used, started = _processor(), time.monotonic()
                 code = _ended(words, self._variables(), scratch, said, limit)
-                seconds = time.monotonic() - started
+                seconds, used = time.monotonic() - started, _processor() - used
                 if code is None:
-                    return Finished(seconds, started, None, f"not done after {limit:g} s")
+                    return Finished(seconds, started, used, None, f"not done after {limit:g} s")
                 if not path.is_file():
                     said.seek(0)
-                    return Finished(seconds, started, None, _last_word(said.read(), code))
-            return Finished(seconds, started, json.loads(path.read_text("utf-8")))
+                    return Finished(seconds, started, used, None, _last_word(said.read(), code))
+            return Finished(seconds, started, used, json.loads(path.read_text("utf-8")))
 
     def _variables(self) -> dict[str, str]:
         merged: dict[str, str | None] = {**os.environ, **dict.fromkeys(THREADS, "1")}
         merged |= self.environment
         return {name: value for name, value in merged.items() if value is not None}
+
+
+def _processor() -> float:
+    """Processor time of all processes that this one has started and seen end [s]."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
 
 
 def _ended(

@@ -8,35 +8,47 @@ from typing import Any
 from matplotlib.figure import Figure
 
 Rows = Sequence[Mapping[str, Any]]
-PARTS_OF_RUN = {"start": "#bbbbbb", "solve": "#1f77b4", "verification": "#ff7f0e"}
+RIGHT, WRONG = "#1f77b4", "#c9d8e6"
+SHORTEST = 0.05  # [s], where logarithmic bars begin
 FLOOR = 1e-9  # relative errors below are drawn here
 
 
 def bars(rows: Rows, titles: Mapping[str, str]) -> Figure:
-    """Seconds of start, solve and verification of each contestant, a panel for each problem."""
-    figure = Figure(figsize=(11.0, 1.6 + 0.28 * len(rows)), dpi=110, layout="constrained")
+    """Seconds of each contestant's process, a logarithmic panel for each problem, its parts beside.
+
+    Bars of answers that are not right are pale.
+    """
+    figure = Figure(figsize=(12.0, 1.8 + 0.28 * len(rows)), dpi=110, layout="constrained")
     panels: Any = figure.subplots(len(titles), 1, squeeze=False)[:, 0]
     for panel, (problem, title) in zip(panels, titles.items(), strict=True):
         mine = [row for row in rows if row["problem"] == problem]
+        longest = max((row["medians"]["process"] or 0.0 for row in mine), default=0.0) or 1.0
+        panel.set_xscale("log")
+        panel.set_xlim(SHORTEST, longest * (longest / SHORTEST) ** 0.9)
         for place, row in enumerate(mine):
-            left = 0.0
-            for name, colour in PARTS_OF_RUN.items():
-                seconds = row["medians"][name] or 0.0
-                label = name if place == 0 else None
-                panel.barh(place, seconds, left=left, color=colour, label=label)
-                left += seconds
-            why = "right" if row["right"] else f"not right: {row['why not'][:60]}"
+            seconds = row["medians"]["process"] or SHORTEST
+            panel.barh(place, seconds, color=RIGHT if row["right"] else WRONG)
             panel.annotate(
-                f" {left:.2f} s, {why}" if left else f" {why}", (left, place), va="center",
-                fontsize=8, color="black" if row["right"] else "#b00020",
+                _beside(row), (seconds, place), (4, 0), textcoords="offset points",
+                va="center", fontsize=8, color="black" if row["right"] else "#b00020",
             )  # fmt: skip
         panel.set_yticks(range(len(mine)), [row["title"] for row in mine])
         panel.invert_yaxis()
-        panel.margins(x=0.35)
         panel.set_title(title, fontsize=10, loc="left")
-        panel.set_xlabel("seconds, medians of fresh processes")
-        panel.legend(loc="lower right", frameon=False, fontsize=8)
+        panel.set_xlabel("whole process without verification [s], medians")
+        panel.xaxis.set_major_formatter("{x:g}")
     return figure
+
+
+def _beside(row: Mapping[str, Any]) -> str:
+    """Parts of the seconds and what is wrong."""
+    medians, why = row["medians"], "" if row["right"] else f"not right: {row['why not'][:70]}"
+    if medians["process"] is None:
+        return why
+    own = medians["verification"]
+    checked = "" if own is None else f", verification {own:.2g}"
+    parts = f"start {medians['start']:.2g}, solve {medians['solve']:.2g}{checked}"
+    return f"{medians['process']:.2g} s ({parts}) {why}"
 
 
 def curves(rows: Rows, titles: Mapping[str, str]) -> Figure:
@@ -82,6 +94,9 @@ def panels(title: str, along: str, named: Mapping[str, Mapping[str, tuple[Any, A
             panel.plot(x, y, "o-", ms=4, label=name or None)
             top = max(top, *y, 0.0)
         panel.set_xscale("log")
+        ticks = next(iter(lines.values()))[0]
+        panel.set_xticks(ticks, [f"{x:,}" for x in ticks], rotation=45, fontsize=8)
+        panel.set_xticks([], minor=True)
         if len(lines) > 1:
             panel.set_yscale("log")
             panel.legend(frameon=False, fontsize=8)
@@ -97,7 +112,7 @@ def labelled_bars(title: str, names: Sequence[str], seconds: Sequence[float], wh
     """A horizontal bar for each name, with its seconds."""
     figure = Figure(figsize=(8.0, 1.2 + 0.3 * len(names)), dpi=110, layout="constrained")
     panel = figure.subplots()
-    panel.barh(range(len(names)), list(seconds), color=PARTS_OF_RUN["solve"])
+    panel.barh(range(len(names)), list(seconds), color=RIGHT)
     for place, value in enumerate(seconds):
         panel.annotate(f" {value:.2f}", (value, place), va="center", fontsize=8)
     panel.set_yticks(range(len(names)), list(names))

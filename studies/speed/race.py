@@ -14,7 +14,9 @@ from studies.speed.environments import NotInstalled, python_of
 from studies.speed.fresh import Program
 from studies.speed.verify import Check, check
 
-COLUMNS = ("start", "solve", "verification", "process", "common_check", "memory")
+COLUMNS = (
+    "start", "solve", "verification", "process", "processor", "common_check", "memory",
+)  # fmt: skip
 
 
 @dataclass
@@ -25,7 +27,8 @@ class Row:
     ----------
     runs : of each run the seconds in `COLUMNS`: from start to the end of imports; statement,
         set-up, solve and refinement; the tool's own verification (None where it has none); the
-        whole process without that; the common verifier's; and the peak memory [MiB].
+        whole process without that; its processor time, all included; the common verifier's; and
+        the peak memory [MiB].
     check : of the last run.
     failure : why there are no runs.
     note : the tool's own words.
@@ -57,7 +60,7 @@ class Row:
             "title": self.contestant.title,
             "size": self.size,
             "right": self.right,
-            "why not": self.failure or (self.check.reason if self.check else ""),
+            "why not": self.failure or (self.check.reason if self.check else "not measured"),
             "medians": {column: self.median(column) for column in COLUMNS},
             "runs": self.runs,
             "check": asdict(self.check) if self.check else None,
@@ -107,6 +110,7 @@ def once(row: Row, program: Program | str, limit: float) -> None:
         "solve": answer["solved"] - answer["imported"],
         "verification": own,
         "process": done.seconds - (own or 0.0),
+        "processor": done.processor,
         "common_check": perf_counter() - begin,
         "memory": answer["memory"],
     })  # fmt: skip

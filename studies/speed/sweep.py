@@ -40,7 +40,9 @@ def sweep(
             done = program.run(row["value"], limit=limit)
             row["failure"] = done.failure
             if done.answer is not None:
-                row["runs"].append({**done.answer, "process": done.seconds})
+                row["runs"].append(
+                    {**done.answer, "process": done.seconds, "processor": done.processor}
+                )
             said = done.failure or f"{done.seconds:.1f} s"
             setup.console.progress(f"{kind} {row['value']}, run {turn + 1}: {said}")
             yield {"kind": kind, "limit": limit, "rows": rows}
