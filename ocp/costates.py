@@ -2,7 +2,9 @@
 
 Convention: the dynamics are adjoined as ``J + int lambda . (f - x') dt`` to the objective as it is
 minimised, so ``H = L + lambda . f`` and a costate is the change of the minimum per unit of a
-disturbance added to its state.  The multiplier ``nu`` of the scaled row
+disturbance added to its state.  Path constraints are adjoined directly, as they are stated and not
+by their derivatives, so that costates jump where the path meets or leaves a bound of a state, by
+the masses in `ocp.multipliers`.  The multiplier ``nu`` of the scaled row
 ``(D X - h f) / size`` at a collocation point with quadrature weight ``w`` gives
 ``lambda = -nu * objective scale / (size * w)`` (Garg et al., "A unified framework for the numerical
 solution of optimal control problems using pseudospectral methods", Automatica 46, 2010).

@@ -62,7 +62,8 @@ class Sided:
 def one_sided(solved: SolvedProgram, constants: Mapping[str, float]) -> dict[str, Sided]:
     """Sensitivities for a decrease and for an increase of every named number.
 
-    Names, units and sign are those of `ocp.sensitivity.sensitivities`.
+    Names are those of `ocp.sensitivity`, values are ``dJ/dvalue`` with `J` as it is minimised or
+    maximised.
     """
     both = all_multipliers(solved, constants)
     other = _Multipliers.of(solved, constants, both)

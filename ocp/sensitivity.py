@@ -67,34 +67,17 @@ class Limited:
     at_upper: Integers
 
 
-def sensitivities(solved: SolvedProgram, constants: Mapping[str, float]) -> dict[str, float]:
-    """Change of the optimum per unit of every named number, in the user's sign.
-
-    Parameters
-    ----------
-    constants : the values of the named constants in the solve.
-
-    Returns
-    -------
-    dict
-        ``dJ/dvalue`` by name, `J` as it is minimised or maximised, from the multipliers that the
-        solver found.  Fixed times of a phase with values at named instants are left out, as these
-        instants would have to move too.
-    """
-    both = all_multipliers(solved, constants)
-    return {
-        slope.name: solved.problem.sense * (slope.direct + float(slope.by_multiplier @ both))
-        for slope in slopes(solved, constants)
-    }
-
-
 def all_multipliers(solved: SolvedProgram, constants: Mapping[str, float]) -> Array:
     """Scaled multipliers of the rows, then of the unknowns' bounds."""
     return np.concatenate([solved.row_multipliers, column_multipliers(solved, dict(constants))])
 
 
 def slopes(solved: SolvedProgram, constants: Mapping[str, float]) -> list[Slope]:
-    """Derivatives of the Lagrangian by all named numbers, linear in the multipliers."""
+    """Derivatives of the Lagrangian by all named numbers, linear in the multipliers.
+
+    `J` is taken as it is minimised.  Fixed times of a phase with values at named instants are left
+    out, as these instants would have to move too.
+    """
     direct = {s.name: s for s in constant_slopes(solved, constants)}
     units, room = per_unit(solved), distances(solved, constants)
     both = all_multipliers(solved, constants)

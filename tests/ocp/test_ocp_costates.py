@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from ocp import Control, Mesh, Phase, Problem, Settings, State, solve
+from ocp.corners import corners
 from ocp.costates import costates
 from ocp.guess import start_of
 from ocp.ipopt import IpoptOptions, run
@@ -89,3 +90,45 @@ def test_costates_are_the_slope_of_the_optimum():
 
     step = 1e-3  # the optimum is quadratic in the speed: central differences are exact
     assert (optimum(step) - optimum(-step)) / (2 * step) == pytest.approx(-12.0, rel=1e-6)
+
+
+def bryson_denham(settings):
+    """l = 1/9: lambda_x is 18, 0 and -18, lambda_v = -u with u = -6 (1 - 3 t) up to t = 1/3."""
+    x, v, u = State("x", "m", upper=1 / 9), State("v", "m/s"), Control("u", "m/s^2")
+    phase = Phase("hop", {x: v, v: u}, {x: 0, v: 1}, {x: 0, v: -1})
+    found = solve(Problem("hop", [phase], minimise=phase.integral(u**2 / 2)), settings=settings)
+    own = found.trajectory.phases[0]
+    t = np.linspace(0, 1, 1001)
+    rest = np.minimum(3 * np.minimum(t, 1 - t), 1.0)
+    exact = 18.0 * ((t < 1 / 3) * 1.0 - (t > 2 / 3) * 1.0), 6.0 * (1 - rest)
+    errors = [
+        np.abs(found.costate(name, t) - value) / np.abs(value).max()
+        for name, value in zip("xv", exact, strict=True)
+    ]
+    k, _ = own.locate(t)
+    return found, np.array(errors), corners(found.program, found.trajectory, 0)[k]
+
+
+def jumps(found):
+    before, between, after = found.costate("x", [0.2, 0.5, 0.8])
+    return [before - between, between - after]
+
+
+def test_bryson_denham_with_breakpoints_where_the_roof_is_met():
+    # 30 intervals have them at 1/3 and 2/3, so that no interval holds a jump; the barrier's
+    # parameter shows along the arc, where rows are touched without a mass: 1e-12 leaves 3e-5
+    settings = Settings(intervals=30, refine=False, ipopt=IpoptOptions(tolerance=1e-14))
+    found, errors, _ = bryson_denham(settings)
+    np.testing.assert_allclose(jumps(found), 18.0, rtol=1e-5)
+    t = np.linspace(0, 1, 1001)
+    beside = np.minimum(np.abs(t - 1 / 3), np.abs(t - 2 / 3)) > 1e-9
+    assert errors[:, beside].max() < 1e-5
+
+
+def test_bryson_denham_on_a_mesh_that_finds_the_jumps():
+    found, errors, at_corner = bryson_denham(Settings())
+    np.testing.assert_allclose(jumps(found), 18.0, rtol=1e-4)
+    assert at_corner.mean() < 0.25
+    # of 18 and 6, away from intervals that hold a jump or are next to one: the objective
+    # tolerance of 1e-5 leaves the switches that far off, and the barrier acts as above
+    assert errors[:, ~at_corner].max() < 1e-4

@@ -6,7 +6,19 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from ocp import Between, Bound, Constant, Control, Phase, Problem, Settings, State, Unknown, solve
+from ocp import (
+    Between,
+    Bound,
+    Constant,
+    Control,
+    Phase,
+    Problem,
+    Settings,
+    State,
+    Unknown,
+    joined,
+    solve,
+)
 
 # closed forms: meshes are refined until finer controls gain less than 1e-5 of the optimum
 CLOSE = 1e-4
@@ -92,6 +104,36 @@ def slide(gravity=9.8, depth=2.0, start=0.0):
     return Problem("slide", [phase], minimise=phase.end_time)
 
 
+def hop(roof=1 / 9, speed=1.0):
+    """Bryson and Denham's ride below a roof."""
+    x, v, u = State("x", "m", upper=roof), State("v", "m/s"), Control("u", "m/s^2")
+    phase = Phase("hop", {x: v, v: u}, {x: 0, v: speed}, {x: 0, v: -1})
+    return Problem("hop", [phase], minimise=phase.integral(u**2 / 2))
+
+
+def lift(jerk=8.0, distance=1.0):
+    """Least peak of acceleration under a limited jerk."""
+    x, v, a = State("x", "m"), State("v", "m/s"), State("a", "m/s^2")
+    cap = Constant("j", "m/s^3", jerk)
+    j = Control("jerk", lower=-cap, upper=cap, shape="constant")
+    rest = {v: 0, a: 0}
+    phase = Phase("lift", {x: v, v: a, a: j}, {x: 0, **rest}, {x: distance, **rest}, end=2.0)
+    return Problem("lift", [phase], minimise=phase.peak(a, absolute=True))
+
+
+def throw(loss=0.8, floor=0.5, there=1.0):
+    """Up to a wall, back from it with a part of the speed, and never below a speed limit."""
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", lower=-9, upper=9)
+    kept = Constant("kept", value=loss)
+    out = Phase("out", {x: v, v: u - 0.1 * v**2}, {x: 0, v: 0}, {x: there}, end=Between(0.2, 3, 1))
+    pace = Bound("pace", -v, "m/s", lower=floor)
+    back = Phase("back", {x: v, v: u - 0.1 * v**2}, {}, {x: 0.2}, start=Between(0.2, 3, 1),
+                 end=Between(0.5, 5, 2), bounds=[pace])  # fmt: skip
+    links = joined(out, back, jump={v: -kept * v})
+    effort = 0.1 * (out.integral(u**2) + back.integral(u**2))
+    return Problem("throw", [out, back], minimise=back.end_time + effort, links=links)
+
+
 FROZEN = Settings(intervals=12, refine=False)
 
 
@@ -102,6 +144,10 @@ FROZEN = Settings(intervals=12, refine=False)
         (swing, "effort", "effort upper", 14.0), (swing, "end", "swing: end", 2.0),
         (swing, "angle", "swing: q initial", 0.1), (slide, "gravity", "g", 9.8),
         (slide, "depth", "slide: y final", 2.0), (slide, "start", "slide: start", 0.0),
+        (hop, "roof", "x upper", 1 / 9), (hop, "speed", "hop: v initial", 1.0),
+        (lift, "jerk", "j", 8.0), (lift, "distance", "lift: x final", 1.0),
+        (throw, "loss", "kept", 0.8), (throw, "floor", "back: pace lower", 0.5),
+        (throw, "there", "out: x final", 1.0),
     ],
 )  # fmt: skip
 def test_central_differences_on_a_frozen_mesh(statement, argument, name, value):
