@@ -170,6 +170,7 @@ def _results(job: _Job, processes: int | None) -> Iterator[Solution | SolveFaile
         yield from map(job.run, range(count))
         return
     _JOB[:] = [job]
+    others = set(multiprocessing.active_children())
     try:
         with warnings.catch_warnings():
             # Python 3.12 and later warn of threads around a fork; those of linear algebra are idle
@@ -179,6 +180,8 @@ def _results(job: _Job, processes: int | None) -> Iterator[Solution | SolveFaile
                     yield from (_received(job, data) for data in pool.map(_sent, range(count)))
                 except BaseException:
                     pool.shutdown(wait=False, cancel_futures=True)
+                    for child in set(multiprocessing.active_children()) - others:
+                        child.terminate()  # or they would finish starts nobody waits for
                     raise
     finally:
         _JOB.clear()

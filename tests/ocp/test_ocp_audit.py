@@ -1,5 +1,7 @@
 """Audits of problems whose optima are known: one, several, and one that fails from everywhere."""
 
+import multiprocessing
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from ocp import (
     Between,
     Control,
     Infeasible,
+    Interrupted,
     Phase,
     Problem,
     Settings,
@@ -90,3 +93,19 @@ def test_when_all_fail_the_stated_guess_tells_why():
         audit(problem, starts=2, processes=2, settings=FEW)
     with pytest.raises(StatementError, match="0 starts"):
         audit(problem, starts=0)
+
+
+@pytest.mark.parametrize("processes", [1, 2])
+def test_a_stopped_audit_hands_back_the_best_until_then(processes):
+    problem, _, _ = valley()
+
+    def stop(line):
+        raise KeyboardInterrupt
+
+    others = set(multiprocessing.active_children())
+    with pytest.raises(Interrupted, match="'valley' was stopped after 1 solved starts") as caught:
+        audit(problem, starts=3, processes=processes, settings=FEW, progress=stop)
+    assert caught.value.verified.verification.passed
+    for child in set(multiprocessing.active_children()) - others:
+        child.join(timeout=10)
+        assert not child.is_alive()
