@@ -100,13 +100,20 @@ def failure(
     if result.outcome == "infeasible" and worst:
         return Infeasible(
             f"no motion was found that meets all constraints of '{name}'; worst: {listed}; "
-            "relax one of these or start from another guess; ocp.relaxed(problem) finds the "
+            f"{_remedy(worst)} or start from another guess; ocp.relaxed(problem) finds the "
             "smallest relaxation", iterate)  # fmt: skip
     return NumericalTrouble(
         f"IPOPT got into numerical trouble on '{name}' after {count} iterations "
         f"('{result.status}'), {'with ' + listed if worst else 'all constraints met'}; state "
         "sizes by `scale`, give a better guess, or bound what the objective depends on",
         iterate)  # fmt: skip
+
+
+def _remedy(worst: list[Violation]) -> str:
+    """What the user can change about rows that cannot be met."""
+    if worst[0].row.what.startswith("dynamics"):
+        return "nothing within the limits joins the prescribed values: relax one of them or a limit"
+    return "relax one of these"
 
 
 def _counted(
