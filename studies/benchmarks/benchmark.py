@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from ocp import Problem
+from ocp import Constant, Problem
 
 
 @dataclass(frozen=True)
@@ -16,6 +16,7 @@ class Benchmark:
     tolerance : relative error allowed.
     source : where the problem and the optimum come from.
     tags : what is difficult about it.
+    varied : the number of the problem that `antenna-ocp benchmarks --warm` changes.
     """
 
     name: str
@@ -24,6 +25,7 @@ class Benchmark:
     tolerance: float
     source: str
     tags: tuple[str, ...]
+    varied: Constant
 
     def error(self, value: float) -> float:
         """Relative error of `value` against the optimum, signed."""

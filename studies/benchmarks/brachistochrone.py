@@ -2,7 +2,7 @@
 
 import casadi as ca
 
-from ocp import Between, Control, Phase, Problem, State
+from ocp import Between, Constant, Control, Phase, Problem, State
 from studies.benchmarks.benchmark import Benchmark
 
 
@@ -14,6 +14,7 @@ def brachistochrone() -> Benchmark:
 
     Optimum of the cycloid.  Source: V. M. Becerra, PSOPT, example "brac1" (0.824759143157).
     """
+    distance = Constant("distance", "m", 2)
     x, y = State("x", "m", lower=0, upper=20), State("y", "m", lower=0, upper=20)
     v = State("v", "m/s", lower=0, upper=20)
     theta = Control("theta", "rad", lower=0, upper=2 * ca.pi)
@@ -21,7 +22,7 @@ def brachistochrone() -> Benchmark:
         "slide",
         {x: v * ca.sin(theta), y: v * ca.cos(theta), v: 9.8 * ca.cos(theta)},
         initial={x: 0, y: 0, v: 0},
-        final={x: 2, y: 2},
+        final={x: distance, y: 2},
         end=Between(0.1, 10, guess=2),
         guess={x: (0, 2), y: (0, 2), v: (0, 5), theta: 0.8},
     )
@@ -32,4 +33,5 @@ def brachistochrone() -> Benchmark:
         tolerance=1e-8,
         source="PSOPT, example brac1; cycloid",
         tags=("smooth", "free time"),
+        varied=distance,
     )

@@ -2,7 +2,7 @@
 
 import casadi as ca
 
-from ocp import Control, Phase, Problem, State
+from ocp import Constant, Control, Phase, Problem, State
 from studies.benchmarks.benchmark import Benchmark
 
 
@@ -17,6 +17,7 @@ def cartpole() -> Benchmark:
     Pontryagin's principle.
     """
     l, m1, m2, g = 0.5, 1.0, 0.3, 9.81  # noqa: E741 - the paper's symbols
+    distance = Constant("distance", "m", 1)
     q1, q2 = State("q1", "m", lower=-2, upper=2), State("q2", "rad")
     dq1, dq2 = State("dq1", "m/s"), State("dq2", "rad/s")
     F = Control("F", "N", lower=-20, upper=20, scale=10)
@@ -31,7 +32,7 @@ def cartpole() -> Benchmark:
             / (l * m1 + l * m2 * (1 - cos**2)),
         },
         initial={q1: 0, q2: 0, dq1: 0, dq2: 0},
-        final={q1: 1, q2: ca.pi, dq1: 0, dq2: 0},
+        final={q1: distance, q2: ca.pi, dq1: 0, dq2: 0},
         end=2,
         guess={q1: (0, 1), q2: (0, ca.pi), dq1: 0, dq2: 0, F: 0},
     )
@@ -42,4 +43,5 @@ def cartpole() -> Benchmark:
         tolerance=1e-7,
         source="Kelly, SIAM Review 2017; collocation and Pontryagin boundary value problem",
         tags=("smooth",),
+        varied=distance,
     )

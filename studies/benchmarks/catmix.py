@@ -1,6 +1,6 @@
 """Mixing of two catalysts along a plug-flow reactor."""
 
-from ocp import Control, Phase, Problem, State
+from ocp import Constant, Control, Phase, Problem, State
 from studies.benchmarks.benchmark import Benchmark
 
 
@@ -14,7 +14,8 @@ def catmix() -> Benchmark:
     """
     a, b = State("a", lower=0, upper=1.1), State("b", lower=0, upper=1.1)
     u = Control("u", lower=0, upper=1)
-    exchange = u * (10 * b - a)
+    rate = Constant("rate", "1", 10)
+    exchange = u * (rate * b - a)
     reactor = Phase(
         "reactor",
         {a: exchange, b: -exchange - (1 - u) * b},
@@ -31,4 +32,5 @@ def catmix() -> Benchmark:
         tolerance=1e-6,
         source="COPS 3.0, catmix (-4.80556e-2); refined computation",
         tags=("singular arc", "bang-bang"),
+        varied=rate,
     )  # fmt: skip

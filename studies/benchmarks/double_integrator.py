@@ -33,6 +33,7 @@ def bryson_denham() -> Benchmark:
         tolerance=1e-6,
         source="Bryson & Ho, Applied Optimal Control, p. 120: 4/(9 l) for l <= 1/6",
         tags=("state constraint",),
+        varied=cap,
     )
 
 
@@ -44,23 +45,25 @@ def di_min_time() -> Benchmark:
     Optimum ``sqrt(2 D (1/a + 1/b))`` for a distance D, acceleration a and braking b.  Source:
     ICLOCS2, example "BangBang".
     """
+    distance = Constant("distance", "m", 300)
     x, v = State("x", "m"), State("v", "m/s")
     u = Control("u", "m/s^2", lower=-2, upper=1)
     move = Phase(
         "move",
         {x: v, v: u},
         initial={x: 0, v: 0},
-        final={x: 300, v: 0},
+        final={x: distance, v: 0},
         end=Between(0.1, 100, guess=10),
         guess={x: (0, 300), v: 0, u: 0},
     )
     return Benchmark(
         "di_min_time",
         Problem("di_min_time", (move,), minimise=move.end_time),
-        optimum=math.sqrt(2 * 300 * (1 / 1 + 1 / 2)),
+        optimum=math.sqrt(2 * distance.value * (1 / 1 + 1 / 2)),
         tolerance=1e-6,
         source="ICLOCS2, example BangBang: sqrt(2 D (1/a + 1/b))",
         tags=("bang-bang", "free time"),
+        varied=distance,
     )
 
 
@@ -71,7 +74,7 @@ def peak_accel() -> Benchmark:
 
     Optimum ``4 D / T^2``: half the time full ahead, half full back.
     """
-    distance, duration = 3, 2
+    distance, duration = Constant("distance", "m", 3), 2
     x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
     move = Phase(
         "move",
@@ -79,16 +82,17 @@ def peak_accel() -> Benchmark:
         initial={x: 0, v: 0},
         final={x: distance, v: 0},
         end=duration,
-        guess={x: (0, distance), v: 0, u: 0},
+        guess={x: (0, distance.value), v: 0, u: 0},
     )
     highest = move.peak(u, name="acceleration", unit="m/s^2", absolute=True)
     return Benchmark(
         "peak_accel",
         Problem("peak_accel", (move,), minimise=highest),
-        optimum=4 * distance / duration**2,
+        optimum=4 * distance.value / duration**2,
         tolerance=1e-7,
         source="closed form 4 D/T^2",
         tags=("min-max", "bang-bang"),
+        varied=distance,
     )
 
 
@@ -101,7 +105,7 @@ def peak_accel_jerk() -> Benchmark:
     Optimum ``J T / 4 (1 - sqrt(1 - 32 D / (J T^3)))``: two trapezoids of acceleration, one ahead
     and one back, whose flanks have the slope J.
     """
-    distance, duration, cap = 1, 2, 6
+    distance, duration, cap = 1, 2, Constant("jerk cap", "m/s^3", 6)
     x, v, a = State("x", "m"), State("v", "m/s"), State("a", "m/s^2")
     j = Control("j", "m/s^3", lower=-cap, upper=cap)
     move = Phase(
@@ -113,14 +117,15 @@ def peak_accel_jerk() -> Benchmark:
         guess={x: (0, distance), v: 0, a: 0, j: 0},
     )
     highest = move.peak(a, name="acceleration", unit="m/s^2", absolute=True)
-    root = math.sqrt(1 - 32 * distance / (cap * duration**3))
+    root = math.sqrt(1 - 32 * distance / (cap.value * duration**3))
     return Benchmark(
         "peak_accel_jerk",
         Problem("peak_accel_jerk", (move,), minimise=highest),
-        optimum=cap * duration / 4 * (1 - root),
+        optimum=cap.value * duration / 4 * (1 - root),
         tolerance=1e-5,
         source="closed form J T/4 (1 - sqrt(1 - 32 D/(J T^3)))",
         tags=("min-max", "bang-bang"),
+        varied=cap,
     )
 
 
@@ -133,6 +138,7 @@ def via_point() -> Benchmark:
     Optimum 81/8, of the cubic spline through the three points with flat ends.
     """
     x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
+    through = Constant("through", "m", 1)
     there = Phase(
         "there",
         {x: v, v: u},
@@ -149,15 +155,16 @@ def via_point() -> Benchmark:
         guess={x: (0.5, 0), v: (1, 0), u: 0},
     )
     effort = there.integral(u.symbol**2, "effort there") + back.integral(u.symbol**2, "effort back")
-    through = Bound("via point", there.at_end(x), "m", 1, 1)
+    via = Bound("via point", there.at_end(x), "m", through, through)
     return Benchmark(
         "via_point",
         Problem(
-            "via_point", (there, back), minimise=effort, bounds=(through,),
+            "via_point", (there, back), minimise=effort, bounds=(via,),
             links=joined(there, back),
         ),
         optimum=81 / 8,
         tolerance=1e-9,
         source="closed form 81/8 of the cubic spline",
         tags=("multi-phase",),
+        varied=through,
     )  # fmt: skip

@@ -1,6 +1,6 @@
 """Fit of three rates of reaction to measured catalytic cracking of gas oil."""
 
-from ocp import Phase, Problem, State, Unknown
+from ocp import Constant, Phase, Problem, State, Unknown
 from studies.benchmarks.benchmark import Benchmark
 
 TIMES = (
@@ -25,12 +25,13 @@ def gas_oil() -> Benchmark:
 
     Source: COPS 3.0 (2004), "gasoil" (5.2366e-3).
     """
+    feed = Constant("feed", "1", 1)
     y1, y2 = State("y1"), State("y2")
     th1, th2, th3 = (Unknown(f"th{i}", lower=0, guess=5, scale=10) for i in (1, 2, 3))
     crack = Phase(
         "crack",
         {y1: -(th1 + th3) * y1.symbol**2, y2: th1 * y1.symbol**2 - th2 * y2},
-        initial={y1: 1, y2: 0},
+        initial={y1: feed, y2: 0},
         end=TIMES[-1],
         guess={y1: (1, 0.07), y2: 0.1},
     )
@@ -46,4 +47,5 @@ def gas_oil() -> Benchmark:
         tolerance=1e-5,
         source="COPS 3.0, gasoil (5.2366e-3); refined computation",
         tags=("parameters",),
+        varied=feed,
     )

@@ -3,7 +3,7 @@
 import casadi as ca
 import numpy as np
 
-from ocp import Between, Bound, Control, Phase, Problem, State, joined
+from ocp import Between, Bound, Constant, Control, Phase, Problem, State, joined
 from studies.benchmarks.benchmark import Benchmark
 
 QUICK = 0.2  # guess of the final time of the first problem
@@ -20,7 +20,8 @@ def goddard_vmax() -> Benchmark:
     phases.
     """
     h, m = State("h", lower=1, upper=1.1), State("m", lower=0.6, upper=1)
-    v, thrust = State("v", lower=0, upper=0.1), Control("T", lower=0, upper=3.5)
+    cap = Constant("speed cap", "1", 0.1)
+    v, thrust = State("v", lower=0, upper=cap), Control("T", lower=0, upper=3.5)
     drag = 310 * v.symbol**2 * ca.exp(-500 * (h - 1))
     ascent = Phase(
         "ascent",
@@ -42,6 +43,7 @@ def goddard_vmax() -> Benchmark:
         tolerance=1e-6,
         source="Bocop / CTDirect.jl, goddard (1.01257); four-phase solution",
         tags=("singular arc", "state constraint", "free time", "bang-bang"),
+        varied=cap,
     )
 
 
@@ -63,7 +65,8 @@ def goddard_betts() -> Benchmark:
     h = State("h", "ft", lower=0, scale=1e4)
     v = State("v", "ft/s", lower=0, scale=1e3)
     m = State("m", "slug", lower=1, upper=3)
-    thrust = Control("T", "lb", lower=0, upper=MOST_THRUST, scale=100)
+    most = Constant("most thrust", "lb", MOST_THRUST)
+    thrust = Control("T", "lb", lower=0, upper=most, scale=100)
     drag = DRAG * v.symbol**2 * ca.exp(-h / SCALE_HEIGHT)
     singular = m * GRAVITY - (1 + v / EXHAUST) * drag
 
@@ -72,7 +75,7 @@ def goddard_betts() -> Benchmark:
 
     boost = Phase(
         "boost",
-        dynamics(ca.SX(MOST_THRUST)),
+        dynamics(most.symbol),
         initial={h: 0, v: 0, m: 3},
         end=Between(1, 45, guess=13.7),
         guess={h: (0, 4500), v: (0, 770), m: (3, 1.3)},
@@ -104,4 +107,5 @@ def goddard_betts() -> Benchmark:
         tolerance=1e-8,
         source="Betts, sec. 4.14 (18550.872); yapss (18550.8718638)",
         tags=("multi-phase", "singular arc", "free time"),
+        varied=most,
     )  # fmt: skip

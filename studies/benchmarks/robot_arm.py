@@ -3,7 +3,7 @@
 import casadi as ca
 import numpy as np
 
-from ocp import Between, Control, Phase, Problem, State
+from ocp import Between, Constant, Control, Phase, Problem, State
 from studies.benchmarks.benchmark import Benchmark
 
 LENGTH = 5.0  # of the link [m]
@@ -19,6 +19,7 @@ def robot_arm() -> Benchmark:
     Source: COPS 3.0 (2004), "robot" (9.14138 on 200 intervals); Betts (9.14093620).  The exact
     switches lie at 2.285227936, 2.79604321, 4.570455873, 6.344868536 and 6.855683809 s.
     """
+    angle = Constant("angle", "rad", 2 * np.pi / 3)
     rho = State("rho", "m", lower=0, upper=LENGTH)
     theta = State("theta", "rad", lower=-ca.pi, upper=ca.pi)
     phi = State("phi", "rad", lower=0, upper=ca.pi)
@@ -36,7 +37,7 @@ def robot_arm() -> Benchmark:
             d_phi: u_phi / inertia,
         },
         initial={rho: 4.5, theta: 0, phi: ca.pi / 4, d_rho: 0, d_theta: 0, d_phi: 0},
-        final={rho: 4.5, theta: 2 * ca.pi / 3, phi: ca.pi / 4, d_rho: 0, d_theta: 0, d_phi: 0},
+        final={rho: 4.5, theta: angle, phi: ca.pi / 4, d_rho: 0, d_theta: 0, d_phi: 0},
         end=Between(0.5, 100, guess=EARLY),
         guess={
             rho: 4.5,
@@ -57,4 +58,5 @@ def robot_arm() -> Benchmark:
         tolerance=1e-6,
         source="COPS 3.0, robot; Betts (9.14093620); two computations with exact switches",
         tags=("bang-bang", "free time"),
+        varied=angle,
     )  # fmt: skip

@@ -5,7 +5,7 @@ import math
 import casadi as ca
 import numpy as np
 
-from ocp import Between, Control, Phase, Problem, State
+from ocp import Between, Constant, Control, Phase, Problem, State
 from studies.benchmarks.benchmark import Benchmark
 
 EARTH_RADIUS = 20902900.0  # [ft]
@@ -22,6 +22,7 @@ def shuttle() -> Benchmark:
     2008.5881 s); dymos (34.1412 deg at 2008.59 s); PSOPT (34.14120 deg).
     """
     deg = math.pi / 180
+    mass = Constant("mass", "slug", MASS)
     h, v = State("h", "ft", lower=0, scale=1e5), State("v", "ft/s", lower=1, scale=1e4)
     longitude, heading = State("longitude", "rad"), State("heading", "rad")
     latitude = State("latitude", "rad", lower=-1.55, upper=1.55)
@@ -42,9 +43,9 @@ def shuttle() -> Benchmark:
             h: v * ca.sin(path),
             longitude: turn,
             latitude: v / r * ca.cos(path) * ca.cos(heading),
-            v: -drag / MASS - g * ca.sin(path),
-            path: lift / (MASS * v) * ca.cos(bank) + ca.cos(path) * (v / r - g / v),
-            heading: lift * ca.sin(bank) / (MASS * v * ca.cos(path)) + turn * ca.sin(latitude),
+            v: -drag / mass - g * ca.sin(path),
+            path: lift / (mass * v) * ca.cos(bank) + ca.cos(path) * (v / r - g / v),
+            heading: lift * ca.sin(bank) / (mass * v * ca.cos(path)) + turn * ca.sin(latitude),
         },
         initial={
             h: 260000, longitude: 0, latitude: 0, v: 25600, path: -deg, heading: 90 * deg,
@@ -64,4 +65,5 @@ def shuttle() -> Benchmark:
         tolerance=1e-7,
         source="Betts, sec. 6.1 (0.59587608 rad); dymos; PSOPT; refined computation",
         tags=("smooth", "free time"),
+        varied=mass,
     )

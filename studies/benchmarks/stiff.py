@@ -2,7 +2,7 @@
 
 import casadi as ca
 
-from ocp import Bound, Control, Phase, Problem, State, time
+from ocp import Bound, Constant, Control, Phase, Problem, State, time
 from studies.benchmarks.benchmark import Benchmark
 
 
@@ -15,11 +15,12 @@ def hypersensitive() -> Benchmark:
     1e-20.  Source: A. V. Rao, K. D. Mease, Optim. Control Appl. Meth. 21 (2000); PSOPT, example
     "hypersensitive" (1.330826, of low accuracy).
     """
+    first = Constant("first", "1", 1.5)
     x, u = State("x", lower=-50, upper=50), Control("u", lower=-50, upper=50)
     run = Phase(
         "run",
         {x: -(x.symbol**3) + u},
-        initial={x: 1.5},
+        initial={x: first},
         final={x: 1},
         end=50,
         guess={x: 0.5, u: 0},
@@ -32,6 +33,7 @@ def hypersensitive() -> Benchmark:
         tolerance=1e-6,
         source="Rao & Mease 2000; closed form of the infinite horizon",
         tags=("stiff", "smooth"),
+        varied=first,
     )
 
 
@@ -44,6 +46,7 @@ def alp_rider() -> Benchmark:
     Source: J. T. Betts, "Practical Methods for Optimal Control", example "alpr01" (2030.85609);
     PSOPT, example "alpine".  A circulating script with -2 u2 in y2' is another problem (1558).
     """
+    first = Constant("first", "1", 2)
     y1, y2, y3, y4 = (State(f"y{i}") for i in (1, 2, 3, 4))
     u1, u2 = (Control(f"u{i}", lower=-500, upper=500, scale=10) for i in (1, 2))
     t = time.symbol
@@ -58,7 +61,7 @@ def alp_rider() -> Benchmark:
             y3: -3 * y3 + 5 * y4 + u1 - u2,
             y4: 5 * y3 - 3 * y4 + u1 + 3 * u2,
         },
-        initial={y1: 2, y2: 1, y3: 2, y4: 1},
+        initial={y1: first, y2: 1, y3: 2, y4: 1},
         final={y1: 2, y2: 3, y3: 1, y4: -2},
         end=20,
         bounds=(Bound("above the terrain", norm - terrain - 0.01, lower=0),),
@@ -72,4 +75,5 @@ def alp_rider() -> Benchmark:
         tolerance=2e-6,
         source="Betts, alpr01 (2030.85609); PSOPT, example alpine",
         tags=("stiff", "state constraint"),
+        varied=first,
     )
