@@ -51,6 +51,42 @@ class NumericalTrouble(SolveFailed):
     """The solver broke off for reasons of its own, such as a step it could not compute."""
 
 
+class BudgetSpent(IterationLimit):
+    """The budget of all rounds ran out before any round was good enough to return.
+
+    Attributes
+    ----------
+    finished : object or None
+        The best mesh round that the solver finished; not verified.
+    """
+
+    def __init__(
+        self, message: str, iterate: object | None = None, finished: object | None = None
+    ) -> None:
+        super().__init__(message, iterate)
+        self.finished = finished
+
+
+class HomotopyStopped(SolveFailed):
+    """A homotopy did not reach its value.
+
+    Attributes
+    ----------
+    reached : float
+        The last value that was solved for.
+    solution : object
+        Its solution, not replayed unless that value was asked for.
+    steps : tuple
+        All attempts on the way to the value that was not reached.
+    """
+
+    def __init__(
+        self, message: str, reached: float, solution: object, steps: tuple[object, ...]
+    ) -> None:
+        super().__init__(message)
+        self.reached, self.solution, self.steps = reached, solution, steps
+
+
 class InvalidNumber(SolveFailed):
     """An expression of the problem is NaN or infinite where the solver needs it."""
 

@@ -37,6 +37,17 @@ _OUTCOMES: dict[str, Outcome] = {
     "Restoration_Failed": "infeasible",
 }
 
+# A start that is optimal for nearby numbers: leave it where it is, and let the quality function
+# choose the barrier.  Of pushes from 1e-9 to 1e-3, centred starts and a monotone barrier this
+# took the fewest iterations on the benchmark problems.
+_WARM = {
+    "ipopt.warm_start_init_point": "yes",
+    "ipopt.mu_strategy": "adaptive",
+    **{f"ipopt.warm_start_{what}": 1e-9 for what in (
+        "bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac", "mult_bound_push",
+    )},
+}  # fmt: skip
+
 
 @dataclass(frozen=True)
 class IpoptOptions:
@@ -85,6 +96,20 @@ class NlpResult:
     iterations: int
     seconds: float
     solver: str = "ipopt"
+
+
+@dataclass(frozen=True)
+class Duals:
+    """Multipliers to start from, scaled and in CasADi's sign, ``L = f + lam^T g``.
+
+    Attributes
+    ----------
+    columns : (n,) of the bounds of the unknowns.
+    rows : (m,) of the rows.
+    """
+
+    columns: Array
+    rows: Array
 
 
 Listener = Callable[[int, float, Array, Array], bool]
@@ -170,16 +195,25 @@ def run(
     constants: Array,
     options: IpoptOptions,
     listener: Listener | None = None,
+    multipliers: Duals | None = None,
 ) -> NlpResult:
-    """Run IPOPT from `x0`; never raises for a failed solve, the outcome tells."""
+    """Run IPOPT from `x0`; never raises for a failed solve, the outcome tells.
+
+    With `multipliers` the start is taken as it is, close to the bounds that are active, see
+    `_WARM`.
+    """
     begin = clock.perf_counter()
     with noted_interrupts() as interrupts:
         watch = _Watch(program, interrupts, listener)
         settings = {**_settings(program, options), "iteration_callback": watch}
+        start = {}
+        if multipliers is not None:
+            settings |= _WARM
+            start = {"lam_x0": multipliers.columns, "lam_g0": multipliers.rows}
         solver = ca.nlpsol("solver", "ipopt", program.oracle, settings)
         result = solver(
             x0=x0, p=constants, lbx=column_limits[0], ubx=column_limits[1],
-            lbg=row_limits[0], ubg=row_limits[1],
+            lbg=row_limits[0], ubg=row_limits[1], **start,
         )  # fmt: skip
     if watch.error is not None:
         raise watch.error

@@ -30,6 +30,9 @@ class Settings:
     rounds, most_intervals : limits of the adaptation.
     solver : "ipopt", or "fatrop" with IPOPT wherever fatrop fails or has too many intervals; the
         record of the rounds says what ran.
+    iterations, seconds : budget of all rounds together, None for no limit.  When it is used up,
+        the best round that holds between its points is verified and returned.
+    verify : whether to replay and check the answer; without, the verdict is "unverified".
     """
 
     scheme: SchemeName = "radau"
@@ -46,6 +49,9 @@ class Settings:
     highest_degree: int = 8
     move_breakpoints: bool = True
     solver: Literal["ipopt", "fatrop"] = "ipopt"
+    iterations: int | None = None
+    seconds: float | None = None
+    verify: bool = True
     ipopt: IpoptOptions = field(default_factory=IpoptOptions)
 
     def __post_init__(self) -> None:
@@ -55,6 +61,12 @@ class Settings:
                 raise StatementError(f"the setting '{name}' is {value!r}; give a positive integer")
         if self.solver not in ("ipopt", "fatrop"):
             raise StatementError(f"the setting 'solver' is {self.solver!r}; choose ipopt or fatrop")
+        for name in ("iterations", "seconds"):
+            value = getattr(self, name)
+            if value is not None and not (math.isfinite(value) and value > 0):
+                raise StatementError(
+                    f"the budget '{name}' is {value!r}; give a positive number, or None for none"
+                )
         for name in ("dynamics", "path", "objective", "replay"):
             value = getattr(self, f"{name}_tolerance")
             if not (math.isfinite(value) and value > 0):

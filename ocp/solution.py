@@ -84,7 +84,8 @@ class Solution:
     Attributes
     ----------
     objective : value of what was minimised or maximised, as the solver reports it.
-    trajectory, replayed : the solution and its independent replay.
+    trajectory, replayed : the solution and its independent replay; with `verify=False` there is
+        none, `replayed` is the solution and `replay` has no phases.
     record : the mesh rounds.
     verdict : "global: bound met", "local: ..." or "unverified", in words.
     multipliers : of dynamics (costates), bounds, links and peaks, in the units of the statement.
@@ -124,7 +125,7 @@ class Solution:
         Peaks and integrals are evaluated densely, between the points too; with `replayed` along
         the independent replay.
         """
-        source = self.replayed if replayed else self.trajectory
+        source = self._source(replayed)
         expression = named(self.problem, expression)
         symbols = resolve(scalar(expression, "an expression"), "an expression")
         peaks = {
@@ -143,7 +144,7 @@ class Solution:
         With `replayed`, states come from the independent replay.
         """
         t = np.asarray(times, dtype=float)
-        flat, source = t.ravel(), self.replayed if replayed else self.trajectory
+        flat, source = t.ravel(), self._source(replayed)
         result = np.full(flat.size, np.nan)
         names = [p.name for p in self.problem.phases]
         if phase is not None:
@@ -162,6 +163,14 @@ class Solution:
             if not first <= bad <= last:
                 raise StatementError(f"{bad} s lies outside the motion ({first} to {last} s)")
         return result.reshape(t.shape)
+
+    def _source(self, replayed: bool) -> Trajectory:
+        """The solution or its replay; StatementError if that was not asked for."""
+        if replayed and not self.replay.phases:
+            raise StatementError(
+                "this solution was made with verify=False and has no replay; solve with verify=True"
+            )
+        return self.replayed if replayed else self.trajectory
 
     def costate(self, state: Any, times: Any, phase: Phase | str | None = None) -> Array:
         """The costate of a state (or running integral) at times [s], shape of `times`.

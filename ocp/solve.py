@@ -7,34 +7,33 @@ import itertools
 import logging
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Literal
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ocp.assess import Assessment, assess
+from ocp.attempts import solve_round
+from ocp.budget import Budget
 from ocp.chains import first_degree
 from ocp.diagnose import collapsed, failure
-from ocp.errors import Interrupted, SolveFailed, StatementError, Unverified
+from ocp.errors import BudgetSpent, Interrupted, StatementError, Unverified
 from ocp.evaluate import Evaluator
-from ocp.fatrop import run_fatrop
-from ocp.guess import start_of
-from ocp.ipopt import IpoptOptions, NlpResult, run
-from ocp.iterate import decision_vector, trajectory_of
+from ocp.ipopt import Listener, NlpResult
+from ocp.iterate import trajectory_of
 from ocp.mesh import Mesh, bisected, uniform
 from ocp.multipliers import multipliers, solved_program
 from ocp.refine import next_mesh
 from ocp.replay import Replay, replay, replayed
-from ocp.scaling import scales_of
 from ocp.sense import check_sense
 from ocp.settings import Settings
 from ocp.solution import Round, Solution, Verification
 from ocp.statement import Problem
 from ocp.symbols import Constant
 from ocp.trajectory import Trajectory
-from ocp.transcribe import Method, Transcription, transcribe
-from ocp.verify import verify
+from ocp.transcribe import Method, Transcription
+from ocp.verify import unverified, verify
+from ocp.warm import Origin
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -53,6 +52,35 @@ class _Solved:
     objective: float
     controls_refined: bool = False
 
+    @property
+    def origin(self) -> Origin:
+        """The round as the start of the next one."""
+        return Origin(self.trajectory, solved_program(self.transcription, self.result))
+
+
+@dataclass(frozen=True)
+class _Task:
+    """What stays the same in all rounds of a solve, and their record."""
+
+    problem: Problem
+    settings: Settings
+    constants: dict[str, float]
+    evaluator: Evaluator
+    budget: Budget
+    bound: float | None
+    progress: Progress | None
+    record: list[Round] = field(default_factory=list)
+
+    @property
+    def iterations(self) -> int:
+        """Iterations so far."""
+        return sum(r.iterations for r in self.record)
+
+    @property
+    def spent(self) -> bool:
+        """Whether the budget is used up."""
+        return self.budget.spent(self.iterations)
+
 
 def solve(
     problem: Problem,
@@ -69,7 +97,9 @@ def solve(
     Parameters
     ----------
     guess : Solution or Trajectory, optional
-        Where to start instead of the guess in the statement; its mesh may differ.
+        Where to start instead of the guess in the statement; its mesh may differ.  A solution of
+        the same problem (for other `constants`, say) gives its multipliers and its scales too,
+        and on its own mesh its nonlinear program, which then is not built again.
     mesh : Mesh, optional
         First mesh; by default that of the guess if it is a `Solution`, else a uniform one.
     constants : mapping of Constant to number, optional
@@ -87,36 +117,44 @@ def solve(
         No solution was found; the message names the worst constraint.
     Unverified
         The solver's answer did not pass its verification; ``error.iterate`` holds it.
+    BudgetSpent
+        The budget of the settings ended before any round held between its points.
     Interrupted
         The user stopped the solve.
     """
     settings = settings or Settings()
-    begin = clock.perf_counter()
-    values = _constants(problem, constants)
-    check_sense(problem, values)
-    start = guess.trajectory if isinstance(guess, Solution) else guess
     if mesh is None:
-        mesh = guess.mesh if isinstance(guess, Solution) else _first_mesh(problem, settings)
-    evaluator = Evaluator(problem)
-    record: list[Round] = []
+        mesh = guess.mesh if isinstance(guess, Solution) else first_mesh(problem, settings)
+    origin = origin_of(problem, settings, guess)
+    return solve_from(origin, problem, settings, mesh, constants, bound, progress)
+
+
+def solve_from(
+    origin: Origin, problem: Problem, settings: Settings, mesh: Mesh,
+    constants: Mapping[Constant, float] | None = None, bound: float | None = None,
+    progress: Progress | None = None,
+) -> Solution:  # fmt: skip
+    """`solve` from a given origin and mesh."""
+    budget, values = Budget.of(settings), constant_values(problem, constants)
+    check_sense(problem, values)
+    task = _Task(problem, settings, values, Evaluator(problem), budget, bound, progress)
     strict, checking = settings, 0.0
     for _ in range(_STRICTER_GOES):
-        rounds = _rounds(problem, strict, values, start, mesh, evaluator, progress, record)
+        rounds, converged = _rounds(task, strict, origin, mesh)
         last = _best(rounds, strict)
-        before = clock.perf_counter()
-        done = replay(problem, last.trajectory, dict(last.transcription.scales.signals))
-        again = replayed(last.trajectory, done)
-        verification = verify(settings, last.transcription, last.trajectory, done, again,
-                              evaluator, last.objective)  # fmt: skip
-        checking += clock.perf_counter() - before
-        if not settings.refine or done.miss <= settings.replay_tolerance:
+        if not converged and not _holds(last, strict):
+            raise _spent(task, last.trajectory, last)
+        checked = _checked(task, last)
+        checking += checked.verification.seconds
+        if not (settings.refine and settings.verify) or task.spent:
+            break
+        if checked.replay.miss <= settings.replay_tolerance:
             break
         # every interval meets its tolerance, yet their errors add up to a miss
         strict = dataclasses.replace(strict, dynamics_tolerance=strict.dynamics_tolerance / 30.0)
-        mesh, start = last.transcription.mesh, last.trajectory
-    verification = dataclasses.replace(verification, seconds=checking)
-    return _finished(problem, settings, last, again, done, verification, record, evaluator, bound,
-                     begin)  # fmt: skip
+        mesh, origin = last.transcription.mesh, last.origin
+    verification = dataclasses.replace(checked.verification, seconds=checking)
+    return _finished(task, last, dataclasses.replace(checked, verification=verification), converged)
 
 
 def collocate(
@@ -132,21 +170,42 @@ def collocate(
     -------
     The trajectory and the objective's value.
     """
-    settings = settings or Settings()
-    values = _constants(problem, None)
-    scales = scales_of(problem, start_of(problem, values, guess), values)
-    method = Method(settings.scheme, settings.control_shape)
-    transcription = transcribe(problem, mesh or _first_mesh(problem, settings), method, scales)
-    result = _run(transcription, settings, values, guess, (), progress)
-    found = trajectory_of(transcription, result.x, values)
+    settings, values, origin = settings or Settings(), constant_values(problem, None), Origin(guess)
+    task = _Task(problem, settings, values, Evaluator(problem), Budget.of(settings), None, progress)
+    mesh = mesh or first_mesh(problem, settings)
+    made = origin.transcription(problem, mesh, method_of(settings), values)
+    result = solve_round(made, origin, values, settings, task.budget, 0, _listener(made, task))
+    found = trajectory_of(made, result.x, values)
     if result.outcome == "interrupted":
         raise Interrupted(f"'{problem.name}' was stopped", found, None, None)
     if result.outcome != "solved":
-        raise _diagnosed(transcription, result, values)
-    return found, problem.sense * result.objective * scales.objective
+        raise failure(made, result, made.rows.evaluate(values), found)
+    return found, problem.sense * result.objective * made.scales.objective
 
 
-def _constants(problem: Problem, changed: Mapping[Constant, float] | None) -> dict[str, float]:
+@dataclass(frozen=True)
+class _Checked:
+    """The replay of a round and what it says."""
+
+    replay: Replay
+    replayed: Trajectory
+    verification: Verification
+
+
+def _checked(task: _Task, last: _Solved) -> _Checked:
+    if not task.settings.verify:
+        return _Checked(Replay(()), last.trajectory, unverified(last.objective))
+    before = clock.perf_counter()
+    done = replay(task.problem, last.trajectory, dict(last.transcription.scales.signals))
+    again = replayed(last.trajectory, done)
+    found = verify(task.settings, last.transcription, last.trajectory, done, again,
+                   task.evaluator, last.objective)  # fmt: skip
+    seconds = clock.perf_counter() - before
+    return _Checked(done, again, dataclasses.replace(found, seconds=seconds))
+
+
+def constant_values(problem: Problem, changed: Mapping[Constant, float] | None) -> dict[str, float]:
+    """Values of the constants by name, those that are changed in their place."""
     values = {c.name: float(c.value) for c in problem.constants}
     for constant, value in (changed or {}).items():
         if constant.name not in values:
@@ -157,7 +216,23 @@ def _constants(problem: Problem, changed: Mapping[Constant, float] | None) -> di
     return values
 
 
-def _first_mesh(problem: Problem, settings: Settings) -> Mesh:
+def origin_of(problem: Problem, settings: Settings, guess: Solution | Trajectory | None) -> Origin:
+    """Where to start; with multipliers if the guess is a solution of the very problem."""
+    if not isinstance(guess, Solution):
+        return Origin(guess)
+    program = guess.program
+    if program is None or program.problem is not problem or program.method != method_of(settings):
+        return Origin(guess.trajectory)
+    return Origin(guess.trajectory, program)
+
+
+def method_of(settings: Settings) -> Method:
+    """How the settings discretise."""
+    return Method(settings.scheme, settings.control_shape)
+
+
+def first_mesh(problem: Problem, settings: Settings) -> Mesh:
+    """The uniform mesh of a first round."""
     return Mesh(tuple(
         uniform(settings.intervals, first_degree(problem, phase, settings))
         for phase in problem.phases
@@ -165,37 +240,34 @@ def _first_mesh(problem: Problem, settings: Settings) -> Mesh:
 
 
 def _rounds(
-    problem: Problem, settings: Settings, constants: dict[str, float],
-    guess: Trajectory | None, mesh: Mesh, evaluator: Evaluator, progress: Progress | None,
-    record: list[Round],
-) -> list[_Solved]:  # fmt: skip
-    """Solve, assess and refine until all tolerances are met or the rounds are used up."""
-    scales = scales_of(problem, start_of(problem, constants, guess), constants)
-    method = Method(settings.scheme, settings.control_shape)
+    task: _Task, settings: Settings, origin: Origin, mesh: Mesh
+) -> tuple[list[_Solved], bool]:
+    """Solve, assess and refine until all tolerances are met or rounds or budget are used up.
+
+    Returns
+    -------
+    The solved rounds, and False if the budget ended them.
+    """
     solved: list[_Solved] = []
-    most = len(record) + settings.rounds
-    finer = False
+    record, most, finer = task.record, len(task.record) + settings.rounds, False
     try:
         while True:
-            known = solved[-1].transcription if solved else None
-            transcription = transcribe(problem, mesh, method, scales, known)
-            result = _run(transcription, settings, constants, guess, record, progress)
+            transcription = origin.transcription(
+                task.problem, mesh, method_of(settings), task.constants
+            )
+            result = solve_round(transcription, origin, task.constants, settings,
+                                 task.budget, task.iterations,
+                                 _listener(transcription, task))  # fmt: skip
             if result.outcome == "solved":
-                solved.append(
-                    _examined(
-                        transcription, result, constants, evaluator, finer, settings.path_tolerance
-                    )
-                )
+                solved.append(_examined(transcription, result, task, finer))
                 record.append(_round(solved[-1]))
                 log.info("round %d: %s", len(record), record[-1])
                 following = _following(solved, settings) if settings.refine else None
             else:
                 record.append(_failed_round(transcription, result))
-                if result.outcome == "interrupted":
-                    last = trajectory_of(transcription, result.x, constants)
-                    raise _interrupted(problem, solved, settings, last)
-                if not solved:
-                    raise _diagnosed(transcription, result, constants)
+                _raise_without_rounds(task, transcription, result, solved)
+                if task.spent:
+                    return solved, False
                 if not any(m.movable for m in mesh.phases):
                     break
                 # moving breakpoints led astray: hold them still and bisect from the last round
@@ -203,24 +275,51 @@ def _rounds(
                 following = _frozen(_next_or_same(solved[-1], settings))
             if following is None or len(record) >= most:
                 break
+            if task.spent:
+                return solved, False
             finer = following.intervals > mesh.intervals
-            mesh, guess = following, solved[-1].trajectory
+            mesh, origin = following, solved[-1].origin
     except KeyboardInterrupt as stop:
-        raise _interrupted(problem, solved, settings, None) from stop
-    return solved
+        raise _interrupted(task.problem, solved, settings, None) from stop
+    return solved, True
 
 
-def _examined(
-    transcription: Transcription, result: NlpResult, constants: dict[str, float],
-    evaluator: Evaluator, finer: bool, tolerance: float,
-) -> _Solved:  # fmt: skip
+def _raise_without_rounds(
+    task: _Task, transcription: Transcription, result: NlpResult, solved: Sequence[_Solved]
+) -> None:
+    """The error of a failed round that leaves nothing to go on from."""
+    last = trajectory_of(transcription, result.x, task.constants)
+    if result.outcome == "interrupted":
+        raise _interrupted(task.problem, solved, task.settings, last)
+    if task.spent and not any(_holds(s, task.settings) for s in solved):
+        raise _spent(task, last, solved[-1] if solved else None)
+    if not solved:
+        raise failure(transcription, result, transcription.rows.evaluate(task.constants), last)
+
+
+def _spent(task: _Task, last: Trajectory, finished: _Solved | None) -> BudgetSpent:
+    """The error of a budget that ended before a round held between its points."""
+    done = "no mesh round was solved" if finished is None else (
+        f"the errors between the points were still {finished.assessment.dynamics:.1e} of the "
+        f"dynamics and {max(finished.assessment.excess, 0.0):.1e} of the constraints"
+    )  # fmt: skip
+    return BudgetSpent(
+        f"the budget of {task.budget} for '{task.problem.name}' ended in mesh round "
+        f"{len(task.record)} after {task.iterations} iterations: {done}; raise the budget, loosen "
+        "the tolerances or give a better guess",
+        last, None if finished is None else finished.trajectory,
+    )  # fmt: skip
+
+
+def _examined(transcription: Transcription, result: NlpResult, task: _Task, finer: bool) -> _Solved:
     """A solved round with its errors between the points."""
-    trajectory = trajectory_of(transcription, result.x, constants)
+    trajectory = trajectory_of(transcription, result.x, task.constants)
     problem = transcription.problem
     objective = problem.sense * result.objective * transcription.scales.objective
     found = assess(
-        transcription, trajectory, evaluator, tolerance, result.row_multipliers, objective
-    )
+        transcription, trajectory, task.evaluator, task.settings.path_tolerance,
+        result.row_multipliers, objective,
+    )  # fmt: skip
     return _Solved(transcription, result, trajectory, found, objective, finer)
 
 
@@ -269,33 +368,10 @@ def _frozen(mesh: Mesh) -> Mesh:
     return Mesh(tuple(m.frozen() for m in mesh.phases), mesh.extra)
 
 
-def _run(
-    transcription: Transcription, settings: Settings, constants: Mapping[str, float],
-    guess: Trajectory | None, record: Sequence[Round], progress: Progress | None,
-) -> NlpResult:  # fmt: skip
-    start = start_of(transcription.problem, constants, guess)
-    x0 = decision_vector(transcription, start, constants)
-    parameters = np.array([constants[c.name] for c in transcription.problem.constants])
-    options = settings.ipopt
-    listener = _listener(transcription, progress, len(record)) if progress else None
-
-    limits = transcription.columns.evaluate(constants), transcription.rows.evaluate(constants)
-
-    def attempt(with_options: IpoptOptions) -> NlpResult:
-        return run(transcription.program, x0, *limits, parameters, with_options, listener=listener)
-
-    if settings.solver == "fatrop":
-        fast = run_fatrop(transcription, x0, *limits, parameters, options)
-        if fast is not None:
-            return fast
-    first: Literal["monotone", "adaptive"] = "monotone" if record else options.barrier
-    result = attempt(dataclasses.replace(options, barrier=first))
-    if record and result.outcome not in ("solved", "interrupted"):
-        result = attempt(options)
-    return result
-
-
-def _listener(transcription: Transcription, progress: Progress, number: int) -> Any:
+def _listener(transcription: Transcription, task: _Task) -> Listener | None:
+    progress, number = task.progress, len(task.record)
+    if progress is None:
+        return None
     scale = transcription.scales.objective * transcription.problem.sense
 
     def listen(iteration: int, objective: float, x: Array, rows: Array) -> bool:
@@ -323,13 +399,6 @@ def _interrupted(
     )  # fmt: skip
 
 
-def _diagnosed(
-    transcription: Transcription, result: NlpResult, constants: Mapping[str, float]
-) -> SolveFailed:
-    iterate = trajectory_of(transcription, result.x, constants)
-    return failure(transcription, result, transcription.rows.evaluate(constants), iterate)
-
-
 def _round(solved: _Solved) -> Round:
     mesh = solved.transcription.mesh
     return Round(
@@ -350,31 +419,32 @@ def _failed_round(transcription: Transcription, result: NlpResult) -> Round:
     )  # fmt: skip
 
 
-def _finished(
-    problem: Problem, settings: Settings, last: _Solved, again: Trajectory, done: Replay,
-    verification: Verification, record: Sequence[Round], evaluator: Evaluator,
-    bound: float | None, begin: float,
-) -> Solution:  # fmt: skip
+def _finished(task: _Task, last: _Solved, checked: _Checked, converged: bool) -> Solution:
     if error := collapsed(last.transcription, last.trajectory):
         raise error
     program = solved_program(last.transcription, last.result)
+    verdict = _verdict(task, last.objective)
+    if not converged:
+        verdict += f"; the budget of {task.budget} ended the refinement"
     solution = Solution(
-        problem, last.objective, last.trajectory, again, done, verification,
-        last.transcription.mesh, tuple(record), _verdict(last.objective, problem, bound, settings),
-        evaluator, clock.perf_counter() - begin, multipliers(program, last.trajectory), program,
+        task.problem, last.objective, last.trajectory, checked.replayed, checked.replay,
+        checked.verification, last.transcription.mesh, tuple(task.record),
+        verdict if checked.verification.passed else "unverified", task.evaluator,
+        clock.perf_counter() - task.budget.begin, multipliers(program, last.trajectory), program,
     )  # fmt: skip
-    if not verification.passed and settings.refine:
+    if not checked.verification.passed and task.settings.refine and task.settings.verify:
+        ended = "" if converged else f" when the budget of {task.budget} was used up"
         raise Unverified(
-            f"the answer for '{problem.name}' did not pass its verification: "
-            + "; ".join(verification.reasons) + "; loosen the tolerance named, allow more "
+            f"the answer for '{task.problem.name}' did not pass its verification{ended}: "
+            + "; ".join(checked.verification.reasons) + "; loosen the tolerance named, allow more "
             "rounds or intervals, or look at the unverified answer in error.iterate",
-            dataclasses.replace(solution, verdict="unverified"))  # fmt: skip
+            solution)  # fmt: skip
     return solution
 
 
-def _verdict(objective: float, problem: Problem, bound: float | None, settings: Settings) -> str:
-    if bound is not None:
-        gap = abs(objective - bound) / max(abs(bound), 1e-300)
-        if gap <= max(10 * settings.objective_tolerance, 1e-5):
+def _verdict(task: _Task, objective: float) -> str:
+    if task.bound is not None:
+        gap = abs(objective - task.bound) / max(abs(task.bound), 1e-300)
+        if gap <= max(10 * task.settings.objective_tolerance, 1e-5):
             return f"global: bound met (gap {gap:.1e})"
     return "local: best of 1 start"

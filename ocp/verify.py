@@ -75,6 +75,12 @@ def _margins(
     return tuple(margins)
 
 
+def unverified(objective: float) -> Verification:
+    """What stands where no verification was asked for."""
+    nan = float("nan")
+    return Verification(nan, nan, (), objective, nan, nan, False, ("verify=False",))
+
+
 def _over(value: float, allowed: float, words: str) -> str:
     """Why a value does not pass, or nothing."""
     if value <= allowed:

@@ -25,7 +25,7 @@ class Benchmark:
     tolerance: float
     source: str
     tags: tuple[str, ...]
-    varied: Constant
+    varied: Constant | None = None
 
     def error(self, value: float) -> float:
         """Relative error of `value` against the optimum, signed."""

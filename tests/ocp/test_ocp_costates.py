@@ -126,7 +126,8 @@ def test_bryson_denham_with_breakpoints_where_the_roof_is_met():
 
 
 def test_bryson_denham_on_a_mesh_that_finds_the_jumps():
-    found, errors, at_corner = bryson_denham(Settings())
+    # under the default 1e-7 of a path a corner may stay so far off that an error is 1.3e-4
+    found, errors, at_corner = bryson_denham(Settings(path_tolerance=5e-8))
     np.testing.assert_allclose(jumps(found), 18.0, rtol=1e-4)
     assert at_corner.mean() < 0.25
     # of 18 and 6, away from intervals that hold a jump or are next to one: the objective

@@ -1,0 +1,63 @@
+"""The runs of IPOPT that one mesh round may take."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from ocp.budget import Budget
+from ocp.fatrop import run_fatrop
+from ocp.guess import start_of
+from ocp.ipopt import Duals, IpoptOptions, Listener, NlpResult, run
+from ocp.iterate import decision_vector
+from ocp.settings import Settings
+from ocp.transcribe import Transcription
+from ocp.warm import Origin
+
+
+def solve_round(
+    transcription: Transcription, origin: Origin, constants: Mapping[str, float],
+    settings: Settings, budget: Budget, before: int, listener: Listener | None = None,
+) -> NlpResult:  # fmt: skip
+    """Solve one transcription; what every attempt took is counted.
+
+    Fatrop comes first where it was asked for.  With known multipliers the first attempt of IPOPT
+    is a warm start.  If it fails, and without them, the start is primal: under the user's options
+    in the first round, with a monotone barrier, which strays less from a good start, in later
+    ones, and under the user's options if that fails too.
+
+    Parameters
+    ----------
+    before : iterations of the rounds before this one; 0 for the first.
+    """
+    start = start_of(transcription.problem, constants, origin.trajectory)
+    x0 = decision_vector(transcription, start, constants)
+    parameters = np.array([constants[c.name] for c in transcription.problem.constants])
+    limits = transcription.columns.evaluate(constants), transcription.rows.evaluate(constants)
+    if settings.solver == "fatrop":
+        options = budget.within(settings.ipopt, before)
+        fast = run_fatrop(transcription, x0, *limits, parameters, options)
+        if fast is not None:
+            return fast
+    iterations, seconds = 0, 0.0
+    for choice, duals in _attempts(origin.duals(transcription), settings.ipopt, before == 0):
+        allowed = budget.within(choice, before + iterations)
+        result = run(transcription.program, x0, *limits, parameters, allowed,
+                     listener=listener, multipliers=duals)  # fmt: skip
+        iterations, seconds = iterations + result.iterations, seconds + result.seconds
+        if result.outcome in ("solved", "interrupted") or budget.spent(before + iterations):
+            break
+    return replace(result, iterations=iterations, seconds=seconds)
+
+
+def _attempts(
+    duals: Duals | None, options: IpoptOptions, first: bool
+) -> Iterator[tuple[IpoptOptions, Duals | None]]:
+    """Options and multipliers of the attempts, in order."""
+    if duals is not None:
+        yield options, duals
+    if not first:
+        yield replace(options, barrier="monotone"), None
+    yield options, None
