@@ -21,7 +21,7 @@ def measure(setup: Setup) -> Iterator[Record]:
 
 
 def per_interval(row: Mapping[str, Any]) -> float | None:
-    """Seconds of the solve per interval and iteration."""
+    """Processor seconds of the solve per interval and iteration."""
     solve, iterations = median(row, "solve"), first(row, "iterations")
     return solve / first(row, "intervals") / iterations if solve and iterations else None
 
@@ -36,7 +36,7 @@ def tables(record: Record) -> list[Table]:
     """Seconds and memory against intervals."""
     head = (
         "intervals", "unknowns", "rows", "set-up [s]", "solve [s]", "iterations",
-        "us per interval and iteration", "set-up / solve", "replay and checks [s]",
+        "us per interval and iteration", "set-up / solve",
         "memory [MiB]", "above imports, KiB an interval", "",
     )  # fmt: skip
     return [
@@ -44,7 +44,7 @@ def tables(record: Record) -> list[Table]:
             "Problem B on fixed uniform meshes (degree 4), no refinement, medians",
             head,
             [_cells(row) for row in record["rows"]],
-            ("set-up: from the statement to functions with derivatives; solve: IPOPT.",),
+            ("seconds of processor time; set-up: statement to functions; solve: IPOPT.",),
         )
     ]
 
@@ -58,7 +58,7 @@ def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
         *shown(row, "set_up", "solve", "iterations"),
         number(each and 1e6 * each, 3),
         number(set_up / solve if set_up and solve else None, 2),
-        *shown(row, "verification", "memory"),
+        *shown(row, "memory"),
         number(memory_per_interval(row), 3),
         "" if status == "Solve_Succeeded" else status,
     )
@@ -77,10 +77,10 @@ def draw(record: Record) -> Figure:
             "solve [µs per interval and iteration]": {
                 "": (n, [1e6 * (per_interval(row) or 0.0) for row in rows])
             },
-            "time [s]": {
+            "processor time [s]": {
                 name: (n, [median(row, key) for row in rows])
                 for name, key in (
-                    ("set-up", "set_up"), ("solve", "solve"), ("replay, checks", "verification"),
+                    ("set-up", "set_up"), ("solve", "solve"),
                 )
             },
             "peak memory [MiB]": {"": (n, [median(row, "memory") for row in rows])},
