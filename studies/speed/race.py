@@ -44,8 +44,8 @@ class Row:
 
     @property
     def right(self) -> bool:
-        """Whether the last answer is right."""
-        return self.check is not None and self.check.right
+        """Whether the last answer is right, and no run failed."""
+        return not self.failure and self.check is not None and self.check.right
 
     def median(self, column: str) -> float | None:
         """Median of a column, or None."""

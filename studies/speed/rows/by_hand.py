@@ -11,7 +11,7 @@ import row
 
 OPTIONS = {
     "print_time": False,
-    "ipopt": {"print_level": 0, "sb": "yes", "tol": 1e-7, "mu_init": 1e-2},
+    "ipopt": {"print_level": 0, "sb": "yes", "tol": 1e-6, "mu_init": 1e-2},
 }
 
 
@@ -46,10 +46,9 @@ def minimise(z, end, peaked, positive, guess, lower, upper, *, whole=None):
     weight = ca.SX.sym("w", m)
     slope = ca.jacobian(rows, z)
     bend = ca.triu(ca.hessian(ca.dot(weight, rows), z)[0])
-    keep = {"cse": True}
-    value = ca.Function("value", [z], [rows], keep).map(n)
-    first = ca.Function("first", [z], [rows, ca.vertcat(*slope.nonzeros())], keep).map(n)
-    second = ca.Function("second", [z, weight], [ca.vertcat(*bend.nonzeros())], keep).map(n)
+    value = ca.Function("value", [z], [rows]).map(n)
+    first = ca.Function("first", [z], [rows, ca.vertcat(*slope.nonzeros())]).map(n)
+    second = ca.Function("second", [z, weight], [ca.vertcat(*bend.nonzeros())]).map(n)
 
     count = n_z * n + 1
     x, f_factor, no = ca.MX.sym("x", count), ca.MX.sym("f"), ca.MX.sym("p", 0)
