@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import casadi as ca
@@ -24,6 +24,8 @@ from ocp.terms import Functional
 Array = NDArray[np.float64]
 _FRACTIONS = np.linspace(0.0, 1.0, 17)
 _STEP = 0.5
+_OFF = 3.0
+_SOLVED = "value on an earlier mesh"
 
 
 @dataclass(frozen=True)
@@ -79,6 +81,21 @@ def scales_of(problem: Problem, start: Start, constants: Mapping[str, float]) ->
         problem.scale, *_terminal_scale(problem.objective, functionals, unknowns, constants)
     )
     return Scales(signals, unknowns, bounds, functionals, duration, objective, reasons)
+
+
+def resized(scales: Scales, objective: float) -> Scales:
+    """Scales with the objective's size taken from a solved value, where the guess's was far off.
+
+    Tolerances of the solver are relative to the scaled objective: where the guess costs many times
+    the optimum, they would leave controls undetermined that cost little.  A stated size stays, and
+    so does one that has been taken from a value before.
+    """
+    reason = scales.reasons.get(("objective", ""))
+    size = max(abs(objective), 1e-3 * scales.objective)
+    near = scales.objective / _OFF <= size <= _OFF * scales.objective
+    if reason in ("stated", _SOLVED) or near or not math.isfinite(size):
+        return scales
+    return replace(scales, objective=size, reasons={**scales.reasons, ("objective", ""): _SOLVED})
 
 
 def _chosen(stated: float | None, found: float, reason: str) -> tuple[float, str]:

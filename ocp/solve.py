@@ -55,7 +55,8 @@ class _Solved:
     @property
     def origin(self) -> Origin:
         """The round as the start of the next one."""
-        return Origin(self.trajectory, solved_program(self.transcription, self.result))
+        program = solved_program(self.transcription, self.result)
+        return Origin(self.trajectory, program, self.objective)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ meshes keep their multipliers but for rounding; what has no counterpart starts a
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from ocp.ipopt import Duals
 from ocp.layout import PhaseLayout
 from ocp.mesh import Mesh
 from ocp.multipliers import PathRows, SolvedProgram, path_rows
-from ocp.scaling import scales_of
+from ocp.scaling import resized, scales_of
 from ocp.statement import Problem
 from ocp.trajectory import PhaseTrajectory, Trajectory
 from ocp.transcribe import Method, Transcription, transcribe
@@ -40,11 +40,13 @@ class Origin:
     trajectory : None for the guess in the statement.
     program : the program that the trajectory solves, if its multipliers are to be used: one of
         the same problem, whose scales the round takes over.
+    objective : of the program's solution [unit of the objective], if its size is to follow it.
     built : a transcription to use for its mesh.
     """
 
     trajectory: Trajectory | None = None
     program: SolvedProgram | None = None
+    objective: float | None = None
     built: Transcription | None = None
 
     def transcription(self, problem: Problem, mesh: Mesh, method: Method,
@@ -58,13 +60,18 @@ class Origin:
         if mesh is self.program.mesh and method == self.program.method:
             return self.program.transcription
         known = self.program.transcription
-        return transcribe(problem, mesh, method, self.program.scales, known)
+        scales = self.program.scales
+        if self.objective is not None:
+            scales = resized(scales, self.objective)
+        return transcribe(problem, mesh, method, scales, known)
 
     def duals(self, target: Transcription) -> Duals | None:
         """Multipliers to start `target` from, if they are known."""
         if self.program is None or self.trajectory is None:
             return None
-        if self.program.scales != target.scales:
+        if replace(self.program.scales, objective=1.0, reasons={}) != replace(
+            target.scales, objective=1.0, reasons={}
+        ):
             return None
         return duals(self.program, self.trajectory, target)
 
@@ -81,6 +88,8 @@ class _Entries:
 def duals(solved: SolvedProgram, trajectory: Trajectory, target: Transcription) -> Duals:
     """Multipliers for `target`, whose problem and scales are those of the solved program.
 
+    The size of the objective may differ: multipliers are relative to it.
+
     Parameters
     ----------
     trajectory : the solved one, for its constants and its breakpoints, which may have moved.
@@ -91,6 +100,9 @@ def duals(solved: SolvedProgram, trajectory: Trajectory, target: Transcription) 
     points = [_fractions(trajectory.phase(lay.phase.name)) for lay in made.layouts]
     rows, columns = np.zeros(target.rows.count), np.zeros(target.columns.count)
     adjoints = costates(made, solved.row_multipliers)
+    ratio = made.scales.objective / target.scales.objective
+    solved = replace(solved, row_multipliers=ratio * solved.row_multipliers,
+                     bound_multipliers=ratio * solved.bound_multipliers)  # fmt: skip
     for layout, adjoint, at in zip(target.layouts, adjoints, points, strict=True):
         _put_costates(rows, target, layout, adjoint, at)
     _put_paths(rows, solved, target, points)

@@ -1,5 +1,7 @@
 """Units do not matter: kilometres and microseconds solve like metres and seconds."""
 
+import dataclasses
+
 import pytest
 
 from ocp import (
@@ -16,7 +18,7 @@ from ocp import (
     solve,
 )
 from ocp.guess import start_of
-from ocp.scaling import scales_of
+from ocp.scaling import resized, scales_of
 
 
 def transfer(length, second):
@@ -117,3 +119,20 @@ def test_impossible_sizes_are_refused():
         ordinary(scale=0)
     with pytest.raises(StatementError, match="scale of 'effort' is -1"):
         ordinary(effort=-1)
+
+
+def test_the_objectives_size_follows_a_value_that_is_far_from_the_guesses():
+    x, u = State("x"), Control("u")
+    move = Phase("move", {x: u}, {x: 0}, {x: 1}, end=1, guess={u: 100})
+    problem = Problem("move", [move], minimise=move.integral(u**2))
+    first = scales_of(problem, start_of(problem, {}, None), {})
+    assert first.objective > 100
+    after = resized(first, 1.0)
+    assert after.objective == pytest.approx(max(1.0, 1e-3 * first.objective))
+    assert resized(after, 1e-9) is after  # once
+    assert resized(first, 0.5 * first.objective) is first  # near enough
+    stated = dataclasses.replace(problem, scale=1e4)
+    kept = scales_of(stated, start_of(stated, {}, None), {})
+    assert resized(kept, 1.0) is kept
+    found = solve(problem)
+    assert found.objective == pytest.approx(1.0, rel=1e-6)
