@@ -103,6 +103,7 @@ def duals(solved: SolvedProgram, trajectory: Trajectory, target: Transcription) 
     ratio = made.scales.objective / target.scales.objective
     solved = replace(solved, row_multipliers=ratio * solved.row_multipliers,
                      bound_multipliers=ratio * solved.bound_multipliers)  # fmt: skip
+    solved.__dict__["transcription"] = made  # a copy would build it again
     for layout, adjoint, at in zip(target.layouts, adjoints, points, strict=True):
         _put_costates(rows, target, layout, adjoint, at)
     _put_paths(rows, solved, target, points)
