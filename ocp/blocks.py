@@ -9,13 +9,15 @@ as for a thousand, but for the index lists.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
+
+from ocp.native import compiled
 
 Integers = NDArray[np.int64]
 Array = NDArray[np.float64]
@@ -52,6 +54,7 @@ class Block:
     data : (n, n_d) numbers of each instance.
     rows : (n, m) rows of the constraint vector that each instance adds to.
     label : callable (instance, row) -> RowName
+    native : whether the derivatives are compiled.
     """
 
     name: str
@@ -60,6 +63,7 @@ class Block:
     data: Array
     rows: Integers
     label: Callable[[int, int], RowName]
+    native: bool = False
 
     @property
     def count(self) -> int:
@@ -69,7 +73,7 @@ class Block:
     @property
     def derivatives(self) -> KernelDerivatives:
         """Gradient, Jacobian and Hessian of the kernel."""
-        return differentiate(self.kernel)
+        return differentiate(self.kernel, self.native)
 
 
 @dataclass(frozen=True)
@@ -97,20 +101,25 @@ class KernelDerivatives:
 
 
 @lru_cache(maxsize=512)
-def differentiate(kernel: ca.Function) -> KernelDerivatives:
-    """Derivatives of a kernel with respect to its local variables."""
+def differentiate(kernel: ca.Function, native: bool = False) -> KernelDerivatives:
+    """Derivatives of a kernel with respect to its local variables, compiled if asked for."""
     w, d, c = (ca.SX.sym(s, kernel.sparsity_in(i)) for i, s in enumerate("wdc"))
     f, g = kernel(w, d, c)
     sigma, lam = ca.SX.sym("sigma"), ca.SX.sym("lam", g.shape[0])
     gradient, jacobian = ca.jacobian(f, w), ca.jacobian(g, w)
     hessian = ca.triu(ca.hessian(sigma * f + ca.dot(lam, g), w)[0])
-    return KernelDerivatives(
+    made = KernelDerivatives(
         not f.is_zero(),
         ca.Function("objective", [w, d, c], [f]), ca.Function("rows", [w, d, c], [g]),
         _function("gradient", [w, d, c], [f, gradient]), _places(gradient)[1],
         _function("jacobian", [w, d, c], [g, jacobian]), _places(jacobian),
         _function("hessian", [w, d, c, sigma, lam], [hessian]), _places(hessian),
     )  # fmt: skip
+    if not native:
+        return made
+    names = ("objective", "rows", "gradient", "jacobian", "hessian")
+    parts = compiled([getattr(made, name) for name in names])
+    return replace(made, **dict(zip(names, parts, strict=True)))
 
 
 def _function(name: str, inputs: list[Any], outputs: list[Any]) -> ca.Function:

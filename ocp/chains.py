@@ -92,7 +92,7 @@ def exact_degree(problem: Problem, phase: Phase, settings: Settings) -> int | No
     bent += problem.signals_of(phase, Algebraic)
     if any(ca.depends_on(rate, s.symbol) for rate in rates for s in bent):
         return None
-    known = {c: _DEGREES[shapes[c]] for c in controls if c not in bent}
+    known = {c: _DEGREES[shapes[c]] for c in controls if shapes[c] in _DEGREES}
     symbols = [s.symbol for s in (*phase.states, *known, time)]
     degrees = [0] * len(rates)
     for _ in range(len(rates) + 1):

@@ -161,6 +161,7 @@ def _settings(program: Program, options: IpoptOptions) -> dict[str, Any]:
         "hess_lag": program.lagrangian_hessian,
         "print_time": False,
         "calc_lam_p": False,
+        "no_nlp_grad": True,  # built for multipliers of parameters alone, dearer than the rest
         "show_eval_warnings": False,
         "ipopt.sb": "yes",
         "ipopt.print_level": options.print_level,

@@ -17,6 +17,7 @@ from ocp.trajectory import PhaseTrajectory, Piece, Trajectory
 from ocp.transcribe import Transcription
 
 Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
 _INSIDE = 1e-9
 
 
@@ -93,12 +94,19 @@ def _peak(
     trial[column] = 0.0
     values = [constants[c.name] for c in transcription.problem.constants]
     g = np.array(program.oracle(trial, ca.DM(values))[1]).ravel()
-    pattern = program.constraint_jacobian.sparsity_out(1)
-    offsets = pattern.colind()
-    rows = pattern.row()[offsets[column] : offsets[column + 1]]
     upper = transcription.rows.evaluate(constants)[1]
-    tight = [g[r] for r in rows if upper[r] == 0.0 and np.isfinite(g[r])]
-    return float(max(tight, default=1.0))
+    rows = _rows_of(transcription, column)
+    tight = g[rows[upper[rows] == 0.0]]
+    return float(max(tight[np.isfinite(tight)], default=1.0))
+
+
+def _rows_of(transcription: Transcription, column: int) -> Integers:
+    """The rows that depend on an unknown."""
+    found = [np.empty(0, dtype=np.int64)]
+    for block in transcription.blocks:
+        own, local = block.derivatives.jacobian_at
+        found.append(block.rows[:, own][block.columns[:, local] == column])
+    return np.concatenate(found)
 
 
 def trajectory_of(

@@ -71,7 +71,7 @@ class Local:
         known = (name, *key, columns.shape[1], data.shape[1])
         if known not in context.kernels:
             context.kernels[known] = self._kernel(context, *build())
-        return Block(name, context.kernels[known], columns, data, ids, label)
+        return Block(name, context.kernels[known], columns, data, ids, label, context.native)
 
     def _kernel(self, context: Context, objective: Any, rows: Sequence[Any]) -> ca.Function:
         w, d = ca.vertcat(*self._variables), ca.vertcat(*self._symbols)
@@ -98,6 +98,7 @@ class Context:
     Attributes
     ----------
     kernels : those built so far; they depend on no mesh.
+    native : whether their derivatives are compiled.
     """
 
     problem: Problem
@@ -106,6 +107,7 @@ class Context:
     unknown_scales: tuple[float, ...]
     time_scale: float
     kernels: dict[tuple[Any, ...], ca.Function] = field(default_factory=dict, repr=False)
+    native: bool = False
 
     @property
     def constants(self) -> ca.SX:

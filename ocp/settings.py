@@ -33,6 +33,8 @@ class Settings:
     iterations, seconds : budget of all rounds together, None for no limit.  When it is used up,
         the best round that holds between its points is verified and returned.
     verify : whether to replay and check the answer; without, the verdict is "unverified".
+    compile : whether to compile the model's functions to machine code: pays for large right-hand
+        sides on thousands of intervals; needs a C compiler, and keeps what it made for next time.
     """
 
     scheme: SchemeName = "radau"
@@ -52,6 +54,7 @@ class Settings:
     iterations: int | None = None
     seconds: float | None = None
     verify: bool = True
+    compile: bool = False
     ipopt: IpoptOptions = field(default_factory=IpoptOptions)
 
     def __post_init__(self) -> None:

@@ -254,7 +254,7 @@ def _rounds(
     try:
         while True:
             transcription = origin.transcription(
-                task.problem, mesh, method_of(settings), task.constants
+                task.problem, mesh, method_of(settings), task.constants, settings.compile
             )
             result = solve_round(transcription, origin, task.constants, settings,
                                  task.budget, task.iterations,

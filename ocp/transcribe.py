@@ -67,7 +67,7 @@ class Transcription:
 
 def transcribe(
     problem: Problem, mesh: Mesh, method: Method, scales: Scales,
-    known: Transcription | None = None,
+    known: Transcription | None = None, native: bool = False,
 ) -> Transcription:  # fmt: skip
     """Build the nonlinear program of a problem on a mesh.
 
@@ -75,11 +75,12 @@ def transcribe(
     ----------
     known : a transcription on another mesh, whose kernels are used again where problem, method
         and scales are the same.
+    native : whether the functions are compiled to machine code.
 
     Raises
     ------
     StatementError
-        When the statement cannot be transcribed.
+        When the statement cannot be transcribed, or not be compiled.
     """
     mesh = with_instants(problem, mesh)
     weights = inline_weights(problem)
@@ -100,7 +101,7 @@ def transcribe(
     context = Context(
         problem, scales.signals, unknown_ids,
         tuple(scales.unknowns[u.name] for u in problem.unknowns), scales.time,
-        _known_kernels(problem, method, scales, known),
+        _known_kernels(problem, method, scales, known), native,
     )  # fmt: skip
     constraints = tuple(continuous_constraints(problem, lay, scales) for lay in layouts)
     columns = columns_of(problem, layouts, unknown_ids, peak_ids, scales, first + len(peaks))

@@ -49,21 +49,24 @@ class Origin:
     objective: float | None = None
     built: Transcription | None = None
 
-    def transcription(self, problem: Problem, mesh: Mesh, method: Method,
-                      constants: Mapping[str, float]) -> Transcription:  # fmt: skip
+    def transcription(
+        self, problem: Problem, mesh: Mesh, method: Method, constants: Mapping[str, float],
+        native: bool = False,
+    ) -> Transcription:  # fmt: skip
         """The program to solve next; one that is there already where the mesh is the same."""
         if self.built is not None and mesh is self.built.mesh:
             return self.built
         if self.program is None:
             start = start_of(problem, constants, self.trajectory)
-            return transcribe(problem, mesh, method, scales_of(problem, start, constants))
+            scales = scales_of(problem, start, constants)
+            return transcribe(problem, mesh, method, scales, native=native)
         if mesh is self.program.mesh and method == self.program.method:
             return self.program.transcription
         known = self.program.transcription
         scales = self.program.scales
         if self.objective is not None:
             scales = resized(scales, self.objective)
-        return transcribe(problem, mesh, method, scales, known)
+        return transcribe(problem, mesh, method, scales, known, native)
 
     def duals(self, target: Transcription) -> Duals | None:
         """Multipliers to start `target` from, if they are known."""
