@@ -6,13 +6,14 @@ import logging
 import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from ocp.blocks import Program
+from ocp.errors import StatementError
 from ocp.interrupts import Interrupts, noted_interrupts
 
 Array = NDArray[np.float64]
@@ -20,6 +21,7 @@ Outcome = Literal[
     "solved", "infeasible", "unbounded", "overdetermined", "budget", "invalid number",
     "interrupted", "failed",
 ]  # fmt: skip
+LinearSolver = Literal["mumps", "spral", "ma27", "ma57", "ma77", "ma86", "ma97", "pardiso"]
 log = logging.getLogger(__name__)
 
 _OUTCOMES: dict[str, Outcome] = {
@@ -61,6 +63,8 @@ class IpoptOptions:
         multipliers; rounding sets its floor where these are large, as in stiff dynamics.
     constraint_violation : of the scaled constraints.
     max_iterations, seconds : budget of one run.
+    linear_solver : MUMPS is always there; an HSL routine (ma27 to ma97) or pardiso needs its
+        library.
     pivot_tolerance : of MUMPS; raise it, say to 0.01, for stiff dynamics: with too small pivots
         the curvature is misjudged and the steps become short.
     """
@@ -70,10 +74,17 @@ class IpoptOptions:
     constraint_violation: float = 1e-10
     max_iterations: int = 1000
     seconds: float = 1e6
-    linear_solver: str = "mumps"
+    linear_solver: LinearSolver = "mumps"
     barrier: Literal["monotone", "adaptive"] = "adaptive"
     print_level: int = 0
     pivot_tolerance: float = 1e-6
+
+    def __post_init__(self) -> None:
+        if self.linear_solver not in get_args(LinearSolver):
+            raise StatementError(
+                f"the linear solver is {self.linear_solver!r}; choose one of "
+                + ", ".join(get_args(LinearSolver))
+            )
 
 
 @dataclass(frozen=True)
@@ -203,6 +214,11 @@ def run(
 
     With `multipliers` the start is taken as it is, close to the bounds that are active, see
     `_WARM`.
+
+    Raises
+    ------
+    StatementError
+        There is no such linear solver here.
     """
     begin = clock.perf_counter()
     with noted_interrupts() as interrupts:
@@ -221,6 +237,11 @@ def run(
         raise watch.error
     stats = solver.stats()
     status = str(stats["return_status"])
+    if status == "Invalid_Option":  # all others are typed: the library cannot be loaded
+        raise StatementError(
+            f"IPOPT finds no library with the linear solver '{options.linear_solver}' here; "
+            "install it where the system looks for libraries, or choose mumps"
+        )
     log.debug("IPOPT: %s after %d iterations", status, stats["iter_count"])
 
     def vector(key: str) -> Array:

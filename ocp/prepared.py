@@ -79,5 +79,5 @@ def prepare(
         mesh = guess.mesh if isinstance(guess, Solution) else first_mesh(problem, settings)
     origin = origin_of(problem, settings, guess)
     values = constant_values(problem, constants)
-    made = origin.transcription(problem, mesh, method_of(settings), values)
+    made = origin.transcription(problem, mesh, method_of(settings), values, settings.compile)
     return Prepared(problem, settings, made)

@@ -174,7 +174,7 @@ def collocate(
     settings, values, origin = settings or Settings(), constant_values(problem, None), Origin(guess)
     task = _Task(problem, settings, values, Evaluator(problem), Budget.of(settings), None, progress)
     mesh = mesh or first_mesh(problem, settings)
-    made = origin.transcription(problem, mesh, method_of(settings), values)
+    made = origin.transcription(problem, mesh, method_of(settings), values, settings.compile)
     result = solve_round(made, origin, values, settings, task.budget, 0, _listener(made, task))
     found = trajectory_of(made, result.x, values)
     if result.outcome == "interrupted":

@@ -8,6 +8,7 @@ from ocp import (
     Between,
     Bound,
     Control,
+    IpoptOptions,
     Mesh,
     Phase,
     Problem,
@@ -132,3 +133,27 @@ def test_many_intervals_go_to_ipopt(monkeypatch):
 def test_an_unknown_solver_is_refused():
     with pytest.raises(StatementError, match="'snopt'; choose ipopt or fatrop"):
         Settings(solver="snopt")
+
+
+def test_an_unknown_linear_solver_is_refused():
+    with pytest.raises(StatementError, match="'ma28'; choose one of mumps, spral"):
+        IpoptOptions(linear_solver="ma28")
+
+
+def test_a_missing_linear_solver_is_named(monkeypatch):
+    # as IPOPT answers where the library of a linear solver cannot be loaded
+    real = ca.nlpsol
+
+    class Missing:
+        def __init__(self, *arguments):
+            self.solver = real(*arguments)
+
+        def __call__(self, **arguments):
+            return self.solver(**arguments)
+
+        def stats(self):
+            return {**self.solver.stats(), "return_status": "Invalid_Option"}
+
+    monkeypatch.setattr(ca, "nlpsol", Missing)
+    with pytest.raises(StatementError, match="linear solver 'mumps' here; install it"):
+        solved("ipopt")
