@@ -48,6 +48,10 @@ def add_to(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         "the Bezier law's peak torque",
     )  # fmt: skip
     parser.add_argument(
+        "--trade-off", action="store_true",
+        help="residual energy of the smoothest motion and the smooth laws against duration",
+    )  # fmt: skip
+    parser.add_argument(
         "--sequence", choices=("peak-torque", "time"),
         help="big arm, locked dwell and small arm as one problem: least common peak torque in "
         "--total, or least time under --torque-cap",
@@ -81,6 +85,8 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
     study = read(options.config, flags)
     if options.baselines is not None:
         return _baselines(options, study, console)
+    if options.trade_off:
+        return _trade_off(options, study, console)
     if options.least_duration:
         return _least_duration(options, study, console)
     return _one(options, study, console)
@@ -111,11 +117,33 @@ def _least_duration(options: argparse.Namespace, study: ArmStudy, console: Conso
     return ExitCode.OK if ahead else ExitCode.NOT_VERIFIED
 
 
+def _trade_off(options: argparse.Namespace, study: ArmStudy, console: Console) -> ExitCode:
+    """Residual energy against duration."""
+    from studies.arm.figures import tradeoff_figure
+    from studies.arm.tradeoff import curves, table
+    from studies.results import open_results, provenance
+
+    folder = open_results(options.results, f"arm-{study.stage.name}-trade-off", options.overwrite)
+    found = curves(study.stage, console.progress)
+    printed = table(study.stage, found)
+    console.say(printed)
+    folder.file("table.txt").write_text(f"{printed}\n", "utf-8")
+    folder.write_json("trade_off.json", {
+        "study": dict(study.given), "durations_and_energies": found, "made_by": provenance(),
+    })  # fmt: skip
+    if not options.no_figures:
+        tradeoff_figure(found).savefig(folder.file("trade_off.png"))
+    folder.complete()
+    console.say(f"everything is in {folder.path}")
+    return ExitCode.OK
+
+
 def _one(options: argparse.Namespace, study: ArmStudy, console: Console) -> ExitCode:
     """Solve, refine, report, export and draw one motion."""
     import dataclasses
 
-    from studies.arm.export import write_input, write_profile
+    from studies.arm.engineer import loads
+    from studies.arm.export import write_input, write_loads, write_profile
     from studies.arm.optimum import check_caps, refine, solve_stage
     from studies.arm.report import checks, facts, rounds, table
     from studies.results import open_results, provenance
@@ -129,7 +157,9 @@ def _one(options: argparse.Namespace, study: ArmStudy, console: Console) -> Exit
     )
     found = refine(solved, study.limits, objective=study.objective, say=console.progress)
     study = dataclasses.replace(study, stage=found.solved.stage)  # least time has its own duration
-    values = facts(study, found)
+    history = loads(found.replay)
+    write_loads(folder, history, found.replay)
+    values = facts(study, found, history)
     again = write_profile(folder, study, found.replay, {"rounds": rounds(found)})
     values["residual energy of the sampled profile [J]"] = again.residual_energy
     printed = table(study, values)

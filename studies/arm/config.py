@@ -34,6 +34,7 @@ class ArmStudy:
     limits : caps.
     sample_time : of the exported profile [s].
     pointing_error : of the tip [m].
+    latch : largest miss of an end angle that a latch accepts [rad]; None locks anywhere.
     given : the configuration as read, to reproduce the result.
     """
 
@@ -42,6 +43,7 @@ class ArmStudy:
     limits: Limits
     sample_time: float
     pointing_error: float
+    latch: float | None
     given: Mapping[str, Any]
 
 
@@ -75,7 +77,8 @@ def study_from(raw: Mapping[str, Any]) -> ArmStudy:
     stage = _stage(name, _arm(values), values)
     return ArmStudy(
         stage, objective, _limits(values), values.get("sample_time", 0.1),
-        values.get("pointing_error", 1e-4), {"stage": name, "objective": objective, **values},
+        values.get("pointing_error", 1e-4),
+        values.get("latch"), {"stage": name, "objective": objective, **values},
     )  # fmt: skip
 
 
@@ -106,7 +109,7 @@ def _arm(values: Mapping[str, float]) -> ArmParameters:
 
 
 def _limits(values: Mapping[str, float]) -> Limits:
-    for key in ("torque_cap", "rate_cap", "sample_time", "pointing_error"):
+    for key in ("torque_cap", "rate_cap", "sample_time", "pointing_error", "latch"):
         if values.get(key, 1.0) <= 0:
             raise StudyError(f"{key} is {values[key]:g}; give a value above zero")
     torque, rate = values.get("torque_cap"), values.get("rate_cap")

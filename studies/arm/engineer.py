@@ -6,7 +6,6 @@ the arm's linear momentum, its moment the rate of the angular momentum about the
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -162,9 +161,3 @@ def settling_time(replayed: Replay, error: float, ratio: float) -> float:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if bound(middle) > error else (low, middle)
     return high
-
-
-def with_hub(motion: Motion, inertia: float) -> Motion:
-    """The same drive on an arm whose hub has an inertia [kg m^2]."""
-    arm = dataclasses.replace(motion.stage.arm, hub_inertia=inertia)
-    return dataclasses.replace(motion, stage=dataclasses.replace(motion.stage, arm=arm))

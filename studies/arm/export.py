@@ -12,6 +12,7 @@ from scipy.interpolate import PchipInterpolator
 
 from models.ancf.joint import Torque, joint_rates
 from studies.arm.config import ArmStudy
+from studies.arm.engineer import Loads
 from studies.arm.replay import Motion, Replay, replay
 from studies.arm.stage import JOINT_NAMES
 from studies.results import ResultsFolder, provenance
@@ -76,6 +77,28 @@ def write_profile(
         "columns": {n: {"unit": u, "values": v.tolist()} for n, (u, v) in columns.items()},
     })  # fmt: skip
     return again
+
+
+def write_loads(folder: ResultsFolder, history: Loads, replayed: Replay) -> None:
+    """Write `loads.csv`: what the satellite and the links bear; the lock's impulse in the last row.
+
+    The impulses [N m s] are zero until the lock.
+    """
+    impulse = np.zeros((2, len(history.times)))
+    impulse[:, -1] = replayed.run.engagement.impulse
+    columns = {
+        "time [s]": history.times,
+        "root_force_x [N]": history.force[0], "root_force_y [N]": history.force[1],
+        "root_moment [N m]": history.moment,
+        "angular_momentum [N m s]": history.angular_momentum,
+        "bending_big [N m]": history.bending[0], "bending_small [N m]": history.bending[1],
+        "tip_acceleration [m/s^2]": history.tip_acceleration,
+        "root_lock_impulse [N m s]": impulse[0], "elbow_lock_impulse [N m s]": impulse[1],
+    }  # fmt: skip
+    with folder.file("loads.csv").open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(columns)
+        writer.writerows(np.column_stack(list(columns.values())).tolist())
 
 
 def write_input(folder: ResultsFolder, study: ArmStudy) -> None:

@@ -5,7 +5,7 @@ A function takes replays and returns a `Figure`; nothing is shown and no global 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -92,7 +92,7 @@ def residual_figure(replays: Sequence[Replay]) -> Figure:
     return figure
 
 
-def tradeoff_figure(curves: dict[str, tuple[Sequence[float], Sequence[float]]]) -> Figure:
+def tradeoff_figure(curves: Mapping[str, tuple[Sequence[float], Sequence[float]]]) -> Figure:
     """Residual energy against duration, a curve a law."""
     figure, axes = _row(1, "Residual against duration")
     for (name, (t, left)), colour in zip(curves.items(), COLOURS, strict=False):

@@ -4,6 +4,7 @@ NUMBERS = {
     "duration": "of the stage [s]",
     "torque_cap": "on each driven joint [N m]",
     "rate_cap": "on the torque's rate [N m/s]",
+    "latch": "a joint that misses its end angle by more fails to lock [rad]",
     "sample_time": "of the exported profile [s]",
     "big_length": "[m]", "small_length": "[m]",
     "big_diameter": "of the tube [m]", "small_diameter": "of the tube [m]",

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import BPoly, PPoly
 
 from models.ancf.joint import Driven, Joint, Torque
+from models.arm.reduced import ReducedArm
 from models.arm.reduced_run import ReducedMotion, lock_reduced, simulate_reduced
 from ocp import IpoptOptions, OcpError, PhaseTrajectory, Settings, Trajectory, collocate
 from studies.arm.objectives import problem
@@ -89,16 +90,24 @@ class Solved:
     @cached_property
     def reduced(self) -> ReducedMotion:
         """Replay on B21 by an explicit method of order 8."""
-        stage = self.stage
-        joints = torque_joints(self.torques, stage.duration)
+        return self.on(self.stage.model)
+
+    def on(self, model: ReducedArm) -> ReducedMotion:
+        """Replay on a reduced model by an explicit method of order 8."""
+        joints = torque_joints(self.torques, self.stage.duration)
         return simulate_reduced(
-            stage.model,
-            stage.model.at(*stage.start),
-            np.linspace(0.0, stage.duration, SAMPLES),
+            model,
+            model.at(*self.stage.start),
+            np.linspace(0.0, self.stage.duration, SAMPLES),
             root=joints.get(ROOT),
             elbow=joints.get(ELBOW),
             tolerance=1e-11,
         )
+
+    @property
+    def energy_on_B22(self) -> float:
+        """E_res of the replay on B22, whose second link bends more freely [J]."""
+        return reduced_residual(self.stage, self.on(self.stage.reduced(variant="B22")))
 
     @property
     def reduced_energy(self) -> float:

@@ -9,9 +9,9 @@ import numpy as np
 from models.arm.parameters import ASSUMED_MODULUS
 from studies.arm.config import TUBES, ArmStudy
 from studies.arm.engineer import (
+    Loads,
     deflections,
     early_and_late,
-    loads,
     mean_square,
     settling_time,
     stress,
@@ -19,7 +19,6 @@ from studies.arm.engineer import (
 )
 from studies.arm.objectives import OBJECTIVES
 from studies.arm.optimum import Refined
-from studies.arm.replay import Replay
 from studies.arm.stage import JOINT_NAMES
 from studies.console import Table, number
 
@@ -30,10 +29,10 @@ ASSUMPTIONS = (
 )
 
 
-def facts(study: ArmStudy, found: Refined) -> dict[str, Any]:
+def facts(study: ArmStudy, found: Refined, history: Loads) -> dict[str, Any]:
     """All figures of a motion, with units in their names."""
     stage, full = study.stage, found.replay
-    history, lock = loads(full), full.run.engagement
+    lock = full.run.engagement
     links = (stage.arm.big, stage.arm.small)
     peaks = history.bending.max(axis=1)
     early, late = early_and_late(full.motion)
@@ -60,6 +59,8 @@ def facts(study: ArmStudy, found: Refined) -> dict[str, Any]:
         f"settling of the tip to {study.pointing_error:g} m, damping {ratio:g} [s]":
             settling_time(full, study.pointing_error, ratio),
     }  # fmt: skip
+    if len(stage.moving) > 1:
+        out["residual energy on B22, for comparison [J]"] = solved.energy_on_B22
     for name, link, moment in zip(("big", "small"), links, peaks, strict=True):
         diameter = study.given.get(f"{name}_diameter", TUBES[name][1])
         bend = stress(float(moment), link.bending_stiffness, diameter, ASSUMED_MODULUS)
@@ -97,6 +98,9 @@ def checks(study: ArmStudy, found: Refined) -> list[tuple[str, bool]]:
     """What must hold for the result to count."""
     solved, stage = found.solved, study.stage
     out = [("the replays on B21 and on the full model agree in residual energy", found.agrees)]
+    if study.latch is not None:
+        name = f"every joint reaches its latch within {study.latch:g} rad"
+        out.append((name, found.replay.miss <= study.latch))
     for k in stage.moving:
         for what, value, cap in (
             ("torque", solved.peak_torque[k], study.limits.torque[k]),
@@ -114,9 +118,3 @@ def rounds(found: Refined) -> list[dict[str, float]]:
         {"intervals": n, "residual_energy_B21_J": b, "residual_energy_full_J": f}
         for n, b, f in found.rounds
     ]
-
-
-def after_lock(replayed: Replay) -> float:
-    """Largest energy after the lock, for the record [J]."""
-    run = replayed.run.after
-    return float(run.energy.max()) if run is not None else replayed.residual_energy

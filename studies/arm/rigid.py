@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from models.ancf.joint import Driven, Torque
 from models.laws import Law
-from studies.arm.stage import ELBOW, JOINT_NAMES, ROOT, Stage
+from studies.arm.stage import ELBOW, ROOT, Stage
 
 Array = NDArray[np.float64]
 
@@ -77,8 +77,3 @@ def angle_drives(stage: Stage, law: Law) -> dict[int, Driven]:
         return lambda t: joint_motion(stage, law, np.atleast_1d(t))[order][k]
 
     return {k: Driven(part(k, 0), part(k, 1), part(k, 2), law.breakpoints) for k in stage.moving}
-
-
-def joint_name(joint: int) -> str:
-    """Name of a joint."""
-    return JOINT_NAMES[joint]

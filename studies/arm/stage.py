@@ -9,6 +9,7 @@ import dataclasses
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,10 +77,12 @@ class Stage:
         """B21 with the joints that do not turn locked."""
         return self.reduced()
 
-    def reduced(self, arm: ArmParameters | None = None) -> ReducedArm:
-        """B21 of this or another arm while the stage runs."""
+    def reduced(
+        self, arm: ArmParameters | None = None, variant: Literal["B21", "B22"] = "B21"
+    ) -> ReducedArm:
+        """The reduced model of this or another arm while the stage runs."""
         locks = [None if k in self.moving else self.start[k] for k in (ROOT, ELBOW)]
-        return ReducedArm(arm or self.arm, root_lock=locks[ROOT], elbow_lock=locks[ELBOW])
+        return ReducedArm(arm or self.arm, variant, locks[ROOT], locks[ELBOW])
 
     @property
     def inertias(self) -> Array:

@@ -1,0 +1,147 @@
+"""Objectives of the arm, and both stages as one problem."""
+
+import math
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from models.arm.parameters import ArmParameters
+from models.arm.reduced import ReducedArm
+from studies.arm.engineer import deflections, loads, mean_square
+from studies.arm.objectives import first_duration
+from studies.arm.optimum import capped, solve_stage
+from studies.arm.problem import Limits
+from studies.arm.report import checks
+from studies.arm.sequence import graded, locked, sequence
+from studies.arm.sequence_run import released, replay_sequence, solve_sequence
+from studies.arm.stage import big_arm, small_arm
+from studies.cli import main
+from studies.exit_codes import ExitCode, StudyError
+
+
+def test_first_moment_of_the_straight_arm():
+    arm = ArmParameters(elbow_mass=2.0)
+    model = ReducedArm(arm)
+    q = ca.SX.sym("q", model.size)
+    found = ca.Function("first", [q], [model.first_moment(q)])(model.at(0.0, 0.0)).full()[:, 0]
+    big, small = arm.big, arm.small
+    wanted = big.linear_density * 3.0**2 / 2 + 2.0 * 3.0
+    wanted += small.linear_density * 2.0 * 4.0 + 30.0 * 5.0
+    assert found == pytest.approx([wanted, 0.0], abs=1e-9)
+
+
+def test_rigid_bound_and_split_of_the_sequence():
+    case = sequence(198.0, 10.0)
+    assert case.rigid_bound == pytest.approx(0.0758, abs=5e-5)
+    assert case.first.duration == pytest.approx(56.4, abs=0.05)
+    assert case.second.duration == pytest.approx(141.6, abs=0.05)
+
+
+def test_released_elbow_keeps_positions_and_rates():
+    case = sequence(19.8, 1.0)
+    still, free = locked(case), case.second.model
+    q, v = np.array([0.01, -0.004, 0.002]), np.array([0.1, 0.05, -0.02])
+    place, rate = released(still, free, q, v)
+    before = still.to_nodes(q[:, None], v[:, None], 2)
+    after = free.to_nodes(place[:, None], rate[:, None], 2)
+    assert after[0] == pytest.approx(before[0], abs=1e-14)
+    assert after[1] == pytest.approx(before[1], abs=1e-14)
+
+
+def test_graded_mesh_is_finest_where_the_torque_turns():
+    steps = np.diff(graded(100).breakpoints)
+    assert steps[[0, 49, 50, 99]].max() < steps.min() * 1.02
+    assert steps.max() > 15 * steps.min()
+
+
+def test_least_time_starts_where_a_rigid_arm_can_turn():
+    stage = small_arm(11.2)
+    limits = Limits((None, 12.0), (None, 30.0))
+    T = first_duration(stage, limits)
+    assert stage.least_duration(12.0) < T
+    assert stage.lasting(T).torque_units[1] * 32 / T < 30.0
+    with pytest.raises(StudyError, match="torque_cap and rate_cap"):
+        first_duration(stage, Limits())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--objective", "peak-torqe"], "did you mean peak-torque?"),
+        (["--objective", "time"], "needs torque_cap and rate_cap"),
+        (["--latch", "0"], "latch is 0"),
+        (["--sequence", "time"], "needs --torque-cap"),
+        (["--sequence", "peak-torque", "--dwell", "-1"], "--dwell is -1"),
+        (["--sequence", "peak-torque", "--total", "long"], "--total is long"),
+    ],
+)
+def test_bad_input_is_one_sentence(arguments, words, capsys, tmp_path):
+    assert main(["arm", *arguments, "--results", str(tmp_path / "out")]) == ExitCode.BAD_INPUT
+    complaint = capsys.readouterr().err
+    assert words in complaint
+    assert complaint.count("\n") == 1
+
+
+@pytest.mark.slow
+def test_least_mean_square_torque_is_nearly_the_rigid_arms():
+    stage = big_arm(8.6)
+    done = solve_stage(stage, objective="energy").replay()
+    rigid = 12.0 * stage.torque_units[0] ** 2  # linear torque, closed form
+    assert rigid < mean_square(done) < 1.06 * rigid
+    assert done.residual_energy < 1e-6
+
+
+MEASURES = {
+    "peak-torque": lambda done: done.peak_torque[1],
+    "peak-tip-acceleration": lambda done: loads(done).tip_acceleration.max(),
+    "peak-root-reaction": lambda done: np.linalg.norm(loads(done).force, axis=0).max(),
+    "deflection": lambda done: deflections(done).max(),
+}
+
+
+@pytest.fixture(scope="module")
+def smoothest():
+    return solve_stage(small_arm(11.2), intervals=100).replay()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("objective", sorted(MEASURES))
+def test_every_peak_is_lower_than_the_smoothest_motions_on_the_full_model(objective, smoothest):
+    done = solve_stage(small_arm(11.2), objective=objective, intervals=100).replay()
+    assert MEASURES[objective](done) < 0.98 * MEASURES[objective](smoothest)
+
+
+@pytest.mark.slow
+def test_both_stages_in_one_problem_come_near_the_rigid_bound():
+    case = sequence(198.0, 10.0)
+    solved = solve_sequence(case, intervals=(100, 8, 120))
+    assert solved.peaks[0] == pytest.approx(solved.peaks[1], rel=1e-3)
+    assert 1.0 < max(solved.peaks) / case.rigid_bound < 1.06
+    assert solved.durations[0] == pytest.approx(case.first.duration, abs=0.5)
+    assert sum(solved.durations) == pytest.approx(208.0, abs=1e-6)
+    assert replay_sequence(solved).at_end < 1e-7
+
+
+def test_a_latch_that_is_missed_fails():
+    class Study:
+        latch, stage, limits = 1e-6, small_arm(11.2), Limits()
+
+    class Found:
+        class replay:
+            miss = 1e-3
+
+        class solved:
+            peak_torque = peak_rate = (0.0, 0.0)
+
+        agrees = True
+
+    verdicts = dict(checks(Study, Found))
+    assert verdicts["every joint reaches its latch within 1e-06 rad"] is False
+
+
+def test_caps_of_a_multiple_of_the_unit():
+    stage = big_arm(8.6)
+    assert capped(stage, 5.0).torque[0] == pytest.approx(
+        5.0 * 38.417 * math.pi / 2 / 8.6**2, rel=1e-4
+    )
