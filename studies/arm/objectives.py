@@ -94,7 +94,7 @@ OBJECTIVES: dict[str, Objective] = {
     "smoothest": Objective("smoothest torque", smoothness, 0.0),
     "peak-torque": Objective("least peak torque", peak_torque),
     "peak-tip-acceleration": Objective("least peak acceleration of the tip", tip_acceleration),
-    "energy": Objective("least energy (mean square torque)", energy),
+    "energy": Objective("least energy (mean square torque)", energy, 1e-5),
     "time": Objective("least time", lambda arm, stage: arm.phase.duration / stage.duration, 1e-4),
     "peak-root-reaction": Objective("least peak force at the root", root_reaction),
     "deflection": Objective("least peak elastic deflection", deflection),

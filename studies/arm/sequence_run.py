@@ -32,7 +32,7 @@ from studies.arm.stage import ELBOW, ROOT
 from studies.exit_codes import ExitCode, StudyError
 
 Array = NDArray[np.float64]
-INTERVALS = (240, 10, 320)  # of the three phases
+INTERVALS = (150, 10, 200)  # of the three phases
 SHAKING = (300, 100, 900)  # where the arm may shake at the first lock
 _TOLERANCE = 1e-10  # of the replay on B21
 _SAMPLES = 1001
