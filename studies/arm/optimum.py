@@ -20,7 +20,7 @@ from scipy.interpolate import BPoly, PPoly
 from models.ancf.joint import Driven, Joint, Torque
 from models.arm.reduced import ReducedArm
 from models.arm.reduced_run import ReducedMotion, lock_reduced, simulate_reduced
-from ocp import IpoptOptions, OcpError, PhaseTrajectory, Settings, Trajectory, collocate
+from ocp import IpoptOptions, OcpError, PhaseTrajectory, Settings, Trajectory, solve
 from studies.arm.objectives import problem
 from studies.arm.problem import ArmPhase, Limits
 from studies.arm.replay import Drive, Motion, Replay, replay
@@ -210,10 +210,10 @@ def solve_stage(
     failure: OcpError | None = None
     for finer, barrier in ATTEMPTS:
         try:
-            found, _ = collocate(
+            found = solve(
                 stated, settings=settings(round(finer * intervals), barrier), guess=guess,
                 progress=progress,
-            )  # fmt: skip
+            ).trajectory  # fmt: skip
         except OcpError as error:
             failure = error
             continue
@@ -224,9 +224,9 @@ def solve_stage(
 
 
 def settings(intervals: int, barrier: Barrier = "monotone") -> Settings:
-    """One mesh without refinement, for stiff elastic modes; the study refines by replays."""
+    """One mesh, for stiff elastic modes; the study verifies and refines by replays of its own."""
     return Settings(
-        intervals=intervals, degree=DEGREE, refine=False, move_breakpoints=False,
+        intervals=intervals, degree=DEGREE, refine=False, move_breakpoints=False, verify=False,
         ipopt=IpoptOptions(
             tolerance=1e-8, dual_tolerance=_ROUNDING, constraint_violation=1e-9,
             max_iterations=120, barrier=barrier, pivot_tolerance=PIVOTS,

@@ -14,7 +14,7 @@ from models.ancf.joint import Joint
 from models.ancf.lock import LockedRun, run_and_lock
 from models.arm.reduced import COORDINATES, ReducedArm
 from models.arm.reduced_run import lock_reduced, simulate_reduced
-from ocp import Mesh, OcpError, Problem, Trajectory, collocate
+from ocp import Mesh, OcpError, Problem, Trajectory, solve
 from studies.arm.optimum import Progress, polynomial, settings, torque_joints
 from studies.arm.problem import ArmPhase, Limits, arm_phase, smoothness, starting_law
 from studies.arm.replay import ELEMENTS, SMOOTH
@@ -121,12 +121,10 @@ def solve_sequence(
     stated, phases = sequence_problem(case, least, cap)
     mesh = meshes(intervals or (INTERVALS if case.rest == "each" else SHAKING))
     try:
-        found, objective = collocate(
-            stated, settings=settings(1), mesh=mesh, guess=guess, progress=progress
-        )
+        found = solve(stated, settings=settings(1), mesh=mesh, guess=guess, progress=progress)
     except OcpError as error:
         raise StudyError(f"no sequence was found: {error}", ExitCode.NOT_SOLVED) from error
-    return SolvedSequence(case, found, phases, objective)
+    return SolvedSequence(case, found.trajectory, phases, found.objective)
 
 
 def alone(case: Sequence, cap: float, progress: Progress | None = None) -> tuple[float, float]:
@@ -138,9 +136,9 @@ def alone(case: Sequence, cap: float, progress: Progress | None = None) -> tuple
                         law=starting_law(stage, limits))  # fmt: skip
         best = arm.phase.duration / case.moving_time + SMOOTHING * smoothness(arm, stage)
         stated = Problem(f"{stage.name} arm alone", [arm.phase], minimise=best, bounds=arm.bounds)
-        found, _ = collocate(stated, settings=settings(1), mesh=Mesh((graded(count),)),
+        found = solve(stated, settings=settings(1), mesh=Mesh((graded(count),)),
                              progress=progress)  # fmt: skip
-        out.append(found.phases[0].end)
+        out.append(found.trajectory.phases[0].end)
     return out[0], out[1]
 
 
