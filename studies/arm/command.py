@@ -58,9 +58,6 @@ def add_to(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     )  # fmt: skip
     parser.add_argument("--total", metavar="X", help="time of both motions of a sequence [s]")
     parser.add_argument("--dwell", metavar="X", help="locked time between them, on top [s]")
-    parser.add_argument(
-        "--rest", choices=("each", "last"), help="locks of a sequence that must meet an arm at rest"
-    )
     parser.add_argument("--results", type=Path, metavar="DIR", help="a new results folder")
     parser.add_argument("--overwrite", action="store_true", help="replace the results folder")
     parser.add_argument("--no-figures", action="store_true", help="leave the figures out")

@@ -110,7 +110,6 @@ def arm_phase(
     law: Law | None = None,
     suffix: str = "",
     linked: bool = False,
-    loose: bool = False,
 ) -> ArmPhase:
     """Rest to rest of a stage, torques zero at both ends.
 
@@ -123,7 +122,6 @@ def arm_phase(
     law : unit law to start from, the quintic step by default.
     suffix : of the names of the coordinates, where phases must be told apart.
     linked : leave the coordinates at the start to links with the phase before.
-    loose : demand the joint's angle at the end only, no rest.
     """
     model, T = stage.model, stage.duration
     law = law or quintic(T)
@@ -140,13 +138,11 @@ def arm_phase(
         dict(zip(q, map(float, model.at(*angles)), strict=True)) | dict.fromkeys((*v, *drives), 0.0)
         for angles in (stage.start, stage.end)
     ]
-    slow = is_slow(stage) and not loose
+    slow = is_slow(stage)
     if linked:
         ends[0] = dict.fromkeys(drives, 0.0)
     if slow:
         ends[1] = _rigid_part(ends[1]) | dict.fromkeys(drives, 0.0)
-    if loose:
-        ends[1] = {s: x for s, x in ends[1].items() if s.name.startswith("theta")}
     at = grid + (start.start if isinstance(start, Between) else start)
     guess: dict[Any, Any] = {s: (at, x) for s, x in zip(q, guess_q, strict=True)}
     guess |= {s: (at, x) for s, x in zip(v, guess_v, strict=True)}

@@ -2,7 +2,7 @@
 
 Three phases of B21 with their own coordinates. The root's lock is the jump map from the first to
 the second: positions continuous, rates projected by the inelastic impulse. The elbow's release
-leads on without a jump. Either each lock meets an arm at rest, or only the last one.
+leads on without a jump. Each lock must meet an arm at rest.
 
 Symbols: J rigid inertia [kg m^2], D turn [rad], T total time of both motions [s].
 """
@@ -32,7 +32,6 @@ from studies.arm.problem import (
 from studies.arm.stage import ELBOW, ROOT, Stage, big_arm, small_arm
 from studies.exit_codes import StudyError
 
-Rest = Literal["each", "last"]
 Least = Literal["peak-torque", "time"]
 SMOOTHING = 1e-5  # weight of the smoothness of both torques beside the objective
 _GRADING = 0.9
@@ -47,13 +46,11 @@ class Sequence:
     ----------
     first, second : stages of the guessed durations; the second begins where the first ends.
     dwell : time that the arm stays locked between them, on top of the motions [s].
-    rest : whether "each" lock must meet an arm at rest, or only the "last".
     """
 
     first: Stage
     second: Stage
     dwell: float
-    rest: Rest = "each"
 
     @property
     def moving_time(self) -> float:
@@ -85,7 +82,7 @@ def turning(stage: Stage) -> float:
     return float(stage.inertias[k] * abs(stage.turn[k]))
 
 
-def sequence(total: float, dwell: float, rest: Rest = "each") -> Sequence:
+def sequence(total: float, dwell: float) -> Sequence:
     """Big and small arm in a total time, split as the rigid bound has it.
 
     Raises
@@ -99,7 +96,7 @@ def sequence(total: float, dwell: float, rest: Rest = "each") -> Sequence:
     first, second = big_arm(), small_arm()
     roots = np.sqrt([turning(first), turning(second)])
     shares = total * roots / roots.sum()
-    return Sequence(first.lasting(shares[0]), second.lasting(shares[1]), dwell, rest)
+    return Sequence(first.lasting(shares[0]), second.lasting(shares[1]), dwell)
 
 
 def sequence_problem(
@@ -133,7 +130,7 @@ def _phases(case: Sequence, cap: float | None, free: bool) -> SequencePhases:
     t3 = t2 + case.second.duration
     first = arm_phase(
         case.first, limits, end=window(t1, t1), law=starting_law(case.first, limits),
-        suffix=", big", loose=case.rest == "last",
+        suffix=", big",
     )  # fmt: skip
     second = arm_phase(
         case.second, limits, start=window(t2, t1), law=starting_law(case.second, limits),

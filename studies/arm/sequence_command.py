@@ -29,8 +29,7 @@ PAPER = (86.0, 112.0)  # [s]
 
 def run_sequence(options: argparse.Namespace, console: Console) -> ExitCode:
     """Solve, replay, report and write one sequence."""
-    case = sequence(_time(options.total, "--total", TOTAL), _time(options.dwell, "--dwell", DWELL),
-                    options.rest or "each")  # fmt: skip
+    case = sequence(_time(options.total, "--total", TOTAL), _time(options.dwell, "--dwell", DWELL))
     least, cap = options.sequence, None
     if least == "time":
         if options.torque_cap is None:
@@ -42,7 +41,7 @@ def run_sequence(options: argparse.Namespace, console: Console) -> ExitCode:
     console.progress("solved; replaying on B21 and on the full model")
     replayed = replay_sequence(solved)
     values = facts(solved, replayed)
-    if least == "time" and cap is not None and case.rest == "each":
+    if least == "time" and cap is not None:
         values |= sums(solved, cap, console)
     passed = {
         "the replays on B21 and on the full model agree in residual energy": agree(replayed),
@@ -51,7 +50,7 @@ def run_sequence(options: argparse.Namespace, console: Console) -> ExitCode:
     }  # fmt: skip
     printed = Table(
         f"big arm, {case.dwell:g} s locked, small arm: least {least.replace('-', ' ')}, "
-        f"rest at {case.rest} lock", ("quantity", "value"),
+        "rest at each lock", ("quantity", "value"),
         [(name, number(float(value), 6)) for name, value in values.items()],
         (f"both arms' smoothness counts {SMOOTHING:g} beside the objective, which costs a part "
          "of the surcharge; the total is that of both motions, the dwell on top",),
@@ -63,7 +62,7 @@ def run_sequence(options: argparse.Namespace, console: Console) -> ExitCode:
     folder.write_json("verification.json", {
         "passed": all(passed.values()), "checks": passed, "values": values,
         "study": {"sequence": least, "total": case.moving_time, "dwell": case.dwell,
-                  "rest": case.rest, "torque_cap": cap}, "made_by": provenance(),
+                  "torque_cap": cap}, "made_by": provenance(),
     })  # fmt: skip
     write_torques(folder, solved, options.sample_time)
     if not options.no_figures:
@@ -86,7 +85,7 @@ def _time(given: object, flag: str, default: float) -> float:
 def paced(case: Sequence, cap: float) -> Sequence:
     """The sequence at the pace of a cap, a tenth above the rigid bound."""
     total = case.moving_time * float(np.sqrt(1.1 * case.rigid_bound / cap))
-    return sequence(total, case.dwell, case.rest)
+    return sequence(total, case.dwell)
 
 
 def agree(replayed: SequenceReplay) -> bool:

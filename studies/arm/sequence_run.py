@@ -33,7 +33,6 @@ from studies.exit_codes import ExitCode, StudyError
 
 Array = NDArray[np.float64]
 INTERVALS = (150, 10, 200)  # of the three phases
-SHAKING = (300, 100, 900)  # where the arm may shake at the first lock
 _TOLERANCE = 1e-10  # of the replay on B21
 _SAMPLES = 1001
 
@@ -119,7 +118,7 @@ def solve_sequence(
         If the solver finds no motion.
     """
     stated, phases = sequence_problem(case, least, cap)
-    mesh = meshes(intervals or (INTERVALS if case.rest == "each" else SHAKING))
+    mesh = meshes(intervals or INTERVALS)
     try:
         found = solve(stated, settings=settings(1), mesh=mesh, guess=guess, progress=progress)
     except OcpError as error:
