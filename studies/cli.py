@@ -15,6 +15,7 @@ from studies.exit_codes import ExitCode, StudyError, exit_code_table
 COMMANDS = (
     "studies.truss.command",
     "studies.arm.command",
+    "studies.arm.robust_command",
     "studies.exudyn.command",
     "studies.benchmarks.command",
     "studies.build_time",

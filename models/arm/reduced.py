@@ -80,7 +80,7 @@ class ReducedArm:
         if self.root_lock is not None:
             p["theta1"] = ca.DM(self.root_lock)
         if self.elbow_lock is not None:
-            p["theta2"] = p["theta1"] + _tip_turn(p["psi1"]) + self.elbow_lock
+            p["theta2"] = p["theta1"] + tip_turn(p["psi1"]) + self.elbow_lock
         if self.variant == "B21":
             p["psi2"] = 1.5 * p["delta2"] / self.parameters.small.length
         return ca.vertcat(*(p[name] for name in COORDINATES))
@@ -103,7 +103,7 @@ class ReducedArm:
     def elbow_angle(self, q: Any) -> Any:
         """Joint angle of the elbow, phi = theta2 - theta1 - atan2(psi1, 1 - psi1^2/2) [rad]."""
         p = self.embed(q)
-        return p[3] - p[0] - _tip_turn(p[2])
+        return p[3] - p[0] - tip_turn(p[2])
 
     def tip(self, q: Any) -> Any:
         """Position of the tip (2, 1) [m]."""
@@ -219,7 +219,7 @@ class ReducedArm:
         return ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("tau", 2)
 
 
-def _tip_turn(psi: Any) -> Any:
+def tip_turn(psi: Any) -> Any:
     """Turn of the end slope R (1 - psi^2/2, psi) against the frame [rad]."""
     return ca.atan2(psi, 1 - psi**2 / 2)
 
@@ -238,3 +238,20 @@ def _point(link: Link, start: Any, theta: Any, delta: Any, psi: Any, s: float) -
         ca.horzcat(ca.cos(theta), -ca.sin(theta)), ca.horzcat(ca.sin(theta), ca.cos(theta))
     )
     return start + R @ ca.vertcat(s + u, v), R @ ca.vertcat(1 - dv**2 / 2, dv)
+
+
+def solve_small(matrix: Any, right: Any) -> list[Any]:
+    """Solution of a small symmetric positive system by elimination without pivoting."""
+    n = right.numel()
+    a = [[matrix[i, k] for k in range(n)] for i in range(n)]
+    b = [right[i] for i in range(n)]
+    for k in range(n):
+        for i in range(k + 1, n):
+            factor = a[i][k] / a[k][k]
+            b[i] = b[i] - factor * b[k]
+            for m in range(k + 1, n):
+                a[i][m] = a[i][m] - factor * a[k][m]
+    x: list[Any] = [None] * n
+    for i in reversed(range(n)):
+        x[i] = (b[i] - sum(a[i][m] * x[m] for m in range(i + 1, n))) / a[i][i]
+    return x

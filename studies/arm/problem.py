@@ -19,7 +19,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from models.arm.reduced import ReducedArm
+from models.arm.reduced import ReducedArm, solve_small
 from models.arm.reduced_run import reduced_modes
 from models.laws import JerkLimited, Law
 from ocp import Between, Bound, Control, Phase, State
@@ -72,23 +72,6 @@ class ArmPhase:
     bend: dict[int, Control]
     acceleration: tuple[Any, ...]
     bounds: tuple[Bound, ...] = ()
-
-
-def solve_small(matrix: Any, right: Any) -> list[Any]:
-    """Solution of a small symmetric positive system by elimination without pivoting."""
-    n = right.numel()
-    a = [[matrix[i, k] for k in range(n)] for i in range(n)]
-    b = [right[i] for i in range(n)]
-    for k in range(n):
-        for i in range(k + 1, n):
-            factor = a[i][k] / a[k][k]
-            b[i] = b[i] - factor * b[k]
-            for m in range(k + 1, n):
-                a[i][m] = a[i][m] - factor * a[k][m]
-    x: list[Any] = [None] * n
-    for i in reversed(range(n)):
-        x[i] = (b[i] - sum(a[i][m] * x[m] for m in range(i + 1, n))) / a[i][i]
-    return x
 
 
 def column(signals: Any) -> Any:

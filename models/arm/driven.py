@@ -1,0 +1,132 @@
+"""The reduced arm with its one moving joint on a given angle, and what a lock of it leaves.
+
+Symbols: s, sdot, sddot angle of the joint [rad] and its rates; z the elastic coordinates, zdot
+their rates; q = Q(z, s) all coordinates of the arm with the joint free, v their rates. The joint
+does no work on z, so Q_z^T (M vdot - f) = 0 with vdot = Q_z zddot + Q_s sddot + bias.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from models.arm.reduced import ReducedArm, solve_small, tip_turn
+from models.errors import ModelError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class DrivenArm:
+    """The joint that moves in a reduced arm, driven or locked.
+
+    Parameters
+    ----------
+    model : ReducedArm
+        With one joint locked and the other free.
+
+    Raises
+    ------
+    ModelError
+        If not exactly one joint is free.
+    """
+
+    model: ReducedArm
+
+    def __post_init__(self) -> None:
+        locks = self.model.root_lock, self.model.elbow_lock
+        if sum(lock is None for lock in locks) != 1:
+            raise ModelError(
+                f"DrivenArm: the locks (root, elbow) are {locks}; lock one joint and leave the "
+                "other free."
+            )
+
+    @property
+    def elastic(self) -> tuple[int, ...]:
+        """Places of z in q."""
+        names = self.model.coordinates
+        return tuple(k for k, name in enumerate(names) if not name.startswith("theta"))
+
+    def coordinates(self, z: Any, s: Any) -> Any:
+        """Q: all coordinates (n, 1) from the elastic ones and the joint's angle."""
+        model = self.model
+        found = {model.coordinates[k]: z[i] for i, k in enumerate(self.elastic)}
+        if model.root_lock is None:
+            found["theta1"] = s
+        else:
+            found["theta2"] = model.root_lock + tip_turn(found["psi1"]) + s
+        return ca.vertcat(*(found[name] for name in model.coordinates))
+
+    def angle(self, q: Any) -> Any:
+        """Angle s of the joint [rad]."""
+        return q[0] if self.model.root_lock is None else self.model.elbow_angle(q)
+
+    def motion(self, z: Any, rate: Any, s: Any, turn: Any) -> tuple[Any, Any]:
+        """All coordinates q and rates v (n, 1)."""
+        own, at = ca.SX.sym("z", len(self.elastic)), ca.SX.sym("s")
+        moving, speed = ca.SX.sym("zdot", len(self.elastic)), ca.SX.sym("sdot")
+        q = self.coordinates(own, at)
+        v = ca.jtimes(q, own, moving) + ca.jtimes(q, at, speed)
+        found: tuple[Any, Any] = ca.Function("motion", [own, moving, at, speed], [q, v])(
+            z, rate, s, turn
+        )
+        return found
+
+    def tangent(self, q: Array) -> Array:
+        """Q_z (n, n - 1) at coordinates (n,)."""
+        own, s, x = ca.SX.sym("z", len(self.elastic)), ca.SX.sym("s"), ca.SX.sym("q", len(q))
+        angle = float(ca.Function("angle", [x], [self.angle(x)])(q))
+        slope = ca.Function("tangent", [own, s], [ca.jacobian(self.coordinates(own, s), own)])
+        return np.asarray(slope(q[list(self.elastic)], angle).full())
+
+    def balance(self, z: Any, rate: Any, s: Any, turn: Any, spin: Any) -> tuple[Any, Any]:
+        """Mass matrix Q_z^T M Q_z and force on z, while the joint follows an angle.
+
+        Parameters
+        ----------
+        z, rate : (n - 1, 1)
+            Elastic coordinates and their rates.
+        s, turn, spin : scalars
+            Angle of the joint, its rate and its acceleration [rad, rad/s, rad/s^2].
+        """
+        own, moving = ca.SX.sym("z", len(self.elastic)), ca.SX.sym("zdot", len(self.elastic))
+        at, speed, acc = (ca.SX.sym(name) for name in ("s", "sdot", "sddot"))
+        q = self.coordinates(own, at)
+        Qz, Qs = ca.jacobian(q, own), ca.jacobian(q, at)
+        v = Qz @ moving + Qs * speed
+        bias = ca.jtimes(v, own, moving) + ca.jtimes(v, at, speed) + Qs * acc
+        mass, force = self._mechanics(q, v)
+        parts = [Qz.T @ mass @ Qz, Qz.T @ (force - mass @ bias)]
+        found: tuple[Any, Any] = ca.Function("driven", [own, moving, at, speed, acc], parts)(
+            z, rate, s, turn, spin
+        )
+        return found
+
+    def acceleration(self, z: Any, rate: Any, s: Any, turn: Any, spin: Any) -> Any:
+        """Elastic accelerations (n - 1, 1) while the joint follows an angle, see `balance`."""
+        return ca.vertcat(*solve_small(*self.balance(z, rate, s, turn, spin)))
+
+    def locked(self, q: Any, v: Any) -> tuple[Any, Any, Any]:
+        """Mass matrix of z, its momentum and the strain energy [J] if the joint locked now.
+
+        The inelastic impulse keeps the momentum p = Q_z^T M v of coordinates q and rates v, so
+        that E_res = 1/2 p^T (Q_z^T M Q_z)^-1 p + strain energy.
+        """
+        own, s = ca.SX.sym("z", len(self.elastic)), ca.SX.sym("s")
+        slope = ca.Function("Qz", [own, s], [ca.jacobian(self.coordinates(own, s), own)])
+        tangent = slope(ca.vertcat(*(q[k] for k in self.elastic)), self.angle(q))
+        mass = self.model.mass_matrix(q)
+        return tangent.T @ mass @ tangent, tangent.T @ (mass @ v), self.model.strain_energy(q)
+
+    def _mechanics(self, q: Any, v: Any) -> tuple[Any, Any]:
+        """M and f of the free arm without torque."""
+        model = self.model
+        x, y = ca.SX.sym("q", model.size), ca.SX.sym("v", model.size)
+        free = ca.Function("free", [x, y], [
+            model.mass_matrix(x), model.force(x, y, ca.DM.zeros(2)),
+        ])  # fmt: skip
+        return free(q, v)

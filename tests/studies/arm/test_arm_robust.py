@@ -1,0 +1,93 @@
+"""One motion for a spread of arms: the many arms abreast, the driven joint, a robust motion."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from models.ancf.integrator import Settings
+from models.ancf.joint import Torque
+from models.arm.driven import DrivenArm
+from models.arm.reduced import ReducedArm
+from models.arm.reduced_run import simulate_reduced
+from models.errors import ModelError
+from studies.arm import robust_study
+from studies.arm.lanes import residuals
+from studies.arm.optimum import angle_joints, reduced_residual
+from studies.arm.replay import Motion, replay
+from studies.arm.robust import solved
+from studies.arm.spread import SPREADS, Spread, varied
+from studies.arm.stage import big_arm, both_arms, small_arm
+from studies.cli import main
+from studies.exit_codes import ExitCode, StudyError
+
+STAGES = {"big": big_arm(0.5), "small": small_arm(0.5)}
+OTHER = (0.7, 1.2, 1.4)  # big stiffness, small stiffness, tip mass
+
+
+def pushed(stage, factors=(1.0, 1.0, 1.0)):
+    """A wave of torque on an arm, and its motion on B21 by a method of order 8."""
+    joint, T = stage.moving[0], stage.duration
+    law = Torque(lambda t: 30.0 * np.sin(2 * np.pi * np.asarray(t) / T) ** 3)
+    other = dataclasses.replace(stage, arm=varied(stage.arm, factors))
+    laws = {("root", "elbow")[joint]: law}
+    start = other.model.at(*stage.start)
+    run = simulate_reduced(other.model, start, np.linspace(0, T, 201), tolerance=1e-9, **laws)
+    return Motion("wave", "torque", stage, {joint: law}), run
+
+
+@pytest.mark.parametrize("name", STAGES)
+def test_arms_abreast_move_as_each_alone(name):
+    stage = STAGES[name]
+    motion, nominal = pushed(stage)
+    run = pushed(stage, OTHER)[1]
+    found = residuals(motion, [(1.0, 1.0, 1.0), OTHER], step=0.001)
+    other = dataclasses.replace(stage, arm=run.model.parameters)
+    wanted = [reduced_residual(stage, nominal), reduced_residual(other, run)]
+    assert found == pytest.approx(wanted, rel=2e-3)
+    assert abs(wanted[1] / wanted[0] - 1) > 0.05  # the arms differ
+
+
+@pytest.mark.parametrize("name", STAGES)
+def test_arms_on_an_angle_move_as_the_full_model(name):
+    stage = STAGES[name]
+    motion, run = pushed(stage)
+    joint = stage.moving[0]
+    law = {joint: motion.joints[joint].torque}
+    driven = Motion("wave", "angle", stage, dict(angle_joints(run, law)))
+    found = residuals(driven, [(1.0, 1.0, 1.0), OTHER], step=0.001)
+    other = dataclasses.replace(stage, arm=varied(stage.arm, OTHER))
+    full = replay(
+        dataclasses.replace(driven, stage=other), elements=4, settings=Settings(1e-6, stages=7)
+    )
+    assert found[1] == pytest.approx(full.residual_energy, rel=0.02)
+    assert abs(found[1] / found[0] - 1) > 0.05
+
+
+def test_a_spread_puts_no_design_on_a_grid():
+    for spread in SPREADS.values():
+        points = {tuple(np.round(p, 9)) for p in spread.grid(21)}
+        assert len(points) == 441
+        assert not {tuple(np.round(spread.factors(*d), 9)) for d in spread.design} & points
+
+
+@pytest.mark.slow
+def test_a_coarse_robust_motion_stands_the_spread(monkeypatch):
+    spread = Spread(
+        "torque", ("big stiffness", "small stiffness"), ((0.925, 0.925), (1.075, 1.075))
+    )
+    monkeypatch.setitem(robust_study.SPREADS, "torque", spread)
+    monkeypatch.setitem(robust_study.MESHES, "big", (50, 3))
+    found = robust_study.compare(big_arm(4.3), "torque", 4, lambda _: None, lambda _: None)
+    assert found.holds
+    assert found.ratios[0] < 0.1
+    assert found.ratios[1] == pytest.approx(found.ratios[0], rel=0.3)
+
+
+def test_bad_input_is_said(capsys):
+    with pytest.raises(ModelError, match="lock one joint"):
+        DrivenArm(ReducedArm(big_arm().arm))
+    with pytest.raises(StudyError, match="turns one joint"):
+        solved(both_arms(), SPREADS["torque"], mesh=(10, 3))
+    assert main(["arm-robust", "--points", "1"]) == ExitCode.BAD_INPUT
+    assert "--points is 1" in capsys.readouterr().err
