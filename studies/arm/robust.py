@@ -35,7 +35,7 @@ from ocp import (
     State,
     solve,
 )
-from studies.arm.optimum import Solved
+from studies.arm.optimum import PIVOTS, Solved
 from studies.arm.problem import ArmPhase, column, quasi_static, reduced_signals, torque_column
 from studies.arm.replay import Drive as DriveName
 from studies.arm.rigid import feed_forward
@@ -46,7 +46,7 @@ from studies.exit_codes import ExitCode, StudyError
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
 RATE = 60.0  # cap of the torque's rate in J D / T^3: the quintic step's own peak
-MESHES = {"big": (100, 3), "small": (120, 5)}  # intervals and degree that resolve slow modes
+MESH = (100, 3)  # intervals and degree that resolve the slow modes of the big arm
 SLOW = 15.0  # [Hz], below which a mode's rest is demanded; the faster follow the torque
 _MODE = 1e-2  # typical rate of a mode [sqrt(J)]
 STILL = 0.05  # of it that a copy may keep
@@ -124,14 +124,11 @@ class Start:
     rate: Array
 
 
-def start_of(stage: Stage, nominal: Solved | None) -> Start:
-    """The nominal motion, or before it is known what a rigid arm can follow under the rate cap."""
-    joint, T = stage.moving[0], stage.duration
-    if nominal is not None:
-        run, law = nominal.reduced, nominal.torques[joint]
-        return Start(run.times, run.q, run.v, law(run.times), law.derivative()(run.times))
-    times, law = np.linspace(0.0, T, _GRID), JerkLimited(T, 0.0, 1.0, 0.95 * RATE / T**3)
-    torque = feed_forward(stage, law)(times)[joint]
+def start_of(stage: Stage) -> Start:
+    """What a rigid arm can follow under the rate cap, links bent as their inertia bends them."""
+    times = np.linspace(0.0, stage.duration, _GRID)
+    law = JerkLimited(stage.duration, 0.0, 1.0, 0.95 * RATE / stage.duration**3)
+    torque = feed_forward(stage, law)(times)[stage.moving[0]]
     return Start(times, *quasi_static(stage, law, times), torque, np.gradient(torque, times))
 
 
@@ -228,20 +225,20 @@ def _within(
     ]  # fmt: skip
 
 
-def statement(stage: Stage, spread: Spread, known: Solved | None) -> tuple[Problem, ArmPhase]:
+def statement(stage: Stage, spread: Spread, *, copied: bool) -> tuple[Problem, ArmPhase]:
     """The motion of least peak torque of the nominal arm, or of that and its copies.
 
     Parameters
     ----------
     stage : Stage
     spread : Spread
-    known : Solved or None
-        The nominal motion, if it is known: then the copies come in.
+    copied : bool
+        Whether the copies come in.
     """
-    drive, start = drive_of(stage), start_of(stage, known)
+    drive, start = drive_of(stage), start_of(stage)
     nominal = torque_copy(stage, drive, start)
     copies: list[tuple[Stage, Copy, str]] = []
-    for number, (x, y) in enumerate(() if known is None else spread.design):
+    for number, (x, y) in enumerate(spread.design if copied else ()):
         other = dataclasses.replace(stage, arm=varied(stage.arm, spread.factors(x, y)))
         name = f" of copy {number}"
         copy = (torque_copy(other, drive, start, name) if spread.drive == "torque"
@@ -284,8 +281,8 @@ def _phase(stage: Stage, drive: Drive, start: Start, copies: Sequence[Copy]) -> 
 def solved(
     stage: Stage,
     spread: Spread,
-    known: Solved | None = None,
     *,
+    copied: bool,
     mesh: tuple[int, int],
     name: str = "nominal",
     progress: Any = None,
@@ -297,11 +294,12 @@ def solved(
     StudyError
         If nothing is found.
     """
-    stated, arm = statement(stage, spread, known)
+    stated, arm = statement(stage, spread, copied=copied)
     settings = Settings(
-        intervals=mesh[0], degree=mesh[1], refine=False, move_breakpoints=False,
-        ipopt=IpoptOptions(tolerance=1e-7, constraint_violation=1e-9, max_iterations=200,
-            barrier="monotone",
+        intervals=mesh[0], degree=mesh[1], refine=False, move_breakpoints=False, verify=False,
+        ipopt=IpoptOptions(
+            tolerance=1e-7, dual_tolerance=1e-4, constraint_violation=1e-9, max_iterations=150,
+            pivot_tolerance=PIVOTS,
         ),
     )  # fmt: skip
     try:

@@ -12,7 +12,7 @@ from studies.exit_codes import ExitCode, StudyError
 if TYPE_CHECKING:
     from studies.arm.robust_study import Outcome
 
-DURATIONS = {"big": 8.6, "small": 11.2}  # [s]
+DURATION = 8.6  # [s]
 
 
 def add_to(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -20,12 +20,11 @@ def add_to(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     parser = subparsers.add_parser(
         "arm-robust",
         help="a motion of the arm that stands a spread of stiffness or tip mass",
-        description="Finds the motion of least peak torque and, with a tenth more, one that also "
-        "leaves arms of other stiffness (torque drive) or stiffness and tip mass (angle drive) "
-        "still; replays both over the spread. Exit code 5 if the worst residual falls less than "
-        "fivefold.",
+        description="Finds the big arm's motion of least peak torque in 8.6 s, and one of at most a "
+        "tenth more that also leaves arms of other stiffness (torque drive) or stiffness and tip "
+        "mass (angle drive) still; replays both over the spread. Exit code 5 if the worst residual "
+        "falls less than fivefold.",
     )
-    parser.add_argument("--stage", choices=tuple(DURATIONS), default="big", help="8.6 s, 11.2 s")
     parser.add_argument("--drive", choices=("torque", "angle"), default="torque")
     parser.add_argument("--points", type=int, default=21, help="arms a side of the grid on B21")
     parser.add_argument("--results", type=Path, metavar="DIR", help="a new results folder")
@@ -36,12 +35,12 @@ def add_to(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 def run(options: argparse.Namespace, console: Console) -> ExitCode:
     """Solve, replay, print, write and draw."""
     from studies.arm.robust_study import compare, figure, mass_misses, table
-    from studies.arm.stage import STAGES
+    from studies.arm.stage import big_arm
     from studies.results import open_results, provenance
 
     if options.points < 2:
         raise StudyError(f"--points is {options.points}; give 2 or more arms a side")
-    stage = STAGES[options.stage](DURATIONS[options.stage])
+    stage = big_arm(DURATION)
     name = f"arm-robust-{stage.name}-{options.drive}"
     folder = open_results(options.results, name, options.overwrite)
     found = compare(stage, options.drive, options.points, console.progress, console.live)

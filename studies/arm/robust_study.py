@@ -18,7 +18,7 @@ from models.ancf.integrator import Settings
 from studies.arm.lanes import residuals
 from studies.arm.optimum import Solved
 from studies.arm.replay import Drive, Motion, replay
-from studies.arm.robust import MESHES, RATE, solved
+from studies.arm.robust import MESH, RATE, solved
 from studies.arm.spread import SPREADS, WIDTH, Spread, varied
 from studies.arm.stage import Stage
 from studies.console import Table, number
@@ -85,7 +85,14 @@ class Comparison:
         return bool(max(self.ratios) <= LIMIT and within and all(rates))
 
 
-def compare(stage: Stage, drive: Drive, points: int, say: Say, live: Say) -> Comparison:
+def compare(
+    stage: Stage,
+    drive: Drive,
+    points: int,
+    say: Say,
+    live: Say,
+    mesh: tuple[int, int] = MESH,
+) -> Comparison:
     """Solve both motions and replay them over the spread.
 
     Parameters
@@ -94,12 +101,13 @@ def compare(stage: Stage, drive: Drive, points: int, say: Say, live: Say) -> Com
     drive : Drive
     points : int
         A side of the grid on B21.
+    mesh : (intervals, degree)
     """
-    spread, mesh = SPREADS[drive], MESHES[stage.name]
-    found: list[Outcome] = []
+    spread = SPREADS[drive]
+    found = []
     for name in ("nominal", "robust"):
-        known = found[0].solved if found else None
-        motion = solved(stage, spread, known, mesh=mesh, name=name, progress=live)
+        copied = name == "robust"
+        motion = solved(stage, spread, copied=copied, mesh=mesh, name=name, progress=live)
         say(f"{name} motion: peak torque {motion.peak_torque[stage.moving[0]]:.5g} N m")
         found.append(outcome(motion, drive, points, say))
     return Comparison(stage, spread, *found)

@@ -16,7 +16,7 @@ from typing import Any, Literal
 import casadi as ca
 import numpy as np
 
-from models.arm.reduced import COORDINATES, ReducedArm
+from models.arm.reduced import COORDINATES, ReducedArm, solve_small
 from ocp import Between, Bound, Mesh, Phase, Problem, State, joined, peak
 from ocp.mesh import PhaseMesh, uniform
 from studies.arm.optimum import DEGREE
@@ -26,7 +26,6 @@ from studies.arm.problem import (
     arm_phase,
     column,
     smoothness,
-    solve_small,
     starting_law,
 )
 from studies.arm.stage import ELBOW, ROOT, Stage, big_arm, small_arm

@@ -77,8 +77,8 @@ def test_a_coarse_robust_motion_stands_the_spread(monkeypatch):
         "torque", ("big stiffness", "small stiffness"), ((0.925, 0.925), (1.075, 1.075))
     )
     monkeypatch.setitem(robust_study.SPREADS, "torque", spread)
-    monkeypatch.setitem(robust_study.MESHES, "big", (50, 3))
-    found = robust_study.compare(big_arm(4.3), "torque", 4, lambda _: None, lambda _: None)
+    quiet = [lambda _: None] * 2
+    found = robust_study.compare(big_arm(4.3), "torque", 4, *quiet, mesh=(50, 3))
     assert found.holds
     assert found.ratios[0] < 0.1
     assert found.ratios[1] == pytest.approx(found.ratios[0], rel=0.3)
@@ -88,6 +88,6 @@ def test_bad_input_is_said(capsys):
     with pytest.raises(ModelError, match="lock one joint"):
         DrivenArm(ReducedArm(big_arm().arm))
     with pytest.raises(StudyError, match="turns one joint"):
-        solved(both_arms(), SPREADS["torque"], mesh=(10, 3))
+        solved(both_arms(), SPREADS["torque"], copied=False, mesh=(10, 3))
     assert main(["arm-robust", "--points", "1"]) == ExitCode.BAD_INPUT
     assert "--points is 1" in capsys.readouterr().err
