@@ -20,8 +20,8 @@ def add_to(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     parser = subparsers.add_parser(
         "arm-robust",
         help="a motion of the arm that stands a spread of stiffness or tip mass",
-        description="Finds the big arm's motion of least peak torque in 8.6 s, and one of at most a "
-        "tenth more that also leaves arms of other stiffness (torque drive) or stiffness and tip "
+        description="Finds the big arm's motion of least peak torque in 8.6 s, and one of at most "
+        "a tenth more that also leaves arms of other stiffness (torque drive) or stiffness and tip "
         "mass (angle drive) still; replays both over the spread. Exit code 5 if the worst residual "
         "falls less than fivefold.",
     )
