@@ -34,6 +34,8 @@ def solve_round(
     """
     start = start_of(transcription.problem, constants, origin.trajectory)
     x0 = decision_vector(transcription, start, constants)
+    if origin.program is not None and origin.program.transcription is transcription:
+        x0 = origin.program.x  # to the last digit, which its multipliers belong to
     parameters = np.array([constants[c.name] for c in transcription.problem.constants])
     limits = transcription.columns.evaluate(constants), transcription.rows.evaluate(constants)
     if settings.solver == "fatrop":
