@@ -38,6 +38,7 @@ from ocp.warm import Origin
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
 _STRICTER_GOES = 3
+_INFORMED = ("radau", "gauss")  # whose multipliers tell what finer controls gain
 log = logging.getLogger(__name__)
 
 
@@ -333,15 +334,18 @@ def _next_or_same(last: _Solved, settings: Settings) -> Mesh:
 def _following(solved: Sequence[_Solved], settings: Settings) -> Mesh | None:
     """The mesh of the next round, or None when the last round meets all tolerances."""
     last = solved[-1]
+    pairs = list(itertools.pairwise(solved))
+    if settings.scheme not in _INFORMED:  # a change that was small once says nothing later
+        pairs = pairs[-1:]
     settled = any(
         after.controls_refined and _change(before, after) <= settings.objective_tolerance
-        for before, after in itertools.pairwise(solved)
+        for before, after in pairs
     )
     following = next_mesh(
         last.transcription, last.trajectory, last.assessment, settings,
         resolve_controls=not settled,
     )  # fmt: skip
-    if following is None and not settled and settings.scheme not in ("radau", "gauss"):
+    if following is None and not settled and settings.scheme not in _INFORMED:
         # the multipliers of these schemes meet the minimum principle on any mesh: compare two
         return bisected(last.transcription.mesh, settings.most_intervals)
     return following
@@ -362,7 +366,8 @@ def _holds(solved: _Solved, settings: Settings) -> bool:
 def _best(solved: Sequence[_Solved], settings: Settings) -> _Solved:
     """The best round whose motion holds between the points; the last one if none does."""
     holds = [s for s in solved if _holds(s, settings)]
-    return min(holds, key=lambda s: s.result.objective, default=solved[-1])
+    sense = solved[-1].transcription.problem.sense
+    return min(holds, key=lambda s: sense * s.objective, default=solved[-1])
 
 
 def _frozen(mesh: Mesh) -> Mesh:
