@@ -1,0 +1,55 @@
+"""The rope-force problem with the engine's defaults: one answer from every start and mesh."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from models.laws import PAPER_POINTS, Bezier, Dwell, StraightLine, pinned
+from models.truss import DYNAMIC_SET, rope_force
+from ocp import Bound, Control, Phase, Problem, Settings, State, peak, solve
+
+# reference: 44.53360 N by mesh convergence and by shooting on the structure of the optimum
+LEAST_FORCE = 44.53360
+DURATION, FRICTION, DEPLOYED = 5.0, 0.01, np.pi / 2
+CAP = 200 / DURATION**3
+TRUSS = replace(DYNAMIC_SET, pulley_friction=FRICTION)
+
+
+def force_problem(law):
+    angle, speed = State("angle", "rad", lower=0.01, upper=2.0), State("speed", "rad/s", lower=0)
+    acceleration = State("acceleration", "rad/s^2")
+    jerk = Control("jerk", "rad/s^3", lower=-CAP, upper=CAP)
+    force = rope_force(TRUSS, angle.symbol, speed.symbol, acceleration.symbol, "by angle")
+    rest = {speed: 0.0, acceleration: 0.0}
+    deploy = Phase(
+        "deploy", {angle: speed, speed: acceleration, acceleration: jerk},
+        initial={angle: TRUSS.stowed_angle, **rest}, final={angle: DEPLOYED, **rest},
+        end=DURATION, bounds=[Bound("rope force", force, "N", lower=0.0)],
+        guess={angle: lambda t: law.motion(t).angle, speed: lambda t: law.motion(t).speed},
+    )  # fmt: skip
+    top = peak((deploy, force), name="peak force", unit="N")
+    return Problem("least peak force", [deploy], minimise=top), jerk
+
+
+STARTS = {
+    "bezier": Bezier(DURATION, pinned(PAPER_POINTS, TRUSS.stowed_angle, DEPLOYED)),
+    "straight": StraightLine(DURATION, TRUSS.stowed_angle, DEPLOYED),
+    "dwell": Dwell(StraightLine(0.6 * DURATION, TRUSS.stowed_angle, DEPLOYED), 0.4 * DURATION),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("start", "intervals"),
+    [("bezier", 20), ("straight", 20), ("dwell", 20), ("bezier", 100), ("bezier", 101),
+     ("bezier", 150), ("bezier", 300)],
+)  # fmt: skip
+def test_every_start_and_mesh_gives_the_reference_optimum(start, intervals):
+    problem, jerk = force_problem(STARTS[start])
+    found = solve(problem, settings=Settings(intervals=intervals))
+    assert found.objective == pytest.approx(LEAST_FORCE, rel=1e-4)
+    ((_, reported, dense),) = found.verification.peaks
+    assert dense == pytest.approx(reported, rel=1e-5)
+    largest = np.abs(found.sample(jerk, np.linspace(0, DURATION, 10_001))).max()
+    assert largest <= CAP * (1 + 1e-9)
