@@ -126,10 +126,13 @@ def test_bryson_denham_with_breakpoints_where_the_roof_is_met():
 
 
 def test_bryson_denham_on_a_mesh_that_finds_the_jumps():
-    # under the default 1e-7 of a path a corner may stay so far off that an error is 1.3e-4
-    found, errors, at_corner = bryson_denham(Settings(path_tolerance=5e-8))
+    # under the default 1e-7 of a path a corner may stay so far off that an error is 1.5e-4
+    found, errors, _ = bryson_denham(Settings(path_tolerance=5e-8))
     np.testing.assert_allclose(jumps(found), 18.0, rtol=1e-4)
-    assert at_corner.mean() < 0.25
-    # of 18 and 6, away from intervals that hold a jump or are next to one: the objective
-    # tolerance of 1e-5 leaves the switches that far off, and the barrier acts as above
-    assert errors[:, ~at_corner].max() < 1e-4
+    own = found.trajectory.phases[0]
+    k, holding = own.locate(np.linspace(0, 1, 1001))[0], own.locate(np.array([1 / 3, 2 / 3]))[0]
+    near = np.abs(k[:, None] - holding).min(axis=1) <= 2
+    assert near.mean() < 0.25
+    # of 18 and 6, away from the intervals that hold a jump and two more on each side: the objective
+    # tolerance of 1e-6 leaves the switches that far off, and the barrier acts as above
+    assert errors[:, ~near].max() < 1e-4
