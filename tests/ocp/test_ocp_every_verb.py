@@ -38,7 +38,10 @@ COARSE = Settings(
     scheme="trapezoid", intervals=10, dynamics_tolerance=1e-5, path_tolerance=1e-5,
     replay_tolerance=1e-4, objective_tolerance=1e-4,
 )  # fmt: skip
-LOOSE = dict.fromkeys(SCHEMES) | {"trapezoid": Tolerances(replay=1e-4, excess=1e-4, objective=1e-4)}
+LOOSE = dict.fromkeys(SCHEMES) | {
+    # the Hamiltonian inherits the error of its dynamics, 1e-5
+    "trapezoid": Tolerances(replay=1e-4, excess=1e-4, objective=1e-4, within=1e-4)
+}
 QUICK = ("radau", "hermite-simpson")
 pytestmark = pytest.mark.parametrize("name", [
     pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in SCHEMES
