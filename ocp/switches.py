@@ -114,6 +114,8 @@ def with_jumps(mesh: PhaseMesh, found: Sequence[Jump], move: bool) -> PhaseMesh 
         sides = np.array([jump.at - reach, jump.at + reach])
         sides = sides[(sides > 0.0) & (sides < 1.0)]
         inside = (np.abs(points - jump.at) < 1.5 * reach) & ~np.isin(points, [0.0, 1.0, *movable])
+        if inside.sum() >= 2 and not move:
+            continue  # it stands already; a bracket that follows a jump to and fro undoes splits
         points = np.unique(np.concatenate([points[~inside], sides, [jump.at] if move else []]))
         if move:
             movable.add(jump.at)
