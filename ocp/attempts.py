@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from ocp.budget import Budget
-from ocp.fatrop import run_fatrop
 from ocp.guess import start_of
 from ocp.ipopt import Duals, IpoptOptions, Listener, NlpResult, run
 from ocp.iterate import decision_vector
@@ -39,6 +38,8 @@ def solve_round(
     parameters = np.array([constants[c.name] for c in transcription.problem.constants])
     limits = transcription.columns.evaluate(constants), transcription.rows.evaluate(constants)
     if settings.solver == "fatrop":
+        from ocp.fatrop import run_fatrop
+
         options = budget.within(settings.ipopt, before)
         fast = run_fatrop(transcription, x0, *limits, parameters, options)
         if fast is not None:

@@ -17,8 +17,6 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ocp.native import compiled
-
 Integers = NDArray[np.int64]
 Array = NDArray[np.float64]
 
@@ -117,6 +115,8 @@ def differentiate(kernel: ca.Function, native: bool = False) -> KernelDerivative
     )  # fmt: skip
     if not native:
         return made
+    from ocp.native import compiled
+
     names = ("objective", "rows", "gradient", "jacobian", "hessian")
     parts = compiled([getattr(made, name) for name in names])
     return replace(made, **dict(zip(names, parts, strict=True)))

@@ -21,7 +21,6 @@ from ocp.errors import (
 from ocp.ipopt import NlpResult
 from ocp.trajectory import Trajectory
 from ocp.transcribe import Transcription
-from ocp.undefined import undefined
 
 Array = NDArray[np.float64]
 _NO_TIME = 1e-6  # of the guessed duration, below which a motion takes no time
@@ -73,6 +72,8 @@ def failure(
     """The error that a failed solve raises, naming its worst constraints."""
     name, count = transcription.problem.name, result.iterations
     if result.outcome == "invalid number":
+        from ocp.undefined import undefined
+
         found = undefined(transcription.problem, iterate)
         what = found or "a derivative of the problem is NaN or infinite"
         return InvalidNumber(

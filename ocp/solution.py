@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,15 +14,17 @@ from ocp.evaluate import Evaluator
 from ocp.mesh import Mesh
 from ocp.multipliers import Multipliers, SolvedProgram
 from ocp.names import named
-from ocp.one_sided import Sided, one_sided, single
 from ocp.replay import Replay
 from ocp.rigorous import Margin
-from ocp.scaling_report import ScalingReport, report_of
 from ocp.statement import Phase, Problem
 from ocp.store import packed, unpacked
 from ocp.symbols import resolve, scalar
 from ocp.terms import Functional
 from ocp.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from ocp.one_sided import Sided
+    from ocp.sizes import ScalingReport
 
 Array = NDArray[np.float64]
 Kept = TypeVar("Kept")
@@ -197,6 +199,8 @@ class Solution:
     @property
     def scaling(self) -> ScalingReport:
         """The sizes by which the solve divided, and why; prints as a table."""
+        from ocp.sizes import report_of
+
         return report_of(self.problem, self.kept_program.scales)
 
     def sensitivities(self) -> dict[str, float]:
@@ -207,10 +211,14 @@ class Solution:
         ActiveSetWarning
             Where the optimum has a kink; the number is then nan.
         """
+        from ocp.one_sided import single
+
         return single(self.one_sided_sensitivities())
 
     def one_sided_sensitivities(self) -> dict[str, Sided]:
         """The same for a decrease and for an increase of the number, see `ocp.one_sided`."""
+        from ocp.one_sided import one_sided
+
         return one_sided(self.kept_program, self.trajectory.constants)
 
     @property

@@ -1,6 +1,7 @@
 """A measurement in a process of its own: started, timed, ended at a limit, answer read from a file.
 
-Processes are timed one after the other, each with one thread for linear algebra.
+Processes are timed one after the other, each with one thread for linear algebra, and with
+bytecode kept from start to start, as Python does by itself.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+BYTECODE = "PYTHONDONTWRITEBYTECODE"  # set, it makes our modules be compiled at every start
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 LONGEST = 120  # characters of an error that are kept
 
@@ -71,6 +73,7 @@ class Program:
 
     def _variables(self) -> dict[str, str]:
         merged: dict[str, str | None] = {**os.environ, **dict.fromkeys(THREADS, "1")}
+        merged[BYTECODE] = None
         merged |= self.environment
         return {name: value for name, value in merged.items() if value is not None}
 
