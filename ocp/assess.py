@@ -97,17 +97,23 @@ def _assess_phase(
     layout, mesh = transcription.layouts[index], transcription.mesh.phases[index]
     own = trajectory.phase(layout.phase.name)
     peaks = dict(zip(transcription.peak_ids, trajectory.peaks, strict=True))
+    constraints = transcription.constraints[index]
+    limited = iter(
+        constraint_excess(
+            evaluator, trajectory, own.name, [c for c in constraints if not c.is_equation], peaks
+        )
+    )
     excess = tuple(
-        constraint_excess(evaluator, trajectory, own.name, c, peaks)
-        if not c.is_equation else _nothing(mesh.intervals)
-        for c in transcription.constraints[index]
-    )  # fmt: skip
+        _nothing(mesh.intervals) if c.is_equation else next(limited) for c in constraints
+    )
     fractions = (own.breakpoints - own.start) / (own.end - own.start)
     found = [jump for j in range(len(own.controls))
              for jump in jumps(*control_samples(own, j), fractions)]  # fmt: skip
     gain, rough = np.zeros(mesh.intervals), np.zeros(mesh.intervals, dtype=bool)
     if adjoints is not None:
-        slopes = hamiltonian(transcription, layout)
+        slopes = evaluator.kept(
+            ("hamiltonian", own.name, own.signals), lambda: hamiltonian(transcription, layout)
+        )
         gain = gains(transcription, trajectory, adjoints, layout, slopes)
         gain /= max(abs(objective), 1e-3 * transcription.scales.objective)
         limits = {c.name: (evaluate_limit(c.lower, trajectory.constants),
@@ -115,7 +121,7 @@ def _assess_phase(
                   for c in slopes.controls}  # fmt: skip
         rough = control_errors(own, mesh, limits) >= _SMOOTH
     sizes = [transcription.scales.signals[s.name] for s in layout.states]
-    equations = [c for c in transcription.constraints[index] if c.is_equation]
+    equations = [c for c in constraints if c.is_equation]
     error = np.maximum.reduce([
         dynamics_error(evaluator, trajectory, own.name, sizes),
         _integrals_error(transcription, trajectory, evaluator, own.name),

@@ -35,57 +35,101 @@ class Extremes:
     tau: Array
 
 
-def maxima(function: Callable[[Integers, Array], Array], intervals: int, degree: int) -> Extremes:
-    """Largest value in every interval by dense sampling and repeated zooming in.
+def dense_grid(degree: int) -> Array:
+    """Local times of dense sampling.
 
-    `function` takes intervals and local times, (m,) each, and returns (m,) values; where it
-    rides a limit it has a bump between any two of its `degree` points, so the samples are several
-    times denser than these.
+    Where a function rides a limit it has a bump between any two of its `degree` points, so the
+    samples are several times denser than these.
     """
-    everyone, count = np.arange(intervals), _POINTS_PER_DEGREE * degree + 9
-    grid = 0.5 - 0.5 * np.cos(np.pi * np.arange(count) / (count - 1))
-    tau = np.broadcast_to(grid, (intervals, count))
-    best, at = np.full(intervals, -np.inf), np.zeros(intervals)
-    for _ in range(_ZOOMS):
-        k = np.repeat(everyone, tau.shape[1])
-        values = function(k, tau.ravel()).reshape(tau.shape)
+    count = _POINTS_PER_DEGREE * degree + 9
+    return np.asarray(0.5 - 0.5 * np.cos(np.pi * np.arange(count) / (count - 1)))
+
+
+def maxima(
+    function: Callable[[Integers, Array], Array], values: Array, grid: Array,
+    level: float = np.inf,
+) -> Extremes:  # fmt: skip
+    """Largest value in every interval from dense samples, by repeated zooming in.
+
+    Parameters
+    ----------
+    function : takes intervals and local times, (m,) each, and returns (m,) values.
+    values : (N, m) the function at the local times `grid` (m,) of all intervals.
+    level : what lies below it and below the largest value of all needs no zoom.
+    """
+    tau = np.broadcast_to(grid, values.shape)
+    best, at = np.full(len(values), -np.inf), np.zeros(len(values))
+    k = np.arange(len(values))
+    for zoom in range(_ZOOMS):
+        if zoom:
+            values = function(np.repeat(k, tau.shape[1]), tau.ravel()).reshape(tau.shape)
         values = np.where(np.isfinite(values), values, np.inf)
-        i = np.argmax(values, axis=1)
-        top = values[everyone, i]
-        better = top > best
-        best, at = np.where(better, top, best), np.where(better, tau[everyone, i], at)
-        low = tau[everyone, np.maximum(i - 1, 0)]
-        high = tau[everyone, np.minimum(i + 1, tau.shape[1] - 1)]
-        tau = low[:, None] + np.linspace(0.0, 1.0, 9) * (high - low)[:, None]
+        i, row = np.argmax(values, axis=1), np.arange(k.size)
+        left, right = np.maximum(i - 1, 0), np.minimum(i + 1, tau.shape[1] - 1)
+        top = values[row, i]
+        better = top > best[k]
+        best[k], at[k] = np.where(better, top, best[k]), np.where(better, tau[row, i], at[k])
+        # a smooth function rises above its samples by less than they differ
+        reach = np.where(np.isfinite(top), 2.0 * top, np.nan) - np.minimum(
+            values[row, left], values[row, right])  # fmt: skip
+        near = reach >= min(level, best.max())
+        if not near.any():
+            break
+        low, high = tau[row, left][near, None], tau[row, right][near, None]
+        k, tau = k[near], low + np.linspace(0.0, 1.0, 9) * (high - low)
     return Extremes(best, at)
 
 
 def constraint_excess(
-    evaluator: Evaluator, trajectory: Trajectory, phase: str, constraint: Continuous,
+    evaluator: Evaluator, trajectory: Trajectory, phase: str, constraints: Sequence[Continuous],
     peaks: dict[Functional, float],
-) -> Extremes:  # fmt: skip
-    """How far a continuous constraint is exceeded in each interval, relative to its size.
+) -> list[Extremes]:  # fmt: skip
+    """How far continuous constraints are exceeded in each interval, relative to their sizes.
 
-    The size is the largest of its limits and of its values on the trajectory.
+    The size is the largest of its limits and of its values on the trajectory.  Values are exact
+    where a constraint is exceeded or about to be, and where it is closest to that.
     """
+    return [
+        _excess(evaluator, trajectory, phase, c, peaks, values, grid)
+        for c, (values, grid) in zip(constraints, _sampled(
+            evaluator, trajectory, phase, [c.expression for c in constraints]), strict=True)
+    ]  # fmt: skip
+
+
+def _sampled(
+    evaluator: Evaluator, trajectory: Trajectory, phase: str, expressions: Sequence[Any]
+) -> list[tuple[Array, Array]]:
+    """Values (N, m) and local times (m,) of expressions on a dense grid, all at once."""
+    own = trajectory.phase(phase)
+    grid, count = dense_grid(int(own.degrees.max())), len(own.breakpoints) - 1
+    k, tau = np.repeat(np.arange(count), grid.size), np.tile(grid, count)
+    values = evaluator.values(trajectory, phase, expressions, k, tau)
+    return [(column.reshape(count, -1), grid) for column in values.T]
+
+
+def _excess(
+    evaluator: Evaluator, trajectory: Trajectory, phase: str, constraint: Continuous,
+    peaks: dict[Functional, float], samples: Array, grid: Array,
+) -> Extremes:  # fmt: skip
+    """Excess of one constraint from its dense samples (N, m)."""
     lower = evaluate_limit(constraint.lower, trajectory.constants)
     upper = evaluate_limit(constraint.upper, trajectory.constants)
     if constraint.peak is not None:
         upper = peaks[constraint.peak]
-
     largest = max((abs(v) for v in (lower, upper) if np.isfinite(v)), default=0.0)
 
-    def excess(intervals: Integers, tau: Array) -> Array:
+    def over(values: Array) -> Array:
         nonlocal largest
-        values = (
-            constraint.sign
-            * evaluator.values(trajectory, phase, [constraint.expression], intervals, tau).ravel()
-        )
         largest = max(largest, float(np.abs(values[np.isfinite(values)]).max(initial=0.0)))
-        return np.asarray(np.maximum(values - upper, lower - values))
+        signed = constraint.sign * values
+        return np.asarray(np.maximum(signed - upper, lower - signed))
 
-    own = trajectory.phase(phase)
-    found = maxima(excess, len(own.breakpoints) - 1, int(own.degrees.max()))
+    def excess(intervals: Integers, tau: Array) -> Array:
+        return over(
+            evaluator.values(trajectory, phase, [constraint.expression], intervals, tau).ravel()
+        )
+
+    found = maxima(excess, over(samples), grid, level=0.0)
     return Extremes(found.values / (largest or 1.0), found.tau)
 
 
@@ -93,15 +137,15 @@ def equation_error(
     evaluator: Evaluator, trajectory: Trajectory, phase: str, equations: Sequence[Continuous]
 ) -> Array:
     """How far equations are off in each interval relative to their scales, the largest, (N,)."""
-    own = trajectory.phase(phase)
-    worst = np.zeros(len(own.breakpoints) - 1)
-    for equation in equations:
+    worst = np.zeros(len(trajectory.phase(phase).breakpoints) - 1)
+    sampled = _sampled(evaluator, trajectory, phase, [e.expression for e in equations])
+    for equation, (samples, grid) in zip(equations, sampled, strict=True):
         limit = evaluate_limit(equation.upper, trajectory.constants)
 
         def off(k: Integers, tau: Array, e: Any = equation.expression, at: float = limit) -> Array:
             return np.abs(evaluator.values(trajectory, phase, [e], k, tau).ravel() - at)
 
-        found = maxima(off, worst.size, int(own.degrees.max()))
+        found = maxima(off, np.abs(samples - limit), grid, level=-np.inf)
         worst = np.maximum(worst, found.values / equation.scale)
     return worst
 
@@ -115,8 +159,8 @@ def dense_peak(evaluator: Evaluator, trajectory: Trajectory, functional: Functio
             found = evaluator.values(trajectory, n, [e], k, tau).ravel()
             return np.abs(found) if functional.absolute else found
 
-        own = trajectory.phase(name)
-        found = maxima(value, len(own.breakpoints) - 1, int(own.degrees.max()))
+        ((samples, grid),) = _sampled(evaluator, trajectory, name, [expression])
+        found = maxima(value, np.abs(samples) if functional.absolute else samples, grid)
         best = max(best, float(found.values.max()))
     return best
 

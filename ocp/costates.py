@@ -44,11 +44,11 @@ class PhaseCostates:
         k, tau = np.broadcast_arrays(np.asarray(intervals), np.asarray(tau, dtype=float))
         values = np.empty((k.size, len(self.names)))
         for degree, own, table in self.pieces:
-            here = np.isin(k, own)
-            if here.any():
-                row = np.searchsorted(own, k[here])
+            row = np.clip(np.searchsorted(own, k), 0, own.size - 1)
+            here = np.flatnonzero(own[row] == k)
+            if here.size:
                 weights = lagrange(scheme(self.scheme, degree).points, tau[here])
-                values[here] = np.einsum("ms,msn->mn", weights, table[row])
+                values[here] = np.einsum("ms,msn->mn", weights, table[row[here]])
         return values
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 import casadi as ca
 import numpy as np
@@ -18,6 +18,7 @@ from ocp.terms import Functional
 from ocp.trajectory import PhaseTrajectory, Trajectory
 
 Array = NDArray[np.float64]
+Kept = TypeVar("Kept")
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,14 @@ class Evaluator:
 
     problem: Problem
     _functions: dict[tuple[str, tuple[int, ...]], Any] = field(default_factory=dict, repr=False)
+    _kept: dict[Any, Any] = field(default_factory=dict, repr=False)
+
+    def kept(self, key: Any, build: Callable[[], Kept]) -> Kept:
+        """What `build` gives, built once for this problem and `key`."""
+        if key not in self._kept:
+            self._kept[key] = build()
+        found: Kept = self._kept[key]
+        return found
 
     def values(
         self, trajectory: Trajectory, phase: str, expressions: Sequence[Any],

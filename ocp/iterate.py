@@ -133,12 +133,22 @@ def _phase_trajectory(layout: PhaseLayout, values: Array) -> PhaseTrajectory:
         begin, end = values[layout.ends]
     breakpoints = begin + fractions * (end - begin)
 
-    def piece(group: Group) -> Piece:
-        basis = bernstein(group.controls.shape[1], group.scheme.points)
+    def piece(groups: Sequence[Group]) -> Piece:
+        order = np.argsort(np.concatenate([g.intervals for g in groups]))
+
+        def together(what: str) -> Any:
+            return np.concatenate([getattr(g, what) for g in groups])[order]
+
+        controls = values[together("controls")]
+        basis = bernstein(controls.shape[1], groups[0].scheme.points)
         return Piece(
-            group.scheme.degree, group.intervals, values[group.support],
-            np.einsum("qs,ksn->kqn", basis, values[group.controls]), values[group.algebraics],
+            groups[0].scheme.degree, together("intervals"), values[together("support")],
+            np.einsum("qs,ksn->kqn", basis, controls), values[together("algebraics")],
         )  # fmt: skip
+
+    by_degree: dict[int, list[Group]] = {}
+    for group in layout.groups:
+        by_degree.setdefault(group.scheme.degree, []).append(group)
 
     def names(signals: Sequence[Any]) -> tuple[str, ...]:
         return tuple(s.name for s in signals)
@@ -149,5 +159,5 @@ def _phase_trajectory(layout: PhaseLayout, values: Array) -> PhaseTrajectory:
         linear=names(layout.linear), polynomial=names(layout.polynomial),
         algebraics=names(layout.algebraics),
         steps=values[layout.steps], ramps=values[layout.ramps],
-        pieces=tuple(piece(group) for group in layout.groups),
+        pieces=tuple(piece(groups) for groups in by_degree.values()),
     )  # fmt: skip

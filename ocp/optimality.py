@@ -9,6 +9,7 @@ the control looks.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -30,11 +31,16 @@ _POINTS = 8
 
 @dataclass(frozen=True)
 class HamiltonianSlopes:
-    """Compiled ``H``, ``dH/du``, curvature and direct limits of the controls of one phase."""
+    """Compiled ``H``, ``dH/du``, curvature and direct limits of the controls of one phase.
+
+    Attributes
+    ----------
+    limiting : numbers of the continuous constraints that depend on controls.
+    """
 
     function: ca.Function
     controls: tuple[Any, ...]
-    limiting: tuple[Continuous, ...]
+    limiting: tuple[int, ...]
 
 
 def hamiltonian(transcription: Transcription, layout: PhaseLayout) -> HamiltonianSlopes:
@@ -51,11 +57,12 @@ def hamiltonian(transcription: Transcription, layout: PhaseLayout) -> Hamiltonia
     u = ca.vertcat(*[c.symbol for c in controls], ca.SX(0, 1))
     slope = ca.gradient(h, u)
     curvature = ca.diag(ca.jacobian(slope, u)) if controls else ca.SX(0, 1)
+    found = transcription.constraints[index]
     limiting = tuple(
-        c for c in transcription.constraints[index]
+        i for i, c in enumerate(found)
         if c.sampled and not c.is_equation and ca.jacobian(c.expression, u).nnz() > 0
     )  # fmt: skip
-    rows = ca.vertcat(*[c.sign * c.expression for c in limiting], ca.SX(0, 1))
+    rows = ca.vertcat(*[found[i].sign * found[i].expression for i in limiting], ca.SX(0, 1))
     symbols = ca.vertcat(*[s.symbol for s in layout.signals])
     fixed = [s.symbol for s in (*problem.unknowns, *problem.constants)]
     function = ca.Function(
@@ -90,7 +97,10 @@ def gains(
     )  # fmt: skip
     first = len(layout.states)
     values = signals[:, first : first + len(controls)].T
-    down, up = _room(transcription, trajectory, slopes, values, rows, row_slopes)
+    found = transcription.constraints[transcription.layouts.index(layout)]
+    limiting = [found[i] for i in slopes.limiting]
+    down, up = _room(transcription, trajectory, slopes.controls, limiting, values, rows,
+                     row_slopes)  # fmt: skip
     room = np.where(slope > 0, down, up)
     linear = np.abs(slope) * room
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -101,24 +111,24 @@ def gains(
 
 
 def _room(
-    transcription: Transcription, trajectory: Trajectory, slopes: HamiltonianSlopes,
-    values: Array, rows: Array, row_slopes: Array,
+    transcription: Transcription, trajectory: Trajectory, controls: Sequence[Any],
+    limiting: Sequence[Continuous], values: Array, rows: Array, row_slopes: Array,
 ) -> tuple[Array, Array]:  # fmt: skip
     """How far each control may move down and up at each time, (n_u, m) each."""
     constants = trajectory.constants
     down, up = np.empty_like(values), np.empty_like(values)
-    for j, control in enumerate(slopes.controls):
+    for j, control in enumerate(controls):
         reach = max(float(np.ptp(values[j])), 1e-3 * transcription.scales.signals[control.name])
         lower, upper = (evaluate_limit(v, constants) for v in (control.lower, control.upper))
         down[j] = np.minimum(values[j] - lower, reach)
         up[j] = np.minimum(upper - values[j], reach)
     peaks = dict(zip(transcription.peak_ids, trajectory.peaks, strict=True))
-    n = len(slopes.limiting)
-    for i, constraint in enumerate(slopes.limiting):
+    n = len(limiting)
+    for i, constraint in enumerate(limiting):
         lower, upper = (evaluate_limit(v, constants) for v in (constraint.lower, constraint.upper))
         if constraint.peak is not None:
             upper = peaks[constraint.peak]
-        for j in range(len(slopes.controls)):
+        for j in range(len(controls)):
             slope = row_slopes[j * n + i]
             with np.errstate(divide="ignore", invalid="ignore"):
                 to_upper, to_lower = (upper - rows[i]) / slope, (lower - rows[i]) / slope

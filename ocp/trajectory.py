@@ -6,9 +6,10 @@ its mesh.  They hold numbers only and no CasADi objects.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,16 +105,13 @@ class PhaseTrajectory:
         x = np.empty((k.size, len(self.states)))
         p = np.empty((k.size, len(self.polynomial)))
         z = np.empty((k.size, len(self.algebraics)))
-        for piece in self.pieces:
-            here = np.isin(k, piece.intervals)
-            if not here.any():
-                continue
-            row = np.searchsorted(piece.intervals, k[here])
+        for piece, here, row in self._by_piece(k):
             method = scheme(self.scheme, piece.degree)
             x[here] = _combine(lagrange(method.support, tau[here]), piece.states[row])
-            inner = lagrange(method.points, tau[here])
-            p[here] = _combine(inner, piece.controls[row])
-            z[here] = _combine(inner, piece.algebraics[row])
+            if p.shape[1] + z.shape[1]:
+                inner = lagrange(method.points, tau[here])
+                p[here] = _combine(inner, piece.controls[row])
+                z[here] = _combine(inner, piece.algebraics[row])
         ramps = self.ramps[k, 0] * (1.0 - tau)[:, None] + self.ramps[k, 1] * tau[:, None]
         return np.hstack([x, self.steps[k], ramps, p, z])
 
@@ -121,14 +119,21 @@ class PhaseTrajectory:
         """Time derivatives of the state polynomials, shape (m, n_x)."""
         k, tau = np.broadcast_arrays(np.asarray(intervals), np.asarray(tau, dtype=float))
         rates = np.empty((k.size, len(self.states)))
-        for piece in self.pieces:
-            here = np.isin(k, piece.intervals)
-            if not here.any():
-                continue
-            row = np.searchsorted(piece.intervals, k[here])
+        for piece, here, row in self._by_piece(k):
             slope = derivative_matrix(scheme(self.scheme, piece.degree).support, tau[here])
             rates[here] = _combine(slope, piece.states[row])
         return rates / np.diff(self.breakpoints)[k][:, None]
+
+    def _by_piece(self, k: Integers) -> Iterator[tuple[Piece, Any, Integers]]:
+        """The pieces that intervals `k` belong to: which of them, and their rows there."""
+        if len(self.pieces) == 1:
+            yield self.pieces[0], slice(None), np.searchsorted(self.pieces[0].intervals, k)
+            return
+        degrees = self.degrees[k]
+        for piece in self.pieces:
+            here = np.flatnonzero(degrees == piece.degree)
+            if here.size:
+                yield piece, here, np.searchsorted(piece.intervals, k[here])
 
     def sample(self, times: Array) -> Array:
         """All signals at given times, shape (m, n)."""
