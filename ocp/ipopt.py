@@ -42,10 +42,12 @@ _OUTCOMES: dict[str, Outcome] = {
 # A start that is optimal for nearby numbers: leave it where it is, and let the quality function
 # choose the barrier.  Tried on the benchmark problems with a number 5 % higher: larger pushes (to
 # 1e-3) help a bang-bang problem or two and cost others half of what is saved; centred starts and a
-# monotone barrier cost more throughout.
+# monotone barrier cost more throughout.  Curvature added once is dropped quickly: near a solution,
+# on a singular arc above all, it is what slows the last steps down.
 _WARM = {
     "ipopt.warm_start_init_point": "yes",
     "ipopt.mu_strategy": "adaptive",
+    "ipopt.perturb_dec_fact": 0.1,
     **{f"ipopt.warm_start_{what}": 1e-9 for what in (
         "bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac", "mult_bound_push",
     )},
