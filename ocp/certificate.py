@@ -20,6 +20,7 @@ from ocp.multipliers import SolvedProgram, column_multipliers, path_rows
 from ocp.replay import Replay, replay, replayed
 from ocp.settings import Settings
 from ocp.solution import Solution
+from ocp.switches import control_samples, jumps
 from ocp.symbols import Between, time
 from ocp.terms import Functional
 from ocp.trajectory import Trajectory
@@ -202,13 +203,31 @@ def _optimality(solution: Solution, solved: SolvedProgram, allowed: Tolerances) 
         if found.autonomous:
             yield Check(f"Hamiltonian of '{found.name}'", found.drift, allowed.hamiltonian,
                         f"time does not enter, so it is constant: {found.mean:.8g} with this "
-                        "mean drift")  # fmt: skip
+                        "mean drift" + _held_jumps(solution, i))  # fmt: skip
         if found.slopes.size:
             yield Check(f"dH/du of '{found.name}'", found.slope,
                         allowed.slope, "the interval means, projected on the controls' "
                         "bounds, relative to their terms: mean over time")  # fmt: skip
         if layout.ends is not None:
             yield from _end_values(solution, solved, layout, found, mu, allowed)
+
+
+def _held_jumps(solution: Solution, index: int) -> str:
+    """Where the multipliers of a right answer may not be unique, in words."""
+    own, mesh = solution.trajectory.phases[index], solution.mesh.phases[index]
+    fractions = (own.breakpoints - own.start) / (own.end - own.start)
+    held = np.delete(fractions, list(mesh.movable))
+    at = {jump.at for j in range(len(own.controls))
+          for jump in jumps(*control_samples(own, j), fractions)}  # fmt: skip
+    on = [own.start + f * (own.end - own.start) for f in sorted(at)
+          if np.abs(held - f).min() < 1e-9]  # fmt: skip
+    if not on:
+        return ""
+    times = ", ".join(f"{t:.6g} s" for t in on)
+    return (
+        f"; a control jumps on a breakpoint that does not move ({times}), where the multipliers "
+        "need not be unique: another number of intervals tells"
+    )
 
 
 def _between_corners(found: HamiltonianReport, allowed: Tolerances) -> Iterator[Check]:

@@ -65,6 +65,8 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
     for measurement in found:
         if not measurement.passed:
             console.say(f"\n{measurement.name}: {_why(measurement)}")
+        for doubt in measurement.doubts:
+            console.say(f"\n{measurement.name}, certificate: {doubt}")
     if folder is not None:
         _write(folder, found)
         console.say(f"\neverything is in {folder.path}")
@@ -185,12 +187,13 @@ def _table(found: Sequence[Measurement]) -> Table:
     return Table(
         title="Benchmarks, default settings, from their stated guesses",
         head=(
-            "problem", "value", "error", "tolerance", "", "verdict", "intervals", "rounds",
-            "iterations", "seconds", "replay miss", "violation",
+            "problem", "value", "error", "tolerance", "", "verdict", "certificate", "intervals",
+            "rounds", "iterations", "seconds", "replay miss", "violation",
         ),
         rows=[_row(measurement) for measurement in found],
         notes=(
             "error: of the value, relative to the trusted optimum.",
+            "certificate: how many of its checks of motion and first-order conditions hold.",
             "replay miss: of the end state when another integrator repeats the motion, relative.",
             f"violation: the largest of any bound at {POINTS} times of each phase, relative, of "
             f"solution and replay; {Settings().path_tolerance:.0e} is allowed.",
@@ -206,6 +209,7 @@ def _row(found: Measurement) -> tuple[str, ...]:
         f"{found.tolerance:.0e}",
         "pass" if found.passed else "FAIL",
         found.verdict.split(":")[0],
+        "-" if found.checks is None else f"{found.checks - len(found.doubts)} of {found.checks}",
         *("-" if n is None else str(n) for n in (found.intervals, found.rounds, found.iterations)),
         f"{found.seconds:.1f}",
         number(found.miss, 2),

@@ -8,7 +8,16 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import cast
 
-from ocp import Interrupted, OcpError, Settings, Solution, StatementWarning, Unverified, solve
+from ocp import (
+    Interrupted,
+    OcpError,
+    Settings,
+    Solution,
+    StatementWarning,
+    Unverified,
+    certify,
+    solve,
+)
 from studies.benchmarks.benchmark import Benchmark
 from studies.benchmarks.violation import largest_violation
 
@@ -25,6 +34,7 @@ class Measurement:
     verdict : the solver's, in words, or why there is none.
     miss : of the replayed end state, relative.
     violation : the larger of solution's and replay's, see `largest_violation`.
+    checks, doubts : how many checks the certificate has, and the sentences of those that failed.
     """
 
     name: str
@@ -41,6 +51,8 @@ class Measurement:
     iterations: int | None = None
     miss: float | None = None
     violation: float | None = None
+    checks: int | None = None
+    doubts: tuple[str, ...] = ()
 
     def as_record(self) -> dict[str, object]:
         """The numbers by name, for JSON."""
@@ -82,7 +94,7 @@ def measure(
 def _measured(
     benchmark: Benchmark, settings: Settings, solution: Solution, verdict: str, seconds: float
 ) -> Measurement:
-    error = benchmark.error(solution.objective)
+    error, certificate = benchmark.error(solution.objective), certify(solution)
     violation = max(largest_violation(solution, replayed=replayed) for replayed in (False, True))
     passed = (
         solution.verification.passed
@@ -93,4 +105,7 @@ def _measured(
         benchmark.name, benchmark.optimum, benchmark.tolerance, benchmark.source,
         passed, verdict, seconds, solution.objective, error, solution.mesh.intervals,
         len(solution.record), solution.iterations, solution.verification.miss, violation,
+        len(certificate.checks),
+        tuple(f"{c.name} {c.value:.1e} of {c.tolerance:.0e} allowed; {c.sentence}"
+              for c in certificate.checks if not c.passed),
     )  # fmt: skip
