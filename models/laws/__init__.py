@@ -2,8 +2,9 @@
 
 from models.laws.bezier import PAPER_POINTS, Bezier, pinned
 from models.laws.bounds import least_jerk_cap, least_peak_acceleration
+from models.laws.jerk_limited import JerkLimited
 from models.laws.motion import Law, Motion, Peaks, peaks
-from models.laws.piecewise_jerk import JerkLimited, PiecewiseJerk
+from models.laws.piecewise import Piecewise, constant_acceleration, constant_jerk, linear_jerk
 from models.laws.simple import Dwell, StraightLine
 from models.laws.step5 import Step5
 from models.laws.tabulated import Tabulated
@@ -16,12 +17,15 @@ __all__ = [
     "Law",
     "Motion",
     "Peaks",
-    "PiecewiseJerk",
+    "Piecewise",
     "Step5",
     "StraightLine",
     "Tabulated",
+    "constant_acceleration",
+    "constant_jerk",
     "least_jerk_cap",
     "least_peak_acceleration",
+    "linear_jerk",
     "peaks",
     "pinned",
 ]

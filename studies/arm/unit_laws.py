@@ -6,16 +6,22 @@ Symbols: T duration [s], f shaper frequency [Hz].
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
-from models.laws import PAPER_POINTS, Bezier, Law, Motion, PiecewiseJerk, Step5, pinned
+from models.laws import (
+    PAPER_POINTS,
+    Bezier,
+    Law,
+    Piecewise,
+    Step5,
+    constant_acceleration,
+    constant_jerk,
+    pinned,
+)
 from studies.exit_codes import StudyError
 
-Array = NDArray[np.float64]
 ShaperKind = Literal["ZV", "ZVD"]
 SHAPERS: dict[ShaperKind, tuple[tuple[float, float], ...]] = {
     # (delay in periods, weight) of an undamped mode; Singer and Seering (1990)
@@ -24,50 +30,7 @@ SHAPERS: dict[ShaperKind, tuple[tuple[float, float], ...]] = {
 }
 
 
-@dataclass(frozen=True)
-class Steps:
-    """Piecewise constant acceleration from rest: `edges` (m + 1,), `accelerations` (m,)."""
-
-    edges: tuple[float, ...]
-    accelerations: tuple[float, ...]
-    start_angle: float = 0.0
-
-    @property
-    def duration(self) -> float:
-        """T [s]."""
-        return self.edges[-1]
-
-    @property
-    def end_angle(self) -> float:
-        """Angle at T [rad]."""
-        return float(self.motion(self.duration).angle[0])
-
-    @property
-    def breakpoints(self) -> tuple[float, ...]:
-        """Inner edges, where the acceleration jumps."""
-        return self.edges[1:-1]
-
-    def motion(self, time: ArrayLike) -> Motion:
-        """Motion at times (m,) in [0, T]."""
-        t = np.atleast_1d(np.asarray(time, dtype=float))
-        edges, steps = np.array(self.edges), np.array(self.accelerations)
-        angle, speed = self._starts
-        k = np.searchsorted(edges[1:-1], t, side="right")
-        dt = t - edges[k]
-        a = steps[k]
-        return Motion(
-            t, angle[k] + dt * (speed[k] + dt * a / 2), speed[k] + dt * a, a, np.zeros_like(t)
-        )
-
-    @cached_property
-    def _starts(self) -> tuple[Array, Array]:
-        h, a = np.diff(self.edges), np.array(self.accelerations)
-        speed = np.concatenate(([0.0], np.cumsum(h * a)))
-        angle = self.start_angle + np.concatenate(([0.0], np.cumsum(h * (speed[:-1] + h * a / 2))))
-        return angle, speed
-
-
-def shaped_bang_bang(duration: float, frequency: float, kind: ShaperKind) -> Steps:
+def shaped_bang_bang(duration: float, frequency: float, kind: ShaperKind) -> Piecewise:
     """Bang-bang law of T minus the shaper's length, convolved with the shaper, lasting T.
 
     Raises
@@ -90,14 +53,13 @@ def shaped_bang_bang(duration: float, frequency: float, kind: ShaperKind) -> Ste
             jumps[instant] = jumps.get(instant, 0.0) + weight * jump
     edges = sorted(jumps)
     levels = np.cumsum([jumps[t] for t in edges])[:-1]
-    return Steps((*edges[:-1], duration), tuple(float(level) for level in levels))
+    return constant_acceleration((*edges[:-1], duration), levels.tolist())
 
 
-def linear_torque(duration: float) -> PiecewiseJerk:
+def linear_torque(duration: float) -> Piecewise:
     """The paper's law: acceleration linear in time from 6/T^2 to -6/T^2."""
-    return PiecewiseJerk(
-        (0.0, duration), (-12.0 / duration**3,), 0.0, start_acceleration=6.0 / duration**2
-    )
+    edges, jerks = (0.0, duration), (-12.0 / duration**3,)
+    return constant_jerk(edges, jerks, 0.0, start_acceleration=6.0 / duration**2)
 
 
 def quintic(duration: float) -> Bezier:

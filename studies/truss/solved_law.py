@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from models.laws import Law, Motion
+from models.laws import Law, Motion, linear_jerk
 from models.laws.motion import law_times
 from ocp import PhaseTrajectory, Solution
 from studies.truss.config import TrussStudy
 from studies.truss.problem import Statement, acceleration_in
-from studies.truss.ramped_jerk import RampedJerk
 
 Array = NDArray[np.float64]
 
@@ -39,7 +38,7 @@ def law_of(study: TrussStudy, statement: Statement, solution: Solution) -> Law:
             if end - begin > SHORTEST * phase.breakpoints[-1]:
                 edges.append(float(end))
                 ramps.append((float(ramp[0]), float(ramp[1])))
-    return RampedJerk(tuple(edges), tuple(ramps), start_angle=study.truss.stowed_angle)
+    return linear_jerk(tuple(edges), tuple(ramps), start_angle=study.truss.stowed_angle)
 
 
 def _ramps(phase: PhaseTrajectory, statement: Statement) -> Array:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.errors import ModelError
-from models.laws import Law, Tabulated
+from models.laws import Law, Piecewise, Tabulated, linear_jerk
 from models.truss import angle_from_rope_length
 from studies.exit_codes import StudyError
 from studies.truss.checks import check_speed_sense
@@ -26,7 +26,6 @@ from studies.truss.compare import broken_caps, cap_of
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.deployment import Deployment
 from studies.truss.quantities import QUANTITIES
-from studies.truss.ramped_jerk import RampedJerk
 
 Array = NDArray[np.float64]
 
@@ -154,13 +153,13 @@ def read_profile(path: Path, study: TrussStudy) -> Deployment:
     return Deployment(path.stem, law, study.truss)
 
 
-def _exact_law(columns: dict[str, Array], angles: Array) -> RampedJerk | None:
+def _exact_law(columns: dict[str, Array], angles: Array) -> Piecewise | None:
     """The law of piecewise linear jerk, if the file's columns of jerks reproduce the angles."""
     after, before = columns.get("angular_jerk"), columns.get("angular_jerk_before")
     if after is None or before is None or not np.isfinite([after, before]).all():
         return None
     ramps = tuple(zip(after[:-1].tolist(), before[1:].tolist(), strict=True))
-    law = RampedJerk(tuple(columns["time"].tolist()), ramps, start_angle=float(angles[0]))
+    law = linear_jerk(tuple(columns["time"].tolist()), ramps, start_angle=float(angles[0]))
     miss = np.abs(law.motion(columns["time"]).angle - angles).max()
     return law if miss <= EXACT else None
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from models.laws import JerkLimited, least_peak_acceleration
+from models.laws import JerkLimited, least_peak_acceleration, linear_jerk
 from studies.cli import main
 from studies.console import Console
 from studies.exit_codes import ExitCode
@@ -18,7 +18,6 @@ from studies.truss.config import Caps, study_from
 from studies.truss.deployment import Deployment
 from studies.truss.export import as_dictionary
 from studies.truss.figures import all_figures
-from studies.truss.ramped_jerk import RampedJerk
 from studies.truss.solve import Search
 
 MAIN = ("truss", "--objective", "peak-acceleration", "--jerk-cap", "bezier", "--friction", "0.01")
@@ -91,7 +90,7 @@ def test_least_time_inverts_the_jerk_limited_law(jerk: float) -> None:
 
 
 def test_a_ramped_jerk_integrates_exactly() -> None:
-    law = RampedJerk((0.0, 1.0, 3.0), ((6.0, 0.0), (1.0, 2.0)), start_angle=0.5)
+    law = linear_jerk((0.0, 1.0, 3.0), ((6.0, 0.0), (1.0, 2.0)), start_angle=0.5)
     before = law.motion(np.nextafter(1.0, 0))
     after = law.motion(1.0)
     for name in ("angle", "speed", "acceleration"):

@@ -67,7 +67,7 @@ def test_too_few_points_to_pin():
 )
 def test_bad_pieces(edges, jerks):
     with pytest.raises(ModelError, match="give"):
-        laws.PiecewiseJerk(edges, jerks, 0.1)
+        laws.constant_jerk(edges, jerks, 0.1)
 
 
 @pytest.mark.parametrize(

@@ -45,7 +45,7 @@ def any_laws(draw):
         jerks = draw(st.lists(st.floats(-5.0, 5.0), min_size=1, max_size=8))
         edges = np.linspace(0, duration, len(jerks) + 1)
         scaled = tuple(jerk / duration**3 for jerk in jerks)
-        return laws.PiecewiseJerk(edges, scaled, start, 0.3 / duration, -0.2 / duration**2)
+        return laws.constant_jerk(edges, scaled, start, 0.3 / duration, -0.2 / duration**2)
     if kind == "free table":
         times = np.linspace(0, duration, draw(st.integers(6, 12)))
         angles = start + (end - start) * np.sin(times / duration * math.pi / 2)

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from models.laws.piecewise_jerk import JerkLimited
+from models.laws import JerkLimited
 from models.truss import DYNAMIC_SET, rope_force
 from studies.speed.rows import truss_force
 from studies.speed.rows.row import DURATION, END, JERK_CAP, START
@@ -16,7 +16,11 @@ from studies.speed.verify import OPTIMUM, check
 def best_control():
     """The optimum of A in closed form."""
     profile = JerkLimited(DURATION["A"], START, END, JERK_CAP["A"]).profile
-    return {"edges": profile.edges, "nodes": (0.5,), "jerk": [[j] for j in profile.jerks]}
+    return {
+        "edges": profile.edges,
+        "nodes": (0.5,),
+        "jerk": [[jerk] for _, jerk, _ in profile.rates],
+    }
 
 
 def test_the_closed_form_is_right():
