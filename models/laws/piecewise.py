@@ -64,8 +64,7 @@ class Piecewise:
         t = law_times(time, self.duration)
         piece = np.searchsorted(self.edges[1:-1], t, side="right")
         dt = t - np.asarray(self.edges)[piece]
-        angle, speed, *rates = self._states[piece].T
-        angle, speed, acceleration, jerk = _advance(angle, speed, *rates, dt)
+        angle, speed, acceleration, jerk = _advance(self._states[piece].T, dt)
         return Motion(time=t, angle=angle, speed=speed, acceleration=acceleration, jerk=jerk)
 
     @functools.cached_property
@@ -74,7 +73,7 @@ class Piecewise:
         angle, speed, states = self.start_angle, self.start_speed, []
         for rates, dt in zip(self.rates, np.diff(self.edges).tolist(), strict=True):
             states.append((angle, speed, *rates))
-            angle, speed = _advance(angle, speed, *rates, dt)[:2]
+            angle, speed = _advance(states[-1], dt)[:2]
         return np.array(states)
 
 
@@ -127,8 +126,9 @@ def linear_jerk(
     return Piecewise(edges, tuple(rates), start_angle, start_speed)
 
 
-def _advance(angle: Any, speed: Any, acceleration: Any, jerk: Any, slope: Any, dt: Any) -> Any:
-    """Angle, speed, acceleration and jerk after dt; numbers or arrays alike."""
+def _advance(state: Any, dt: Any) -> Any:
+    """Angle, speed, acceleration and jerk dt after a row of `Piecewise._states`, or many."""
+    angle, speed, acceleration, jerk, slope = state
     return (
         angle + dt * (speed + dt * (acceleration / 2 + dt * (jerk / 6 + dt * slope / 24))),
         speed + dt * (acceleration + dt * (jerk / 2 + dt * slope / 6)),
