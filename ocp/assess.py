@@ -26,7 +26,8 @@ from ocp.transcribe import Transcription
 
 Array = NDArray[np.float64]
 _SMOOTH = 3e-4
-_MOST_EXTRA = 4
+_MANY_EXTRA = 4  # added points, beyond which a rough control needs shorter intervals
+_MOST_EXTRA = 10  # beyond which any control does
 
 
 @dataclass(frozen=True)
@@ -129,7 +130,7 @@ def _assess_phase(
     ])  # fmt: skip
     return PhaseAssessment(
         error, np.where(rough, gain, 0.0), gain, excess, tuple(found),
-        _crowded(transcription.mesh.extra[index], excess, mesh.intervals, tolerance),
+        _crowded(transcription.mesh.extra[index], excess, rough, tolerance),
     )  # fmt: skip
 
 
@@ -144,13 +145,14 @@ def _integrals_error(
 
 
 def _crowded(
-    extra: Sequence[Extra], excess: Sequence[Extremes], intervals: int, tolerance: float
+    extra: Sequence[Extra], excess: Sequence[Extremes], rough: NDArray[np.bool_], tolerance: float
 ) -> NDArray[np.bool_]:
     """Intervals in which further extra points would not do."""
-    crowded = np.zeros(intervals, dtype=bool)
+    crowded = np.zeros(rough.size, dtype=bool)
     for e in extra:
-        held = np.bincount(e.intervals, minlength=intervals) > _MOST_EXTRA
-        crowded |= held & (excess[e.constraint].values > tolerance)
+        held = np.bincount(e.intervals, minlength=rough.size)
+        over = excess[e.constraint].values > tolerance
+        crowded |= (held > np.where(rough, _MANY_EXTRA, _MOST_EXTRA)) & over
     return crowded
 
 
