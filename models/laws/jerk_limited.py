@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from numpy.typing import ArrayLike
 
 from models.laws.bounds import least_peak_acceleration
-from models.laws.motion import Motion, check_duration, check_stroke
+from models.laws.motion import Motion, Stroke
 from models.laws.piecewise import Piecewise, constant_jerk
 
 
 @dataclass(frozen=True)
-class JerkLimited:
+class JerkLimited(Stroke):
     """The law of least peak acceleration under a jerk cap, from rest to rest.
 
     The acceleration is a trapezoid up and its mirror image down, with ramps of slope `jerk`; its
@@ -21,25 +21,18 @@ class JerkLimited:
 
     Attributes
     ----------
-    duration : T [s].
-    start_angle, end_angle : [rad].
     jerk : cap j [rad/s^3].
 
     Raises
     ------
     ModelError
-        If j T^3 < 32 D (the message names the least feasible cap), the duration is not positive
-        or the angles do not increase.
+        If j T^3 < 32 D (the message names the least feasible cap); see `Stroke`.
     """
 
-    duration: float
-    start_angle: float
-    end_angle: float
     jerk: float
 
     def __post_init__(self) -> None:
-        check_duration(self.duration)
-        check_stroke(self.start_angle, self.end_angle)
+        super().__post_init__()
         _ = self.peak_acceleration  # refuses an infeasible cap
 
     @functools.cached_property

@@ -103,6 +103,30 @@ def check_stroke(start_angle: float, end_angle: float) -> None:
     )
 
 
+@dataclass(frozen=True)
+class Stroke:
+    """A turn between two angles in a given time: what several laws are stated by.
+
+    Attributes
+    ----------
+    duration : T [s].
+    start_angle, end_angle : [rad].
+
+    Raises
+    ------
+    ModelError
+        If the duration is not positive or the angles do not increase.
+    """
+
+    duration: float
+    start_angle: float
+    end_angle: float
+
+    def __post_init__(self) -> None:
+        check_duration(self.duration)
+        check_stroke(self.start_angle, self.end_angle)
+
+
 def law_times(time: ArrayLike, duration: float) -> Array:
     """Return times as an array (m,), refused outside [0, duration] but for rounding."""
     times = np.atleast_1d(np.asarray(time, dtype=float))

@@ -9,31 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from models.errors import require
-from models.laws.motion import Law, Motion, check_duration, check_stroke, law_times
+from models.laws.motion import Law, Motion, Stroke, law_times
 
 
 @dataclass(frozen=True)
-class StraightLine:
-    """Constant speed from start to end; it starts and stops abruptly, so it breaks (45).
-
-    Attributes
-    ----------
-    duration : T [s].
-    start_angle, end_angle : [rad].
-
-    Raises
-    ------
-    ModelError
-        If the duration is not positive or the angles do not increase.
-    """
-
-    duration: float
-    start_angle: float
-    end_angle: float
-
-    def __post_init__(self) -> None:
-        check_duration(self.duration)
-        check_stroke(self.start_angle, self.end_angle)
+class StraightLine(Stroke):
+    """Constant speed from start to end; it starts and stops abruptly, so it breaks (45)."""
 
     @property
     def breakpoints(self) -> tuple[float, ...]:

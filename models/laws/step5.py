@@ -7,33 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from models.laws.motion import Motion, check_duration, check_stroke, law_times
+from models.laws.motion import Motion, Stroke, law_times
 
 
 @dataclass(frozen=True)
-class Step5:
+class Step5(Stroke):
     """Velocity up by a quintic step on [0, T/2] and down on [T/2, T], (39)-(40).
 
     The peak velocity is 2 (end_angle - start_angle)/T. It is not a quintic in the angle.
-
-    Attributes
-    ----------
-    duration : T [s].
-    start_angle, end_angle : [rad].
-
-    Raises
-    ------
-    ModelError
-        If the duration is not positive or the angles do not increase.
     """
-
-    duration: float
-    start_angle: float
-    end_angle: float
-
-    def __post_init__(self) -> None:
-        check_duration(self.duration)
-        check_stroke(self.start_angle, self.end_angle)
 
     @property
     def breakpoints(self) -> tuple[float, ...]:
