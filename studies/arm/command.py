@@ -11,7 +11,6 @@ from studies.exit_codes import ExitCode, StudyError, exit_code_table
 
 if TYPE_CHECKING:
     from studies.arm.config import ArmStudy
-    from studies.arm.optimum import Refined
     from studies.arm.replay import Replay
     from studies.results import ResultsFolder
 
@@ -43,9 +42,9 @@ def add_to(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         help="set an optimum of no higher peak torque beside each baseline, under this drive",
     )  # fmt: skip
     parser.add_argument(
-        "--least-duration", action="store_true",
+        "--least-duration", choices=("torque", "angle"),
         help="least durations of the optimum and of each baseline that leave at most 1e-6 J under "
-        "the Bezier law's peak torque",
+        "the Bezier law's peak torque, under this drive",
     )  # fmt: skip
     parser.add_argument(
         "--trade-off", action="store_true",
@@ -84,7 +83,7 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
         return _baselines(options, study, console)
     if options.trade_off:
         return _trade_off(options, study, console)
-    if options.least_duration:
+    if options.least_duration is not None:
         return _least_duration(options, study, console)
     return _one(options, study, console)
 
@@ -93,18 +92,21 @@ def _least_duration(options: argparse.Namespace, study: ArmStudy, console: Conso
     """Least durations under one torque cap and one residual."""
     import dataclasses
 
-    from studies.arm.least_duration import least_durations, table
+    from studies.arm.least_duration import least_durations, table, torque_cap
     from studies.results import open_results, provenance
 
     if len(study.stage.moving) > 1:
         raise StudyError("--least-duration takes a stage that turns one joint; give big or small")
     folder = open_results(options.results, f"arm-{study.stage.name}-least", options.overwrite)
-    found = least_durations(study.stage, console.progress)
-    printed = table(study.stage, found)
+    drive = options.least_duration
+    cap = torque_cap(study.stage, drive)
+    found = least_durations(study.stage, drive, cap, console.progress)
+    printed = table(study.stage, drive, cap, found)
     console.say(printed)
     folder.file("table.txt").write_text(f"{printed}\n", "utf-8")
     folder.write_json("least_durations.json", {
-        "study": dict(study.given), "rows": [dataclasses.asdict(row) for row in found],
+        "study": dict(study.given), "drive": drive, "torque_cap_Nm": cap,
+        "rows": [dataclasses.asdict(row) for row in found],
         "made_by": provenance(),
     })  # fmt: skip
     folder.complete()
@@ -141,7 +143,9 @@ def _one(options: argparse.Namespace, study: ArmStudy, console: Console) -> Exit
 
     from studies.arm.engineer import loads
     from studies.arm.export import write_input, write_loads, write_profile
+    from studies.arm.floor import numerical_floor
     from studies.arm.optimum import check_caps, refine, solve_stage
+    from studies.arm.problem import is_slow
     from studies.arm.report import checks, facts, rounds, table
     from studies.results import open_results, provenance
 
@@ -162,6 +166,10 @@ def _one(options: argparse.Namespace, study: ArmStudy, console: Console) -> Exit
     printed = table(study, values)
     folder.file("table.txt").write_text(f"{printed}\n", "utf-8")
     console.say(printed)
+    if is_slow(study.stage):
+        floor = numerical_floor(found.solved.motion("torque"))
+        values["numerical floor of the residual energy [J]"] = floor.energy
+        console.say(floor)
     verified = checks(study, found)
     for sentence, passed in verified:
         console.say(f"{'verified' if passed else 'FAILED'}: {sentence}")
@@ -189,15 +197,18 @@ def _after(study: ArmStudy) -> object:
 def _baselines(options: argparse.Namespace, study: ArmStudy, console: Console) -> ExitCode:
     """Set an optimum beside each baseline."""
     from studies.arm.compare import compare, table
+    from studies.arm.floor import numerical_floor
+    from studies.arm.problem import is_slow
     from studies.results import open_results, provenance
 
     stage, drive = study.stage, options.baselines
     folder = open_results(options.results, f"arm-{stage.name}-{drive}", options.overwrite)
-    share = SHARES[stage.name]
-    motions: dict[float, Refined] = {}
-    pairs = compare(stage, drive, share, console.progress, motions)
+    share = None if is_slow(stage) else SHARES[stage.name]
+    pairs = compare(stage, drive, share, console.progress)
     printed = table(stage, drive, pairs)
     console.say(printed)
+    if share is None and pairs[-1].optimum is not None:
+        console.say(numerical_floor(pairs[-1].optimum.motion))
     folder.file("table.txt").write_text(f"{printed}\n", "utf-8")
     resolved = all(pair.refined is not None and pair.refined.agrees for pair in pairs)
     holds = all(pair.holds for pair in pairs)
@@ -212,7 +223,8 @@ def _baselines(options: argparse.Namespace, study: ArmStudy, console: Console) -
         _draw(folder, [*best, *(p.baseline for p in pairs)], study, console)
     folder.complete()
     mesh = "" if resolved else ", but not every mesh is resolved"
-    console.say(f"{'every ratio holds' if holds else 'NOT every ratio holds'}{mesh}; all is in "
+    every = "every optimum is still" if share is None else "every ratio holds"
+    console.say(f"{every if holds else f'NOT {every}'}{mesh}; all is in "
                 f"{folder.path}")  # fmt: skip
     return ExitCode.OK if holds and resolved else ExitCode.NOT_VERIFIED
 

@@ -8,29 +8,24 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 
 from models.ancf.integrator import Settings
-from models.ancf.joint import Joint, Locked
-from models.ancf.modes import natural_modes
-from models.ancf.state import posed
-from models.arm.reduced_run import reduced_modes, simulate_reduced
+from models.ancf.joint import Joint
 from models.errors import ModelError
-from models.laws import Law
-from studies.arm.optimum import Refined, capped, reduced_residual, refine, solve_stage
+from studies.arm.optimum import FLOOR, Refined, capped, refine, solve_stage
 from studies.arm.replay import Drive, Motion, Replay, replay
 from studies.arm.rigid import angle_drives, torque_drives
-from studies.arm.stage import ELBOW, ROOT, Stage
-from studies.arm.unit_laws import NamedLaw, ShaperKind, baselines, shaped_bang_bang
+from studies.arm.shapers import baseline_law, baseline_names, shaper_note
+from studies.arm.stage import Stage
+from studies.arm.unit_laws import NamedLaw
 from studies.console import Table, number
 from studies.exit_codes import StudyError
 
 Say = Callable[[str], None]
 Array = NDArray[np.float64]
-_TRIES = 11  # constants tried for a frequency that varies along the stage
 _HIGHEST = 7.5  # cap [J D/T^2] above which a looser one brings nothing, Step5's own
-_COARSE = Settings(1e-7)
-_FINE = Settings(1e-9)
+COARSE = Settings(1e-7)
+FINE = Settings(1e-9)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,18 +35,19 @@ class Pair:
     Attributes
     ----------
     baseline, optimum : replays; the optimum None where none was found.
-    limit : share of the baseline's E_res that the optimum may leave, by the issue.
+    limit : share of the baseline's E_res that the optimum may leave, None where that is so near
+        the numerical floor that a ratio means nothing and the optimum has `FLOOR` to stay under.
     """
 
     baseline: Replay
     optimum: Replay | None
     refined: Refined | None
-    limit: float
+    limit: float | None
 
     @property
     def ratio(self) -> float:
-        """E_res of the optimum over the baseline's."""
-        if self.optimum is None:
+        """E_res of the optimum over the baseline's, nan where it means nothing."""
+        if self.optimum is None or self.limit is None:
             return math.nan
         return self.optimum.residual_energy / self.baseline.residual_energy
 
@@ -61,79 +57,26 @@ class Pair:
         if self.optimum is None:
             return False
         peaks = [r.peak_torque[list(r.motion.stage.moving)] for r in (self.optimum, self.baseline)]
-        return self.ratio <= self.limit and bool((peaks[0] <= peaks[1] * (1 + 1e-9)).all())
+        still = (
+            self.optimum.residual_energy <= FLOOR
+            if self.limit is None
+            else (self.ratio <= self.limit)
+        )
+        return still and bool((peaks[0] <= peaks[1] * (1 + 1e-9)).all())
 
 
-def locked_frequency(stage: Stage) -> float:
-    """First frequency of the arm locked at the stage's end [Hz]: the angle drive's."""
-    chain = stage.arm.chain(8)
-    rest = posed(chain, list(stage.end))
-    joints = [Locked(angle) for angle in stage.end]
-    return float(natural_modes(chain, joints, rest, count=1).frequencies[0])
-
-
-def free_frequencies(stage: Stage) -> tuple[float, float]:
-    """Least and largest first frequency of the joints left free along the stage [Hz]."""
-    found = []
-    for share in np.linspace(0.0, 1.0, 25):
-        angles = np.array(stage.start) + share * stage.turn
-        found.append(reduced_modes(stage.model, stage.model.at(*angles))[0][0])
-    return float(min(found)), float(max(found))
-
-
-def shaper_frequency(stage: Stage, kind: ShaperKind, drive: Drive) -> float:
-    """Frequency of a shaper: the locked one under angle drive; else the best constant."""
-    if drive == "angle":
-        return locked_frequency(stage)
-    low, high = free_frequencies(stage)
-    if high - low < 1e-6 * high:
-        return high
-
-    def left(frequency: float) -> float:
-        return reduced_baseline(stage, shaped_bang_bang(stage.duration, frequency, kind))
-
-    shortest = {"ZV": 0.5, "ZVD": 1.0}[kind] / (0.8 * stage.duration)
-    tried = np.geomspace(max(low, shortest), high, _TRIES)
-    values = [left(f) for f in tried]
-    best = int(np.argmin(values))
-    around = tried[max(best - 1, 0)], tried[min(best + 1, _TRIES - 1)]
-    finer = minimize_scalar(left, bounds=around, method="bounded", options={"maxiter": 5})
-    return float(finer.x if finer.fun < values[best] else tried[best])
-
-
-def reduced_baseline(stage: Stage, law: Law) -> float:
-    """E_res on B21 of a law under torque drive [J]."""
-    drives = torque_drives(stage, law)
-    motion = simulate_reduced(
-        stage.model, stage.model.at(*stage.start), np.array([0.0, stage.duration]),
-        root=drives.get(ROOT), elbow=drives.get(ELBOW), tolerance=1e-6,
-    )  # fmt: skip
-    return reduced_residual(stage, motion)
-
-
-def baseline_laws(stage: Stage, drive: Drive, say: Say) -> list[NamedLaw]:
-    """All baselines of a stage under a drive; linear torque under torque drive only."""
-    found = baselines(stage.duration, 10.0 / stage.duration, linear=drive == "torque")
-    for place, law in enumerate(found):
-        kind: ShaperKind
-        for kind in ("ZV", "ZVD"):
-            if law.name == kind:
-                f = shaper_frequency(stage, kind, drive)
-                say(f"{stage.name}, {drive} drive: {kind} shaper of {f:.4g} Hz")
-                shaped = shaped_bang_bang(stage.duration, f, kind)
-                found[place] = NamedLaw(f"{kind} {f:.3f} Hz", shaped, True)
-    return found
-
-
-def replay_law(stage: Stage, law: NamedLaw, drive: Drive) -> Replay:
-    """A baseline on the full model."""
+def replay_law(
+    stage: Stage, law: NamedLaw, drive: Drive, *, settings: Settings = FINE, follow: bool = True
+) -> Replay:
+    """A baseline on the full model, and the motion it leaves if that is to be followed."""
     drives: dict[int, Joint] = {}
     drives |= (torque_drives if drive == "torque" else angle_drives)(stage, law.law)
     motion = Motion(law.name, drive, stage, drives, law.jumps)
+    after = after_lock(stage) if follow else None
     try:
-        return replay(motion, settings=None if law.jumps else _FINE, after=after_lock(stage))
+        return replay(motion, settings=None if law.jumps else settings, after=after)
     except ModelError:
-        return replay(motion, settings=_COARSE, after=after_lock(stage))
+        return replay(motion, settings=COARSE, after=after)
 
 
 def after_lock(stage: Stage) -> Array:
@@ -141,15 +84,17 @@ def after_lock(stage: Stage) -> Array:
     return np.linspace(stage.duration, 1.25 * stage.duration, 251)
 
 
-def compare(
-    stage: Stage, drive: Drive, limit: float, say: Say, motions: dict[float, Refined] | None = None
-) -> list[Pair]:
+def compare(stage: Stage, drive: Drive, limit: float | None, say: Say) -> list[Pair]:
     """Every baseline with an optimum of no higher peak torque, looser caps first.
 
-    `motions` keeps what was solved, by cap; a tighter motion also serves a looser cap.
+    A tighter motion also serves a looser cap.
     """
-    motions = {} if motions is None else motions
-    replays = [replay_law(stage, law, drive) for law in baseline_laws(stage, drive, say)]
+    motions: dict[float, Refined] = {}
+    replays = []
+    for name in baseline_names(drive):
+        law = baseline_law(stage, name, drive)
+        replays.append(replay_law(stage, law, drive))
+        say(f"{stage.name}, {drive} drive: {law.name} leaves {replays[-1].residual_energy:.2e} J")
     pairs = []
     for baseline in sorted(replays, key=lambda r: -r.peak_torque[stage.moving[0]]):
         found = motion_under(stage, baseline, drive, motions, say)
@@ -185,9 +130,13 @@ def motion_under(
 
 def table(stage: Stage, drive: Drive, pairs: Sequence[Pair]) -> Table:
     """What the pairs show, in figures."""
+    limit = pairs[0].limit
+    asked = f"limit of the optimum's E_res: {FLOOR:g} J, so near the numerical floor that ratios "
+    asked += "mean nothing"
     notes = [
-        f"limit of the ratio: {pairs[0].limit:g}; amplitudes are those the first three locked "
-        "modes can reach together"
+        asked if limit is None else f"limit of the ratio: {limit:g}",
+        "amplitudes are those the first three locked modes can reach together",
+        shaper_note(stage, drive),
     ]
     if any(p.refined is not None and not p.refined.agrees for p in pairs):
         notes.append("mesh: the optimum's replay on B21 is not yet small beside the full model's")

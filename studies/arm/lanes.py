@@ -47,19 +47,19 @@ def residuals(motion: Motion, points: Sequence[Factors], step: float = STEP) -> 
     quick = steps * lanes > _MANY
     if isinstance(joint, Torque):
         given = joint.torque(half)[None]
-        rate, energy, start = _torque_driven(stage, quick)
+        rate, energy, start = torque_driven(stage, quick)
     elif isinstance(joint, Driven):
         given = np.stack(joint.law(half))
-        rate, energy, start = _angle_driven(stage, quick)
-    advance = _runge_kutta(rate, stage.duration / steps).map("advance", "serial", lanes, [1], [])
+        rate, energy, start = angle_driven(stage, quick)
+    advance = runge_kutta(rate).map("advance", "serial", lanes, [1, 3], [])
     y = np.tile(start[:, None], lanes)
     for k in range(steps):
-        y = advance(y, given[:, 2 * k : 2 * k + 3], factors)
+        y = advance(y, given[:, 2 * k : 2 * k + 3], factors, stage.duration / steps)
     left = energy.map("energy", "serial", lanes, [1], [])(y, given[:, -1], factors)
     return np.asarray(left.full())[0]
 
 
-def _torque_driven(stage: Stage, quick: bool) -> tuple[ca.Function, ca.Function, Array]:
+def torque_driven(stage: Stage, quick: bool) -> tuple[ca.Function, ca.Function, Array]:
     """State rates, E_res and start of an arm under torque; state (q, v), input tau."""
     model, joint = stage.model, stage.moving[0]
     q, v = ca.SX.sym("q", model.size), ca.SX.sym("v", model.size)
@@ -77,7 +77,7 @@ def _torque_driven(stage: Stage, quick: bool) -> tuple[ca.Function, ca.Function,
     return (*_functions(arguments, ca.vertcat(v, acceleration), left, quick), start)
 
 
-def _angle_driven(stage: Stage, quick: bool) -> tuple[ca.Function, ca.Function, Array]:
+def angle_driven(stage: Stage, quick: bool) -> tuple[ca.Function, ca.Function, Array]:
     """The same of an arm on an angle; state (z, zdot), input (s, sdot, sddot)."""
     nominal = DrivenArm(stage.model)
     n = len(nominal.elastic)
@@ -132,13 +132,13 @@ def _functions(
     return ca.Function("rate", arguments, [rate], options), ca.Function("left", arguments, [energy])
 
 
-def _runge_kutta(rate: ca.Function, step: float) -> ca.Function:
+def runge_kutta(rate: ca.Function) -> ca.Function:
     """One step of the classical method of order 4; inputs at its start, middle and end."""
     y, given = ca.MX.sym("y", *rate.size_in(0)), ca.MX.sym("given", rate.size1_in(1), 3)
-    factors = ca.MX.sym("factors", 3)
+    factors, step = ca.MX.sym("factors", 3), ca.MX.sym("step")
     first = rate(y, given[:, 0], factors)
     second = rate(y + step / 2 * first, given[:, 1], factors)
     third = rate(y + step / 2 * second, given[:, 1], factors)
     fourth = rate(y + step * third, given[:, 2], factors)
     after = y + step / 6 * (first + 2 * second + 2 * third + fourth)
-    return ca.Function("step", [y, given, factors], [after])
+    return ca.Function("step", [y, given, factors, step], [after])

@@ -3,43 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache
 
-import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from models.ancf.joint import Driven, Torque
 from models.laws import Law
-from studies.arm.stage import ELBOW, ROOT, Stage
+from studies.arm.stage import Stage
 
 Array = NDArray[np.float64]
-
-
-@lru_cache(maxsize=16)
-def _inverse(stage: Stage) -> ca.Function:
-    """Compiled `(angles, rates, accelerations) -> torques`, (2,) each, of the undeformed arm.
-
-    Of the reduced model with its elastic coordinates held at zero, theta1 row tau1 - tau2 and
-    theta2 row tau2.
-    """
-    model = stage.reduced()
-    q, a = ca.SX.sym("q", model.size), ca.SX.sym("a", model.size)
-    v = ca.SX.sym("v", model.size)
-    balance = model.residual(q, v, a, ca.DM.zeros(2))
-    phi, rate, acc = (ca.SX.sym(name, 2) for name in ("phi", "rate", "acc"))
-    places = {name: k for k, name in enumerate(model.coordinates)}
-    torques = [ca.SX(0), ca.SX(0)]
-    values = []
-    for angle in (phi, rate, acc):
-        total = {"theta1": angle[ROOT], "theta2": angle[ROOT] + angle[ELBOW]}
-        values.append(ca.vertcat(*(total.get(name, ca.SX(0)) for name in model.coordinates)))
-    rows = ca.substitute([balance], [q, v, a], values)[0]
-    if "theta2" in places:
-        torques[ELBOW] = rows[places["theta2"]]
-    if "theta1" in places:
-        torques[ROOT] = rows[places["theta1"]] + torques[ELBOW]
-    return ca.Function("inverse", [phi, rate, acc], [ca.vertcat(*torques)])
 
 
 def joint_motion(stage: Stage, law: Law, t: Array) -> tuple[Array, Array, Array]:
@@ -51,11 +23,26 @@ def joint_motion(stage: Stage, law: Law, t: Array) -> tuple[Array, Array, Array]
 
 
 def feed_forward(stage: Stage, law: Law) -> Callable[[Array], Array]:
-    """Torques (2, m) [N m] over times (m,) that move the rigid arm along a unit law."""
-    inverse = _inverse(stage)
+    """Torques (2, m) [N m] over times (m,) that move the rigid arm along a unit law.
+
+    Two rigid links with absolute angles theta: angular momentum of the outer one about the
+    elbow, and of both about the root. With the elbow's angle phi, the inertia B about the elbow
+    and the coupling C cos phi:
+    `tau2 = B theta2'' + C (cos phi theta1'' + sin phi theta1'^2)`,
+    `tau1 = tau2 + A theta1'' + C (cos phi theta2'' - sin phi theta2'^2)`.
+    """
+    arm = stage.arm
+    B = arm.elbow_inertia
+    A = arm.root_inertia(np.pi / 2) - B
+    C = (arm.root_inertia(0.0) - A - B) / 2
 
     def torques(t: Array) -> Array:
-        return np.asarray(inverse.map(len(t))(*joint_motion(stage, law, t)).full())
+        (_, phi), rates, accelerations = joint_motion(stage, law, t)
+        w1, w2 = np.cumsum(rates, axis=0)
+        a1, a2 = np.cumsum(accelerations, axis=0)
+        cos, sin = C * np.cos(phi), C * np.sin(phi)
+        elbow = B * a2 + cos * a1 + sin * w1**2
+        return np.array((elbow + A * a1 + cos * a2 - sin * w2**2, elbow))
 
     return torques
 
