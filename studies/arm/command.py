@@ -204,7 +204,7 @@ def _baselines(options: argparse.Namespace, study: ArmStudy, console: Console) -
     stage, drive = study.stage, options.baselines
     folder = open_results(options.results, f"arm-{stage.name}-{drive}", options.overwrite)
     share = None if is_slow(stage) else SHARES[stage.name]
-    pairs = compare(stage, drive, share, console.progress)
+    pairs = compare(stage, drive, share, console.progress, follow=not options.no_figures)
     printed = table(stage, drive, pairs)
     console.say(printed)
     if share is None and pairs[-1].optimum is not None:

@@ -13,6 +13,7 @@ from models.ancf.integrator import Settings
 from models.ancf.joint import Joint
 from models.errors import ModelError
 from studies.arm.optimum import FLOOR, Refined, capped, refine, solve_stage
+from studies.arm.problem import is_slow
 from studies.arm.replay import Drive, Motion, Replay, replay
 from studies.arm.rigid import angle_drives, torque_drives
 from studies.arm.shapers import baseline_law, baseline_names, shaper_note
@@ -24,8 +25,7 @@ from studies.exit_codes import StudyError
 Say = Callable[[str], None]
 Array = NDArray[np.float64]
 _HIGHEST = 7.5  # cap [J D/T^2] above which a looser one brings nothing, Step5's own
-COARSE = Settings(1e-7)
-FINE = Settings(1e-9)
+QUICK = Settings(1e-7)
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,18 +65,20 @@ class Pair:
         return still and bool((peaks[0] <= peaks[1] * (1 + 1e-9)).all())
 
 
-def replay_law(
-    stage: Stage, law: NamedLaw, drive: Drive, *, settings: Settings = FINE, follow: bool = True
-) -> Replay:
-    """A baseline on the full model, and the motion it leaves if that is to be followed."""
+def replay_law(stage: Stage, law: NamedLaw, drive: Drive, *, follow: bool = True) -> Replay:
+    """A baseline on the full model, and the motion it leaves if that is to be followed.
+
+    The finest tolerance is for slow stages, whose laws leave hardly anything.
+    """
     drives: dict[int, Joint] = {}
     drives |= (torque_drives if drive == "torque" else angle_drives)(stage, law.law)
     motion = Motion(law.name, drive, stage, drives, law.jumps)
+    settings = None if law.jumps or is_slow(stage) else QUICK
     after = after_lock(stage) if follow else None
     try:
-        return replay(motion, settings=None if law.jumps else settings, after=after)
+        return replay(motion, settings=settings, after=after)
     except ModelError:
-        return replay(motion, settings=COARSE, after=after)
+        return replay(motion, settings=QUICK, after=after)
 
 
 def after_lock(stage: Stage) -> Array:
@@ -84,16 +86,18 @@ def after_lock(stage: Stage) -> Array:
     return np.linspace(stage.duration, 1.25 * stage.duration, 251)
 
 
-def compare(stage: Stage, drive: Drive, limit: float | None, say: Say) -> list[Pair]:
+def compare(
+    stage: Stage, drive: Drive, limit: float | None, say: Say, *, follow: bool = False
+) -> list[Pair]:
     """Every baseline with an optimum of no higher peak torque, looser caps first.
 
-    A tighter motion also serves a looser cap.
+    A tighter motion also serves a looser cap. `follow` also computes what the baselines leave.
     """
     motions: dict[float, Refined] = {}
     replays = []
     for name in baseline_names(drive):
         law = baseline_law(stage, name, drive)
-        replays.append(replay_law(stage, law, drive))
+        replays.append(replay_law(stage, law, drive, follow=follow))
         say(f"{stage.name}, {drive} drive: {law.name} leaves {replays[-1].residual_energy:.2e} J")
     pairs = []
     for baseline in sorted(replays, key=lambda r: -r.peak_torque[stage.moving[0]]):

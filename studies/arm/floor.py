@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from models.ancf.integrator import Settings
 from studies.arm.replay import ELEMENTS, Motion, replay
 
-STEPS = 2000  # of the coarser run
+STEPS = 1000  # of the coarser run
 TOLERANCE = 1e-9  # of the Newton iterations; the step is fixed
 
 

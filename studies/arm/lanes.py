@@ -19,12 +19,14 @@ from models.ancf.joint import Driven, Torque
 from models.arm.driven import DrivenArm
 from models.arm.parameters import ArmParameters
 from models.arm.reduced import solve_small
+from models.arm.reduced_run import ReducedMotion
 from studies.arm.replay import Motion
 from studies.arm.spread import Factors, varied
 from studies.arm.stage import Stage
 
 Array = NDArray[np.float64]
 STEP = 0.0025  # [s]; stable for the fastest mode of B21, 144 Hz
+STEPS = 16000  # of one arm followed, or more
 _MANY = 100_000  # steps of single arms from which compiled code pays
 _OFF = 0.1  # factor less one of the arms that are combined
 
@@ -57,6 +59,28 @@ def residuals(motion: Motion, points: Sequence[Factors], step: float = STEP) -> 
         y = advance(y, given[:, 2 * k : 2 * k + 3], factors, stage.duration / steps)
     left = energy.map("energy", "serial", lanes, [1], [])(y, given[:, -1], factors)
     return np.asarray(left.full())[0]
+
+
+def follow(motion: Motion, samples: int) -> ReducedMotion:
+    """The motion of the nominal arm under torque on B21 at even instants, with `STEPS` or more."""
+    stage, joint = motion.stage, motion.joints[motion.stage.moving[0]]
+    if not isinstance(joint, Torque):
+        raise ValueError("follow: the motion is not under torque")
+    rate, _, start = torque_driven(stage, False)
+    each = int(np.ceil(max(STEPS, stage.duration / STEP) / (samples - 1)))
+    half = np.linspace(0.0, stage.duration, 2 * each * (samples - 1) + 1)
+    torque, h = joint.torque(half), 2 * half[1]
+    advance = runge_kutta(rate).mapaccum("follow", each)
+    path = np.empty((len(start), samples))
+    path[:, 0] = start
+    for k in range(samples - 1):
+        part = torque[2 * each * k : 2 * each * (k + 1) + 1]
+        given = np.stack((part[:-1:2], part[1::2], part[2::2]), axis=1).reshape(1, -1)
+        path[:, k + 1] = advance(path[:, k], given, np.ones(3), h).full()[:, -1]
+    q, v = np.split(path, 2)
+    nodes = stage.model.to_nodes(q, v, 1)[0]
+    times = np.linspace(0.0, stage.duration, samples)
+    return ReducedMotion(stage.model, times, q, v, nodes[12:14], nodes[4:6])
 
 
 def torque_driven(stage: Stage, quick: bool) -> tuple[ca.Function, ca.Function, Array]:

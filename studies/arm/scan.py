@@ -21,7 +21,7 @@ from studies.arm.rigid import feed_forward, joint_motion
 from studies.arm.stage import Stage
 
 Array = NDArray[np.float64]
-_STABLE = 1.5  # step times the fastest mode's angular frequency; the method's limit is 2.8
+_STABLE = 2.2  # step times the fastest mode's angular frequency; the method's limit is 2.8
 _ABREAST = 64  # laws at a time, for memory
 _AWAY = 1e-9  # share of a step by which values at breakpoints are taken inside
 
