@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import casadi as ca
@@ -39,15 +39,41 @@ class RowName:
     size: float = 1.0
 
 
+@dataclass(frozen=True, eq=False)
+class Kernel:
+    """An SX function ``(w, d, c) -> (f, g)``, stated as ``outer(w, inner(w, d), d, c)``.
+
+    Local variables (n_w,), data of the instance (n_d,) and constants of the problem to a
+    contribution to the objective (1,) and rows (m,).
+
+    Attributes
+    ----------
+    outer : ``(w, y, d, c) -> (f, g)``
+    inner : ``(w, d) -> y``, linear in w; y may be empty.
+    """
+
+    outer: ca.Function
+    inner: ca.Function
+
+    @cached_property
+    def whole(self) -> ca.Function:
+        """The kernel as one function."""
+        w, _, d, c = self.symbols()
+        f, g = self.outer(w, self.inner(w, d), d, c)
+        return ca.Function("kernel", [w, d, c], [f, g])
+
+    def symbols(self) -> list[ca.SX]:
+        """Symbols of ``w``, ``y``, ``d`` and ``c``."""
+        return [ca.SX.sym(s, self.outer.sparsity_in(i)) for i, s in enumerate("wydc")]
+
+
 @dataclass(frozen=True)
 class Block:
     """One kernel and the places it is applied to.
 
     Attributes
     ----------
-    kernel : SX function ``(w, d, c) -> (f, g)``
-        Local variables (n_w,), data of the instance (n_d,) and constants of the problem to a
-        contribution to the objective (1,) and rows (m,).
+    kernel : see `Kernel`.
     columns : (n, n_w) decision variables of each instance.
     data : (n, n_d) numbers of each instance.
     rows : (n, m) rows of the constraint vector that each instance adds to.
@@ -56,7 +82,7 @@ class Block:
     """
 
     name: str
-    kernel: ca.Function
+    kernel: Kernel
     columns: Integers
     data: Array
     rows: Integers
@@ -99,13 +125,22 @@ class KernelDerivatives:
 
 
 @lru_cache(maxsize=512)
-def differentiate(kernel: ca.Function, native: bool = False) -> KernelDerivatives:
-    """Derivatives of a kernel with respect to its local variables, compiled if asked for."""
-    w, d, c = (ca.SX.sym(s, kernel.sparsity_in(i)) for i, s in enumerate("wdc"))
-    f, g = kernel(w, d, c)
+def differentiate(kernel: Kernel, native: bool = False) -> KernelDerivatives:
+    """Derivatives of a kernel with respect to its local variables, compiled if asked for.
+
+    With ``v = (w, y)`` and ``B = dv/dw``, a constant of w, a gradient is ``B^T f_v`` and a Hessian
+    ``B^T L_vv B``.
+    """
+    w, y, d, c = kernel.symbols()
+    combined = kernel.inner(w, d)
+    f, g = kernel.outer(w, y, d, c)
     sigma, lam = ca.SX.sym("sigma"), ca.SX.sym("lam", g.shape[0])
-    gradient, jacobian = ca.jacobian(f, w), ca.jacobian(g, w)
-    hessian = ca.triu(ca.hessian(sigma * f + ca.dot(lam, g), w)[0])
+    v, b = ca.vertcat(w, y), ca.vertcat(ca.SX.eye(w.numel()), ca.jacobian(combined, w))
+    parts = [
+        f, g, ca.mtimes(ca.jacobian(f, v), b), ca.mtimes(ca.jacobian(g, v), b),
+        ca.triu(ca.mtimes([b.T, ca.hessian(sigma * f + ca.dot(lam, g), v)[0], b])),
+    ]  # fmt: skip
+    f, g, gradient, jacobian, hessian = ca.substitute(parts, [y], [combined])
     made = KernelDerivatives(
         not f.is_zero(),
         ca.Function("objective", [w, d, c], [f]), ca.Function("rows", [w, d, c], [g]),

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ocp.blocks import Block, RowName
+from ocp.blocks import Block, Kernel, RowName
 from ocp.layout import Group, PhaseLayout
 from ocp.schemes import bernstein, lagrange
 from ocp.statement import Problem
@@ -29,6 +29,7 @@ class Local:
         self._columns: list[Integers] = []
         self._symbols: list[ca.SX] = []
         self._data: list[Array] = []
+        self._inner: list[tuple[ca.SX, ca.SX]] = []
 
     def variables(self, ids: Integers, scales: Sequence[float]) -> ca.SX:
         """Unscaled values of decision variables ``ids`` (instances, m)."""
@@ -52,6 +53,17 @@ class Local:
         self._columns += other._columns
         self._symbols += other._symbols
         self._data += other._data
+        self._inner += other._inner
+
+    def between(self, combined: ca.SX) -> ca.SX:
+        """Symbols for combinations of variables, through which derivatives take the chain rule.
+
+        `combined` has to be linear in the variables; what is computed from few combinations of
+        many variables has few second derivatives of its own.
+        """
+        y = ca.SX.sym("y", combined.numel())
+        self._inner.append((y, combined))
+        return y
 
     def block(
         self, name: str, context: Context, key: tuple[Any, ...],
@@ -73,11 +85,16 @@ class Local:
             context.kernels[known] = self._kernel(context, *build())
         return Block(name, context.kernels[known], columns, data, ids, label, context.native)
 
-    def _kernel(self, context: Context, objective: Any, rows: Sequence[Any]) -> ca.Function:
-        w, d = ca.vertcat(*self._variables), ca.vertcat(*self._symbols)
+    def _kernel(self, context: Context, objective: Any, rows: Sequence[Any]) -> Kernel:
+        w, d, c = ca.vertcat(*self._variables), ca.vertcat(*self._symbols), context.constants
         g = ca.vertcat(*rows) if rows else ca.SX(0, 1)
         f = ca.densify(ca.SX(objective))
-        return ca.Function("kernel", [w, d, context.constants], ca.cse([f, ca.densify(g)]))
+        y = ca.vertcat(*[symbol for symbol, _ in self._inner], ca.SX(0, 1))
+        combined = ca.vertcat(*[value for _, value in self._inner], ca.SX(0, 1))
+        return Kernel(
+            ca.Function("outer", [w, y, d, c], ca.cse([f, ca.densify(g)])),
+            ca.Function("inner", [w, d], [ca.densify(combined)]),
+        )
 
 
 @dataclass(frozen=True)
@@ -106,7 +123,7 @@ class Context:
     unknown_ids: Integers
     unknown_scales: tuple[float, ...]
     time_scale: float
-    kernels: dict[tuple[Any, ...], ca.Function] = field(default_factory=dict, repr=False)
+    kernels: dict[tuple[Any, ...], Kernel] = field(default_factory=dict, repr=False)
     native: bool = False
 
     @property
@@ -220,13 +237,15 @@ def sample_point(
     def interpolated(ids: Integers, signals: Sequence[Any], nodes: Array) -> Any:
         if not signals:
             return ca.SX(0, 1)
-        return _combined(local, ids[row], context.scales(signals), lagrange(nodes, tau))
+        return local.between(
+            _combined(local, ids[row], context.scales(signals), lagrange(nodes, tau))
+        )
 
     x = interpolated(group.support, layout.states, method.support)
     controls = [
         local.variables(layout.steps[intervals], context.scales(layout.constant)),
         _linear(context, layout, local, intervals, tau),
-        _polynomial(context, layout, local, group, row, tau),
+        local.between(_polynomial(context, layout, local, group, row, tau)),
     ]
     z = interpolated(group.algebraics, layout.algebraics, method.points)
     t, h = clock(context, layout, local, group, intervals, tau)

@@ -199,7 +199,7 @@ def evaluated(
     """Scaled objective and rows at the solution, from kernels alone."""
     objective, rows = 0.0, np.zeros(solved.transcription.rows.count)
     for block in blocks:
-        many = block.kernel.map(block.count, [False, False, True])
+        many = block.kernel.whole.map(block.count, [False, False, True])
         f, g = many(solved.x[block.columns].T, block.data.T, constants)
         objective += float(ca.sum2(f))
         if block.rows.size:

@@ -132,7 +132,7 @@ def constant_slopes(solved: SolvedProgram, constants: Mapping[str, float]) -> li
     direct = np.zeros(len(named))
     table = np.zeros((made.rows.count + made.columns.count, len(named)))
     for block in made.blocks if named else ():
-        kernel = block.kernel
+        kernel = block.kernel.whole
         w, d, c = (ca.SX.sym(s, kernel.sparsity_in(i)) for i, s in enumerate("wdc"))
         f, g = kernel(w, d, c)
         parts = [ca.densify(ca.gradient(f, c)), ca.densify(ca.vec(ca.jacobian(g, c)))]

@@ -16,7 +16,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ocp.blocks import Block, Program, RowName, assemble
+from ocp.blocks import Block, Kernel, Program, RowName, assemble
 from ocp.layout import PhaseLayout
 
 Array = NDArray[np.float64]
@@ -151,7 +151,11 @@ def _ranks(groups: Integers) -> Integers:
 def _links(pairs: Integers, rows: Integers, constants: int) -> Block:
     """The equations between copies."""
     w, d, c = ca.SX.sym("w", 2), ca.SX(0, 1), ca.SX.sym("c", constants)
-    kernel = ca.Function("kernel", [w, d, c], [ca.SX.zeros(1), w[0] - w[1]])
+    none = ca.SX(0, 1)
+    kernel = Kernel(
+        ca.Function("outer", [w, none, d, c], [ca.SX.zeros(1), w[0] - w[1]]),
+        ca.Function("inner", [w, d], [none]),
+    )
     return Block("links", kernel, pairs, np.empty((len(pairs), 0)), rows[:, None], _no_name)
 
 

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ocp.blocks import Block, Program, assemble
+from ocp.blocks import Block, Kernel, Program, assemble
 from ocp.columns import columns_of
 from ocp.continuous import Continuous, continuous_constraints
 from ocp.layout import PhaseLayout, lay_out
@@ -62,7 +62,7 @@ class Transcription:
     sizes: Array
     unknown_ids: Integers
     peak_ids: Mapping[Functional, int] = field(default_factory=dict)
-    kernels: dict[tuple[Any, ...], ca.Function] = field(default_factory=dict, repr=False)
+    kernels: dict[tuple[Any, ...], Kernel] = field(default_factory=dict, repr=False)
 
 
 def transcribe(
@@ -119,7 +119,7 @@ def transcribe(
 
 def _known_kernels(
     problem: Problem, method: Method, scales: Scales, known: Transcription | None
-) -> dict[tuple[Any, ...], ca.Function]:
+) -> dict[tuple[Any, ...], Kernel]:
     """The kernels of a transcription of the same problem, none where it is another one."""
     if known is None or known.problem is not problem or known.scales is not scales:
         return {}

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ocp import Between, Bound, Control, Mesh, Phase, Problem, State, Unknown
-from ocp.blocks import Block, assemble
+from ocp.blocks import Block, Kernel, assemble
 from ocp.guess import start_of
 from ocp.mesh import Extra, PhaseMesh, uniform
 from ocp.scaling import scales_of
@@ -19,9 +19,18 @@ ROUND_OFF = 1e-13  # the same sums in another order
 def kernel(variables, numbers, rows):
     """A smooth nonlinear kernel with coupled variables."""
     w, d, c = ca.SX.sym("w", variables), ca.SX.sym("d", numbers), ca.SX.sym("c", 1)
-    mixed = ca.sin(w[0] * w[-1]) + ca.exp(0.3 * w[variables // 2]) * c[0] + d[0] * w[0] ** 3
+    y = ca.SX.sym("y", 2)
+    mixed = (
+        ca.sin(y[0] * y[1]) * c[0]
+        + ca.sin(w[0] * w[-1])
+        + ca.exp(0.3 * w[variables // 2]) * c[0]
+        + d[0] * w[0] ** 3
+    )
     row = [ca.cos(i + w[i % variables]) * w[(i + 1) % variables] + mixed for i in range(rows)]
-    return ca.Function("kernel", [w, d, c], [d[0] * mixed**2, ca.vertcat(*row)])
+    return Kernel(
+        ca.Function("outer", [w, y, d, c], [d[0] * mixed**2 + y[0] ** 2, ca.vertcat(*row)]),
+        ca.Function("inner", [w, d], [ca.vertcat(w[0] + d[1] * w[-1], d[0] * ca.sum1(w))]),
+    )
 
 
 def block(columns, rows, seed=0):
@@ -37,7 +46,7 @@ def directly(blocks, variables, rows):
     f, g = ca.MX(0), [ca.MX(0)] * rows
     for b in blocks:
         for columns, data, ids in zip(b.columns, b.data, b.rows, strict=True):
-            df, dg = b.kernel(x[columns.tolist()], ca.DM(data), p)
+            df, dg = b.kernel.whole(x[columns.tolist()], ca.DM(data), p)
             f += df
             for i, row in enumerate(ids):
                 g[row] += dg[i]
@@ -160,7 +169,7 @@ def test_expressions_do_not_grow_with_the_number_of_intervals():
         program = found.program
         assert program.variables > 10 * intervals
         return (
-            [nodes(b.kernel) for b in found.blocks],
+            [nodes(b.kernel.whole) for b in found.blocks],
             [nodes(b.derivatives.hessian) for b in found.blocks],
             [nodes(f) for f in (program.oracle, program.objective_gradient,
                                 program.constraint_jacobian, program.lagrangian_hessian)],
