@@ -119,22 +119,59 @@ def engage(
         for k, joint in enumerate(joints)
     )
     form = Eliminated(chain, after)
+    now, kick = project(form, state, time)
+    lost = _kinetic(form, state) - _kinetic(form, now)
+    impulse = _impulses(form, after, state, kick)
+    return Engagement(time, after, now, impulse, lost, angle, miss)
+
+
+def project(
+    form: Eliminated, state: State, time: float = 0.0, momentum: Array | None = None
+) -> tuple[State, Array]:
+    """Velocities right after joints lock, J^T M J zdot = J^T p with v+ = J zdot.
+
+    Parameters
+    ----------
+    form : Eliminated
+        The chain with its joints as they are afterwards, at the angles reached.
+    state : State
+        State right before.
+    time : float
+        [s]
+    momentum : (n,), optional
+        p in the merged coordinates right before; M v by default.
+
+    Returns
+    -------
+    state : State
+    kick : (n,)
+        Impulse M v+ - p on the merged coordinates.
+    """
     asm, at = form.assembly, np.full(1, time)
-    x, before = asm.gather(state.q)[:, None], asm.gather(state.v)
-    mass = dense(asm.mass)
+    x, mass = asm.gather(state.q)[:, None], dense(asm.mass)
+    if momentum is None:
+        momentum = mass @ asm.gather(state.v)
     z = form.state(time, state.q, state.v)[0][:, None]
-    pulled = form.ties.pull(at, x, (mass @ before)[:, None])
+    pulled = form.ties.pull(at, x, momentum[:, None])
     rate = solve(form.ties.reduce(time, x[:, 0], mass), pulled, assume_a="pos")
     q, v = form.nodes(at, z, rate)
-    kick = mass @ (asm.gather(v[:, 0]) - before)
+    return State(q[:, 0], v[:, 0]), mass @ asm.gather(v[:, 0]) - momentum
+
+
+def _impulses(form: Eliminated, joints: Sequence[Joint], state: State, kick: Array) -> Array:
+    """Angular impulse of each joint on the link after it, (L,) [N m s]."""
+    x = form.assembly.gather(state.q)
     impulse = np.zeros(len(joints))
     for tie in form.ties.ties:
-        k = next(i for i, joint in enumerate(after) if joint is tie.joint)
+        k = next(i for i, joint in enumerate(joints) if joint is tie.joint)
         b = list(tie.b)
-        impulse[k] = (quarter(x[b]) * kick[b, None]).sum()
-    now = asm.gather(v[:, 0])
-    lost = 0.5 * float(before @ mass @ before - now @ mass @ now)
-    return Engagement(time, after, State(q[:, 0], v[:, 0]), impulse, lost, angle, miss)
+        impulse[k] = (quarter(x[b, None]) * kick[b, None]).sum()
+    return impulse
+
+
+def _kinetic(form: Eliminated, state: State) -> float:
+    v = form.assembly.gather(state.v)
+    return 0.5 * float(v @ (form.assembly.mass @ v))
 
 
 def residual_energy(chain: Chain, joints: Sequence[Joint], state: State) -> float:
@@ -148,9 +185,9 @@ def residual_energy(chain: Chain, joints: Sequence[Joint], state: State) -> floa
 
 def _mechanical(form: Eliminated, state: State) -> float:
     asm = form.assembly
-    x, v = asm.gather(state.q), asm.gather(state.v)
-    kinetic = 0.5 * float(v @ (asm.mass @ v))
-    return kinetic + float(asm.strain_energy(x[:, None])[0]) - float(asm.gravity @ x)
+    x = asm.gather(state.q)
+    strain = float(asm.strain_energy(x[:, None])[0])
+    return _kinetic(form, state) + strain - float(asm.gravity @ x)
 
 
 @dataclass(frozen=True, eq=False)

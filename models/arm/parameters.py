@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from math import cos, pi
 
 from models.ancf.link import Chain, Link, require_not_negative, require_positive
+from models.errors import ModelError
 
 ASSUMED_MODULUS = 70e9
 """Young's modulus of the CFRP tubes [Pa]: an assumption."""
@@ -19,16 +20,30 @@ ASSUMED_ANTENNA_MASS = 30.0
 """Mass of the folded antenna, a particle at the tip (the paper's idea) [kg]: an assumption."""
 
 
-def tube(length: float, diameter: float, wall: float) -> Link:
-    """CFRP tube of outer diameter and wall thickness [m], of the assumed material."""
+def tube(
+    length: float, diameter: float, wall: float,
+    modulus: float = ASSUMED_MODULUS, density: float = ASSUMED_DENSITY,
+) -> Link:  # fmt: skip
+    """Tube of outer diameter and wall thickness [m], of the assumed CFRP by default.
+
+    Raises
+    ------
+    ModelError
+        If a value is not positive, or the wall thicker than the radius.
+    """
     require_positive("tube", diameter=diameter, wall=wall)
     inner = diameter - 2 * wall
+    if inner < 0.0:
+        raise ModelError(
+            f"tube: a wall of {wall:g} m does not fit a diameter of {diameter:g} m; give half the "
+            "diameter or less."
+        )
     return Link.from_section(
         length,
         area=pi / 4 * (diameter**2 - inner**2),
         second_moment=pi / 64 * (diameter**4 - inner**4),
-        modulus=ASSUMED_MODULUS,
-        density=ASSUMED_DENSITY,
+        modulus=modulus,
+        density=density,
     )
 
 

@@ -10,6 +10,7 @@ from studies.console import Console
 from studies.exit_codes import ExitCode, StudyError, exit_code_table
 
 if TYPE_CHECKING:
+    from models.arm.reduced_run import ReducedMotion
     from studies.arm.config import ArmStudy
     from studies.arm.replay import Replay
     from studies.results import ResultsFolder
@@ -56,6 +57,10 @@ def add_to(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         "--total, or least time under --torque-cap",
     )  # fmt: skip
     parser.add_argument("--total", metavar="X", help="time of both motions of a sequence [s]")
+    parser.add_argument(
+        "--lock-energy", metavar="X",
+        help="also a sequence whose first lock may meet this energy instead of rest [J]",
+    )  # fmt: skip
     parser.add_argument("--dwell", metavar="X", help="locked time between them, on top [s]")
     parser.add_argument("--results", type=Path, metavar="DIR", help="a new results folder")
     parser.add_argument("--overwrite", action="store_true", help="replace the results folder")
@@ -71,6 +76,15 @@ def _numbers() -> dict[str, str]:
 
 def run(options: argparse.Namespace, console: Console) -> ExitCode:
     """Carry out `antenna-ocp arm`."""
+    from models.errors import ModelError
+
+    try:
+        return _run(options, console)
+    except ModelError as error:  # such as a step that diverges
+        raise StudyError(str(error), ExitCode.NOT_SOLVED) from error
+
+
+def _run(options: argparse.Namespace, console: Console) -> ExitCode:
     from studies.arm.config import read
 
     if options.sequence is not None:
@@ -146,11 +160,12 @@ def _one(options: argparse.Namespace, study: ArmStudy, console: Console) -> Exit
     from studies.arm.floor import numerical_floor
     from studies.arm.optimum import check_caps, refine, solve_stage
     from studies.arm.problem import is_slow
-    from studies.arm.report import checks, facts, rounds, table
+    from studies.arm.report import check_mesh, checks, facts, rounds, table
     from studies.results import open_results, provenance
 
     if study.objective != "time":
         check_caps(study.stage, study.limits)
+    check_mesh(study)
     folder = open_results(options.results, f"arm-{study.stage.name}", options.overwrite)
     write_input(folder, study)
     solved = solve_stage(
@@ -158,10 +173,14 @@ def _one(options: argparse.Namespace, study: ArmStudy, console: Console) -> Exit
     )
     found = refine(solved, study.limits, objective=study.objective, say=console.progress)
     study = dataclasses.replace(study, stage=found.solved.stage)  # least time has its own duration
-    history = loads(found.replay)
-    write_loads(folder, history, found.replay)
+    full = found.solved.replay(
+        "torque", after=_after(study), elements=study.elements, modes=study.modes
+    )
+    found = dataclasses.replace(found, replay=full)
+    history = loads(full)
+    write_loads(folder, history, full)
     values = facts(study, found, history)
-    again = write_profile(folder, study, found.replay, {"rounds": rounds(found)})
+    again = write_profile(folder, study, full, {"rounds": rounds(found)})
     values["residual energy of the sampled profile [J]"] = again.residual_energy
     printed = table(study, values)
     folder.file("table.txt").write_text(f"{printed}\n", "utf-8")
@@ -170,7 +189,7 @@ def _one(options: argparse.Namespace, study: ArmStudy, console: Console) -> Exit
         floor = numerical_floor(found.solved.motion("torque"))
         values["numerical floor of the residual energy [J]"] = floor.energy
         console.say(floor)
-    verified = checks(study, found)
+    verified = checks(study, found, history)
     for sentence, passed in verified:
         console.say(f"{'verified' if passed else 'FAILED'}: {sentence}")
     passed = all(ok for _, ok in verified)
@@ -180,7 +199,7 @@ def _one(options: argparse.Namespace, study: ArmStudy, console: Console) -> Exit
         "rounds": rounds(found), "made_by": provenance(),
     })  # fmt: skip
     if not options.no_figures:
-        _draw(folder, [found.solved.replay("torque", after=_after(study))], study, console)
+        _draw(folder, [full], study, console, found.solved.reduced)
     folder.complete()
     console.say(f"everything is in {folder.path}; rerun: antenna-ocp arm --config "
                 f"{folder.file('input.toml')}")  # fmt: skip
@@ -197,6 +216,7 @@ def _after(study: ArmStudy) -> object:
 def _baselines(options: argparse.Namespace, study: ArmStudy, console: Console) -> ExitCode:
     """Set an optimum beside each baseline."""
     from studies.arm.compare import compare, table
+    from studies.arm.figures import residual_figure
     from studies.arm.floor import numerical_floor
     from studies.arm.problem import is_slow
     from studies.results import open_results, provenance
@@ -221,6 +241,8 @@ def _baselines(options: argparse.Namespace, study: ArmStudy, console: Console) -
         after = _after(study)
         best = [p.refined.solved.replay(drive, after=after) for p in pairs[-1:] if p.refined]
         _draw(folder, [*best, *(p.baseline for p in pairs)], study, console)
+        left = residual_figure([(p.optimum, [p.baseline]) for p in pairs])
+        left.savefig(folder.file("residual.png"))
     folder.complete()
     mesh = "" if resolved else ", but not every mesh is resolved"
     every = "every optimum is still" if share is None else "every ratio holds"
@@ -248,10 +270,13 @@ def _record(
     return row
 
 
-def _draw(folder: ResultsFolder, replays: list[Replay], study: ArmStudy, console: Console) -> None:
+def _draw(
+    folder: ResultsFolder, replays: list[Replay], study: ArmStudy, console: Console,
+    reduced: ReducedMotion | None = None,
+) -> None:  # fmt: skip
     from studies.arm.figures import all_figures
 
-    for name, figure in all_figures(replays):
+    for name, figure in all_figures(replays, reduced):
         console.live(f"drawing {name}")
         figure.savefig(folder.file(f"{name}.png"))
-    console.progress(f"figures of the {study.stage.name} arm drawn")
+    console.progress(f"figures of the stage '{study.stage.name}' drawn")

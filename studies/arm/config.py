@@ -10,11 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from models.arm.parameters import ArmParameters, tube
+from models.arm.parameters import ASSUMED_DENSITY, ASSUMED_MODULUS, ArmParameters, tube
 from models.errors import ModelError
-from studies.arm.numbers import NUMBERS
+from studies.arm.numbers import NOT_NEGATIVE, NUMBERS, POSITIVE, WHOLE
 from studies.arm.objectives import OBJECTIVES
 from studies.arm.problem import Limits
+from studies.arm.replay import ELEMENTS, MODES
 from studies.arm.stage import STAGES, Stage
 from studies.exit_codes import StudyError
 
@@ -35,6 +36,9 @@ class ArmStudy:
     sample_time : of the exported profile [s].
     pointing_error : of the tip [m].
     latch : largest miss of an end angle that a latch accepts [rad]; None locks anywhere.
+    satellite_inertia : of a satellite that is free to turn [kg m^2]; None where it is held.
+    elements : of the full model, a link.
+    modes : number of locked modes that are reported.
     given : the configuration as read, to reproduce the result.
     """
 
@@ -44,6 +48,9 @@ class ArmStudy:
     sample_time: float
     pointing_error: float
     latch: float | None
+    satellite_inertia: float | None
+    elements: int
+    modes: int
     given: Mapping[str, Any]
 
 
@@ -74,11 +81,19 @@ def study_from(raw: Mapping[str, Any]) -> ArmStudy:
     values = {k: _number(k, v) for k, v in raw.items() if k in NUMBERS}
     name = _choice("stage", raw.get("stage", "big"), STAGES)
     objective = _choice("objective", raw.get("objective", "smoothest"), OBJECTIVES)
+    _check_signs(values)
     stage = _stage(name, _arm(values), values)
+    step = values.get("sample_time", 0.1)
+    if step > stage.duration:
+        raise StudyError(
+            f"sample_time is {step:g} s, more than the stage's {stage.duration:g} s; give less"
+        )
+    torque, rate = values.get("torque_cap"), values.get("rate_cap")
     return ArmStudy(
-        stage, objective, _limits(values), values.get("sample_time", 0.1),
-        values.get("pointing_error", 1e-4),
-        values.get("latch"), {"stage": name, "objective": objective, **values},
+        stage, objective, Limits((torque, torque), (rate, rate)), step,
+        values.get("pointing_error", 1e-4), values.get("latch"), values.get("satellite_inertia"),
+        int(values.get("elements", ELEMENTS)), int(values.get("modes", MODES)),
+        {"stage": name, "objective": objective, **values},
     )  # fmt: skip
 
 
@@ -94,26 +109,28 @@ def _stage(name: str, arm: ArmParameters, values: Mapping[str, float]) -> Stage:
 
 
 def _arm(values: Mapping[str, float]) -> ArmParameters:
+    material = {"modulus": ASSUMED_MODULUS, "density": ASSUMED_DENSITY}
+    stated = {k: values.get(k, default) for k, default in material.items()}
     try:
-        links = {
-            name: tube(*(
-                values.get(f"{name}_{part}", default)
-                for part, default in zip(("length", "diameter", "wall"), sizes, strict=True)
-            ))
-            for name, sizes in TUBES.items()
-        }  # fmt: skip
+        links = {}
+        for name, sizes in TUBES.items():
+            parts = zip(("length", "diameter", "wall"), sizes, strict=True)
+            size = {part: values.get(f"{name}_{part}", default) for part, default in parts}
+            links[name] = tube(**size, **stated)
         known = ("tip_mass", "elbow_mass", "hub_inertia", "damping_ratio", "damping_frequency")
         return ArmParameters(**links, **{k: values[k] for k in known if k in values})  # type: ignore[arg-type]
     except ModelError as error:
         raise StudyError(str(error)) from error
 
 
-def _limits(values: Mapping[str, float]) -> Limits:
-    for key in ("torque_cap", "rate_cap", "sample_time", "pointing_error", "latch"):
-        if values.get(key, 1.0) <= 0:
-            raise StudyError(f"{key} is {values[key]:g}; give a value above zero")
-    torque, rate = values.get("torque_cap"), values.get("rate_cap")
-    return Limits((torque, torque), (rate, rate))
+def _check_signs(values: Mapping[str, float]) -> None:
+    for key, value in values.items():
+        if key in POSITIVE and value <= 0:
+            raise StudyError(f"{key} is {value:g}; give a value above zero")
+        if key in NOT_NEGATIVE and value < 0:
+            raise StudyError(f"{key} is {value:g}; give zero or more")
+        if key in WHOLE and value != int(value):
+            raise StudyError(f"{key} is {value:g}; give a whole number")
 
 
 def _number(key: str, value: Any) -> float:

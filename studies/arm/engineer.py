@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from models.ancf.assembly import dense
 from models.ancf.eliminated import Eliminated
+from models.ancf.integrator import Settings
 from models.ancf.joint import Locked, joint_rates
 from models.ancf.link import Chain
-from models.ancf.simulate import simulate
-from studies.arm.replay import SMOOTH, Motion, Replay, replay
+from models.ancf.simulate import Simulation, simulate
+from studies.arm.replay import ELEMENTS, SMOOTH, Motion, Replay, replay
 
 Array = NDArray[np.float64]
 EARLY_LATE = 0.1  # [s], the issue's
@@ -25,43 +26,70 @@ _GRID = 2001
 
 @dataclass(frozen=True, eq=False)
 class Loads:
-    """Histories of a replay until the lock.
+    """Histories of a replay until the lock and after it, as far as the replay went on.
 
     Attributes
     ----------
-    times : (m,) [s]
+    times : (m,) [s]; the lock's instant stands twice, right before it and right after.
+    until : number of samples until right before the lock.
     force : (2, m) of the satellite on the arm [N].
-    moment : (m,) of the satellite about the root [N m].
+    moment : (m,) of the satellite about the root, rate of the angular momentum [N m].
+    reaction : (m,) the same from the balance of forces at the root's node [N m].
     angular_momentum : (m,) of the arm about the root, the negative of the satellite's [N m s].
     bending : (L, m) largest bending moment anywhere on each link [N m].
     tip_acceleration : (m,) [m/s^2].
+    force_impulse : (2,) of the root's force in the lock [N s].
+    moment_impulse : of its moment in the lock [N m s].
     """
 
     times: Array
+    until: int
     force: Array
     moment: Array
+    reaction: Array
     angular_momentum: Array
     bending: Array
     tip_acceleration: Array
+    force_impulse: Array
+    moment_impulse: float
+
+    @property
+    def imbalance(self) -> float:
+        """Largest difference of moment and reaction until the lock over the largest moment."""
+        off = np.abs(self.moment - self.reaction)[: self.until]
+        return float(off.max() / np.abs(self.moment[: self.until]).max())
 
 
-def loads(replayed: Replay) -> Loads:
-    """Loads along a replay, from even samples of it."""
-    run = replayed.run.before
-    t = np.linspace(run.times[0], run.times[-1], _GRID)
-    again = simulate(run.chain, replayed.motion.stage.full_joints(dict(replayed.motion.joints)),
-                     replayed.motion.stage.start_state(run.chain.elements), t,
-                     settings=SMOOTH)  # fmt: skip
-    linear, angular = momenta(run.chain, again.q, again.v)
-    tip_speed = again.v[list(run.chain.slots(1, -1)[:2])]
-    return Loads(
-        t,
-        np.gradient(linear, t, axis=1),
-        np.gradient(angular, t),
-        angular,
-        np.array([bending_moments(run.chain, k, again.q) for k in range(len(run.chain.links))]),
-        np.linalg.norm(np.gradient(tip_speed, t, axis=1), axis=0),
-    )
+def loads(replayed: Replay, settings: Settings = SMOOTH) -> Loads:
+    """Loads along a replay: even samples until the lock, those of the replay after it."""
+    run, stage = replayed.run, replayed.motion.stage
+    chain = run.before.chain
+    t = np.linspace(run.before.times[0], run.before.times[-1], _GRID)
+    moving = simulate(chain, stage.full_joints(dict(replayed.motion.joints)),
+                      stage.start_state(chain.elements), t, settings=settings)  # fmt: skip
+    parts = [_along(moving)] + ([_along(run.after)] if run.after is not None else [])
+    columns = [np.concatenate(column, axis=-1) for column in zip(*parts, strict=True)]
+    lock = run.engagement.state
+    edges = [momenta(chain, s.q[:, None], s.v[:, None]) for s in (run.before.final, lock)]
+    impulse = (edges[1][0] - edges[0][0])[:, 0], float((edges[1][1] - edges[0][1])[0])
+    t, force, moment, reaction, angular, bending, tip = columns
+    return Loads(t, _GRID, force, moment, reaction, angular, bending, tip, *impulse)
+
+
+def _along(run: Simulation) -> tuple[Array, ...]:
+    """Times, force, moment, reaction, angular momentum, bending and acceleration of a run."""
+    chain, t = run.chain, run.times
+    linear, angular = momenta(chain, run.q, run.v)
+    tip_speed = run.v[list(chain.slots(1, -1)[:2])]
+    return (
+        t, _rate(linear, t), _rate(angular, t), run.torque[0], angular,
+        np.array([bending_moments(chain, k, run.q) for k in range(len(chain.links))]),
+        np.linalg.norm(_rate(tip_speed, t), axis=0),
+    )  # fmt: skip
+
+
+def _rate(values: Array, t: Array) -> Array:
+    return np.asarray(np.gradient(values, t, axis=-1, edge_order=2))
 
 
 def momenta(chain: Chain, q: Array, v: Array) -> tuple[Array, Array]:
@@ -132,12 +160,12 @@ def stress(moment: float, stiffness: float, diameter: float, modulus: float) -> 
     return moment * diameter * modulus / (2.0 * stiffness)
 
 
-def early_and_late(motion: Motion) -> tuple[Replay, Replay]:
+def early_and_late(motion: Motion, elements: int = ELEMENTS) -> tuple[Replay, Replay]:
     """The motion locked `EARLY_LATE` too early, and too late."""
     end = motion.stage.duration
     return (
-        replay(motion, lock_at=end - EARLY_LATE),
-        replay(motion, lock_at=end + EARLY_LATE),
+        replay(motion, elements=elements, lock_at=end - EARLY_LATE),
+        replay(motion, elements=elements, lock_at=end + EARLY_LATE),
     )
 
 

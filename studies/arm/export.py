@@ -66,7 +66,7 @@ def write_profile(
         writer = csv.writer(file)
         writer.writerow([f"{name} [{unit}]" for name, (unit, _) in columns.items()])
         writer.writerows(np.column_stack([v for _, v in columns.values()]).tolist())
-    again = replay(sampled_motion(replayed, study.sample_time))
+    again = replay(sampled_motion(replayed, study.sample_time), elements=study.elements)
     folder.write_json("profile.json", {
         "study": dict(study.given),
         "interpolation": "monotone cubic (PCHIP) between the samples",
@@ -80,12 +80,19 @@ def write_profile(
 
 
 def write_loads(folder: ResultsFolder, history: Loads, replayed: Replay) -> None:
-    """Write `loads.csv`: what the satellite and the links bear; the lock's impulse in the last row.
+    """Write `loads.csv`: what the satellite and the links bear, before and after the lock.
 
-    The impulses [N m s] are zero until the lock.
+    The lock's instant has two rows, right before it and right after; the impulses are in the
+    latter, and zero elsewhere.
     """
-    impulse = np.zeros((2, len(history.times)))
-    impulse[:, -1] = replayed.run.engagement.impulse
+    at = min(history.until, len(history.times) - 1)
+
+    def once(value: float) -> Array:
+        column = np.zeros(len(history.times))
+        column[at] = value
+        return column
+
+    impulse = replayed.run.engagement.impulse
     columns = {
         "time [s]": history.times,
         "root_force_x [N]": history.force[0], "root_force_y [N]": history.force[1],
@@ -93,7 +100,10 @@ def write_loads(folder: ResultsFolder, history: Loads, replayed: Replay) -> None
         "angular_momentum [N m s]": history.angular_momentum,
         "bending_big [N m]": history.bending[0], "bending_small [N m]": history.bending[1],
         "tip_acceleration [m/s^2]": history.tip_acceleration,
-        "root_lock_impulse [N m s]": impulse[0], "elbow_lock_impulse [N m s]": impulse[1],
+        "lock_impulse_force_x [N s]": once(history.force_impulse[0]),
+        "lock_impulse_force_y [N s]": once(history.force_impulse[1]),
+        "lock_impulse_root [N m s]": once(impulse[0]),
+        "lock_impulse_elbow [N m s]": once(impulse[1]),
     }  # fmt: skip
     with folder.file("loads.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)

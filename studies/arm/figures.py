@@ -1,136 +1,235 @@
-"""Figures after 10, 15 and 16 of the paper, and 6 for the arm, each with all motions.
+"""Figures after 6, 10, 15 and 16 of the paper, each with all motions, and of what is left.
 
-A function takes replays and returns a `Figure`; nothing is shown and no global state used.
+A function takes replays and returns a `Figure`; nothing is shown and no global state used. The
+first replay is the optimum and drawn on top.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
+from models.arm.reduced_run import ReducedMotion
 from studies.arm.replay import Replay
-from studies.arm.stage import JOINT_NAMES
+from studies.arm.stage import ELBOW, JOINT_NAMES
 
+Array = NDArray[np.float64]
 COLOURS = ("#0b5fa5", "#d1495b", "#5a8f29", "#8e6c8a", "#e09f3e", "#3d405b", "#7f7f7f")
 STYLES = ("-", "--", "-.", ":", "-", "--", "-.")
+TITLES = {"big": "Big arm", "small": "Small arm", "both": "Both arms at once"}
+_FLOOR = 1e-5  # [mm] below which the integrators' own errors show
 
 
-def all_figures(replays: Sequence[Replay]) -> Iterator[tuple[str, Figure]]:
-    """Every figure with the name of its file; the first replay is the optimum."""
-    yield "fig06_snapshots", snapshots(replays[0])
+def all_figures(
+    replays: Sequence[Replay], reduced: ReducedMotion | None = None
+) -> Iterator[tuple[str, Figure]]:
+    """Every figure with the name of its file; `reduced` is the first motion on B21."""
+    moving = replays[0].motion.stage.moving
+    if reduced is not None:
+        yield "fig06_models", models_figure(replays[0], reduced)
     yield "fig10_torque", torque_figure(replays)
-    name = "fig16_tip" if 1 in replays[0].motion.stage.moving else "fig15_tip"
-    yield name, tip_figure(replays)
-    yield "residual", residual_figure(replays)
+    yield ("fig16_arm" if ELBOW in moving else "fig15_arm"), motion_figure(replays)
+    yield "after_lock", after_figure(replays)
+    yield "snapshots", snapshots(replays[0])
+
+
+def models_figure(replayed: Replay, reduced: ReducedMotion) -> Figure:
+    """Fig. 6: the same motion on two models, and how far apart they are."""
+    figure, axes = _row(2, replayed, "the same torque on two models")
+    run = replayed.run.before
+    for axis, (name, link, paths) in enumerate(
+        (("tip", 1, reduced.tip), ("big arm's end", 0, reduced.elbow))
+    ):
+        colour = COLOURS[axis]
+        full = run.position(link)
+        axes[0].plot(run.times, full[1], color=colour, label=f"{name}, full ANCF")
+        axes[0].plot(reduced.times, paths[1], ":", color="k", lw=2.2,
+                     label=None if axis == 0 else "reduced model B21")  # fmt: skip
+        other = np.array([np.interp(run.times, reduced.times, row) for row in paths])
+        off = 1e3 * np.hypot(*(full - other))
+        axes[1].semilogy(run.times, np.maximum(off, _FLOOR), color=colour, label=name)
+    _label(axes[0], "time [s]", "y [m]")
+    axes[1].set_ylim(bottom=_FLOOR)
+    _label(axes[1], "time [s]", "models apart by [mm]")
+    axes[1].legend(frameon=False)
+    _legend(figure, axes[0])
+    return figure
 
 
 def torque_figure(replays: Sequence[Replay]) -> Figure:
     """Fig. 10: driving torque of each joint that turns."""
     moving = replays[0].motion.stage.moving
-    figure, axes = _row(len(moving), "Driving torque")
+    figure, axes = _row(len(moving), replays[0], "driving torque")
     for panel, k in zip(axes, moving, strict=True):
-        for replayed, colour, style in _styled(replays):
+        for replayed, look in _styled(replays):
             run = replayed.run.before
-            panel.plot(run.times, run.torque[k], style, color=colour, label=replayed.motion.name)
+            panel.plot(run.times, run.torque[k], **look)
         _label(panel, "time [s]", f"{JOINT_NAMES[k]} torque [N m]")
-    _legend(figure, axes[0])
+    if len(replays) > 1:
+        _legend(figure, axes[0])
     return figure
 
 
-def tip_figure(replays: Sequence[Replay]) -> Figure:
-    """Figs 15 and 16: path of the tip, its speed, and the drift of the big arm's end."""
-    figure, axes = _row(3, "Deployment of the arm, lock at the dotted line")
-    for replayed, colour, style in _styled(replays):
-        before, after = replayed.run.before, replayed.run.after
-        parts = [before] + ([after] if after is not None else [])
-        t = np.concatenate([p.times for p in parts])
-        tip = np.concatenate([p.position(1) for p in parts], axis=1)
-        elbow = np.concatenate([p.position(0) for p in parts], axis=1)
-        chain = before.chain
-        speed = np.concatenate([p.v[list(chain.slots(1, -1)[:2])] for p in parts], axis=1)
-        name = replayed.motion.name
-        axes[0].plot(t, tip[1], style, color=colour, label=name)
-        axes[1].plot(t, np.hypot(*speed), style, color=colour)
-        reach = chain.links[0].length
-        if 0 in replayed.motion.stage.moving:
-            end = replayed.motion.stage.duration
-            late = t >= end
-            rest = tip[:, late].mean(axis=1)
-            off = 1e3 * np.hypot(*(tip[:, late] - rest[:, None]))
-            axes[2].semilogy(t[late], np.maximum(off, 1e-6), style, color=colour)
-        else:
-            start = elbow[:, :1] / np.hypot(*elbow[:, 0]) * reach
-            across = np.array([-start[1, 0], start[0, 0]]) / reach
-            axes[2].plot(t, 1e3 * (across @ (elbow - start)), style, color=colour)
-    third = (
-        "tip from its mean after the lock [mm]"
-        if 0 in replays[0].motion.stage.moving
-        else "drift of the elbow, across [mm]"
-    )
-    for panel, label in zip(axes, ("tip, y [m]", "speed of the tip [m/s]", third), strict=True):
+def motion_figure(replays: Sequence[Replay]) -> Figure:
+    """Figs 15 and 16: displacement and speed of the arm's end, and what else the paper shows."""
+    moving = replays[0].motion.stage.moving
+    panels = _small_panels() if ELBOW in moving else _big_panels()
+    if len(moving) > 1:
+        panels = panels[:3]  # the elbow does not drift but turn
+    figure, axes = _row(len(panels), replays[0], "lock at the dotted line")
+    for replayed, look in _styled(replays):
+        t, path, speed = _history(replayed)
+        for panel, (_, column) in zip(axes, panels, strict=True):
+            panel.plot(t, column(path, speed), **look)
+    for panel, (label, _) in zip(axes, panels, strict=True):
         panel.axvline(replays[0].motion.stage.duration, color="0.5", lw=0.8, ls=":")
         _label(panel, "time [s]", label)
-    _legend(figure, axes[0])
+    if len(replays) > 1:
+        _legend(figure, axes[0])
     return figure
 
 
-def residual_figure(replays: Sequence[Replay]) -> Figure:
-    """Residual energy of all motions against their peak torque."""
-    figure, axes = _row(1, "What is left after the lock")
-    k = replays[0].motion.stage.moving[0]
-    for number, (replayed, colour, _) in enumerate(_styled(replays)):
-        axes[0].semilogy(
-            replayed.peak_torque[k], replayed.residual_energy, "D" if number == 0 else "o",
-            color=colour, label=replayed.motion.name, ls="none",
-        )  # fmt: skip
+def _big_panels() -> list[tuple[str, Any]]:
+    return [
+        ("big arm's end, y [m]", lambda path, speed: path[0][1]),
+        ("its speed along x [m/s]", lambda path, speed: speed[0][0]),
+    ]
+
+
+def _small_panels() -> list[tuple[str, Any]]:
+    return [
+        ("tip, y [m]", lambda path, speed: path[1][1]),
+        ("speed of the tip along x [m/s]", lambda path, speed: speed[1][0]),
+        ("tip, x [m]", lambda path, speed: path[1][0]),
+        ("big arm's end, drift along x [mm]",
+         lambda path, speed: 1e3 * (path[0][0] - path[0][0][0])),
+    ]  # fmt: skip
+
+
+def _history(replayed: Replay) -> tuple[Array, list[Array], list[Array]]:
+    """Times, and paths and speeds (2, m) of both links' ends, the lock passed."""
+    before, after = replayed.run.before, replayed.run.after
+    parts = [before] + ([after] if after is not None else [])
+    chain = before.chain
+    t = np.concatenate([p.times for p in parts])
+    path = [np.concatenate([p.position(k) for p in parts], axis=1) for k in (0, 1)]
+    ends = [list(chain.slots(k, -1)[:2]) for k in (0, 1)]
+    return t, path, [np.concatenate([p.v[end] for p in parts], axis=1) for end in ends]
+
+
+def after_figure(replays: Sequence[Replay]) -> Figure:
+    """How the tip swings after the lock, and how far tip and big arm's end come off at most."""
+    figure, axes = _row(2, replays[0], "vibration after the lock")
+    names, largest = [], []
+    for replayed, look in _styled(replays):
+        after = replayed.run.after
+        if after is None:
+            continue
+        off = [path - path.mean(axis=1, keepdims=True) for path in map(after.position, (1, 0))]
+        heading = sum(replayed.motion.stage.end)
+        across = np.array([-np.sin(heading), np.cos(heading)])
+        axes[0].plot(after.times - after.times[0], 1e3 * across @ off[0], **look)
+        names.append(replayed.motion.name)
+        largest.append([1e3 * float(np.hypot(*x).max()) for x in off])
+    _label(axes[0], "time since the lock [s]", "tip off its mean, across [mm]")
+    place = np.arange(len(names))
+    for k, (name, colour) in enumerate((("tip", "0.25"), ("big arm's end", "0.65"))):
+        axes[1].barh(place + 0.4 * k - 0.2, [row[k] for row in largest], 0.38, color=colour,
+                     label=name)  # fmt: skip
+    axes[1].set_xscale("log")
+    axes[1].set_yticks(place, names)
+    axes[1].invert_yaxis()
+    _label(axes[1], "largest distance from the mean [mm]", "", plain=False)
+    axes[1].legend(frameon=False, fontsize=8, ncols=2, loc="lower right", bbox_to_anchor=(1, 1))
+    if len(names) > 1:
+        _legend(figure, axes[0])
+    return figure
+
+
+def residual_figure(pairs: Sequence[tuple[Replay | None, Sequence[Replay]]]) -> Figure:
+    """Residual energy against peak torque; each optimum below the baselines it stands beside."""
+    first = pairs[0][1][0]
+    figure, axes = _row(1, first, f"what is left after the lock, {first.motion.drive} drive")
+    k = first.motion.stage.moving[0]
+    for number, (optimum, baselines) in enumerate(pairs):
+        for shift, b in enumerate(baselines):
+            colour = COLOURS[1 + (number + shift) % (len(COLOURS) - 1)]
+            place = float(b.peak_torque[k]), b.residual_energy
+            axes[0].semilogy(*place, "o", color=colour, label=b.motion.name)
+            if optimum is not None:
+                end = float(optimum.peak_torque[k]), optimum.residual_energy
+                axes[0].semilogy(*zip(place, end, strict=True), ":", color=colour, lw=1)
+        if optimum is not None:
+            end = float(optimum.peak_torque[k]), optimum.residual_energy
+            axes[0].semilogy(*end, "D", color=COLOURS[0], label=None if number else "optimum")
     _label(axes[0], f"peak {JOINT_NAMES[k]} torque [N m]", "residual energy [J]", plain=False)
-    axes[0].legend(frameon=False, fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))
-    axes[0].margins(0.15)
+    handles, labels = axes[0].get_legend_handles_labels()
+    order = sorted(range(len(labels)), key=lambda i: labels[i] != "optimum")
+    axes[0].legend([handles[i] for i in order], [labels[i] for i in order], frameon=False,
+                   fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))  # fmt: skip
+    axes[0].margins(0.1)
     return figure
 
 
 def tradeoff_figure(curves: Mapping[str, tuple[Sequence[float], Sequence[float]]]) -> Figure:
     """Residual energy against duration, a curve a law."""
-    figure, axes = _row(1, "Residual against duration")
+    figure = Figure(figsize=(6.4, 3.8), dpi=150, layout="constrained")
+    panel = figure.subplots()
     for (name, (t, left)), colour in zip(curves.items(), COLOURS, strict=False):
-        axes[0].semilogy(t, left, "o-", ms=3, color=colour, label=name)
-    _label(axes[0], "duration [s]", "residual energy [J]", plain=False)
-    axes[0].legend(frameon=False, fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))
+        best = name == next(iter(curves))
+        panel.semilogy(t, left, "D-" if best else "o-", ms=5 if best else 3, color=colour,
+                       lw=2.0 if best else 1.2, label=name)  # fmt: skip
+    panel.set_title("Residual against duration, torque drive", fontsize=12)
+    _label(panel, "duration [s]", "residual energy [J]", plain=False)
+    panel.legend(frameon=False, fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))
     return figure
 
 
 def snapshots(replayed: Replay, count: int = 9) -> Figure:
-    """The arm at even instants, as Fig. 6 shows its pendulum."""
+    """The arm at even instants."""
     run = replayed.run.before
     figure = Figure(figsize=(5.2, 4.6), dpi=150, layout="constrained")
     panel = figure.subplots()
     for at in np.linspace(0.0, run.times[-1], count):
         i = int(np.argmin(np.abs(run.times - at)))
         shade = str(0.8 - 0.8 * at / run.times[-1])
-        for link, width in ((0, 2.2), (1, 1.4)):
+        for link, width, colour in ((0, 3.0, shade), (1, 1.4, COLOURS[1])):
             points = np.array([run.position(link, n)[:, i] for n in range(run.chain.nodes)])
-            panel.plot(*points.T, color=shade, lw=width)
-        panel.plot(*run.position(1)[:, i], "o", color=shade, ms=5)
-    panel.plot(0, 0, "s", color="#d1495b", ms=7)
+            panel.plot(*points.T, color=colour, lw=width, solid_capstyle="round",
+                       alpha=1.0 if link == 0 else 0.3 + 0.7 * at / run.times[-1])  # fmt: skip
+        panel.plot(*run.position(1)[:, i], "o", color=shade, ms=6, zorder=3)
+    panel.plot(0, 0, "s", color=COLOURS[0], ms=8, zorder=4)
     panel.set_aspect("equal")
-    panel.set_title(f"{replayed.motion.name}: start light, lock dark", fontsize=10)
-    _label(panel, "x [m]", "y [m]")
+    stage = replayed.motion.stage
+    panel.set_title(f"{TITLES[stage.name]}, {stage.duration:.4g} s: nine even instants, light to "
+                    "dark\nbig arm grey, small arm red, antenna dot, root square",
+                    fontsize=9)  # fmt: skip
+    _label(panel, "x [m]", "y [m]", plain=False)
     panel.margins(0.05)
     return figure
 
 
-def _row(panels: int, title: str) -> tuple[Figure, list[Axes]]:
-    width = 4.3 * panels if panels > 1 else 6.4
-    figure = Figure(figsize=(width, 3.8), dpi=150, layout="constrained")
-    figure.suptitle(title, fontsize=12)
-    return figure, list(figure.subplots(1, panels, squeeze=False)[0])
+def _row(panels: int, replayed: Replay, what: str) -> tuple[Figure, list[Axes]]:
+    rows, columns = (2, 2) if panels == 4 else (1, panels)
+    width = 4.3 * columns if panels > 1 else 6.4
+    figure = Figure(figsize=(width, 3.2 * rows + 0.6), dpi=150, layout="constrained")
+    stage = replayed.motion.stage
+    figure.suptitle(f"{TITLES[stage.name]} in {stage.duration:.4g} s: {what}", fontsize=12)
+    return figure, list(figure.subplots(rows, columns, squeeze=False).flat)
 
 
-def _styled(replays: Sequence[Replay]) -> Iterator[tuple[Replay, str, str]]:
-    yield from zip(replays, COLOURS, STYLES, strict=False)
+def _styled(replays: Sequence[Replay]) -> Iterator[tuple[Replay, dict[str, Any]]]:
+    for number, (replayed, colour, style) in enumerate(zip(replays, COLOURS, STYLES, strict=False)):
+        first = number == 0
+        yield replayed, {
+            "color": colour, "ls": style, "lw": 2.2 if first else 1.2,
+            "zorder": 3 if first else 2, "label": replayed.motion.name,
+        }  # fmt: skip
 
 
 def _label(panel: Axes, x: str, y: str, plain: bool = True) -> None:

@@ -93,6 +93,7 @@ def arm_phase(
     law: Law | None = None,
     suffix: str = "",
     linked: bool = False,
+    left: float | None = None,
 ) -> ArmPhase:
     """Rest to rest of a stage, torques zero at both ends.
 
@@ -105,6 +106,7 @@ def arm_phase(
     law : unit law to start from, the quintic step by default.
     suffix : of the names of the coordinates, where phases must be told apart.
     linked : leave the coordinates at the start to links with the phase before.
+    left : energy that the lock may meet instead of rest [J], kinetic and elastic.
     """
     model, T = stage.model, stage.duration
     law = law or quintic(T)
@@ -121,11 +123,13 @@ def arm_phase(
         dict(zip(q, map(float, model.at(*angles)), strict=True)) | dict.fromkeys((*v, *drives), 0.0)
         for angles in (stage.start, stage.end)
     ]
-    slow = is_slow(stage)
+    if left is not None:
+        ends[1] = dict.fromkeys(drives, 0.0) | _angles(ends[1])
+    elif is_slow(stage):
+        left = REST
+        ends[1] = dict.fromkeys(drives, 0.0) | _angles(ends[1], rates=True)
     if linked:
         ends[0] = dict.fromkeys(drives, 0.0)
-    if slow:
-        ends[1] = _rigid_part(ends[1]) | dict.fromkeys(drives, 0.0)
     at = grid + (start.start if isinstance(start, Between) else start)
     guess: dict[Any, Any] = {s: (at, x) for s, x in zip(q, guess_q, strict=True)}
     guess |= {s: (at, x) for s, x in zip(v, guess_v, strict=True)}
@@ -139,13 +143,16 @@ def arm_phase(
         stage.name, dynamics=dynamics, initial=ends[0], final=ends[1], start=start,
         end=T if end is None else end, guess=guess,
     )  # fmt: skip
-    bounds = (at_rest(phase, model, q, v),) if slow else ()
+    bounds = () if left is None else (at_rest(phase, model, q, v, left),)
     return ArmPhase(phase, model, q, v, torque, rate, bend, tuple(acceleration), bounds)
 
 
-def _rigid_part(values: dict[State, float]) -> dict[State, float]:
-    """The angles and their rates among boundary values."""
-    return {s: x for s, x in values.items() if "theta" in s.name}
+def _angles(values: dict[State, float], rates: bool = False) -> dict[State, float]:
+    """The angles, and their rates, among boundary values."""
+    return {
+        s: x for s, x in values.items()
+        if s.name.startswith("theta") or (rates and "theta" in s.name)
+    }  # fmt: skip
 
 
 def is_slow(stage: Stage) -> bool:
@@ -155,10 +162,12 @@ def is_slow(stage: Stage) -> bool:
     return bool(stage.duration * lowest > _PERIODS)
 
 
-def at_rest(phase: Phase, model: ReducedArm, q: tuple[State, ...], v: tuple[State, ...]) -> Bound:
-    """Kinetic and elastic energy at the end of a phase at most `REST`."""
+def at_rest(
+    phase: Phase, model: ReducedArm, q: tuple[State, ...], v: tuple[State, ...], left: float
+) -> Bound:
+    """Kinetic and elastic energy at the end of a phase at most `left` [J]."""
     energy = model.kinetic_energy(column(q), column(v)) + model.strain_energy(column(q))
-    return Bound(f"energy left by {phase.name}", phase.at_end(energy / REST), "1", upper=1.0)
+    return Bound(f"energy left by {phase.name}", phase.at_end(energy / left), "1", upper=1.0)
 
 
 def reduced_signals(

@@ -60,12 +60,12 @@ class Replay:
     run : the simulation, the lock and the motion after it.
     residual_energy : E_res [J].
     peak_torque : largest absolute torque of each joint (2,) [N m].
-    modal_energy : energies of the first locked modes (MODES,) [J].
-    modal_amplitude : their largest displacement anywhere on the arm (MODES,) [m].
-    tip_by_mode : amplitude of the tip in each (MODES,) [m].
+    modal_energy : energies of the first locked modes (k,) [J].
+    modal_amplitude : their largest displacement anywhere on the arm (k,) [m].
+    tip_by_mode : amplitude of the tip in each (k,) [m].
     tip_amplitude, elbow_amplitude, moment_amplitude : what they can reach together at the tip,
         the elbow [m] and in the root's bending moment [N m].
-    frequencies : of these modes (MODES,) [Hz].
+    frequencies : of these modes (k,) [Hz].
     """
 
     motion: Motion
@@ -93,6 +93,7 @@ def replay(
     settings: Settings | None = None,
     lock_at: float | None = None,
     after: Array | None = None,
+    modes: int = MODES,
 ) -> Replay:
     """Replay a motion on the full model and lock the joints that turned.
 
@@ -107,6 +108,8 @@ def replay(
         Time of the lock [s], the stage's duration by default.
     after : (m,), optional
         Instants of the motion after the lock, from the lock on [s].
+    modes : int
+        Number of locked modes to report.
     """
     stage = motion.stage
     chain = stage.arm.chain(elements)
@@ -122,7 +125,7 @@ def replay(
         settings=settings or (JUMPS if motion.jumps else SMOOTH),
     )
     peak = np.abs(run.before.torque).max(axis=1)
-    modal = _modal(run)
+    modal = _modal(run, modes)
     return Replay(motion, run, run.residual_energy, peak, *modal)
 
 
@@ -134,12 +137,12 @@ def sample_times(motion: Motion, end: float) -> Array:
     return np.asarray(times[(times >= 0) & (times <= end)])
 
 
-def _modal(run: LockedRun) -> tuple[Array, Array, Array, float, float, float, Array]:
+def _modal(run: LockedRun, count: int) -> tuple[Array, Array, Array, float, float, float, Array]:
     """Energy and amplitude of the first locked modes, and of tip, elbow and root moment."""
     chain, lock = run.before.chain, run.engagement
     angles = [j.angle for j in lock.joints if isinstance(j, Locked)]
     rest = posed(chain, angles)
-    modes = natural_modes(chain, lock.joints, rest, count=MODES)
+    modes = natural_modes(chain, lock.joints, rest, count=count)
     form = Eliminated(chain, lock.joints)
     asm, omega = form.assembly, 2 * np.pi * modes.frequencies
     shapes = np.column_stack([asm.gather(shape) for shape in modes.shapes.T])

@@ -99,10 +99,14 @@ def sequence(total: float, dwell: float) -> Sequence:
 
 
 def sequence_problem(
-    case: Sequence, least: Least = "peak-torque", cap: float | None = None
-) -> tuple[Problem, SequencePhases]:
-    """The three phases, linked, with least common peak torque or least time under a cap [N m]."""
-    phases = _phases(case, cap, least == "time")
+    case: Sequence, least: Least = "peak-torque", cap: float | None = None,
+    left: float | None = None, smoothing: float = SMOOTHING,
+) -> tuple[Problem, SequencePhases]:  # fmt: skip
+    """The three phases, linked, with least common peak torque or least time under a cap [N m].
+
+    `left` is the energy [J] that the first lock may meet; None demands rest there too.
+    """
+    phases = _phases(case, cap, least == "time", left)
     big, rest, small = phases.first, phases.dwell, phases.second
     stages = case.first, case.second
     smooth = sum(smoothness(arm, stage) for arm, stage in zip((big, small), stages, strict=True))
@@ -118,18 +122,18 @@ def sequence_problem(
     links = (*lock_links(phases, case), *release_links(phases, case))
     stated = Problem(
         "big arm, dwell, small arm", [big.phase, rest, small.phase],
-        minimise=best + SMOOTHING * smooth, bounds=bounds, links=links,
+        minimise=best + smoothing * smooth, bounds=bounds, links=links,
     )  # fmt: skip
     return stated, phases
 
 
-def _phases(case: Sequence, cap: float | None, free: bool) -> SequencePhases:
+def _phases(case: Sequence, cap: float | None, free: bool, left: float | None) -> SequencePhases:
     limits = Limits((cap, cap))
     t1, t2 = case.first.duration, case.first.duration + case.dwell
     t3 = t2 + case.second.duration
     first = arm_phase(
         case.first, limits, end=window(t1, t1), law=starting_law(case.first, limits),
-        suffix=", big",
+        suffix=", big", left=left,
     )  # fmt: skip
     second = arm_phase(
         case.second, limits, start=window(t2, t1), law=starting_law(case.second, limits),

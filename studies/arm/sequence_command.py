@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from studies.arm.sequence import SMOOTHING, Sequence, sequence
+from studies.arm.sequence import SMOOTHING, Least, Sequence, sequence
 from studies.arm.sequence_run import (
     SequenceReplay,
     SolvedSequence,
@@ -17,6 +17,7 @@ from studies.arm.sequence_run import (
     replay_sequence,
     solve_sequence,
 )
+from studies.arm.sequence_variants import smoothing_share, without_rest
 from studies.console import Console, Table, number
 from studies.exit_codes import ExitCode, StudyError
 from studies.results import ResultsFolder, open_results, provenance
@@ -41,8 +42,7 @@ def run_sequence(options: argparse.Namespace, console: Console) -> ExitCode:
     console.progress("solved; replaying on B21 and on the full model")
     replayed = replay_sequence(solved)
     values = facts(solved, replayed)
-    if least == "time" and cap is not None:
-        values |= sums(solved, cap, console)
+    values |= _beside(solved, cap, options, console)
     passed = {
         "the replays on B21 and on the full model agree in residual energy": agree(replayed),
         "the torque is within its cap between the points":
@@ -52,8 +52,8 @@ def run_sequence(options: argparse.Namespace, console: Console) -> ExitCode:
         f"big arm, {case.dwell:g} s locked, small arm: least {least.replace('-', ' ')}, "
         "rest at each lock", ("quantity", "value"),
         [(name, number(float(value), 6)) for name, value in values.items()],
-        (f"both arms' smoothness counts {SMOOTHING:g} beside the objective, which costs a part "
-         "of the surcharge; the total is that of both motions, the dwell on top",),
+        (f"both arms' smoothness counts {SMOOTHING:g} beside the objective; the total is that of "
+         "both motions, the dwell on top",),
     )  # fmt: skip
     console.say(printed)
     for sentence, held in passed.items():
@@ -70,6 +70,27 @@ def run_sequence(options: argparse.Namespace, console: Console) -> ExitCode:
     folder.complete()
     console.say(f"everything is in {folder.path}")
     return ExitCode.OK if all(passed.values()) else ExitCode.NOT_VERIFIED
+
+
+def _beside(
+    solved: SolvedSequence, cap: float | None, options: argparse.Namespace, console: Console
+) -> dict[str, float]:
+    """What rest and smoothness cost; what was not found is said and left out."""
+    least: Least = "peak-torque" if cap is None else "time"
+    parts = [
+        (lambda: sums(solved, cap, console)) if cap is not None
+        else (lambda: smoothing_share(solved, console.live))
+    ]  # fmt: skip
+    if options.lock_energy is not None:
+        left = _time(options.lock_energy, "--lock-energy", 0.0)
+        parts.append(lambda: without_rest(solved, least, cap, left, console.live))
+    values: dict[str, float] = {}
+    for part in parts:
+        try:
+            values |= part()
+        except StudyError as error:
+            console.say(f"left out: {error}")
+    return values
 
 
 def _time(given: object, flag: str, default: float) -> float:

@@ -108,16 +108,16 @@ def _torque(trajectory: Trajectory, arm: ArmPhase, joint: int) -> PPoly:
 def solve_sequence(
     case: Sequence, least: Least = "peak-torque", cap: float | None = None, *,
     intervals: tuple[int, int, int] | None = None, guess: Trajectory | None = None,
-    progress: Progress | None = None,
+    left: float | None = None, smoothing: float = SMOOTHING, progress: Progress | None = None,
 ) -> SolvedSequence:  # fmt: skip
-    """Solve the three phases at once.
+    """Solve the three phases at once; `left` as in `sequence_problem`.
 
     Raises
     ------
     StudyError
         If the solver finds no motion.
     """
-    stated, phases = sequence_problem(case, least, cap)
+    stated, phases = sequence_problem(case, least, cap, left, smoothing)
     mesh = meshes(intervals or INTERVALS)
     try:
         found = solve(stated, settings=settings(1), mesh=mesh, guess=guess, progress=progress)

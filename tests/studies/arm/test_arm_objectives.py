@@ -6,13 +6,15 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from models.ancf.joint import Torque
 from models.arm.parameters import ArmParameters
 from models.arm.reduced import ReducedArm
 from studies.arm.engineer import deflections, loads, mean_square
 from studies.arm.objectives import first_duration
 from studies.arm.optimum import capped, solve_stage
 from studies.arm.problem import Limits
-from studies.arm.report import checks
+from studies.arm.replay import Motion, replay
+from studies.arm.report import latched
 from studies.arm.sequence import graded, locked, sequence
 from studies.arm.sequence_run import released, replay_sequence, solve_sequence
 from studies.arm.stage import big_arm, small_arm
@@ -63,6 +65,20 @@ def test_least_time_starts_where_a_rigid_arm_can_turn():
     assert stage.lasting(T).torque_units[1] * 32 / T < 30.0
     with pytest.raises(StudyError, match="torque_cap and rate_cap"):
         first_duration(stage, Limits())
+
+
+def test_a_step_that_diverges_says_when_and_what_to_change(monkeypatch, capsys, tmp_path):
+    # the solver is left out: a torque that is no number after 1 s stands for its motion
+    stage = big_arm(8.6)
+    law = Torque(lambda t: np.where(t > 1.0, np.nan, 0.0))
+    with_it = lambda *_, **__: replay(Motion("broken", "torque", stage, {0: law}))  # noqa: E731
+    monkeypatch.setattr("studies.arm.optimum.solve_stage", with_it)
+    code = main(["arm", "--results", str(tmp_path / "out")])
+    complaint = capsys.readouterr().err
+    assert code == ExitCode.NOT_SOLVED
+    assert "at t = 1 s the step fell" in complaint
+    assert "loosen the tolerance, smooth the torque there or declare a breakpoint" in complaint
+    assert complaint.count("\n") == 1
 
 
 @pytest.mark.parametrize(
@@ -125,20 +141,13 @@ def test_both_stages_in_one_problem_come_near_the_rigid_bound():
 
 
 def test_a_latch_that_is_missed_fails():
-    class Study:
-        latch, stage, limits = 1e-6, small_arm(11.2), Limits()
-
-    class Found:
-        class replay:
-            miss = 1e-3
-
-        class solved:
-            peak_torque = peak_rate = (0.0, 0.0)
-
-        agrees = True
-
-    verdicts = dict(checks(Study, Found))
-    assert verdicts["every joint reaches its latch within 1e-06 rad"] is False
+    sentence, passed = latched("elbow", 1e-3, 1e-6)
+    assert not passed
+    assert sentence == (
+        "the elbow misses its latch by 0.001 rad, more than 1e-06 rad; allow a wider latch, "
+        "a longer duration or another law"
+    )
+    assert latched("elbow", 1e-7, 1e-6)[1]
 
 
 def test_caps_of_a_multiple_of_the_unit():

@@ -1,0 +1,93 @@
+"""Loads, a satellite that is free, sequences without rest, figures: each against an estimate."""
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+
+from models.ancf.integrator import Settings
+from models.ancf.joint import Torque
+from studies.arm.engineer import loads
+from studies.arm.figures import all_figures
+from studies.arm.replay import Motion, replay
+from studies.arm.rigid import feed_forward
+from studies.arm.satellite import free_satellite
+from studies.arm.sequence import sequence, sequence_problem
+from studies.arm.stage import ELBOW, ROOT, big_arm, small_arm
+from studies.arm.unit_laws import quintic
+
+COARSE = Settings(1e-6)
+
+
+def quintic_replay(stage):
+    """Two elements a link and coarse steps: enough for the balances below."""
+    t = np.linspace(0.0, stage.duration, 401)
+    torque = CubicSpline(t, feed_forward(stage, quintic(stage.duration))(t)[stage.moving[0]])
+    motion = Motion("quintic", "torque", stage, {stage.moving[0]: Torque(torque)})
+    after = stage.duration + np.linspace(0.0, 0.2, 101)
+    done = replay(motion, elements=2, settings=COARSE, after=after, modes=1)
+    return done, loads(done, COARSE)
+
+
+@pytest.fixture(scope="module")
+def big():
+    return quintic_replay(big_arm(8.6))
+
+
+def test_momentum_balance(big):
+    done, history = big
+    n, t = history.until, history.times
+    # the given torque, and the reaction of the locked root afterwards, against d/dt of momentum
+    assert history.imbalance < 1e-4  # differences over 2000 steps
+    torque = np.trapezoid(history.reaction[:n], t[:n])
+    assert history.angular_momentum[n - 1] == pytest.approx(torque, abs=1e-5)
+    assert t[n - 1] == t[n] == 8.6
+    jump = history.angular_momentum[n] - history.angular_momentum[n - 1]
+    assert history.moment_impulse == pytest.approx(jump, abs=1e-9)
+    assert done.run.engagement.impulse[ROOT] == pytest.approx(jump, abs=1e-9)
+
+
+def test_a_free_satellite_turns_by_the_momentum_of_the_arm(big):
+    done, history = big
+    stage, H = done.motion.stage, 500.0
+    case = free_satellite(done, history, H)
+    assert case.turned == pytest.approx(-stage.inertias[ROOT] * np.pi / 2 / H, rel=1e-3)
+    assert case.root_travel + case.turned == pytest.approx(np.pi / 2, abs=1e-3)
+    assert case.held_frequency == pytest.approx(0.996, abs=2e-3)
+    assert case.frequency > case.held_frequency
+    heavy = free_satellite(done, history, 1e9)
+    assert heavy.residual_energy == pytest.approx(done.residual_energy, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_a_free_satellite_and_the_small_arm_keep_no_momentum():
+    stage, H = small_arm(11.2), 2000.0
+    done, history = quintic_replay(stage)
+    case = free_satellite(done, history, H)
+    arm = stage.arm
+    reach = arm.small.linear_density * arm.small.length**2 / 2 + arm.tip_mass * arm.small.length
+    phi = np.linspace(np.pi, np.pi + case.elbow_travel, 4001)
+    share = (arm.elbow_inertia + arm.big.length * reach * np.cos(phi)) / np.array(
+        [arm.root_inertia(p) + H for p in phi]
+    )  # of the elbow's rate, by which the rigid arm turns the root
+    assert case.turned == pytest.approx(-np.trapezoid(share, phi), rel=0.02)  # rigid estimate
+    assert case.residual_energy > 100 * done.residual_energy  # it was planned for a held one
+    assert done.motion.stage.moving == (ELBOW,)
+
+
+def test_figures_name_their_axes_and_motions(big):
+    done, _ = big
+    found = dict(all_figures([done, done]))
+    assert set(found) == {"fig10_torque", "fig15_arm", "after_lock", "snapshots"}
+    for figure in found.values():
+        assert all(panel.get_xlabel().endswith("]") for panel in figure.axes)
+
+
+def test_without_rest_at_the_first_lock_only_its_energy_is_bounded():
+    case = sequence(19.8, 1.0)
+    at_rest, phases = sequence_problem(case)
+    freed, others = sequence_problem(case, left=1e-3)
+    fixed = {s.name for s in phases.first.phase.final}
+    kept = {s.name for s in others.first.phase.final}
+    assert fixed - kept == {s.name for s in (*phases.first.q, *phases.first.v)} - {"theta1, big"}
+    names = {b.name for b in freed.bounds} - {b.name for b in at_rest.bounds}
+    assert names == {"energy left by big"}
