@@ -160,7 +160,7 @@ def _one(options: argparse.Namespace, study: ArmStudy, console: Console) -> Exit
     from studies.arm.floor import numerical_floor
     from studies.arm.optimum import check_caps, refine, solve_stage
     from studies.arm.problem import is_slow
-    from studies.arm.report import check_mesh, checks, facts, rounds, table
+    from studies.arm.report import check_mesh, checks, duration_to_try, facts, rounds, table
     from studies.results import open_results, provenance
 
     if study.objective != "time":
@@ -168,9 +168,13 @@ def _one(options: argparse.Namespace, study: ArmStudy, console: Console) -> Exit
     check_mesh(study)
     folder = open_results(options.results, f"arm-{study.stage.name}", options.overwrite)
     write_input(folder, study)
-    solved = solve_stage(
-        study.stage, limits=study.limits, objective=study.objective, progress=console.live
-    )
+    try:
+        solved = solve_stage(
+            study.stage, limits=study.limits, objective=study.objective, progress=console.live
+        )
+    except StudyError as error:
+        hint = duration_to_try(study.stage, study.limits)
+        raise StudyError(f"{error}{hint}", error.exit_code) from error
     found = refine(solved, study.limits, objective=study.objective, say=console.progress)
     study = dataclasses.replace(study, stage=found.solved.stage)  # least time has its own duration
     full = found.solved.replay(
@@ -219,6 +223,7 @@ def _baselines(options: argparse.Namespace, study: ArmStudy, console: Console) -
     from studies.arm.figures import residual_figure
     from studies.arm.floor import numerical_floor
     from studies.arm.problem import is_slow
+    from studies.arm.report import missed
     from studies.results import open_results, provenance
 
     stage, drive = study.stage, options.baselines
@@ -229,6 +234,9 @@ def _baselines(options: argparse.Namespace, study: ArmStudy, console: Console) -
     console.say(printed)
     if share is None and pairs[-1].optimum is not None:
         console.say(numerical_floor(pairs[-1].optimum.motion))
+    if study.latch is not None:
+        for line in missed([pair.baseline for pair in pairs], study.latch):
+            console.say(line)
     folder.file("table.txt").write_text(f"{printed}\n", "utf-8")
     resolved = all(pair.refined is not None and pair.refined.agrees for pair in pairs)
     holds = all(pair.holds for pair in pairs)

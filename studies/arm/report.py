@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -25,8 +26,12 @@ from studies.arm.engineer import (
 from studies.arm.model_error import both_at_once
 from studies.arm.objectives import OBJECTIVES
 from studies.arm.optimum import Refined
+from studies.arm.problem import Limits
+from studies.arm.replay import Replay
+from studies.arm.rigid import feed_forward
 from studies.arm.satellite import FreeSatellite, free_satellite
-from studies.arm.stage import JOINT_NAMES
+from studies.arm.stage import JOINT_NAMES, Stage
+from studies.arm.unit_laws import quintic
 from studies.console import Table, number
 from studies.exit_codes import StudyError
 
@@ -53,6 +58,23 @@ def check_mesh(study: ArmStudy) -> None:
         natural_modes(chain, joints, rest, count=study.modes)
     except ModelError as error:
         raise StudyError(str(error)) from error
+
+
+def duration_to_try(stage: Stage, limits: Limits) -> str:
+    """Words on how long the rigid arm takes under its torque caps on the quintic step, if longer.
+
+    Torques fall as 1/T^2. It is no bound: for several joints none is known.
+    """
+    torques = feed_forward(stage, quintic(stage.duration))
+    peaks = np.abs(torques(np.linspace(0.0, stage.duration, 1001))).max(axis=1)
+    over = [float(peaks[k]) / cap for k in stage.moving if (cap := limits.torque[k]) is not None]
+    worst = max(over, default=0.0)
+    if worst <= 1.0:
+        return ""
+    return (
+        "; under this torque cap the rigid arm follows the quintic step in "
+        f"{stage.duration * worst**0.5:.4g} s, a duration to try"
+    )
 
 
 def facts(study: ArmStudy, found: Refined, history: Loads) -> dict[str, Any]:
@@ -186,6 +208,17 @@ def checks(study: ArmStudy, found: Refined, history: Loads) -> list[tuple[str, b
 
 def _misses(found: Refined) -> list[tuple[str, float]]:
     return [(JOINT_NAMES[k], abs(v)) for k, v in found.replay.run.engagement.miss.items()]
+
+
+def missed(replays: Sequence[Replay], width: float) -> list[str]:
+    """A sentence for each motion that does not arrive at its latch."""
+    out = []
+    for replayed in replays:
+        for k, miss in replayed.run.engagement.miss.items():
+            sentence, held = latched(JOINT_NAMES[k], abs(miss), width)
+            if not held:
+                out.append(f"FAILED: {replayed.motion.name}: {sentence}")
+    return out
 
 
 def latched(name: str, miss: float, width: float) -> tuple[str, bool]:

@@ -8,11 +8,12 @@ from models.ancf.integrator import Settings
 from models.ancf.joint import Torque
 from studies.arm.engineer import loads
 from studies.arm.figures import all_figures
+from studies.arm.problem import Limits, arm_phase
 from studies.arm.replay import Motion, replay
+from studies.arm.report import duration_to_try, missed
 from studies.arm.rigid import feed_forward
 from studies.arm.satellite import free_satellite
-from studies.arm.sequence import sequence, sequence_problem
-from studies.arm.stage import ELBOW, ROOT, big_arm, small_arm
+from studies.arm.stage import ELBOW, ROOT, big_arm, both_arms, small_arm
 from studies.arm.unit_laws import quintic
 
 COARSE = Settings(1e-6)
@@ -82,12 +83,26 @@ def test_figures_name_their_axes_and_motions(big):
         assert all(panel.get_xlabel().endswith("]") for panel in figure.axes)
 
 
-def test_without_rest_at_the_first_lock_only_its_energy_is_bounded():
-    case = sequence(19.8, 1.0)
-    at_rest, phases = sequence_problem(case)
-    freed, others = sequence_problem(case, left=1e-3)
-    fixed = {s.name for s in phases.first.phase.final}
-    kept = {s.name for s in others.first.phase.final}
-    assert fixed - kept == {s.name for s in (*phases.first.q, *phases.first.v)} - {"theta1, big"}
-    names = {b.name for b in freed.bounds} - {b.name for b in at_rest.bounds}
-    assert names == {"energy left by big"}
+def test_without_rest_only_angle_and_energy_are_fixed_at_the_lock():
+    stage = big_arm(8.6)
+    at_rest, freed = arm_phase(stage, Limits()), arm_phase(stage, Limits(), left=1e-3)
+    names = [{s.name for s in arm.phase.final} for arm in (at_rest, freed)]
+    assert names[0] - names[1] == {s.name for s in (*freed.q, *freed.v)} - {"theta1"}
+    assert [b.name for b in (*at_rest.bounds, *freed.bounds)] == ["energy left by big"]
+
+
+def test_a_cap_too_low_for_both_joints_names_a_duration_to_try():
+    stage = both_arms(11.2)
+    t = np.linspace(0.0, 11.2, 1001)
+    peaks = np.abs(feed_forward(stage, quintic(11.2))(t)).max(axis=1)
+    words = duration_to_try(stage, Limits((peaks[0] / 4, None)))
+    assert "in 22.4 s, a duration to try" in words  # torques fall as 1/T^2
+    assert duration_to_try(stage, Limits((1.01 * peaks[0], 1.01 * peaks[1]))) == ""
+
+
+def test_baselines_that_miss_a_latch_are_named(big):
+    done, _ = big
+    miss = done.miss
+    assert missed([done], 1.1 * miss) == []
+    (line,) = missed([done], 0.5 * miss)
+    assert line.startswith("FAILED: quintic: the root misses its latch by")
