@@ -1,0 +1,30 @@
+"""What a solve loads, and that what it does not is there when asked for."""
+
+import subprocess
+import sys
+
+import ocp
+
+SOLVE = """
+import sys
+from ocp import Control, Phase, Problem, State, solve
+x, u = State("x"), Control("u")
+phase = Phase("p", {x: u}, {x: 0}, {x: 1}, end=1.0)
+solve(Problem("least effort", phase, minimise=phase.integral(u**2)))
+print(*sys.modules)
+"""
+
+
+def test_a_solve_loads_nothing_that_it_does_not_need():
+    done = subprocess.run((sys.executable, "-c", SOLVE), capture_output=True, text=True, check=True)
+    loaded = set(done.stdout.split())
+    assert {"casadi", "ocp.solve", "ocp.verify"} <= loaded
+    later = {f"ocp.{module}" for module in ocp._LATER} - {"ocp.store"}
+    assert not loaded & {"scipy", "matplotlib", "multiprocessing", "subprocess", *later}
+
+
+def test_every_public_name_is_there():
+    assert set(ocp.__all__) <= set(dir(ocp))
+    for name in ocp.__all__:
+        assert getattr(ocp, name).__class__.__name__ != "module"
+    assert set(ocp._MODULES) < set(ocp.__all__)
