@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -35,6 +36,7 @@ Array = NDArray[np.float64]
 INTERVALS = (150, 10, 200)  # of the three phases
 _TOLERANCE = 1e-10  # of the replay on B21
 _SAMPLES = 1001
+_LONG = 400  # iterations where the small arm must calm what the first lock leaves
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,9 +120,12 @@ def solve_sequence(
         If the solver finds no motion.
     """
     stated, phases = sequence_problem(case, least, cap, left, smoothing)
-    mesh = meshes(intervals or INTERVALS)
+    mesh, chosen = meshes(intervals or INTERVALS), settings(1)
+    if left is not None:
+        ipopt = dataclasses.replace(chosen.ipopt, max_iterations=_LONG)
+        chosen = dataclasses.replace(chosen, ipopt=ipopt)
     try:
-        found = solve(stated, settings=settings(1), mesh=mesh, guess=guess, progress=progress)
+        found = solve(stated, settings=chosen, mesh=mesh, guess=guess, progress=progress)
     except OcpError as error:
         raise StudyError(f"no sequence was found: {error}", ExitCode.NOT_SOLVED) from error
     return SolvedSequence(case, found.trajectory, phases, found.objective)
