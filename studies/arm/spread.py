@@ -57,11 +57,11 @@ def varied(arm: ArmParameters, factors: Factors) -> ArmParameters:
     )
 
 
-_T = (0.905, 0.965, 1.035, 1.095)
+_T = (0.902, 0.941, 0.981, 1.019, 1.059, 1.098)  # stiffness turns the fast mode's phase much
 SPREADS: dict[Drive, Spread] = {
     "torque": Spread("torque", ("big stiffness", "small stiffness"), tuple((k, k) for k in _T)),
     "angle": Spread(
         "angle", ("stiffness", "tip mass"),
-        tuple((1.0 + d, 1.0 - d) for d in (-0.088, -0.036, 0.036, 0.088)),
+        tuple((1.0 + d, 1.0 - d) for d in (-0.098, -0.045, 0.045, 0.098)),
     ),
 }  # fmt: skip

@@ -1,0 +1,52 @@
+"""Figures of robust motions beside the nominal one: residual over the spread, and torque."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from studies.arm.figures import COLOURS, STYLES
+from studies.arm.robust_study import Comparison
+from studies.arm.spread import WIDTH
+from studies.arm.stage import JOINT_NAMES
+
+_SAMPLES = 2001
+
+
+def spread_figure(found: Comparison) -> Figure:
+    """Worst residual along each factor, whatever the other one is, of all motions."""
+    drawn = Figure(figsize=(11, 4.6), layout="constrained")
+    panels = drawn.subplots(1, 2, sharey=True)
+    for axis, (panel, name) in enumerate(zip(panels, found.spread.axes, strict=True)):
+        for done, colour, style in zip(found.outcomes, COLOURS, STYLES, strict=False):
+            for values, mark, model in ((done.reduced, style, "B21"), (done.full, "o", "full")):
+                side = np.linspace(1 - WIDTH, 1 + WIDTH, len(values))
+                label = f"{done.solved.name}, {model}"
+                panel.semilogy(side, values.max(axis=1 - axis), mark, color=colour, label=label)
+        panel.set_xlabel(f"factor on {name} [-]")
+        panel.grid(which="both", alpha=0.25)
+    panels[0].set_ylabel("worst $\\sqrt{E_{res}}$ [$\\sqrt{J}$]")
+    drawn.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    drawn.suptitle(f"What the lock leaves: {_title(found)}")
+    return drawn
+
+
+def torque_figure(found: Comparison) -> Figure:
+    """Torque of all motions on the nominal arm."""
+    drawn = Figure(figsize=(9, 4.2), layout="constrained")
+    panel = drawn.subplots()
+    joint = found.stage.moving[0]
+    t = np.linspace(0.0, found.stage.duration, _SAMPLES)
+    for done, colour, style in zip(found.outcomes, COLOURS, STYLES, strict=False):
+        law = done.solved.torques[joint]
+        panel.plot(t, law(t), style, color=colour, label=done.solved.name)
+    panel.set_xlabel("time [s]")
+    panel.set_ylabel(f"{JOINT_NAMES[joint]} torque [N m]")
+    panel.grid(alpha=0.25)
+    panel.legend()
+    drawn.suptitle(f"Torque of the nominal arm: {_title(found)}")
+    return drawn
+
+
+def _title(found: Comparison) -> str:
+    return f"{found.stage.name} arm, {found.stage.duration:g} s, {found.spread.drive} drive"
