@@ -29,7 +29,6 @@ from studies.exit_codes import StudyError
 Array = NDArray[np.float64]
 RATE = 60.0  # cap of the torque's rate in J D / T^3: the quintic step's own peak
 BEND = 20.0  # typical slope of the rate over its cap, times T
-_MARGIN = 1.5e-3  # of the cap of the torque, left for what happens between the points of the mesh
 _GRID = 401  # instants of a guess
 
 
@@ -92,10 +91,10 @@ def drive_of(stage: Stage, cap: float = np.inf) -> Drive:
         raise StudyError("a robust motion takes a stage that turns one joint; give big or small")
     joint, T = stage.moving[0], stage.duration
     unit, name = float(stage.torque_units[joint]), JOINT_NAMES[joint]
-    most, steepest = cap * (1.0 - _MARGIN), RATE * unit / T
+    steepest = RATE * unit / T
     return Drive(
         joint, unit,
-        State(f"{name} torque", "N m", -most, most, scale=5.0 * unit),
+        State(f"{name} torque", "N m", -cap, cap, scale=5.0 * unit),
         State(f"rate of {name} torque", "N m/s", -steepest, steepest, scale=steepest),
         Control(f"slope of the rate of {name} torque", "N m/s^2", scale=BEND * steepest / T,
                 shape="constant"),

@@ -25,6 +25,7 @@ from ocp import (
     Phase,
     Problem,
     Settings,
+    Trajectory,
     Unknown,
     collocate,
 )
@@ -41,7 +42,7 @@ from studies.arm.copies import (
     torque_copy,
 )
 from studies.arm.optimum import PIVOTS, Solved
-from studies.arm.problem import ArmPhase
+from studies.arm.problem import MARGIN, ArmPhase
 from studies.arm.spread import Spread, varied
 from studies.arm.stage import Stage
 from studies.exit_codes import ExitCode, StudyError
@@ -53,6 +54,7 @@ _PACE, _DEGREE = 11.0, 5  # intervals a second [1/s], to resolve the slow modes
 SLOW = 15.0  # [Hz], below which a mode's rest is demanded; the faster follow the torque
 SIZE = 1e-2  # typical sqrt(E_res) [sqrt(J)]
 STILL = 0.05  # of it, below which a residual need not be less
+_RIPPLE, _GOES = 0.012, 3  # share of the cap, per share of torque to spare; solves at most
 _SMOOTH = 1e-3  # weight of the mean square of the rate's slope, to leave nothing undecided
 
 
@@ -172,15 +174,28 @@ def solve_nominal(stage: Stage, mesh: Mesh, progress: Progress | None = None) ->
 def solve_robust(
     nominal: Solved, spread: Spread, share: float, mesh: Mesh, progress: Progress | None = None
 ) -> Solved:
-    """Solve `robust_statement` on one mesh, with a share of the nominal motion's peak torque."""
-    cap = share * float(nominal.peak_torque[nominal.stage.moving[0]])
-    stated = robust_statement(nominal, spread, cap)
-    return _solved(f"robust, {share:g} x peak", nominal.stage, stated, mesh, progress)
+    """Solve `robust_statement` on one mesh, with a share of the nominal motion's peak torque.
+
+    The cap holds at the points of the mesh; it is lowered until it holds between them too. The
+    more torque there is to spare, the more the torque ripples below it.
+    """
+    joint = nominal.stage.moving[0]
+    cap, margin = share * float(nominal.peak_torque[joint]), MARGIN + _RIPPLE * (share - 1.0)
+    name, guess = f"robust, {share:g} x peak", None
+    for _ in range(_GOES):
+        stated = robust_statement(nominal, spread, cap * (1.0 - margin))
+        found = _solved(name, nominal.stage, stated, mesh, progress, guess)
+        excess = float(found.peak_torque[joint]) / cap - 1.0
+        if excess <= 0.0:
+            break
+        margin, guess = margin + 1.2 * excess, found.trajectory
+    return found
 
 
 def _solved(
-    name: str, stage: Stage, stated: tuple[Problem, ArmPhase], mesh: Mesh, progress: Any
-) -> Solved:
+    name: str, stage: Stage, stated: tuple[Problem, ArmPhase], mesh: Mesh, progress: Any,
+    guess: Trajectory | None = None,
+) -> Solved:  # fmt: skip
     """One mesh; the study replays what is found on models of its own.
 
     Raises
@@ -196,7 +211,7 @@ def _solved(
         ),
     )  # fmt: skip
     try:
-        found, _ = collocate(stated[0], settings=settings, progress=progress)
+        found, _ = collocate(stated[0], settings=settings, guess=guess, progress=progress)
     except OcpError as error:
         raise StudyError(
             f"no motion '{name}' of the stage '{stage.name}' was found: {error}",

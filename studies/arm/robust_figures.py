@@ -19,7 +19,10 @@ def spread_figure(found: Comparison) -> Figure:
     panels = drawn.subplots(1, 2, sharey=True)
     for axis, (panel, name) in enumerate(zip(panels, found.spread.axes, strict=True)):
         for done, colour, style in zip(found.outcomes, COLOURS, STYLES, strict=False):
-            for values, mark, model in ((done.reduced, style, "B21"), (done.full, "o", "full")):
+            for values, mark, model in (
+                (done.reduced, style, "B21"),
+                (done.full, "o", "full model"),
+            ):
                 side = np.linspace(1 - WIDTH, 1 + WIDTH, len(values))
                 label = f"{done.solved.name}, {model}"
                 panel.semilogy(side, values.max(axis=1 - axis), mark, color=colour, label=label)
