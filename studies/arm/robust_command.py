@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from studies.arm.config import ArmStudy
     from studies.arm.robust_study import Comparison, Outcome
 
-_OWN = ("torque_cap", "rate_cap", "latch")  # what the study decides itself
+_OWN = ("torque_cap", "rate_cap", "latch", "satellite_inertia")  # what the study decides itself
 
 
 def add_to(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

@@ -105,7 +105,7 @@ def test_a_coarse_robust_motion_of_the_small_arm_stands_the_spread(monkeypatch):
         (["--points", "1"], "--points is 1"),
         (["--stage", "both"], "turns one joint, the stage 'both' both"),
         (["--stage", "smal"], "did you mean small?"),
-        (["--duration", "-1"], "give a positive finite time"),
+        (["--duration", "-1"], "duration is -1; give a value above zero"),
     ],
 )
 def test_bad_input_is_said(flags, said, capsys):
