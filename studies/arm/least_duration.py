@@ -45,7 +45,7 @@ _BEAT = 6.0  # durations scanned to a beat
 _PART = 32  # durations scanned before the full model is asked
 _HALVINGS = 40
 _SLACK = 0.999  # of the optimum's cap, for peaks between the points and the reaction of the model
-_COARSE = 1.03  # ratio of neighbouring durations of a law whose shaper is sought at each
+_COARSE = 1.1  # ratio of neighbouring durations of a law whose shaper is sought at each
 
 
 @dataclass(frozen=True)

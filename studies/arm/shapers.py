@@ -26,9 +26,9 @@ from studies.arm.unit_laws import SHAPERS, NamedLaw, ShaperKind, baselines, shap
 Array = NDArray[np.float64]
 SMOOTH = ("quintic", "Step5", "Bezier")
 SHAPED: tuple[ShaperKind, ...] = get_args(ShaperKind)
-_TRIES = 64  # constants tried for a frequency that varies along the stage
+_TRIES = 32  # constants tried for a frequency that varies along the stage
 _FEW = 9  # where both joints turn, whose motions take longer
-_FINER = 16  # tried between the best one's neighbours
+_FINER = 8  # tried between the best one's neighbours
 _LONGEST_SHAPER = 0.8  # of the stage's duration
 _SAME = 1e-6  # relative difference of frequencies that counts as none
 
