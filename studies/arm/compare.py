@@ -25,6 +25,7 @@ from studies.exit_codes import StudyError
 Say = Callable[[str], None]
 Array = NDArray[np.float64]
 _HIGHEST = 7.5  # cap [J D/T^2] above which a looser one brings nothing, Step5's own
+_SLACK = 0.998  # of a cap, for peaks between the points and a reaction that is not B21's torque
 QUICK = Settings(1e-7)
 
 
@@ -101,7 +102,7 @@ def compare(
         say(f"{stage.name}, {drive} drive: {law.name} leaves {replays[-1].residual_energy:.2e} J")
     pairs = []
     for baseline in sorted(replays, key=lambda r: -r.peak_torque[stage.moving[0]]):
-        found = motion_under(stage, baseline, drive, motions, say)
+        found = motion_under(stage, baseline, motions, say)
         if found is None:
             pairs.append(Pair(baseline, None, None, limit))
             continue
@@ -111,7 +112,7 @@ def compare(
 
 
 def motion_under(
-    stage: Stage, baseline: Replay, drive: Drive, motions: dict[float, Refined], say: Say
+    stage: Stage, baseline: Replay, motions: dict[float, Refined], say: Say
 ) -> Refined | None:
     """A refined motion whose peak torque does not exceed the baseline's."""
     k = stage.moving[0]
@@ -121,14 +122,13 @@ def motion_under(
     fitting = [c for c in motions if c <= cap and c > 0.97 * cap]
     if fitting:
         return motions[max(fitting)]
-    if drive == "angle":
-        cap *= 0.999  # the reaction of the full model is not exactly the torque of B21
+    limits = capped(stage, _SLACK * cap)
     try:
-        solved = solve_stage(stage, limits=capped(stage, cap), name="optimum")
+        solved = solve_stage(stage, limits=limits, name="optimum")
     except StudyError as error:
         say(f"{stage.name}, at most {cap:.4g} J D/T^2 on joint {k}: {error}")
         return None
-    motions[cap] = refine(solved, capped(stage, cap), say=say)
+    motions[cap] = refine(solved, limits, say=say)
     return motions[cap]
 
 
