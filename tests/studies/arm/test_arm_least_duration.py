@@ -19,15 +19,16 @@ from studies.arm.unit_laws import linear_torque, quintic
 @pytest.mark.slow
 def test_laws_abreast_leave_what_each_leaves_alone():
     stage = big_arm(4.0)
-    laws = [quintic(4.0), linear_torque(4.0), quintic(3.0)]
+    laws = [quintic(4.0), quintic(3.0), linear_torque(4.0)]
     found = left_by_laws(stage, laws, "torque")
-    for law, left in zip(laws, found, strict=True):
+    jump = 0.1  # it stirs modes so fast for the steps that these damp them
+    for law, left, share in zip(laws, found, (1e-3, 1e-3, jump), strict=True):
         own = stage.lasting(law.duration)
         motion = simulate_reduced(
             own.model, own.model.at(*own.start), np.array([0.0, law.duration]),
             root=torque_drives(own, law)[0], tolerance=1e-7,
         )  # fmt: skip
-        assert left == pytest.approx(reduced_residual(own, motion), rel=0.02)
+        assert left == pytest.approx(reduced_residual(own, motion), rel=share)
 
 
 def test_frequencies_that_shapers_are_tuned_to():
