@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ocp.mesh import PhaseMesh, uniform, with_points
-from ocp.switches import jumps, with_jumps
+from ocp.switches import Jump, jumps, with_jumps
 
 
 @st.composite
@@ -99,3 +99,11 @@ def test_a_jump_is_bracketed(mesh, where, move):
         assert with_jumps(finer, found, move) is None  # it is there already
     else:
         assert finer.movable == ()
+
+
+def test_a_bracket_does_not_follow_a_jump_to_and_fro():
+    mesh = uniform(10, 4)
+    held = with_jumps(mesh, [Jump(0.4, 0.5, 0.45, 1.0)], False)
+    assert held.intervals == 12
+    # the jump is seen elsewhere between the same samples: what was split beside it stays
+    assert with_jumps(held, [Jump(0.4, 0.5, 0.453, 1.0)], False) is None
