@@ -94,6 +94,25 @@ class PhaseLayout:
         return (*self.states, *self.constant, *self.linear, *self.polynomial, *self.algebraics)
 
 
+def _by_shape(
+    problem: Problem, phase: Phase, mesh: PhaseMesh, name: SchemeName, default: ControlShape,
+    determined: bool,
+) -> dict[str, list[Control]]:  # fmt: skip
+    """The controls of a phase by the shape that they take on a mesh."""
+    controls: dict[str, list[Control]] = {"constant": [], "linear": [], "polynomial": []}
+    for control in problem.signals_of(phase, Control):
+        shape = shape_of(control, phase, default, name, int(mesh.degrees.min()))
+        if shape not in controls:
+            raise StatementError(
+                f"the shape of control '{control.name}' is {shape!r}; choose constant, linear, "
+                "polynomial or automatic"
+            )
+        if shape == "polynomial" and name in FIXED_DEGREE and scheme(name, 1).choices == 1:
+            shape = "polynomial" if determined else "constant"
+        controls[shape].append(control)
+    return controls
+
+
 def lay_out(
     problem: Problem,
     phase: Phase,
@@ -104,18 +123,8 @@ def lay_out(
     first: int,
 ) -> PhaseLayout:
     """Assign the unknowns of a phase, starting at column `first`."""
-    controls: dict[str, list[Control]] = {"constant": [], "linear": [], "polynomial": []}
     determined = any(bound.is_equation for bound in phase.bounds)  # as many equations as points
-    for control in problem.signals_of(phase, Control):
-        shape = shape_of(control, phase, default_shape, name, int(mesh.degrees.min()))
-        if shape not in controls:
-            raise StatementError(
-                f"the shape of control '{control.name}' is {shape!r}; choose constant, linear, "
-                "polynomial or automatic"
-            )
-        if shape == "polynomial" and name in FIXED_DEGREE and scheme(name, 1).choices == 1:
-            shape = "polynomial" if determined else "constant"
-        controls[shape].append(control)
+    controls = _by_shape(problem, phase, mesh, name, default_shape, determined)
     algebraics = problem.signals_of(phase, Algebraic)
     n_x, n_c, n_l, n_p = len(phase.states), *(len(c) for c in controls.values())
     n_z, n_q, count = len(algebraics), len(integrals), mesh.intervals

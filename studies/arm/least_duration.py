@@ -218,8 +218,10 @@ def first_pass(
     if best is None:
         return None
     fails = max((T for T in tried if best > T), default=None)
-    for _ in range(BISECTIONS if fails is not None else 0):
-        T = 0.5 * (fails + best)  # type: ignore[operator]
+    if fails is None:
+        return tried[best]
+    for _ in range(BISECTIONS):
+        T = 0.5 * (fails + best)
         tried[T] = on_full(T)
         best, fails = (T, fails) if passes(tried[T], cap) else (best, T)
     return tried[best]

@@ -27,7 +27,6 @@ DEPLOYED = math.pi / 2  # [rad]
 PAPER_DURATION = 140.0  # [s], follows from the paper's 5.7e-4 rad/s^2 and (40)
 SETS = {"dynamic": DYNAMIC_SET, "kinematic": KINEMATIC_SET}
 STARTS = ("bezier", "step5", "straight", "dwell", "phase-plane")
-MAIN_STUDY = Path(__file__).with_name("main.toml")
 
 
 @dataclass(frozen=True, kw_only=True)

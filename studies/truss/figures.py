@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from models.truss import static_force, static_peak, tension_ratios
+from models.truss import static_peak, tension_ratios
 from studies.truss.deployment import Deployment
 
 Array = NDArray[np.float64]
@@ -183,26 +183,6 @@ def tension_figure(deployments: Sequence[Deployment]) -> Figure:
         panel.legend(frameon=False, fontsize=8)
         _tidy(panel)
     axes[0].set_ylabel("tension [N]")
-    return figure
-
-
-def phase_plane_figure(deployments: Sequence[Deployment]) -> Figure:
-    """Angular speed and rope force against the angle, with the static force as the ridge."""
-    figure, axes = _row(2, "Phase plane")
-    truss = deployments[0].truss
-    alpha = np.linspace(truss.stowed_angle, math.pi / 2, 2001)
-    ridge = static_force(truss, ca.DM(alpha)).full().ravel()
-    axes[1].plot(np.degrees(alpha), ridge, color="0.6", lw=0.8, label="static force")
-    for deployment, colour, style in styled(deployments):
-        motion, history = deployment.at(times(deployment))
-        angle = np.degrees(motion.angle)
-        axes[0].plot(angle, motion.speed, style, color=colour, label=deployment.name)
-        axes[1].plot(angle, history.rope_force, style, color=colour, label=deployment.name)
-    for panel, label in zip(axes, ("angular speed [rad/s]", "motor force [N]"), strict=True):
-        panel.set_xlabel("angle α [deg]")
-        panel.set_ylabel(label)
-        panel.legend(frameon=False)
-        _tidy(panel)
     return figure
 
 
