@@ -28,10 +28,9 @@ from studies.arm.objectives import OBJECTIVES
 from studies.arm.optimum import Refined
 from studies.arm.problem import Limits
 from studies.arm.replay import Replay
-from studies.arm.rigid import feed_forward
+from studies.arm.rigid_time import least_rigid_duration, quintic_duration
 from studies.arm.satellite import FreeSatellite, free_satellite
 from studies.arm.stage import JOINT_NAMES, Stage
-from studies.arm.unit_laws import quintic
 from studies.console import Table, number
 from studies.exit_codes import StudyError
 
@@ -61,19 +60,15 @@ def check_mesh(study: ArmStudy) -> None:
 
 
 def duration_to_try(stage: Stage, limits: Limits) -> str:
-    """Words on how long the rigid arm takes under its torque caps on the quintic step, if longer.
-
-    Torques fall as 1/T^2. It is no bound: for several joints none is known.
-    """
-    torques = feed_forward(stage, quintic(stage.duration))
-    peaks = np.abs(torques(np.linspace(0.0, stage.duration, 1001))).max(axis=1)
-    over = [float(peaks[k]) / cap for k in stage.moving if (cap := limits.torque[k]) is not None]
-    worst = max(over, default=0.0)
-    if worst <= 1.0:
+    """Words on how long a rigid arm takes under torque caps too low for the quintic step."""
+    longer = quintic_duration(stage, limits)
+    if longer <= stage.duration:
         return ""
+    least = least_rigid_duration(stage, limits)
+    shortest = "" if least is None else f"{least:.4g} s on the shortest motion found, "
     return (
-        "; under this torque cap the rigid arm follows the quintic step in "
-        f"{stage.duration * worst**0.5:.4g} s, a duration to try"
+        f"; under this torque cap a rigid arm takes {shortest}{longer:.4g} s on the quintic step: "
+        "give such a duration or a higher cap"
     )
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.ancf.joint import Driven, Torque
+from models.arm.parameters import ArmParameters
 from models.laws import Law
 from studies.arm.stage import Stage
 
@@ -22,6 +23,13 @@ def joint_motion(stage: Stage, law: Law, t: Array) -> tuple[Array, Array, Array]
     return start + turn * unit.angle, turn * unit.speed, turn * unit.acceleration
 
 
+def inertias(arm: ArmParameters) -> tuple[float, float, float]:
+    """A about the root with the outer mass at the elbow, B about the elbow, coupling C [kg m^2]."""
+    B = arm.elbow_inertia
+    A = arm.root_inertia(np.pi / 2) - B
+    return A, B, (arm.root_inertia(0.0) - A - B) / 2
+
+
 def feed_forward(stage: Stage, law: Law) -> Callable[[Array], Array]:
     """Torques (2, m) [N m] over times (m,) that move the rigid arm along a unit law.
 
@@ -31,10 +39,7 @@ def feed_forward(stage: Stage, law: Law) -> Callable[[Array], Array]:
     `tau2 = B theta2'' + C (cos phi theta1'' + sin phi theta1'^2)`,
     `tau1 = tau2 + A theta1'' + C (cos phi theta2'' - sin phi theta2'^2)`.
     """
-    arm = stage.arm
-    B = arm.elbow_inertia
-    A = arm.root_inertia(np.pi / 2) - B
-    C = (arm.root_inertia(0.0) - A - B) / 2
+    A, B, C = inertias(stage.arm)
 
     def torques(t: Array) -> Array:
         (_, phi), rates, accelerations = joint_motion(stage, law, t)

@@ -1,5 +1,6 @@
 """Loads, a satellite that is free, sequences without rest, figures: each against an estimate."""
 
+import casadi as ca
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
@@ -11,7 +12,8 @@ from studies.arm.figures import all_figures
 from studies.arm.problem import Limits, arm_phase
 from studies.arm.replay import Motion, replay
 from studies.arm.report import duration_to_try, missed
-from studies.arm.rigid import feed_forward
+from studies.arm.rigid import feed_forward, inertias, joint_motion
+from studies.arm.rigid_time import least_rigid_duration, quintic_duration, rigid_accelerations
 from studies.arm.satellite import free_satellite
 from studies.arm.stage import ELBOW, ROOT, big_arm, both_arms, small_arm
 from studies.arm.unit_laws import quintic
@@ -96,8 +98,34 @@ def test_a_cap_too_low_for_both_joints_names_a_duration_to_try():
     t = np.linspace(0.0, 11.2, 1001)
     peaks = np.abs(feed_forward(stage, quintic(11.2))(t)).max(axis=1)
     words = duration_to_try(stage, Limits((peaks[0] / 4, None)))
-    assert "in 22.4 s, a duration to try" in words  # torques fall as 1/T^2
+    assert "22.4 s on the quintic step: give such a duration" in words  # torques fall as 1/T^2
     assert duration_to_try(stage, Limits((1.01 * peaks[0], 1.01 * peaks[1]))) == ""
+    assert "s on the shortest motion found" in duration_to_try(stage, Limits((5.0, 5.0)))
+
+
+def test_the_rigid_arms_equations_of_motion_invert_its_feed_forward():
+    stage, t = both_arms(11.2), np.linspace(0.0, 11.2, 23)
+    law = quintic(11.2)
+    angles, rates, wanted = joint_motion(stage, law, t)
+    phi, w, tau = ca.SX.sym("phi"), ca.SX.sym("w", 2), ca.SX.sym("tau", 2)
+    motion = rigid_accelerations(stage.arm, phi, ca.vertsplit(w), ca.vertsplit(tau))
+    found = ca.Function("a", [phi, w, tau], [ca.vertcat(*motion)]).map(len(t))
+    torques = feed_forward(stage, law)(t)
+    assert found(angles[1], rates, torques).full() == pytest.approx(wanted, abs=1e-12)
+
+
+def test_the_shortest_rigid_motion_of_both_joints_keeps_the_bound_of_its_energy():
+    # with E = kinetic energy, d sqrt(2 E)/dt <= a, the largest sqrt(tau' M^-1 tau) under the cap;
+    # sqrt(2 E) is the speed along the path in the metric M, whose length is at least d
+    stage, cap = both_arms(11.2), 5.0
+    A, B, C = inertias(stage.arm)
+    phi = np.linspace(0.0, np.pi, 2001)
+    m11, m12 = A + B + 2 * C * np.cos(phi), B + C * np.cos(phi)
+    det = A * B - (C * np.cos(phi)) ** 2
+    d = np.trapezoid(np.sqrt(det / m11), phi)
+    a = cap * np.sqrt((B + m11 + 2 * np.abs(m12)) / det).max()
+    least = least_rigid_duration(stage, Limits((cap, cap)))
+    assert 2 * np.sqrt(d / a) < least < quintic_duration(stage, Limits((cap, cap)))
 
 
 def test_baselines_that_miss_a_latch_are_named(big):
