@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from models.ancf.assembly import dense
 from models.ancf.eliminated import Eliminated
@@ -169,23 +170,32 @@ def early_and_late(motion: Motion, elements: int = ELEMENTS) -> tuple[Replay, Re
     )
 
 
-def settling_time(replayed: Replay, error: float, ratio: float) -> float:
-    """Time after the lock until the tip stays within an error [m], with a modal damping ratio.
+def modal_ratios(replayed: Replay, assumed: float) -> Array:
+    """Damping ratios of the locked modes (k,): those of the links' damping, else an assumed one.
 
-    Bound of the decaying sum of the first three locked modes, the ratio the same in each.
+    The links' damping grows with the frequency from its ratio at `damping_frequency`.
+    """
+    eta = replayed.motion.stage.arm.relaxation_time
+    f = replayed.frequencies
+    return np.pi * eta * f if eta > 0 else np.full(len(f), assumed)
+
+
+def settling_time(replayed: Replay, error: float, ratios: Array) -> float:
+    """Time after the lock until the tip stays within an error [m] of where it comes to rest.
+
+    Bound of the decaying sum of the locked modes that the replay reports, with the amplitudes
+    right after the lock: for damping ratios (k,) well below one.
     """
     omega = 2 * np.pi * replayed.frequencies
+    slowest = omega * np.real(ratios - np.sqrt(ratios.astype(complex) ** 2 - 1))
     amplitude = replayed.tip_by_mode
 
     def bound(t: float) -> float:
-        return float((amplitude * np.exp(-ratio * omega * t)).sum())
+        return float((amplitude * np.exp(-slowest * t)).sum())
 
     if bound(0.0) <= error:
         return 0.0
-    low, high = 0.0, 1.0
+    high = 1.0
     while bound(high) > error:
         high *= 2.0
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if bound(middle) > error else (low, middle)
-    return high
+    return float(brentq(lambda t: bound(t) - error, 0.0, high))

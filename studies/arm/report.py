@@ -19,6 +19,7 @@ from studies.arm.engineer import (
     deflections,
     early_and_late,
     mean_square,
+    modal_ratios,
     settling_time,
     stress,
     work_drawn,
@@ -75,14 +76,14 @@ def duration_to_try(stage: Stage, limits: Limits) -> str:
 def facts(study: ArmStudy, found: Refined, history: Loads) -> dict[str, Any]:
     """All figures of a motion, with units in their names."""
     full, solved = found.replay, found.solved
-    ratio = study.stage.arm.damping_ratio or DAMPING
+    ratios = modal_ratios(full, DAMPING)
     out: dict[str, Any] = {
         "residual energy [J]": full.residual_energy,
         "residual energy on B21, mesh error [J]": solved.reduced_energy,
         "model error [J]": abs(full.residual_energy - solved.reduced_energy),
         "angle miss at the lock [rad]": full.miss,
-        f"settling of the tip to {study.pointing_error:g} m, damping {ratio:g} [s]":
-            settling_time(full, study.pointing_error, ratio),
+        f"settling of the tip to {study.pointing_error:g} m, mode 1 damped by {ratios[0]:.3g} [s]":
+            settling_time(full, study.pointing_error, ratios),
     }  # fmt: skip
     out |= _loads(study, found, history)
     for k in study.stage.moving:
