@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 from models.ancf.assembly import dense
@@ -90,7 +91,7 @@ def _along(run: Simulation) -> tuple[Array, ...]:
 
 
 def _rate(values: Array, t: Array) -> Array:
-    return np.asarray(np.gradient(values, t, axis=-1, edge_order=2))
+    return np.asarray(CubicSpline(t, values, axis=-1)(t, 1))
 
 
 def momenta(chain: Chain, q: Array, v: Array) -> tuple[Array, Array]:

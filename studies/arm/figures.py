@@ -6,7 +6,7 @@ first replay is the optimum and drawn on top.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,9 +14,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from models.ancf.state import posed
 from models.arm.reduced_run import ReducedMotion
 from studies.arm.replay import Replay
-from studies.arm.stage import ELBOW, JOINT_NAMES
+from studies.arm.stage import ELBOW, JOINT_NAMES, Stage
+from studies.arm.tradeoff import Curves
 
 Array = NDArray[np.float64]
 COLOURS = ("#0b5fa5", "#d1495b", "#5a8f29", "#8e6c8a", "#e09f3e", "#3d405b", "#7f7f7f")
@@ -53,23 +55,23 @@ def models_figure(replayed: Replay, reduced: ReducedMotion) -> Figure:
         other = np.array([np.interp(run.times, reduced.times, row) for row in paths])
         off = 1e3 * np.hypot(*(full - other))
         axes[1].semilogy(run.times, np.maximum(off, _FLOOR), color=colour, label=name)
-    _label(axes[0], "time [s]", "y [m]")
+    label_axes(axes[0], "time [s]", "y [m]")
     axes[1].set_ylim(bottom=_FLOOR)
-    _label(axes[1], "time [s]", "models apart by [mm]")
+    label_axes(axes[1], "time [s]", "models apart by [mm]")
     axes[1].legend(frameon=False)
     _legend(figure, axes[0])
     return figure
 
 
 def torque_figure(replays: Sequence[Replay]) -> Figure:
-    """Fig. 10: driving torque of each joint that turns."""
+    """Fig. 10: torque of each joint that turns, given or the reaction to its angle."""
     moving = replays[0].motion.stage.moving
-    figure, axes = _row(len(moving), replays[0], "driving torque")
+    figure, axes = _row(len(moving), replays[0], "torque of the joints that turn")
     for panel, k in zip(axes, moving, strict=True):
         for replayed, look in _styled(replays):
             run = replayed.run.before
             panel.plot(run.times, run.torque[k], **look)
-        _label(panel, "time [s]", f"{JOINT_NAMES[k]} torque [N m]")
+        label_axes(panel, "time [s]", f"{JOINT_NAMES[k]} torque [N m]")
     if len(replays) > 1:
         _legend(figure, axes[0])
     return figure
@@ -88,7 +90,7 @@ def motion_figure(replays: Sequence[Replay]) -> Figure:
             panel.plot(t, column(path, speed), **look)
     for panel, (label, _) in zip(axes, panels, strict=True):
         panel.axvline(replays[0].motion.stage.duration, color="0.5", lw=0.8, ls=":")
-        _label(panel, "time [s]", label)
+        label_axes(panel, "time [s]", label)
     if len(replays) > 1:
         _legend(figure, axes[0])
     return figure
@@ -123,28 +125,32 @@ def _history(replayed: Replay) -> tuple[Array, list[Array], list[Array]]:
 
 
 def after_figure(replays: Sequence[Replay]) -> Figure:
-    """How the tip swings after the lock, and how far tip and big arm's end come off at most."""
+    """How the tip swings about its rest after the lock, and how far both ends come off at most."""
     figure, axes = _row(2, replays[0], "vibration after the lock")
     names, largest = [], []
     for replayed, look in _styled(replays):
         after = replayed.run.after
         if after is None:
             continue
-        off = [path - path.mean(axis=1, keepdims=True) for path in map(after.position, (1, 0))]
+        rest = posed(after.chain, [float(x) for x in after.joint_angles()[:, 0]]).q
+        ends = [list(after.chain.slots(link, -1)[:2]) for link in (1, 0)]
+        off = [after.q[end] - rest[end, None] for end in ends]
         heading = sum(replayed.motion.stage.end)
         across = np.array([-np.sin(heading), np.cos(heading)])
         axes[0].plot(after.times - after.times[0], 1e3 * across @ off[0], **look)
         names.append(replayed.motion.name)
         largest.append([1e3 * float(np.hypot(*x).max()) for x in off])
-    _label(axes[0], "time since the lock [s]", "tip off its mean, across [mm]")
+    label_axes(axes[0], "time since the lock [s]", "tip off its rest, across [mm]")
     place = np.arange(len(names))
     for k, (name, colour) in enumerate((("tip", "0.25"), ("big arm's end", "0.65"))):
         axes[1].barh(place + 0.4 * k - 0.2, [row[k] for row in largest], 0.38, color=colour,
                      label=name)  # fmt: skip
+    decades = np.log10([min(map(min, largest)), max(map(max, largest))])
     axes[1].set_xscale("log")
+    axes[1].set_xlim(10 ** np.floor(decades[0] - 0.05), 10 ** np.ceil(decades[1] + 0.05))
     axes[1].set_yticks(place, names)
     axes[1].invert_yaxis()
-    _label(axes[1], "largest distance from the mean [mm]", "", plain=False)
+    label_axes(axes[1], "largest distance from rest [mm]", "", plain=False)
     axes[1].legend(frameon=False, fontsize=8, ncols=2, loc="lower right", bbox_to_anchor=(1, 1))
     if len(names) > 1:
         _legend(figure, axes[0])
@@ -154,7 +160,7 @@ def after_figure(replays: Sequence[Replay]) -> Figure:
 def residual_figure(pairs: Sequence[tuple[Replay | None, Sequence[Replay]]]) -> Figure:
     """Residual energy against peak torque; each optimum below the baselines it stands beside."""
     first = pairs[0][1][0]
-    figure, axes = _row(1, first, f"what is left after the lock, {first.motion.drive} drive")
+    figure, axes = _row(1, first, "what is left after the lock")
     k = first.motion.stage.moving[0]
     for number, (optimum, baselines) in enumerate(pairs):
         for shift, b in enumerate(baselines):
@@ -167,7 +173,7 @@ def residual_figure(pairs: Sequence[tuple[Replay | None, Sequence[Replay]]]) -> 
         if optimum is not None:
             end = float(optimum.peak_torque[k]), optimum.residual_energy
             axes[0].semilogy(*end, "D", color=COLOURS[0], label=None if number else "optimum")
-    _label(axes[0], f"peak {JOINT_NAMES[k]} torque [N m]", "residual energy [J]", plain=False)
+    label_axes(axes[0], f"peak {JOINT_NAMES[k]} torque [N m]", "residual energy [J]", plain=False)
     handles, labels = axes[0].get_legend_handles_labels()
     order = sorted(range(len(labels)), key=lambda i: labels[i] != "optimum")
     axes[0].legend([handles[i] for i in order], [labels[i] for i in order], frameon=False,
@@ -176,17 +182,20 @@ def residual_figure(pairs: Sequence[tuple[Replay | None, Sequence[Replay]]]) -> 
     return figure
 
 
-def tradeoff_figure(curves: Mapping[str, tuple[Sequence[float], Sequence[float]]]) -> Figure:
-    """Residual energy against duration, a curve a law."""
-    figure = Figure(figsize=(6.4, 3.8), dpi=150, layout="constrained")
+def tradeoff_figure(stage: Stage, curves: Curves, between: Curves) -> Figure:
+    """Residual energy against duration: marks on the full model, lines `between` them on B21."""
+    figure = Figure(figsize=(7.2, 4.2), dpi=150, layout="constrained")
     panel = figure.subplots()
     for (name, (t, left)), colour in zip(curves.items(), COLOURS, strict=False):
         best = name == next(iter(curves))
-        panel.semilogy(t, left, "D-" if best else "o-", ms=5 if best else 3, color=colour,
-                       lw=2.0 if best else 1.2, label=name)  # fmt: skip
-    panel.set_title("Residual against duration, torque drive", fontsize=12)
-    _label(panel, "duration [s]", "residual energy [J]", plain=False)
-    panel.legend(frameon=False, fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))
+        if name in between:
+            panel.semilogy(*between[name], color=colour, lw=1.0)
+        panel.semilogy(t, left, "D--" if best else "o", ms=5, color=colour, label=name)
+    panel.set_title(f"{TITLES[stage.name]}, torque drive: residual against duration", fontsize=12)
+    label_axes(panel, "duration [s]", "residual energy [J]", plain=False)
+    title = "marks: full model" + ("\nlines: B21" if between else "")
+    panel.legend(frameon=False, fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5),
+                 title=title, title_fontsize=8)  # fmt: skip
     return figure
 
 
@@ -209,7 +218,7 @@ def snapshots(replayed: Replay, count: int = 9) -> Figure:
     panel.set_title(f"{TITLES[stage.name]}, {stage.duration:.4g} s: nine even instants, light to "
                     "dark\nbig arm grey, small arm red, antenna dot, root square",
                     fontsize=9)  # fmt: skip
-    _label(panel, "x [m]", "y [m]", plain=False)
+    label_axes(panel, "x [m]", "y [m]", plain=False)
     panel.margins(0.05)
     return figure
 
@@ -219,7 +228,8 @@ def _row(panels: int, replayed: Replay, what: str) -> tuple[Figure, list[Axes]]:
     width = 4.3 * columns if panels > 1 else 6.4
     figure = Figure(figsize=(width, 3.2 * rows + 0.6), dpi=150, layout="constrained")
     stage = replayed.motion.stage
-    figure.suptitle(f"{TITLES[stage.name]} in {stage.duration:.4g} s: {what}", fontsize=12)
+    head = f"{TITLES[stage.name]} in {stage.duration:.4g} s, {replayed.motion.drive} drive"
+    figure.suptitle(f"{head}: {what}", fontsize=12)
     return figure, list(figure.subplots(rows, columns, squeeze=False).flat)
 
 
@@ -232,7 +242,8 @@ def _styled(replays: Sequence[Replay]) -> Iterator[tuple[Replay, dict[str, Any]]
         }  # fmt: skip
 
 
-def _label(panel: Axes, x: str, y: str, plain: bool = True) -> None:
+def label_axes(panel: Axes, x: str, y: str, plain: bool = True) -> None:
+    """Name the axes of a panel and give it the look of all others; `plain` fits it to the time."""
     panel.set_xlabel(x)
     panel.set_ylabel(y)
     panel.grid(color="0.9", lw=0.6)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from studies.arm.figures import COLOURS, STYLES
+from studies.arm.figures import COLOURS, STYLES, TITLES, label_axes
 from studies.arm.robust_study import Comparison
 from studies.arm.spread import WIDTH
 from studies.arm.stage import JOINT_NAMES
@@ -15,7 +15,7 @@ _SAMPLES = 2001
 
 def spread_figure(found: Comparison) -> Figure:
     """Worst residual along each factor, whatever the other one is, of all motions."""
-    drawn = Figure(figsize=(11, 4.6), layout="constrained")
+    drawn = Figure(figsize=(11, 4.6), dpi=150, layout="constrained")
     panels = drawn.subplots(1, 2, sharey=True)
     for axis, (panel, name) in enumerate(zip(panels, found.spread.axes, strict=True)):
         for done, colour, style in zip(found.outcomes, COLOURS, STYLES, strict=False):
@@ -26,30 +26,29 @@ def spread_figure(found: Comparison) -> Figure:
                 side = np.linspace(1 - WIDTH, 1 + WIDTH, len(values))
                 label = f"{done.solved.name}, {model}"
                 panel.semilogy(side, values.max(axis=1 - axis), mark, color=colour, label=label)
-        panel.set_xlabel(f"factor on {name} [-]")
-        panel.grid(which="both", alpha=0.25)
+        label_axes(panel, f"{name} over its nominal value [-]", "")
     panels[0].set_ylabel("worst $\\sqrt{E_{res}}$ [$\\sqrt{J}$]")
-    drawn.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    drawn.suptitle(f"What the lock leaves: {_title(found)}")
+    drawn.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3,
+                 frameon=False)  # fmt: skip
+    drawn.suptitle(f"{_title(found)}: worst residual after the lock, whatever the other factor is")
     return drawn
 
 
 def torque_figure(found: Comparison) -> Figure:
     """Torque of all motions on the nominal arm."""
-    drawn = Figure(figsize=(9, 4.2), layout="constrained")
+    drawn = Figure(figsize=(8, 4.2), dpi=150, layout="constrained")
     panel = drawn.subplots()
     joint = found.stage.moving[0]
     t = np.linspace(0.0, found.stage.duration, _SAMPLES)
     for done, colour, style in zip(found.outcomes, COLOURS, STYLES, strict=False):
         law = done.solved.torques[joint]
         panel.plot(t, law(t), style, color=colour, label=done.solved.name)
-    panel.set_xlabel("time [s]")
-    panel.set_ylabel(f"{JOINT_NAMES[joint]} torque [N m]")
-    panel.grid(alpha=0.25)
-    panel.legend()
-    drawn.suptitle(f"Torque of the nominal arm: {_title(found)}")
+    label_axes(panel, "time [s]", f"{JOINT_NAMES[joint]} torque [N m]")
+    panel.legend(frameon=False)
+    drawn.suptitle(f"{_title(found)}: torque on the nominal arm")
     return drawn
 
 
 def _title(found: Comparison) -> str:
-    return f"{found.stage.name} arm, {found.stage.duration:g} s, {found.spread.drive} drive"
+    stage = found.stage
+    return f"{TITLES[stage.name]} in {stage.duration:.4g} s, {found.spread.drive} drive"

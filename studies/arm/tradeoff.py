@@ -7,9 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
 from models.errors import ModelError
 from studies.arm.compare import replay_law
 from studies.arm.optimum import MESH, solve_stage
+from studies.arm.scan import left_by_laws
 from studies.arm.stage import Stage
 from studies.arm.unit_laws import baselines
 from studies.console import Table, number
@@ -20,6 +23,7 @@ Curves = dict[str, tuple[list[float], list[float]]]
 OPTIMUM = "optimum"
 LAWS = ("linear torque", "quintic", "Step5", "Bezier")
 RATIOS = (0.7, 0.85, 1.0, 1.2, 1.5)  # of the stage's duration
+BETWEEN = 161  # durations on B21
 
 
 def curves(stage: Stage, say: Say) -> Curves:
@@ -37,6 +41,18 @@ def curves(stage: Stage, say: Say) -> Curves:
             found[name][1].append(energy)
         say(f"{stage.name} arm: {at.duration:.4g} s done")
     return found
+
+
+def between(stage: Stage) -> Curves:
+    """The laws' curves on B21, durations close together; nothing where both joints turn."""
+    if len(stage.moving) > 1:
+        return {}
+    times = np.linspace(RATIOS[0], RATIOS[-1], BETWEEN) * stage.duration
+    laws = [{x.name: x.law for x in baselines(T, 10.0 / T)} for T in times.tolist()]
+    return {
+        name: (times.tolist(), left_by_laws(stage, [x[name] for x in laws], "torque").tolist())
+        for name in LAWS
+    }
 
 
 def _left(stage: Stage, name: str) -> float:

@@ -1,5 +1,7 @@
 """Loads, a satellite that is free, sequences without rest, figures: each against an estimate."""
 
+import json
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -9,8 +11,10 @@ from models.ancf.integrator import Settings
 from models.ancf.joint import Torque
 from models.ancf.state import posed
 from models.arm.parameters import ArmParameters
+from studies.arm.compare import Pair
 from studies.arm.engineer import loads, modal_ratios, settling_time
-from studies.arm.figures import all_figures
+from studies.arm.figures import all_figures, tradeoff_figure
+from studies.arm.optimum import Refined
 from studies.arm.problem import Limits, arm_phase
 from studies.arm.replay import Motion, replay
 from studies.arm.report import duration_to_try, missed
@@ -19,6 +23,8 @@ from studies.arm.rigid_time import least_rigid_duration, quintic_duration, rigid
 from studies.arm.satellite import free_satellite
 from studies.arm.stage import ELBOW, ROOT, big_arm, both_arms, small_arm
 from studies.arm.unit_laws import quintic
+from studies.cli import main
+from studies.exit_codes import ExitCode
 
 COARSE = Settings(1e-6)
 
@@ -82,7 +88,13 @@ def test_a_free_satellite_and_the_small_arm_keep_no_momentum():
 def test_figures_name_their_axes_and_motions(big):
     done, _ = big
     found = dict(all_figures([done, done]))
+    low, high = found["after_lock"].axes[1].get_xlim()
+    assert high / low >= 10  # a decade at least, or the ticks' labels run into each other
     assert set(found) == {"fig10_torque", "fig15_arm", "after_lock", "snapshots"}
+    found["trade_off"] = tradeoff_figure(
+        done.motion.stage, {"optimum": ([8.0], [1e-9]), "Step5": ([8.0], [1e-5])},
+        {"Step5": ([7.0, 9.0], [1e-4, 1e-6])},
+    )  # fmt: skip
     for figure in found.values():
         assert all(panel.get_xlabel().endswith("]") for panel in figure.axes)
 
@@ -136,6 +148,22 @@ def test_baselines_that_miss_a_latch_are_named(big):
     assert missed([done], 1.1 * miss) == []
     (line,) = missed([done], 0.5 * miss)
     assert line.startswith("FAILED: quintic: the root misses its latch by")
+
+
+def test_a_latch_missed_beside_baselines_fails_the_command(big, monkeypatch, capsys, tmp_path):
+    # the laws' solves are left out: one replay stands for baseline and optimum
+    done, _ = big
+    refined = Refined(None, done, ((100, 0.0, done.residual_energy),), True)
+    pairs = [Pair(done, done, refined, 1.0)]
+    monkeypatch.setattr("studies.arm.compare.compare", lambda *_, **__: pairs)
+    asked = ["arm", "--baselines", "torque", "--no-figures", "--results"]
+    wide, tight = (["--latch", str(share * done.miss)] for share in (1.1, 0.9))
+    assert main([*asked, str(tmp_path / "wide"), *wide]) == ExitCode.OK
+    assert main([*asked, str(tmp_path / "tight"), *tight]) == ExitCode.NOT_VERIFIED
+    assert "FAILED: quintic: the root misses its latch" in capsys.readouterr().out
+    record = json.loads((tmp_path / "tight" / "verification.json").read_text())
+    assert not record["passed"]
+    assert len(record["missed_latches"]) == 2
 
 
 def test_the_tip_settles_when_a_damped_arm_is_simulated_to():
