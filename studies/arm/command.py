@@ -86,7 +86,9 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
 
 def _run(options: argparse.Namespace, console: Console) -> ExitCode:
     from studies.arm.config import read
+    from studies.arm.modes import check_flags
 
+    check_flags(options)
     if options.sequence is not None:
         from studies.arm.sequence_command import run_sequence
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from models.arm.parameters import ASSUMED_DENSITY, ASSUMED_MODULUS, ArmParameters, tube
 from models.errors import ModelError
-from studies.arm.numbers import NOT_NEGATIVE, NUMBERS, POSITIVE, WHOLE
+from studies.arm.numbers import MOST, NOT_NEGATIVE, NUMBERS, POSITIVE, WHOLE
 from studies.arm.objectives import OBJECTIVES
 from studies.arm.problem import Limits
 from studies.arm.replay import ELEMENTS, MODES
@@ -129,6 +129,8 @@ def _check_signs(values: Mapping[str, float]) -> None:
             raise StudyError(f"{key} is {value:g}; give a value above zero")
         if key in NOT_NEGATIVE and value < 0:
             raise StudyError(f"{key} is {value:g}; give zero or more")
+        if key in MOST and value > MOST[key]:
+            raise StudyError(f"{key} is {value:g}; give {MOST[key]} or less")
         if key in WHOLE and value != int(value):
             raise StudyError(f"{key} is {value:g}; give a whole number")
 

@@ -21,10 +21,16 @@ NUMBERS = {
     "root_start_deg": "[deg]", "root_end_deg": "[deg]",
     "elbow_start_deg": "[deg]", "elbow_end_deg": "[deg]",
 }  # fmt: skip
+ARM = (
+    "big_length", "small_length", "big_diameter", "small_diameter", "big_wall", "small_wall",
+    "modulus", "density", "tip_mass", "elbow_mass", "hub_inertia", "damping_ratio",
+    "damping_frequency",
+)  # fmt: skip
 POSITIVE = (
     "torque_cap", "rate_cap", "latch", "sample_time", "pointing_error", "duration",
     "big_length", "small_length", "big_diameter", "small_diameter", "big_wall", "small_wall",
     "modulus", "density", "satellite_inertia", "elements", "modes", "damping_frequency",
 )  # fmt: skip
 NOT_NEGATIVE = ("tip_mass", "elbow_mass", "hub_inertia", "damping_ratio")
+MOST = {"elements": 1000, "modes": 1000}  # beyond which only memory would end the run
 WHOLE = ("elements", "modes")

@@ -16,6 +16,7 @@ from typing import Any, Literal
 import casadi as ca
 import numpy as np
 
+from models.arm.parameters import ArmParameters
 from models.arm.reduced import COORDINATES, ReducedArm, solve_small
 from ocp import Between, Bound, Mesh, Phase, Problem, State, joined, peak
 from ocp.mesh import PhaseMesh, uniform
@@ -81,7 +82,7 @@ def turning(stage: Stage) -> float:
     return float(stage.inertias[k] * abs(stage.turn[k]))
 
 
-def sequence(total: float, dwell: float) -> Sequence:
+def sequence(total: float, dwell: float, arm: ArmParameters | None = None) -> Sequence:
     """Big and small arm in a total time, split as the rigid bound has it.
 
     Raises
@@ -92,7 +93,7 @@ def sequence(total: float, dwell: float) -> Sequence:
     for name, value in (("total time", total), ("dwell", dwell)):
         if not (np.isfinite(value) and value > 0):
             raise StudyError(f"the {name} is {value:g} s; give a positive finite time")
-    first, second = big_arm(), small_arm()
+    first, second = big_arm(arm=arm), small_arm(arm=arm)
     roots = np.sqrt([turning(first), turning(second)])
     shares = total * roots / roots.sum()
     return Sequence(first.lasting(shares[0]), second.lasting(shares[1]), dwell)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import argparse
 import csv
-from typing import Any
+import dataclasses
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from studies.arm.config import read
+from studies.arm.numbers import ARM
 from studies.arm.sequence import SMOOTHING, Least, Sequence, sequence
 from studies.arm.sequence_run import (
     SequenceReplay,
@@ -30,7 +32,13 @@ PAPER = (86.0, 112.0)  # [s]
 
 def run_sequence(options: argparse.Namespace, console: Console) -> ExitCode:
     """Solve, replay, report and write one sequence."""
-    case = sequence(_time(options.total, "--total", TOTAL), _time(options.dwell, "--dwell", DWELL))
+    arm = read(options.config, {name: getattr(options, name) for name in ARM}).stage.arm
+    total, dwell = _time(options.total, "--total", TOTAL), _time(options.dwell, "--dwell", DWELL)
+    case = sequence(total, dwell, arm)
+    left = None
+    if options.lock_energy is not None:
+        left = _time(options.lock_energy, "--lock-energy", 0.0)
+    every = _time(options.sample_time, "--sample-time", 0.1)
     least, cap = options.sequence, None
     if least == "time":
         if options.torque_cap is None:
@@ -42,7 +50,7 @@ def run_sequence(options: argparse.Namespace, console: Console) -> ExitCode:
     console.progress("solved; replaying on B21 and on the full model")
     replayed = replay_sequence(solved)
     values = facts(solved, replayed)
-    values |= _beside(solved, cap, options, console)
+    values |= _beside(solved, cap, left, console)
     passed = {
         "the replays on B21 and on the full model agree in residual energy": agree(replayed),
         "the torque is within its cap between the points":
@@ -62,9 +70,9 @@ def run_sequence(options: argparse.Namespace, console: Console) -> ExitCode:
     folder.write_json("verification.json", {
         "passed": all(passed.values()), "checks": passed, "values": values,
         "study": {"sequence": least, "total": case.moving_time, "dwell": case.dwell,
-                  "torque_cap": cap}, "made_by": provenance(),
+                  "torque_cap": cap, "arm": dataclasses.asdict(arm)}, "made_by": provenance(),
     })  # fmt: skip
-    write_torques(folder, solved, options.sample_time)
+    write_torques(folder, solved, every)
     if not options.no_figures:
         torque_figure(solved).savefig(folder.file("fig10_torques.png"))
     folder.complete()
@@ -73,7 +81,7 @@ def run_sequence(options: argparse.Namespace, console: Console) -> ExitCode:
 
 
 def _beside(
-    solved: SolvedSequence, cap: float | None, options: argparse.Namespace, console: Console
+    solved: SolvedSequence, cap: float | None, left: float | None, console: Console
 ) -> dict[str, float]:
     """What rest and smoothness cost; what was not found is said and left out."""
     least: Least = "peak-torque" if cap is None else "time"
@@ -81,8 +89,7 @@ def _beside(
         (lambda: sums(solved, cap, console)) if cap is not None
         else (lambda: smoothing_share(solved, console.live))
     ]  # fmt: skip
-    if options.lock_energy is not None:
-        left = _time(options.lock_energy, "--lock-energy", 0.0)
+    if left is not None:
         parts.append(lambda: without_rest(solved, least, cap, left, console.live))
     values: dict[str, float] = {}
     for part in parts:
@@ -106,7 +113,7 @@ def _time(given: object, flag: str, default: float) -> float:
 def paced(case: Sequence, cap: float) -> Sequence:
     """The sequence at the pace of a cap, a tenth above the rigid bound."""
     total = case.moving_time * float(np.sqrt(1.1 * case.rigid_bound / cap))
-    return sequence(total, case.dwell)
+    return sequence(total, case.dwell, case.first.arm)
 
 
 def agree(replayed: SequenceReplay) -> bool:
@@ -154,9 +161,8 @@ def sums(solved: SolvedSequence, cap: float, console: Console) -> dict[str, floa
     }  # fmt: skip
 
 
-def write_torques(folder: ResultsFolder, solved: SolvedSequence, step: Any) -> None:
+def write_torques(folder: ResultsFolder, solved: SolvedSequence, every: float) -> None:
     """Write `profile.csv`: both torques at a sample time, from the start of the big arm."""
-    every = _time(step, "--sample-time", 0.1)
     root, elbow = solved.torques
     ends = np.cumsum(solved.durations)
     t = np.linspace(0.0, ends[2], max(2, round(ends[2] / every) + 1))

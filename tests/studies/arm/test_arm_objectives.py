@@ -40,6 +40,12 @@ def test_rigid_bound_and_split_of_the_sequence():
     assert case.second.duration == pytest.approx(141.6, abs=0.05)
 
 
+def test_a_sequence_is_one_of_the_arm_given():
+    heavy = sequence(198.0, 10.0, ArmParameters(tip_mass=60.0))
+    assert heavy.first.arm.tip_mass == heavy.second.arm.tip_mass == 60.0
+    assert heavy.rigid_bound > 1.5 * sequence(198.0, 10.0).rigid_bound
+
+
 def test_released_elbow_keeps_positions_and_rates():
     case = sequence(19.8, 1.0)
     still, free = locked(case), case.second.model
@@ -90,6 +96,13 @@ def test_a_step_that_diverges_says_when_and_what_to_change(monkeypatch, capsys, 
         (["--sequence", "time"], "needs --torque-cap"),
         (["--sequence", "peak-torque", "--dwell", "-1"], "--dwell is -1"),
         (["--sequence", "peak-torque", "--total", "long"], "--total is long"),
+        (["--sequence", "peak-torque", "--lock-energy", "-1"], "--lock-energy is -1"),
+        (["--sequence", "peak-torque", "--modulus", "0"], "modulus is 0; give a value above zero"),
+        (["--sequence", "time", "--stage", "big"], "--sequence has no use for --stage"),
+        (["--baselines", "torque", "--torque-cap", "3"], "--baselines has no use for --torque-cap"),
+        (["--baselines", "torque", "--trade-off"], "--baselines and --trade-off are two questions"),
+        (["--dwell", "3"], "without --sequence there is no use for --dwell"),
+        (["--elements", "1e12"], "elements is 1e+12; give 1000 or less"),
     ],
 )
 def test_bad_input_is_one_sentence(arguments, words, capsys, tmp_path):
