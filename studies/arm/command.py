@@ -162,12 +162,13 @@ def _one(options: argparse.Namespace, study: ArmStudy, console: Console) -> Exit
     from studies.arm.engineer import loads
     from studies.arm.export import write_input, write_loads, write_profile
     from studies.arm.floor import numerical_floor
-    from studies.arm.optimum import check_caps, refine, solve_stage
+    from studies.arm.optimum import check_bending, check_caps, refine, solve_stage
     from studies.arm.problem import is_slow
     from studies.arm.report import check_mesh, checks, duration_to_try, facts, rounds, table
     from studies.results import open_results, provenance
 
     if study.objective != "time":
+        check_bending(study.stage)
         check_caps(study.stage, study.limits)
     check_mesh(study)
     folder = open_results(options.results, f"arm-{study.stage.name}", options.overwrite)

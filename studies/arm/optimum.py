@@ -23,9 +23,10 @@ from models.arm.reduced_run import ReducedMotion, lock_reduced, simulate_reduced
 from ocp import IpoptOptions, OcpError, PhaseTrajectory, Settings, Trajectory, solve
 from studies.arm.lanes import follow
 from studies.arm.objectives import problem
-from studies.arm.problem import ArmPhase, Limits
+from studies.arm.problem import ArmPhase, Limits, quasi_static
 from studies.arm.replay import Drive, Motion, Replay, replay
 from studies.arm.stage import ELBOW, ROOT, Stage
+from studies.arm.unit_laws import quintic
 from studies.exit_codes import ExitCode, StudyError
 
 Array = NDArray[np.float64]
@@ -43,6 +44,8 @@ ROUNDS = 3  # meshes, each twice as fine as the one before
 AGREE = 0.1  # share of the full model's E_res that the mesh may add
 FLOOR = 1e-9  # [J] below which both replays count as still, the issue's limit at the paper's pace
 SAMPLES = 2001
+BEND = 0.3  # [rad]; slopes of R (1 - psi^2/2, psi) are then right to a per mille
+_INSTANTS = 51
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,6 +211,7 @@ def solve_stage(
     """
     limits = limits or Limits()
     if objective != "time":
+        check_bending(stage)
         check_caps(stage, limits)
     stated, arm = problem(stage, limits, objective)
     failure: OcpError | None = None
@@ -235,6 +239,25 @@ def settings(intervals: int, barrier: Barrier = "monotone") -> Settings:
             max_iterations=120, barrier=barrier, pivot_tolerance=PIVOTS,
         ),
     )  # fmt: skip
+
+
+def check_bending(stage: Stage) -> None:
+    """Refuse a motion that bends the links beyond what small rotations describe.
+
+    Judged by the quintic step's inertia; links bend as 1/T^2.
+    """
+    t = np.linspace(0.0, stage.duration, _INSTANTS)
+    q, _ = quasi_static(stage, quintic(stage.duration), t)
+    lengths = {"delta1": stage.arm.big.length, "delta2": stage.arm.small.length, "psi1": 1.0}
+    rows = zip(stage.model.coordinates, q, strict=True)
+    bent = max(float(np.abs(x).max()) / lengths[n] for n, x in rows if n in lengths)
+    if bent > BEND:
+        raise StudyError(
+            f"in {stage.duration:g} s the stage '{stage.name}' would bend a link by about "
+            f"{bent:.2g} rad, and the reduced model holds up to {BEND:g} rad; give a duration of "
+            f"{np.ceil(10 * stage.duration * (bent / BEND) ** 0.5) / 10:g} s, or a stiffer arm",
+            ExitCode.INFEASIBLE,
+        )
 
 
 def check_caps(stage: Stage, limits: Limits) -> None:

@@ -61,10 +61,10 @@ def check_mesh(study: ArmStudy) -> None:
 
 
 def duration_to_try(stage: Stage, limits: Limits) -> str:
-    """Words on how long a rigid arm takes under torque caps too low for the quintic step."""
+    """What to do where no motion was found: how long a rigid arm takes if torque caps are low."""
     longer = quintic_duration(stage, limits)
     if longer <= stage.duration:
-        return ""
+        return "; on the command line: give a longer duration, higher caps or another objective"
     least = least_rigid_duration(stage, limits)
     shortest = "" if least is None else f"{least:.4g} s on the shortest motion found, "
     return (

@@ -10,7 +10,7 @@ import pytest
 
 from studies.arm.config import study_from
 from studies.arm.engineer import momenta
-from studies.arm.optimum import FLOOR, capped, refine, solve_stage
+from studies.arm.optimum import FLOOR, capped, check_bending, refine, solve_stage
 from studies.arm.replay import Motion, replay
 from studies.arm.rigid import angle_drives, torque_drives
 from studies.arm.stage import big_arm, both_arms, small_arm
@@ -125,6 +125,7 @@ def test_the_command_writes_what_reproduces_it(tmp_path: Path):
         (["--duration", "-3"], ExitCode.BAD_INPUT, "duration is -3; give a value above zero"),
         (["--duration", "soon"], ExitCode.BAD_INPUT, "duration is 'soon'"),
         (["--root-end-deg", "0"], ExitCode.BAD_INPUT, "turns no joint"),
+        (["--modulus", "7e6"], ExitCode.INFEASIBLE, "would bend a link by about 11 rad"),
     ],
 )
 def test_bad_input_is_one_sentence(arguments, code, words, capsys, tmp_path):
@@ -133,6 +134,16 @@ def test_bad_input_is_one_sentence(arguments, code, words, capsys, tmp_path):
     assert re.search(words, complaint)
     assert complaint.count("\n") == 1
     assert "Traceback" not in complaint
+
+
+def test_bending_is_refused_up_to_the_duration_that_is_named():
+    soft = study_from({"modulus": 7e6}).stage
+    with pytest.raises(StudyError, match=r"give a duration of [\d.]+ s") as caught:
+        check_bending(soft)
+    least = float(re.search(r"duration of ([\d.]+) s", str(caught.value))[1])
+    check_bending(soft.lasting(least))
+    with pytest.raises(StudyError):
+        check_bending(soft.lasting(least - 0.2))
 
 
 def test_a_shaper_longer_than_the_motion_is_refused():
