@@ -6,6 +6,7 @@ the arm's linear momentum, its moment the rate of the angular momentum about the
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,7 @@ from scipy.optimize import brentq
 from models.ancf.assembly import dense
 from models.ancf.eliminated import Eliminated
 from models.ancf.integrator import Settings
-from models.ancf.joint import Locked, joint_rates
+from models.ancf.joint import Free, joint_rates
 from models.ancf.link import Chain
 from models.ancf.simulate import Simulation, simulate
 from studies.arm.replay import ELEMENTS, SMOOTH, Motion, Replay, replay
@@ -97,10 +98,12 @@ def _rate(values: Array, t: Array) -> Array:
 def momenta(chain: Chain, q: Array, v: Array) -> tuple[Array, Array]:
     """Linear (2, m) [N s] and angular (m,) [N m s] momentum about the root.
 
-    Rigid translations and the rotation about the root are exact motions of the elements, so that
-    both are products of the mass matrix with them.
+    Translations and the rotation about the root are exact motions of the elements, so that both
+    are products of the mass matrix with them: that of a chain whose root is not pinned, as the
+    root too moves in a translation.
     """
-    asm = Eliminated(chain, [Locked(0.0)] * len(chain.links)).assembly
+    flying = dataclasses.replace(chain, pinned=False)
+    asm = Eliminated(flying, [Free()] * len(chain.links)).assembly
     mass = dense(asm.mass)
     n = chain.size
     place = np.arange(n) % 4

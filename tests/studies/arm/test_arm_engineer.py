@@ -12,7 +12,7 @@ from models.ancf.joint import Torque
 from models.ancf.state import posed
 from models.arm.parameters import ArmParameters
 from studies.arm.compare import Pair
-from studies.arm.engineer import loads, modal_ratios, settling_time
+from studies.arm.engineer import loads, modal_ratios, momenta, settling_time
 from studies.arm.figures import all_figures, tradeoff_figure
 from studies.arm.optimum import Refined
 from studies.arm.problem import Limits, arm_phase
@@ -55,6 +55,21 @@ def test_momentum_balance(big):
     jump = history.angular_momentum[n] - history.angular_momentum[n - 1]
     assert history.moment_impulse == pytest.approx(jump, abs=1e-9)
     assert done.run.engagement.impulse[ROOT] == pytest.approx(jump, abs=1e-9)
+
+
+def test_momenta_of_an_arm_that_turns_rigidly():
+    arm = ArmParameters(elbow_mass=2.0, hub_inertia=5.0)
+    chain, rate = arm.chain(2), 0.3
+    q = posed(chain, [0.0, np.pi / 2]).q
+    v = np.empty_like(q)
+    v[0::2], v[1::2] = -rate * q[1::2], rate * q[0::2]
+    linear, angular = momenta(chain, q[:, None], v[:, None])
+    big, small = arm.big, arm.small
+    m1, m2 = big.linear_density * big.length, small.linear_density * small.length
+    x = m1 * big.length / 2 + (2.0 + m2 + 30.0) * big.length
+    y = m2 * small.length / 2 + 30.0 * small.length
+    assert linear[:, 0] == pytest.approx([-rate * y, rate * x], rel=1e-12)
+    assert angular[0] == pytest.approx(rate * arm.root_inertia(np.pi / 2), rel=1e-12)
 
 
 def test_a_free_satellite_turns_by_the_momentum_of_the_arm(big):
