@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
 from models.ancf.state import posed
@@ -147,6 +148,7 @@ def after_figure(replays: Sequence[Replay]) -> Figure:
                      label=name)  # fmt: skip
     decades = np.log10([min(map(min, largest)), max(map(max, largest))])
     axes[1].set_xscale("log")
+    axes[1].xaxis.set_minor_formatter(NullFormatter())
     axes[1].set_xlim(10 ** np.floor(decades[0] - 0.05), 10 ** np.ceil(decades[1] + 0.05))
     axes[1].set_yticks(place, names)
     axes[1].invert_yaxis()
