@@ -87,6 +87,7 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
 def _run(options: argparse.Namespace, console: Console) -> ExitCode:
     from studies.arm.config import read
     from studies.arm.modes import check_flags
+    from studies.arm.optimum import check_bending
 
     check_flags(options)
     if options.sequence is not None:
@@ -95,6 +96,8 @@ def _run(options: argparse.Namespace, console: Console) -> ExitCode:
         return run_sequence(options, console)
     flags = {name: getattr(options, name) for name in ("stage", "objective", *_numbers())}
     study = read(options.config, flags)
+    if study.objective != "time":  # whose duration is not known yet
+        check_bending(study.stage)
     if options.baselines is not None:
         return _baselines(options, study, console)
     if options.trade_off:
@@ -162,13 +165,12 @@ def _one(options: argparse.Namespace, study: ArmStudy, console: Console) -> Exit
     from studies.arm.engineer import loads
     from studies.arm.export import write_input, write_loads, write_profile
     from studies.arm.floor import numerical_floor
-    from studies.arm.optimum import check_bending, check_caps, refine, solve_stage
+    from studies.arm.optimum import check_caps, refine, solve_stage
     from studies.arm.problem import is_slow
     from studies.arm.report import check_mesh, checks, duration_to_try, facts, rounds, table
     from studies.results import open_results, provenance
 
     if study.objective != "time":
-        check_bending(study.stage)
         check_caps(study.stage, study.limits)
     check_mesh(study)
     folder = open_results(options.results, f"arm-{study.stage.name}", options.overwrite)

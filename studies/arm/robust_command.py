@@ -44,10 +44,12 @@ def add_to(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 
 def run(options: argparse.Namespace, console: Console) -> ExitCode:
     """Solve, replay, print, write and draw."""
+    from studies.arm.optimum import check_bending
     from studies.arm.robust_study import compare, mass_misses, table
     from studies.results import open_results
 
     study = read_study(options)
+    check_bending(study.stage)
     name = f"arm-robust-{study.stage.name}-{options.drive}"
     folder = open_results(options.results, name, options.overwrite)
     found = compare(study.stage, options.drive, options.points, console.progress, console.live)

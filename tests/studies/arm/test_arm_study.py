@@ -126,6 +126,7 @@ def test_the_command_writes_what_reproduces_it(tmp_path: Path):
         (["--duration", "soon"], ExitCode.BAD_INPUT, "duration is 'soon'"),
         (["--root-end-deg", "0"], ExitCode.BAD_INPUT, "turns no joint"),
         (["--modulus", "7e6"], ExitCode.INFEASIBLE, "would bend a link by about 11 rad"),
+        (["--modulus", "7e6", "--baselines", "torque"], ExitCode.INFEASIBLE, "would bend a link"),
     ],
 )
 def test_bad_input_is_one_sentence(arguments, code, words, capsys, tmp_path):
