@@ -20,9 +20,8 @@ from studies.arm.problem import ArmPhase, Limits, arm_phase, column, smoothness,
 from studies.arm.stage import Stage
 from studies.exit_codes import StudyError
 
-_PACE = 5.0  # peak torque in J D/T^2 of the first guess of a least duration
-_SWING = 40.0  # its torque rate in J D/T^3
-_LONGEST = 3.0  # times the first guess
+_SPARE = 1.1  # first duration for a least time, over the rigid arm's least under the same caps
+_SHORTEST, _LONGEST = 0.5, 1.05  # of a least time, over a duration in which the arm can turn
 _QUADRATIC = 12.0  # least mean square torque of a rigid arm in (J D/T^2)^2, linear in time
 _CONSTANT = 4.0  # least peak torque of a rigid arm in J D/T^2
 
@@ -94,8 +93,8 @@ OBJECTIVES: dict[str, Objective] = {
     "smoothest": Objective("smoothest torque", smoothness, 0.0),
     "peak-torque": Objective("least peak torque", peak_torque),
     "peak-tip-acceleration": Objective("least peak acceleration of the tip", tip_acceleration),
-    "energy": Objective("least energy (mean square torque)", energy, 1e-5),
-    "time": Objective("least time", lambda arm, stage: arm.phase.duration / stage.duration, 1e-4),
+    "energy": Objective("least energy (mean square torque)", energy),
+    "time": Objective("least time", lambda arm, stage: arm.phase.duration / stage.duration),
     "peak-root-reaction": Objective("least peak force at the root", root_reaction),
     "deflection": Objective("least peak elastic deflection", deflection),
 }
@@ -104,16 +103,12 @@ OBJECTIVES: dict[str, Objective] = {
 def problem(stage: Stage, limits: Limits, objective: str = "smoothest") -> tuple[Problem, ArmPhase]:
     """The best motion of a stage under its caps.
 
-    Raises
-    ------
-    StudyError
-        If least time is asked for without a cap on the torque and on its rate.
+    For least time the stage must last long enough for its caps: the duration is only shortened.
+    Left more room, the solver lengthens it first and creeps back.
     """
     chosen = OBJECTIVES[objective]
-    end: Between | None = None
-    if objective == "time":
-        stage = stage.lasting(first_duration(stage, limits))
-        end = _around(stage)
+    T = stage.duration
+    end = Between(_SHORTEST * T, _LONGEST * T, T) if objective == "time" else None
     arm = arm_phase(stage, limits, law=starting_law(stage, limits), end=end)
     least = chosen.build(arm, stage)
     if chosen.smoothing:
@@ -121,18 +116,24 @@ def problem(stage: Stage, limits: Limits, objective: str = "smoothest") -> tuple
     return Problem(f"{stage.name} arm", [arm.phase], minimise=least, bounds=arm.bounds), arm
 
 
-def _around(stage: Stage) -> Between:
-    T = stage.duration
-    return Between(T / _LONGEST, _LONGEST * T, T)
-
-
 def first_duration(stage: Stage, limits: Limits) -> float:
-    """A duration in which the rigid arm can turn well within its caps [s]."""
+    """A duration in which the rigid arm can turn well within its caps [s].
+
+    Torque of a joint that turns alone: up at the rate cap, on at the torque cap, down through
+    zero to its mirror image; half the least duration x solves `J D = cap (x - cap / rate) x`, or
+    `4 J D = rate x^3` where the torque cap is not reached.
+
+    Raises
+    ------
+    StudyError
+        Without a cap on the torque and on its rate.
+    """
     found = []
     for k in stage.moving:
         cap, rate = limits.torque[k], limits.rate[k]
         if cap is None or rate is None:
             raise StudyError("least time needs torque_cap and rate_cap; give both")
-        turn = stage.inertias[k] * abs(stage.turn[k])
-        found += [np.sqrt(_PACE * turn / cap), np.cbrt(_SWING * turn / rate)]
-    return float(max(found))
+        turn, ramp = stage.inertias[k] * abs(stage.turn[k]), cap / rate
+        half = (ramp + np.sqrt(ramp**2 + 4.0 * turn / cap)) / 2.0
+        found.append(2.0 * (half if half > 2.0 * ramp else np.cbrt(4.0 * turn / rate)))
+    return _SPARE * float(max(found))

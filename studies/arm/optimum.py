@@ -22,7 +22,8 @@ from models.arm.reduced import ReducedArm
 from models.arm.reduced_run import ReducedMotion, lock_reduced, simulate_reduced
 from ocp import IpoptOptions, OcpError, PhaseTrajectory, Settings, Trajectory, solve
 from studies.arm.lanes import follow
-from studies.arm.objectives import problem
+from studies.arm.mesh import DEGREE, mesh_for
+from studies.arm.objectives import first_duration, problem
 from studies.arm.problem import ArmPhase, Limits, quasi_static
 from studies.arm.replay import Drive, Motion, Replay, replay
 from studies.arm.stage import ELBOW, ROOT, Stage
@@ -37,9 +38,9 @@ ATTEMPTS: tuple[tuple[float, Barrier], ...] = (
     (1.0, "monotone"),
     (1.5, "adaptive"),
 )  # mesh, barrier
-DEGREE = 4
 PIVOTS = 1e-2  # of the linear solver: with its default the stiff modes spoil every step
 _ROUNDING = 1e-5  # of the optimality conditions, whose multipliers the stiff modes make large
+_LONGER, _LENGTHEN = 3, 1.15  # durations tried after the first before a least time is given up
 ROUNDS = 3  # meshes, each twice as fine as the one before
 AGREE = 0.1  # share of the full model's E_res that the mesh may add
 FLOOR = 1e-9  # [J] below which both replays count as still, the issue's limit at the paper's pace
@@ -210,7 +211,10 @@ def solve_stage(
         If the solver finds no motion.
     """
     limits = limits or Limits()
-    if objective != "time":
+    if objective == "time":
+        guess = guess or in_enough_time(stage, limits, intervals, progress)
+        stage = stage.lasting(guess.phases[0].end)
+    else:
         check_bending(stage)
         check_caps(stage, limits)
     stated, arm = problem(stage, limits, objective)
@@ -218,8 +222,8 @@ def solve_stage(
     for finer, barrier in ATTEMPTS:
         try:
             found = solve(
-                stated, settings=settings(round(finer * intervals), barrier), guess=guess,
-                progress=progress,
+                stated, settings=settings(barrier), guess=guess, progress=progress,
+                mesh=mesh_for(objective, round(finer * intervals)),
             ).trajectory  # fmt: skip
         except OcpError as error:
             failure = error
@@ -230,10 +234,33 @@ def solve_stage(
     )
 
 
-def settings(intervals: int, barrier: Barrier = "monotone") -> Settings:
-    """One mesh, for stiff elastic modes; the study verifies and refines by replays of its own."""
+def in_enough_time(
+    stage: Stage, limits: Limits, intervals: int, progress: Progress | None = None
+) -> Trajectory:
+    """The smoothest motion under the caps in a duration that is long enough: least time's start.
+
+    Raises
+    ------
+    StudyError
+        If none is found in the longest duration tried.
+    """
+    T = first_duration(stage, limits)
+    for _ in range(_LONGER):
+        try:
+            return solve_stage(
+                stage.lasting(T), limits=limits, intervals=intervals, progress=progress
+            ).trajectory
+        except StudyError:
+            T *= _LENGTHEN
+    return solve_stage(
+        stage.lasting(T), limits=limits, intervals=intervals, progress=progress
+    ).trajectory
+
+
+def settings(barrier: Barrier = "monotone") -> Settings:
+    """For stiff elastic modes; the mesh is stated beside, the study verifies by its own replays."""
     return Settings(
-        intervals=intervals, degree=DEGREE, refine=False, move_breakpoints=False, verify=False,
+        degree=DEGREE, refine=False, move_breakpoints=False, verify=False,
         ipopt=IpoptOptions(
             tolerance=1e-8, dual_tolerance=_ROUNDING, constraint_violation=1e-9,
             max_iterations=120, barrier=barrier, pivot_tolerance=PIVOTS,

@@ -19,8 +19,8 @@ import numpy as np
 from models.arm.parameters import ArmParameters
 from models.arm.reduced import COORDINATES, ReducedArm, solve_small
 from ocp import Between, Bound, Mesh, Phase, Problem, State, joined, peak
-from ocp.mesh import PhaseMesh, uniform
-from studies.arm.optimum import DEGREE
+from ocp.mesh import uniform
+from studies.arm.mesh import DEGREE, graded
 from studies.arm.problem import (
     ArmPhase,
     Limits,
@@ -34,7 +34,6 @@ from studies.exit_codes import StudyError
 
 Least = Literal["peak-torque", "time"]
 SMOOTHING = 1e-5  # weight of the smoothness of both torques beside the objective
-_GRADING = 0.9
 _SHARE = (0.3, 3.0)  # of the guessed durations, between which the optimiser chooses
 
 
@@ -209,10 +208,3 @@ def meshes(intervals: Several[int]) -> Mesh:
     """Meshes of the three phases, those of the motions finer where the torque turns."""
     first, rest, second = intervals
     return Mesh((graded(first), uniform(rest, DEGREE), graded(second)))
-
-
-def graded(intervals: int) -> PhaseMesh:
-    """A mesh ten times finer at start, middle and end, x = s - a sin(4 pi s) / (4 pi)."""
-    s = np.linspace(0.0, 1.0, intervals + 1)
-    x = s - _GRADING * np.sin(4 * np.pi * s) / (4 * np.pi)
-    return PhaseMesh(np.array([0.0, *x[1:-1], 1.0]), np.array([DEGREE]))

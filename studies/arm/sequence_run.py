@@ -16,6 +16,7 @@ from models.ancf.lock import LockedRun, run_and_lock
 from models.arm.reduced import COORDINATES, ReducedArm
 from models.arm.reduced_run import lock_reduced, simulate_reduced
 from ocp import Mesh, OcpError, Problem, Trajectory, solve
+from studies.arm.mesh import graded
 from studies.arm.optimum import Progress, polynomial, settings, torque_joints
 from studies.arm.problem import ArmPhase, Limits, arm_phase, smoothness, starting_law
 from studies.arm.replay import ELEMENTS, SMOOTH
@@ -24,7 +25,6 @@ from studies.arm.sequence import (
     Least,
     Sequence,
     SequencePhases,
-    graded,
     meshes,
     sequence_problem,
     window,
@@ -120,7 +120,7 @@ def solve_sequence(
         If the solver finds no motion.
     """
     stated, phases = sequence_problem(case, least, cap, left, smoothing)
-    mesh, chosen = meshes(intervals or INTERVALS), settings(1)
+    mesh, chosen = meshes(intervals or INTERVALS), settings()
     if left is not None:
         ipopt = dataclasses.replace(chosen.ipopt, max_iterations=_LONG)
         chosen = dataclasses.replace(chosen, ipopt=ipopt)
@@ -140,7 +140,7 @@ def alone(case: Sequence, cap: float, progress: Progress | None = None) -> tuple
                         law=starting_law(stage, limits))  # fmt: skip
         best = arm.phase.duration / case.moving_time + SMOOTHING * smoothness(arm, stage)
         stated = Problem(f"{stage.name} arm alone", [arm.phase], minimise=best, bounds=arm.bounds)
-        found = solve(stated, settings=settings(1), mesh=Mesh((graded(count),)),
+        found = solve(stated, settings=settings(), mesh=Mesh((graded(count),)),
                              progress=progress)  # fmt: skip
         out.append(found.trajectory.phases[0].end)
     return out[0], out[1]
