@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +16,7 @@ from models.ancf.joint import Joint
 from models.errors import ModelError
 from studies.arm.optimum import FLOOR, Refined, capped, refine, solve_stage
 from studies.arm.problem import is_slow
-from studies.arm.replay import Drive, Motion, Replay, replay
+from studies.arm.replay import JUMPS, SMOOTH, Drive, Motion, Replay, replay
 from studies.arm.rigid import angle_drives, torque_drives
 from studies.arm.shapers import baseline_law, baseline_names, shaper_note
 from studies.arm.stage import Stage
@@ -27,6 +29,7 @@ Array = NDArray[np.float64]
 _HIGHEST = 7.5  # cap [J D/T^2] above which a looser one brings nothing, Step5's own
 _SLACK = 0.998  # of a cap, for peaks between the points and a reaction that is not B21's torque
 QUICK = Settings(1e-7)
+_STEPS = (0.004, 0.002, 0.001, 0.0005)  # [s]
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,17 +72,20 @@ class Pair:
 def replay_law(stage: Stage, law: NamedLaw, drive: Drive, *, follow: bool = True) -> Replay:
     """A baseline on the full model, and the motion it leaves if that is to be followed.
 
-    The finest tolerance is for slow stages, whose laws leave hardly anything.
+    The finest tolerance is for slow stages, whose laws leave hardly anything. Laws that jump take
+    the longest fixed step that converges: with steps of any length their fast modes take minutes.
     """
     drives: dict[int, Joint] = {}
     drives |= (torque_drives if drive == "torque" else angle_drives)(stage, law.law)
     motion = Motion(law.name, drive, stage, drives, law.jumps)
-    settings = None if law.jumps or is_slow(stage) else QUICK
     after = after_lock(stage) if follow else None
-    try:
-        return replay(motion, settings=settings, after=after)
-    except ModelError:
-        return replay(motion, settings=QUICK, after=after)
+    tries = [SMOOTH] if is_slow(stage) else []
+    if law.jumps:
+        tries = [dataclasses.replace(JUMPS, fixed_step=step) for step in _STEPS]
+    for settings in tries:
+        with suppress(ModelError):
+            return replay(motion, settings=settings, after=after)
+    return replay(motion, settings=QUICK, after=after)
 
 
 def after_lock(stage: Stage) -> Array:

@@ -32,6 +32,7 @@ def curves(stage: Stage, say: Say) -> Curves:
     for ratio in RATIOS:
         at = stage.lasting(ratio * stage.duration)
         for name in found:
+            say(f"{stage.name} arm, {at.duration:.4g} s: {name}")
             try:
                 energy = _left(at, name)
             except (StudyError, ModelError) as error:
@@ -39,7 +40,6 @@ def curves(stage: Stage, say: Say) -> Curves:
                 continue
             found[name][0].append(at.duration)
             found[name][1].append(energy)
-        say(f"{stage.name} arm: {at.duration:.4g} s done")
     return found
 
 

@@ -11,7 +11,8 @@ from models.ancf.integrator import Settings
 from models.ancf.joint import Torque
 from models.ancf.state import posed
 from models.arm.parameters import ArmParameters
-from studies.arm.compare import Pair
+from models.errors import ModelError
+from studies.arm.compare import Pair, replay_law
 from studies.arm.engineer import loads, modal_ratios, momenta, settling_time
 from studies.arm.figures import all_figures, tradeoff_figure
 from studies.arm.optimum import Refined
@@ -22,7 +23,7 @@ from studies.arm.rigid import feed_forward, inertias, joint_motion
 from studies.arm.rigid_time import least_rigid_duration, quintic_duration, rigid_accelerations
 from studies.arm.satellite import free_satellite
 from studies.arm.stage import ELBOW, ROOT, big_arm, both_arms, small_arm
-from studies.arm.unit_laws import quintic
+from studies.arm.unit_laws import baselines, quintic
 from studies.cli import main
 from studies.exit_codes import ExitCode
 
@@ -164,6 +165,21 @@ def test_baselines_that_miss_a_latch_are_named(big):
     assert missed([done], 1.1 * miss) == []
     (line,) = missed([done], 0.5 * miss)
     assert line.startswith("FAILED: quintic: the root misses its latch by")
+
+
+def test_a_law_that_jumps_takes_the_longest_fixed_step_that_converges(monkeypatch):
+    tried = []
+
+    def short_steps_only(motion, settings, after):
+        tried.append(settings.fixed_step)
+        if settings.fixed_step > 0.001:
+            raise ModelError("the Newton iteration does not converge")
+        return motion
+
+    monkeypatch.setattr("studies.arm.compare.replay", short_steps_only)
+    law = next(x for x in baselines(8.6, 2.178) if x.name == "linear torque")
+    assert replay_law(big_arm(8.6), law, "torque").name == "linear torque"
+    assert tried == [0.004, 0.002, 0.001]
 
 
 def test_a_latch_missed_beside_baselines_fails_the_command(big, monkeypatch, capsys, tmp_path):
