@@ -20,7 +20,7 @@ from ocp.evaluate import Evaluator
 from ocp.guess import evaluate_limit
 from ocp.mesh import Extra
 from ocp.optimality import gains, hamiltonian
-from ocp.switches import Jump, control_errors, control_samples, jumps
+from ocp.switches import Jump, control_errors, control_samples, jumps, saturated
 from ocp.trajectory import Trajectory
 from ocp.transcribe import Transcription
 
@@ -120,7 +120,7 @@ def _assess_phase(
         limits = {c.name: (evaluate_limit(c.lower, trajectory.constants),
                            evaluate_limit(c.upper, trajectory.constants))
                   for c in slopes.controls}  # fmt: skip
-        rough = control_errors(own, mesh, limits) >= _SMOOTH
+        rough = (control_errors(own, mesh, limits) >= _SMOOTH) | saturated(own, limits)
     sizes = [transcription.scales.signals[s.name] for s in layout.states]
     equations = [c for c in constraints if c.is_equation]
     error = np.maximum.reduce([

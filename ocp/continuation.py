@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ocp.errors import HomotopyStopped, SolveFailed, StatementError, Unverified
+from ocp.rounds import Progress
 from ocp.settings import Settings
 from ocp.solution import Solution
-from ocp.solve import Progress, solve
+from ocp.solve import solve
 from ocp.statement import Problem
 from ocp.symbols import Constant
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ocp.chains import shape_of
 from ocp.errors import StatementError
-from ocp.mesh import PhaseMesh
+from ocp.mesh import PhaseMesh, distinct
 from ocp.schemes import FIXED_DEGREE, Scheme, SchemeName, scheme
 from ocp.statement import Phase, Problem
 from ocp.symbols import Algebraic, Between, Control, ControlShape, State
@@ -128,14 +128,15 @@ def lay_out(
     algebraics = problem.signals_of(phase, Algebraic)
     n_x, n_c, n_l, n_p = len(phase.states), *(len(c) for c in controls.values())
     n_z, n_q, count = len(algebraics), len(integrals), mesh.intervals
-    schemes = {int(d): scheme(name, int(d)) for d in np.unique(mesh.degrees)}
+    degrees = distinct(mesh.degrees)
+    schemes = {int(d): scheme(name, int(d)) for d in degrees}
     choices = {d: s.degree if determined else s.choices for d, s in schemes.items()}
     inner = {d: s.support.size - 1 - s.ends_on_support for d, s in schemes.items()}
     sizes = np.array([n_x + 2 * n_l + n_q + n_c
                       + inner[int(d)] * n_x
                       + choices[int(d)] * n_p + schemes[int(d)].degree * n_z
-                      for d in np.unique(mesh.degrees)])  # fmt: skip
-    lengths = sizes[np.searchsorted(np.unique(mesh.degrees), mesh.degrees)]
+                      for d in degrees])  # fmt: skip
+    lengths = sizes[np.searchsorted(degrees, mesh.degrees)]
     offsets = first + np.concatenate([[0], np.cumsum(lengths)])
 
     def at_breakpoints(skip: int, size: int) -> Integers:

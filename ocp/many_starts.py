@@ -235,6 +235,7 @@ def _compared(
     failures: list[tuple[str, SolveFailed]],
 ) -> Audit:  # fmt: skip
     """Sort solutions by value, and put those of one motion together."""
+    order = [name for name, _ in found]
     found = sorted(found, key=lambda f: problem.sense * f[1].objective)
     best = found[0][1]
     groups: list[tuple[Solution, list[str]]] = []
@@ -245,7 +246,9 @@ def _compared(
                 break
         else:
             groups.append((solution, [name]))
-    optima = tuple(Optimum(s, tuple(names), distance(s, best)) for s, names in groups)
+    optima = tuple(
+        Optimum(s, tuple(sorted(names, key=order.index)), distance(s, best)) for s, names in groups
+    )
     agreed = sum(_close(s, best, settings) for _, s in found)
     count = len(found) + len(failures)
     verdict = best.verdict

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,7 +104,7 @@ def uniform(intervals: int, degree: int) -> PhaseMesh:
 def with_points(mesh: PhaseMesh, fractions: Array, closest: float = 1e-9) -> PhaseMesh:
     """The mesh with further breakpoints; intervals that are cut keep their degree."""
     near = np.abs(mesh.breakpoints[:, None] - np.asarray(fractions)[None, :]).min(axis=0)
-    added = np.unique(np.asarray(fractions)[near > closest])
+    added = distinct(np.asarray(fractions)[near > closest])
     points = np.sort(np.concatenate([mesh.breakpoints, added]))
     parents = np.searchsorted(mesh.breakpoints, points[:-1], side="right") - 1
     kept = tuple(int(np.searchsorted(points, mesh.breakpoints[i])) for i in mesh.movable)
@@ -124,3 +125,12 @@ def bisected(mesh: Mesh, most_intervals: int) -> Mesh | None:
             for e in extra
         ))  # fmt: skip
     return Mesh(tuple(phases), tuple(extras))
+
+
+def distinct(values: NDArray[Any]) -> NDArray[Any]:
+    """The distinct values in order.
+
+    With their counts, because `numpy.unique` alone imports the masked arrays, which takes as long
+    as a small solve.
+    """
+    return np.unique(values, return_counts=True)[0]

@@ -6,16 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from ocp.mesh import Mesh
+from ocp.rounds import Progress, method_of
 from ocp.settings import Settings
 from ocp.solution import Solution
-from ocp.solve import (
-    Progress,
-    constant_values,
-    first_mesh,
-    method_of,
-    origin_of,
-    solve_from,
-)
+from ocp.solve import constant_values, first_mesh, origin_of, solve_from
 from ocp.statement import Problem
 from ocp.symbols import Constant
 from ocp.trajectory import Trajectory

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocp.assess import Assessment, PhaseAssessment
-from ocp.mesh import Extra, Mesh, PhaseMesh
+from ocp.mesh import Extra, Mesh, PhaseMesh, distinct
 from ocp.settings import Settings
 from ocp.switches import settled, with_jumps
 from ocp.trajectory import PhaseTrajectory, Trajectory
@@ -132,9 +132,8 @@ def _refined(
         return mesh
     middle = 0.5 * (mesh.breakpoints[:-1] + mesh.breakpoints[1:])
     parent = np.clip(np.searchsorted(base.breakpoints, middle) - 1, 0, base.intervals - 1)
-    untouched = np.isin(mesh.breakpoints[:-1], base.breakpoints) & np.isin(
-        mesh.breakpoints[1:], base.breakpoints
-    )
+    known = np.isin(mesh.breakpoints, base.breakpoints, assume_unique=True)
+    untouched = known[:-1] & known[1:]
     split = marks.split[parent] & untouched & ~(mesh.moving & ~marks.forced[parent])
     if mesh.intervals + 3 * split.sum() > settings.most_intervals:
         split[:] = False
@@ -166,7 +165,7 @@ def _points(
             at = (old[over][:, None] + around * np.diff(old)[over][:, None]).ravel()
             fractions.setdefault(c, []).extend(at)
     for c, values in fractions.items():
-        at = np.unique(np.array(values))
+        at = distinct(np.array(values))
         k = np.clip(np.searchsorted(refined.breakpoints, at, side="right") - 1, 0,
                     refined.intervals - 1)  # fmt: skip
         tau = (at - refined.breakpoints[k]) / np.diff(refined.breakpoints)[k]

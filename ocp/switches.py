@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ocp.mesh import PhaseMesh
+from ocp.mesh import PhaseMesh, distinct
 from ocp.schemes import scheme
 from ocp.trajectory import PhaseTrajectory
 
@@ -19,7 +19,7 @@ _BRACKET = 0.15
 _NEIGHBOUR = 0.25
 _LONGEST = 4
 _FLAT = 0.02
-_LEVEL = 1e-5
+_LEVEL, _NEAR = 1e-5, 1e-3
 _VANISHED = 1e-7
 _PRESSED = 0.03
 
@@ -116,7 +116,7 @@ def with_jumps(mesh: PhaseMesh, found: Sequence[Jump], move: bool) -> PhaseMesh 
         inside = (np.abs(points - jump.at) < 1.5 * reach) & ~np.isin(points, [0.0, 1.0, *movable])
         if inside.sum() >= 2 and not move:
             continue  # it stands already; a bracket that follows a jump to and fro undoes splits
-        points = np.unique(np.concatenate([points[~inside], sides, [jump.at] if move else []]))
+        points = distinct(np.concatenate([points[~inside], sides, [jump.at] if move else []]))
         if move:
             movable.add(jump.at)
         new = True
@@ -205,6 +205,32 @@ def control_errors(
             error = _legendre_tail(own, own.polynomial.index(name))
         worst = np.maximum(worst, error / size)
     return worst
+
+
+def saturated(own: PhaseTrajectory, limits: Mapping[str, tuple[float, float]]) -> NDArray[np.bool_]:
+    """Intervals in which a control stays on one of its bounds or close to it, (N,)."""
+    found = np.zeros(len(own.breakpoints) - 1, dtype=bool)
+    for j, name in enumerate(own.controls):
+        low, high = _ranges(own, name)
+        close = _NEAR * float(np.ptp(control_samples(own, j)[1]))
+        for limit in limits[name]:
+            found |= (np.abs(low - limit) <= close) & (np.abs(high - limit) <= close)
+    return found
+
+
+def _ranges(own: PhaseTrajectory, name: str) -> tuple[Array, Array]:
+    """Least and largest known value of a control in each interval, (N,) each."""
+    if name in own.constant:
+        values = own.steps[:, own.constant.index(name)]
+        return values, values
+    if name in own.linear:
+        ramps = own.ramps[:, :, own.linear.index(name)]
+        return ramps.min(axis=1), ramps.max(axis=1)
+    low, high = np.empty((2, len(own.breakpoints) - 1))
+    for piece in own.pieces:
+        values = piece.controls[:, :, own.polynomial.index(name)]
+        low[piece.intervals], high[piece.intervals] = values.min(axis=1), values.max(axis=1)
+    return low, high
 
 
 def _nearest_neighbour(at_breaks: Array, mesh: PhaseMesh) -> Array:
