@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from ocp import Between, Control, Phase, Problem, Settings, State, joined, solve
+from ocp import Between, Bound, Control, Phase, Problem, Settings, State, joined, solve
 
 SCHEMES = ["radau", "gauss", "lobatto", "hermite-simpson"]
 SHAPES = ["constant", "linear", "polynomial"]
@@ -145,3 +145,19 @@ def test_least_peak_of_speed():
     phase = Phase("move", {x: v, v: u}, initial={x: 0, v: 0}, final={x: 1, v: 0})
     found = solve(Problem("least speed", [phase], minimise=phase.peak(v)))
     assert found.objective == pytest.approx(4 * (1 - math.sqrt(0.5)), rel=PROMISED)
+
+
+def test_a_saturated_interval_that_the_control_should_leave_is_refined():
+    # thrust 1, then falling from 1 to 0 in r s: x(1) = 1/2 - r^2/6, effort 1 - 2 r/3.  On ten
+    # intervals the best linear thrust stays at 1 to the end of the one in which it should fall
+    reached = 0.5 * (1 - 5e-3)
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", lower=-1, upper=1)
+    phase = Phase("push", {x: v, v: u}, {x: 0, v: 0}, end=1)
+    problem = Problem(
+        "push", [phase], minimise=phase.integral(u**2),
+        bounds=[Bound("reached", phase.at_end(x), "m", lower=reached)],
+    )  # fmt: skip
+    found = solve(problem, settings=Settings(intervals=10))
+    exact = 1 - 2 / 3 * math.sqrt(6 * (0.5 - reached))
+    assert len(found.record) > 1
+    assert found.objective == pytest.approx(exact, rel=1e-6)  # `Settings.objective_tolerance`
