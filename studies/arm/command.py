@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from studies.arm.replay import Replay
     from studies.results import ResultsFolder
 
-SHARES = {"big": 0.01, "small": 0.03, "both": 0.03}  # of a baseline's E_res, the limits
+SHARES = {"big": 0.01, "small": 0.03, "both": 0.03}  # of a baseline's E_res
 
 
 def add_to(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

@@ -23,7 +23,7 @@ from models.ancf.simulate import Simulation, simulate
 from studies.arm.replay import ELEMENTS, SMOOTH, Motion, Replay, replay
 
 Array = NDArray[np.float64]
-EARLY_LATE = 0.1  # [s], the issue's
+EARLY_LATE = 0.1  # [s] that a lock may be early or late
 _GRID = 2001
 
 

@@ -34,7 +34,7 @@ from studies.exit_codes import StudyError
 
 Say = Callable[[str], None]
 Array = NDArray[np.float64]
-RESIDUAL = 1e-6  # [J], the issue's
+RESIDUAL = 1e-6  # [J] that a motion of least duration may leave
 LONGEST = 2.5  # times the stage's duration at which the scan gives up
 NEAR = 4.0  # times the limit that B21 may leave where the full model is asked
 CANDIDATES = 3  # places at which the full model is asked

@@ -23,7 +23,7 @@ from studies.arm.stage import Stage
 
 Array = NDArray[np.float64]
 Drive = Literal["torque", "angle"]
-ELEMENTS = 8  # a link; the least
+ELEMENTS = 8  # a link
 SMOOTH = Settings(1e-9)
 JUMPS = Settings(1e-7, fixed_step=0.004)  # modes too fast for the step are damped, see models
 MODES = 3

@@ -92,7 +92,7 @@ def test_at_the_papers_pace_nothing_measurable_is_left():
     for stage in (big_arm(), small_arm()):
         solved = solve_stage(stage)
         coarse, fine = solved.replay(), solved.replay(elements=16)
-        assert max(coarse.residual_energy, fine.residual_energy) < 1e-9  # the limit
+        assert max(coarse.residual_energy, fine.residual_energy) < 1e-9  # J: still
 
 
 @pytest.mark.slow
