@@ -81,6 +81,7 @@ def test_least_time_starts_where_a_rigid_arm_can_turn(cap, rate):
         first_duration(stage, Limits())
 
 
+@pytest.mark.slow
 def test_least_time_only_shortens_a_motion_that_is_possible():
     stage = small_arm(11.2)
     cap = 5.62 * float(stage.torque_units[1])  # the Bezier law's peak
@@ -90,6 +91,7 @@ def test_least_time_only_shortens_a_motion_that_is_possible():
     assert done.peak_torque[1] <= cap * (1 + 1e-3)  # the command's own check
 
 
+@pytest.mark.slow
 def test_least_mean_square_torque_is_resolved_by_the_graded_mesh():
     # in the rigid arm's; 1.120 with 300 and 450 intervals, 1.15 and 1.16 on even ones of 300, 600
     stage = small_arm(11.2)
