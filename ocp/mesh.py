@@ -130,7 +130,7 @@ def bisected(mesh: Mesh, most_intervals: int) -> Mesh | None:
 def distinct(values: NDArray[Any]) -> NDArray[Any]:
     """The distinct values in order.
 
-    With their counts, because `numpy.unique` alone imports the masked arrays, which takes as long
-    as a small solve.
+    With their counts, because `numpy.unique` alone imports the masked arrays, for which a solve
+    has no other use.
     """
     return np.unique(values, return_counts=True)[0]

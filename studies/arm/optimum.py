@@ -8,6 +8,7 @@ against the replay on B21.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -244,17 +245,16 @@ def in_enough_time(
     StudyError
         If none is found in the longest duration tried.
     """
-    T = first_duration(stage, limits)
+
+    def in_time(at: Stage) -> Trajectory:
+        return solve_stage(at, limits=limits, intervals=intervals, progress=progress).trajectory
+
+    longer = stage.lasting(first_duration(stage, limits))
     for _ in range(_LONGER):
-        try:
-            return solve_stage(
-                stage.lasting(T), limits=limits, intervals=intervals, progress=progress
-            ).trajectory
-        except StudyError:
-            T *= _LENGTHEN
-    return solve_stage(
-        stage.lasting(T), limits=limits, intervals=intervals, progress=progress
-    ).trajectory
+        with suppress(StudyError):
+            return in_time(longer)
+        longer = longer.lasting(_LENGTHEN * longer.duration)
+    return in_time(longer)
 
 
 def settings(barrier: Barrier = "monotone") -> Settings:
