@@ -179,7 +179,6 @@ def _results(job: _Job, processes: int | None) -> Iterator[Solution | SolveFaile
                 try:
                     yield from (_received(job, data) for data in pool.map(_sent, range(count)))
                 except BaseException:
-                    pool.shutdown(wait=False, cancel_futures=True)
                     for child in set(multiprocessing.active_children()) - others:
                         child.terminate()  # or they would finish starts nobody waits for
                     raise
