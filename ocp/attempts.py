@@ -45,13 +45,17 @@ def solve_round(
         if fast is not None:
             return fast
     iterations, seconds = 0, 0.0
-    for choice, duals in _attempts(origin.duals(transcription), settings.ipopt, before == 0):
+    small = transcription.condensed
+    known = origin.duals(transcription)
+    known = None if known is None else small.duals(known, x0, parameters)
+    for choice, duals in _attempts(known, settings.ipopt, before == 0):
         allowed = budget.within(choice, before + iterations)
-        result = run(transcription.program, x0, *limits, parameters, allowed,
-                     listener=listener, multipliers=duals)  # fmt: skip
+        result = run(small.program, x0[small.columns], *small.limits(*limits), parameters,
+                     allowed, listener=listener, multipliers=duals)  # fmt: skip
         iterations, seconds = iterations + result.iterations, seconds + result.seconds
         if result.outcome in ("solved", "interrupted") or budget.spent(before + iterations):
             break
+    result = small.expanded(result, limits[0], parameters)
     return replace(result, iterations=iterations, seconds=seconds)
 
 

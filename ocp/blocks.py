@@ -62,6 +62,17 @@ class Kernel:
         f, g = self.outer(w, self.inner(w, d), d, c)
         return ca.Function("kernel", [w, d, c], [f, g])
 
+    @cached_property
+    def pattern(self) -> tuple[Integers, Integers]:
+        """Rows and local variables of the non-zeros of the rows' Jacobian."""
+        return _places(self.whole.jac_sparsity(1, 0))
+
+    @cached_property
+    def costs(self) -> bool:
+        """Whether it adds to the objective."""
+        w, y, d, c = self.symbols()
+        return not self.outer(w, y, d, c)[0].is_zero()
+
     def symbols(self) -> list[ca.SX]:
         """Symbols of ``w``, ``y``, ``d`` and ``c``."""
         return [ca.SX.sym(s, self.outer.sparsity_in(i)) for i, s in enumerate("wydc")]
@@ -106,14 +117,8 @@ class KernelDerivatives:
 
     The objective and the rows are functions of their own, because the solver asks for one at a
     time.
-
-    Attributes
-    ----------
-    costs : bool
-        Whether the kernel adds to the objective.
     """
 
-    costs: bool
     objective: ca.Function
     rows: ca.Function
     gradient: ca.Function
@@ -142,11 +147,10 @@ def differentiate(kernel: Kernel, native: bool = False) -> KernelDerivatives:
     ]  # fmt: skip
     f, g, gradient, jacobian, hessian = ca.substitute(parts, [y], [combined])
     made = KernelDerivatives(
-        not f.is_zero(),
         ca.Function("objective", [w, d, c], [f]), ca.Function("rows", [w, d, c], [g]),
-        _function("gradient", [w, d, c], [f, gradient]), _places(gradient)[1],
-        _function("jacobian", [w, d, c], [g, jacobian]), _places(jacobian),
-        _function("hessian", [w, d, c, sigma, lam], [hessian]), _places(hessian),
+        _function("gradient", [w, d, c], [f, gradient]), _places(gradient.sparsity())[1],
+        _function("jacobian", [w, d, c], [g, jacobian]), _places(jacobian.sparsity()),
+        _function("hessian", [w, d, c, sigma, lam], [hessian]), _places(hessian.sparsity()),
     )  # fmt: skip
     if not native:
         return made
@@ -163,63 +167,85 @@ def _function(name: str, inputs: list[Any], outputs: list[Any]) -> ca.Function:
     return ca.Function(name, inputs, [*values, nonzeros])
 
 
-def _places(matrix: Any) -> tuple[Integers, Integers]:
-    rows, columns = matrix.sparsity().get_triplet()
+def _places(pattern: ca.Sparsity) -> tuple[Integers, Integers]:
+    rows, columns = pattern.get_triplet()
     return np.array(rows, dtype=np.int64), np.array(columns, dtype=np.int64)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Program:
-    """A nonlinear program: functions of ``(x, p)`` in the form that CasADi's solvers take."""
+    """A nonlinear program, the sum of its blocks, as CasADi's solvers take it.
 
+    Its functions of ``(x, p)`` are built on first use.
+
+    Attributes
+    ----------
+    variables, rows, constants : sizes of x, of the constraint vector and of p.
+    """
+
+    blocks: tuple[Block, ...]
     variables: int
     rows: int
     constants: int
-    oracle: ca.Function
-    objective_gradient: ca.Function
-    constraint_jacobian: ca.Function
-    lagrangian_hessian: ca.Function
 
+    @cached_property
+    def oracle(self) -> ca.Function:
+        """``(x, p) -> (f, g)``."""
+        x, p, made = self._applied
+        f = _total([m.mapped(m.parts.objective) for m in made if m.block.kernel.costs])
+        ruled = [m for m in made if m.block.rows.shape[1]]
+        g = self._stacked([m.mapped(m.parts.rows) for m in ruled], ruled)
+        return ca.Function("nlp", [x, p], [f, g], ["x", "p"], ["f", "g"])
 
-def assemble(blocks: Sequence[Block], variables: int, rows: int, constants: int) -> Program:
-    """Sum the blocks into one program of the given sizes."""
-    x, p = ca.MX.sym("x", variables), ca.MX.sym("p", constants)
-    sigma, lam = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", rows)
-    made = [_Instances(b, _gather(x, b.columns), ca.DM(b.data.T), p) for b in blocks]
-    costly = [m for m in made if m.parts.costs]
-    ruled = [m for m in made if m.block.rows.shape[1]]
-    places = [m.block.rows for m in ruled]
-    f = _total([m.mapped(m.parts.objective) for m in costly])
-    g = _scatter([m.mapped(m.parts.rows) for m in ruled], places, rows)
-    gradients = [m.mapped(m.parts.gradient) for m in costly]
-    grad = _scatter(
-        [nz for _, nz in gradients],
-        [m.block.columns[:, m.parts.gradient_at] for m in costly], variables,
-    )  # fmt: skip
-    jacobians = [m.mapped(m.parts.jacobian) for m in ruled]
-    jac = _sparse(
-        [nz for _, nz in jacobians],
-        [m.block.rows[:, m.parts.jacobian_at[0]] for m in ruled],
-        [m.block.columns[:, m.parts.jacobian_at[1]] for m in ruled], (rows, variables),
-    )  # fmt: skip
-    curved = [m for m in made if m.parts.hessian_at[0].size]
-    hess = _sparse(
-        [m.mapped(m.parts.hessian, sigma, _gather(lam, m.block.rows)) for m in curved],
-        *_upper_places([m.block for m in curved]), (variables, variables),
-        _diagonal_weights([m.block for m in curved]),
-    )  # fmt: skip
-    f_again = _total([f for f, _ in gradients])
-    g_again = _scatter([g for g, _ in jacobians], places, rows)
-    return Program(
-        variables, rows, constants,
-        ca.Function("nlp", [x, p], [f, g], ["x", "p"], ["f", "g"]),
-        ca.Function("nlp_grad_f", [x, p], [f_again, grad], ["x", "p"], ["f", "grad_f_x"]),
-        ca.Function("nlp_jac_g", [x, p], [g_again, jac], ["x", "p"], ["g", "jac_g_x"]),
-        ca.Function(
-            "nlp_hess_l", [x, p, sigma, lam], [hess],
-            ["x", "p", "lam_f", "lam_g"], ["triu_hess_gamma_x_x"],
-        ),
-    )  # fmt: skip
+    @cached_property
+    def objective_gradient(self) -> ca.Function:
+        """``(x, p) -> (f, df/dx)``."""
+        x, p, made = self._applied
+        costly = [m for m in made if m.block.kernel.costs]
+        found = [m.mapped(m.parts.gradient) for m in costly]
+        places = [m.block.columns[:, m.parts.gradient_at] for m in costly]
+        gradient = _scatter([nonzeros for _, nonzeros in found], places, self.variables)
+        outputs = [_total([f for f, _ in found]), gradient]
+        return ca.Function("nlp_grad_f", [x, p], outputs, ["x", "p"], ["f", "grad_f_x"])
+
+    @cached_property
+    def constraint_jacobian(self) -> ca.Function:
+        """``(x, p) -> (g, dg/dx)``."""
+        x, p, made = self._applied
+        ruled = [m for m in made if m.block.rows.shape[1]]
+        found = [m.mapped(m.parts.jacobian) for m in ruled]
+        jacobian = _sparse(
+            [nonzeros for _, nonzeros in found],
+            [m.block.rows[:, m.parts.jacobian_at[0]] for m in ruled],
+            [m.block.columns[:, m.parts.jacobian_at[1]] for m in ruled],
+            (self.rows, self.variables),
+        )
+        outputs = [self._stacked([g for g, _ in found], ruled), jacobian]
+        return ca.Function("nlp_jac_g", [x, p], outputs, ["x", "p"], ["g", "jac_g_x"])
+
+    @cached_property
+    def lagrangian_hessian(self) -> ca.Function:
+        """``(x, p, lam_f, lam_g) ->`` upper triangle of the Hessian of ``lam_f f + lam_g^T g``."""
+        x, p, made = self._applied
+        sigma, lam = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", self.rows)
+        curved = [m for m in made if m.parts.hessian_at[0].size]
+        blocks = [m.block for m in curved]
+        hessian = _sparse(
+            [m.mapped(m.parts.hessian, sigma, _gather(lam, m.block.rows)) for m in curved],
+            *_upper_places(blocks), (self.variables, self.variables), _diagonal_weights(blocks),
+        )  # fmt: skip
+        names = ["x", "p", "lam_f", "lam_g"], ["triu_hess_gamma_x_x"]
+        return ca.Function("nlp_hess_l", [x, p, sigma, lam], [hessian], *names)
+
+    @cached_property
+    def _applied(self) -> tuple[Any, Any, list[_Instances]]:
+        """Symbols of x and p, and the blocks applied to them."""
+        x, p = ca.MX.sym("x", self.variables), ca.MX.sym("p", self.constants)
+        made = [_Instances(b, _gather(x, b.columns), ca.DM(b.data.T), p) for b in self.blocks]
+        return x, p, made
+
+    def _stacked(self, parts: list[Any], ruled: Sequence[_Instances]) -> Any:
+        return _scatter(parts, [m.block.rows for m in ruled], self.rows)
 
 
 @dataclass(frozen=True)
@@ -242,6 +268,20 @@ class _Instances:
         shared, own = [self.constants, *more[:1]], more[1:]
         repeated = [ca.repmat(value, 1, count) for value in shared]
         return function.map(count)(self.local, self.data, *repeated, *own)
+
+
+def evaluated(
+    blocks: Sequence[Block], x: Array, constants: Array, rows: int
+) -> tuple[float, Array]:
+    """Objective and rows (rows,) of some blocks, from their kernels alone."""
+    objective, found = 0.0, np.zeros(rows)
+    for block in blocks:
+        many = block.kernel.whole.map(block.count, [False, False, True])
+        f, g = many(x[block.columns].T, block.data.T, constants)
+        objective += float(ca.sum2(f))
+        if block.rows.size:
+            np.add.at(found, block.rows, np.array(g).T)
+    return objective, found
 
 
 def _gather(vector: Any, places: Integers) -> Any:

@@ -9,13 +9,25 @@ by what its states do not follow.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+
 import casadi as ca
 
 from ocp.polynomial import polynomial_degree
 from ocp.schemes import FIXED_DEGREE, SchemeName
 from ocp.settings import Settings
 from ocp.statement import Phase, Problem
-from ocp.symbols import Algebraic, Constant, Control, ControlShape, Unknown, resolve, time
+from ocp.symbols import (
+    Algebraic,
+    Constant,
+    Control,
+    ControlShape,
+    State,
+    Unknown,
+    resolve,
+    time,
+)
 
 _DEGREES = {"constant": 0, "linear": 1}
 _EXACT: tuple[SchemeName, ...] = ("radau", "gauss", "lobatto")
@@ -43,11 +55,60 @@ def chain_length(phase: Phase, control: Control) -> int:
         del left[following[0]]
 
 
-def _is_multiple(rate: ca.SX, driver: ca.SX) -> bool:
+@dataclass(frozen=True)
+class Link:
+    """A state of a chain: its rate is ``gain * driver + offset``.
+
+    Attributes
+    ----------
+    gain, offset : expressions of constants of the problem.
+    degree : of the state as a polynomial of time in an interval.
+    """
+
+    driver: State | Control
+    gain: ca.SX
+    offset: ca.SX
+    degree: int
+
+
+def links(phase: Phase, shapes: Mapping[Control, int]) -> dict[State, Link]:
+    """States of a phase that are polynomials of time wherever the given controls are.
+
+    Parameters
+    ----------
+    shapes : degree in an interval of the controls that are polynomials there.
+
+    Returns
+    -------
+    Each such state with its link; a driver comes before what it drives.
+    """
+    found: dict[State, Link] = {}
+    known: dict[State | Control, int] = dict(shapes)
+    left = {state: ca.SX(rate.__SX__() if hasattr(rate, "__SX__") else rate)
+            for state, rate in phase.dynamics.items()}  # fmt: skip
+    while True:
+        following = [
+            (state, driver) for state, rate in left.items() for driver in known
+            if _is_multiple(rate, driver.symbol, (Constant,))
+        ]  # fmt: skip
+        if not following:
+            return found
+        for state, driver in following:
+            rate = left.pop(state)
+            found[state] = Link(
+                driver, ca.jacobian(rate, driver.symbol), ca.substitute(rate, driver.symbol, 0),
+                known[driver] + 1,
+            )  # fmt: skip
+            known[state] = known[driver] + 1
+
+
+def _is_multiple(
+    rate: ca.SX, driver: ca.SX, numbers: tuple[type, ...] = (Constant, Unknown)
+) -> bool:
     """Whether a rate is linear in one symbol, with numbers as factor and offset."""
     others = [s for s in resolve(rate, "a rate") if not ca.is_equal(s.symbol, driver)]
-    numbers = all(isinstance(s, (Constant, Unknown)) for s in others)
-    return numbers and ca.depends_on(rate, driver) and ca.is_linear(rate, driver)
+    alone = all(isinstance(s, numbers) for s in others)
+    return alone and ca.depends_on(rate, driver) and ca.is_linear(rate, driver)
 
 
 def shape_of(

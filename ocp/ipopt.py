@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import time as clock
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
 import casadi as ca
@@ -67,6 +67,7 @@ class IpoptOptions:
     max_iterations, seconds : budget of one run.
     linear_solver : MUMPS is always there; an HSL routine (ma27 to ma97) or pardiso needs its
         library.
+    stall : iterations within a factor 100 of the tolerance that end the run; 0 for never.
     pivot_tolerance : of MUMPS; raise it, say to 0.01, for stiff dynamics: with too small pivots
         the curvature is misjudged and the steps become short.
     """
@@ -80,6 +81,17 @@ class IpoptOptions:
     barrier: Literal["monotone", "adaptive"] = "adaptive"
     print_level: int = 0
     pivot_tolerance: float = 1e-6
+    stall: int = 8
+
+    def loosened(self, tolerance: float) -> IpoptOptions:
+        """No tolerance below the given one, and no stall accepted above it."""
+        if tolerance <= self.tolerance:
+            return self
+        return replace(
+            self, tolerance=tolerance, stall=0,
+            dual_tolerance=max(self.dual_tolerance, 10.0 * tolerance),
+            constraint_violation=max(self.constraint_violation, tolerance),
+        )  # fmt: skip
 
     def __post_init__(self) -> None:
         if self.linear_solver not in get_args(LinearSolver):
@@ -181,9 +193,9 @@ def _settings(program: Program, options: IpoptOptions) -> dict[str, Any]:
         "ipopt.tol": options.tolerance,
         "ipopt.constr_viol_tol": options.constraint_violation,
         "ipopt.dual_inf_tol": options.dual_tolerance,
-        "ipopt.compl_inf_tol": 1e-8,
+        "ipopt.compl_inf_tol": max(1e-8, options.tolerance),
         # progress can stall just above the tolerance where an optimum is flat
-        "ipopt.acceptable_iter": 8,
+        "ipopt.acceptable_iter": options.stall,
         "ipopt.acceptable_tol": 100.0 * options.tolerance,
         "ipopt.acceptable_constr_viol_tol": options.constraint_violation,
         "ipopt.acceptable_dual_inf_tol": options.dual_tolerance,

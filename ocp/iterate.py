@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from ocp.blocks import Block, evaluated
 from ocp.guess import Start
 from ocp.layout import Group, PhaseLayout
 from ocp.schemes import bernstein
-from ocp.terms import Functional
 from ocp.trajectory import PhaseTrajectory, Piece, Trajectory
 from ocp.transcribe import Transcription
 
@@ -36,8 +35,8 @@ def decision_vector(
     lower, upper = transcription.columns.evaluate(constants)
     x = np.clip(x, lower, upper)
     _fill_totals(x, transcription, constants)
-    for functional, column in transcription.peak_ids.items():
-        x[column] = _peak(transcription, x, functional, constants)
+    for column in transcription.peak_ids.values():
+        x[column] = _peak(transcription, x, column, constants)
     return np.asarray(np.clip(x, lower, upper))
 
 
@@ -46,8 +45,7 @@ def _fill_totals(x: Array, transcription: Transcription, constants: Mapping[str,
     blocks = {block.name: block for block in transcription.blocks}
     if not any(layout.integrals for layout in transcription.layouts):
         return
-    values = [constants[c.name] for c in transcription.problem.constants]
-    rows = np.array(transcription.program.oracle(x, ca.DM(values))[1]).ravel()
+    rows = _rows(transcription, transcription.blocks, x, constants)
     for layout in transcription.layouts:
         if layout.integrals:
             increments = -rows[blocks[f"{layout.phase.name}: integrals"].rows]
@@ -86,25 +84,33 @@ def _fill_phase(x: Array, layout: PhaseLayout, start: Start) -> None:
 
 
 def _peak(
-    transcription: Transcription, x: Array, functional: Functional, constants: Mapping[str, float]
+    transcription: Transcription, x: Array, column: int, constants: Mapping[str, float]
 ) -> float:
     """Largest value over the rows of a peak, a little above it: a feasible epigraph value."""
-    program, column = transcription.program, transcription.peak_ids[functional]
+    touching = [b for b in transcription.blocks if np.any(b.columns == column)]
     trial = x.copy()
     trial[column] = 0.0
-    values = [constants[c.name] for c in transcription.problem.constants]
-    g = np.array(program.oracle(trial, ca.DM(values))[1]).ravel()
+    g = _rows(transcription, touching, trial, constants)
     upper = transcription.rows.evaluate(constants)[1]
-    rows = _rows_of(transcription, column)
+    rows = _rows_of(touching, column)
     tight = g[rows[upper[rows] == 0.0]]
     return float(max(tight[np.isfinite(tight)], default=1.0))
 
 
-def _rows_of(transcription: Transcription, column: int) -> Integers:
-    """The rows that depend on an unknown."""
+def _rows(
+    transcription: Transcription, blocks: Sequence[Block], x: Array,
+    constants: Mapping[str, float],
+) -> Array:  # fmt: skip
+    """The constraint vector as far as some blocks make it up."""
+    values = np.array([constants[c.name] for c in transcription.problem.constants])
+    return evaluated(blocks, x, values, transcription.rows.count)[1]
+
+
+def _rows_of(blocks: Sequence[Block], column: int) -> Integers:
+    """The rows of some blocks that depend on an unknown."""
     found = [np.empty(0, dtype=np.int64)]
-    for block in transcription.blocks:
-        own, local = block.derivatives.jacobian_at
+    for block in blocks:
+        own, local = block.kernel.pattern
         found.append(block.rows[:, own][block.columns[:, local] == column])
     return np.concatenate(found)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -38,6 +39,15 @@ class Limits:
     def narrow(self, ids: Integers, lower: Any, upper: Any, scale: float) -> None:
         """Limits in addition to those set before."""
         self._blocks.append((np.asarray(ids).ravel(), lower, upper, scale, True))
+
+    @property
+    def bounded(self) -> NDArray[np.bool_]:
+        """Which entries may have a limit, (count,)."""
+        found = np.zeros(self.count, dtype=bool)
+        for ids, low, high, _, narrows in self._blocks:
+            limited = not all(is_number(v) and math.isinf(v) for v in (low, high))
+            found[ids] = (found[ids] | limited) if narrows else limited
+        return found
 
     def evaluate(self, constants: Mapping[str, float]) -> tuple[Array, Array]:
         """Lower and upper limits, shape (count,) each, at values of the constants."""

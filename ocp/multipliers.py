@@ -18,7 +18,6 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ocp.blocks import Block
 from ocp.costates import PhaseCostates, costates
 from ocp.ipopt import NlpResult
 from ocp.mesh import Mesh
@@ -191,17 +190,3 @@ def column_multipliers(solved: SolvedProgram, constants: dict[str, float]) -> Ar
     gradient += np.array(ca.mtimes(jacobian.T, ca.DM(solved.row_multipliers))).ravel()
     lower, upper = made.columns.evaluate(constants)
     return np.where(lower == upper, -gradient, solved.bound_multipliers)
-
-
-def evaluated(
-    blocks: tuple[Block, ...], solved: SolvedProgram, constants: Array
-) -> tuple[float, Array]:
-    """Scaled objective and rows at the solution, from kernels alone."""
-    objective, rows = 0.0, np.zeros(solved.transcription.rows.count)
-    for block in blocks:
-        many = block.kernel.whole.map(block.count, [False, False, True])
-        f, g = many(solved.x[block.columns].T, block.data.T, constants)
-        objective += float(ca.sum2(f))
-        if block.rows.size:
-            np.add.at(rows, block.rows, np.array(g).T)
-    return objective, rows

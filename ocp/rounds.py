@@ -32,6 +32,8 @@ from ocp.warm import Origin
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
 _INFORMED = ("radau", "gauss")  # whose multipliers tell what finer controls gain
+_LOOSE = 1e-7  # IPOPT's tolerance while the last mesh was
+_FAR = 1e-3  # this wrong or more: the digits beyond are lost with the next mesh
 log = logging.getLogger(__name__)
 
 
@@ -41,6 +43,8 @@ class Solved:
 
     Attributes
     ----------
+    violation : of the program's rows, scaled.
+    tight : whether it was solved to the tolerance asked for.
     controls_refined : whether its mesh has more intervals than the one before.
     """
 
@@ -49,6 +53,8 @@ class Solved:
     trajectory: Trajectory
     assessment: Assessment
     objective: float
+    violation: float
+    tight: bool
     controls_refined: bool = False
 
     @property
@@ -98,20 +104,26 @@ def solve_rounds(
     """
     solved: list[Solved] = []
     record, most, finer = task.record, len(task.record) + settings.rounds, False
+    far = settings.refine and origin.program is None
     try:
         while True:
             transcription = origin.transcription(
                 task.problem, mesh, method_of(settings), task.constants, settings.compile
             )
+            options = settings.ipopt.loosened(_LOOSE) if far else settings.ipopt
             result = solve_round(
-                transcription, origin, task.constants, settings, task.budget, task.iterations,
-                listener(transcription, task),
+                transcription, origin, task.constants, dataclasses.replace(settings, ipopt=options),
+                task.budget, task.iterations, listener(transcription, task),
             )  # fmt: skip
             if result.outcome == "solved":
-                solved.append(_examined(transcription, result, task, finer))
+                tight = options is settings.ipopt
+                solved.append(_examined(transcription, result, task, tight, finer))
                 record.append(_round(solved[-1]))
                 log.info("round %d: %s", len(record), record[-1])
                 following = _following(solved, settings) if settings.refine else None
+                far = following is not None and _error(solved[-1]) >= _FAR
+                if following is None and not tight:
+                    following = mesh  # once more, to the tolerance asked for
             else:
                 record.append(_failed_round(transcription, result))
                 _raise_without_rounds(task, transcription, result, solved)
@@ -122,7 +134,7 @@ def solve_rounds(
                 # moving breakpoints led astray: hold them still and bisect from the last round
                 settings = dataclasses.replace(settings, move_breakpoints=False)
                 following = _frozen(_next_or_same(solved[-1], settings))
-            if following is None or len(record) >= most:
+            if following is None or (len(record) >= most and following is not mesh):
                 break
             if task.spent:
                 return solved, False
@@ -160,7 +172,9 @@ def budget_error(task: Task, last: Trajectory, finished: Solved | None) -> Budge
     )  # fmt: skip
 
 
-def _examined(transcription: Transcription, result: NlpResult, task: Task, finer: bool) -> Solved:
+def _examined(
+    transcription: Transcription, result: NlpResult, task: Task, tight: bool, finer: bool
+) -> Solved:
     """A solved round with its errors between the points."""
     trajectory = trajectory_of(transcription, result.x, task.constants)
     problem = transcription.problem
@@ -169,7 +183,9 @@ def _examined(transcription: Transcription, result: NlpResult, task: Task, finer
         transcription, trajectory, task.evaluator, task.settings.path_tolerance,
         result.row_multipliers, objective,
     )  # fmt: skip
-    return Solved(transcription, result, trajectory, found, objective, finer)
+    lower, upper = transcription.rows.evaluate(task.constants)
+    violation = float(np.maximum(lower - result.rows, result.rows - upper).max(initial=0.0))
+    return Solved(transcription, result, trajectory, found, objective, violation, tight, finer)
 
 
 def _next_or_same(last: Solved, settings: Settings) -> Mesh:
@@ -198,6 +214,12 @@ def _following(solved: Sequence[Solved], settings: Settings) -> Mesh | None:
     return following
 
 
+def _error(last: Solved) -> float:
+    """What is wrong with the mesh of a round, and what a better one gains, relative."""
+    found = last.assessment
+    return max(found.gain, found.excess, found.dynamics)
+
+
 def _change(before: Solved, after: Solved) -> float:
     """Relative change of the objective from one round to another."""
     size = max(abs(after.objective), 1e-3 * after.transcription.scales.objective)
@@ -205,14 +227,19 @@ def _change(before: Solved, after: Solved) -> float:
 
 
 def holds(solved: Solved, settings: Settings) -> bool:
-    """Whether a round's motion meets the dynamics and all constraints between its points."""
+    """Whether a round's motion meets the dynamics and all constraints, between its points too."""
     found = solved.assessment
-    return found.dynamics <= settings.dynamics_tolerance and found.excess <= settings.path_tolerance
+    excess = max(found.excess, solved.violation)
+    return found.dynamics <= settings.dynamics_tolerance and excess <= settings.path_tolerance
 
 
 def best(solved: Sequence[Solved], settings: Settings) -> Solved:
-    """The best round whose motion holds between the points; the last one if none does."""
+    """The best round that holds between the points; the last one if none does.
+
+    Those solved to the tolerance asked for come first: values of others err by theirs.
+    """
     good = [s for s in solved if holds(s, settings)]
+    good = [s for s in good if s.tight] or good
     sense = solved[-1].transcription.problem.sense
     return min(good, key=lambda s: sense * s.objective, default=solved[-1])
 

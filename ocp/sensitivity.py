@@ -22,12 +22,12 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ocp.blocks import Block
+from ocp.blocks import Block, evaluated
 from ocp.guess import evaluate_limit
 from ocp.layout import PhaseLayout
 from ocp.limits import Limits
 from ocp.local import Context
-from ocp.multipliers import SolvedProgram, column_multipliers, evaluated, path_rows
+from ocp.multipliers import SolvedProgram, column_multipliers, path_rows
 from ocp.phase_blocks import phase_blocks
 from ocp.statement import Problem
 from ocp.symbols import Between, resolve, scalar
@@ -263,7 +263,7 @@ def time_slopes(solved: SolvedProgram, constants: Mapping[str, float]) -> Iterat
         step = _STEP * (layout.fixed_times[1] - layout.fixed_times[0])
         for what in ("start", "end"):
             at = {
-                n: evaluated(_retimed(solved, i, what, n * step), solved, values)
+                n: evaluated(_retimed(solved, i, what, n * step), solved.x, values, made.rows.count)
                 for n in (-2, -1, 1, 2)
             }
             direct, rows = (

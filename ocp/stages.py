@@ -16,7 +16,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ocp.blocks import Block, Kernel, Program, RowName, assemble
+from ocp.blocks import Block, Kernel, Program, RowName
 from ocp.layout import PhaseLayout
 
 Array = NDArray[np.float64]
@@ -98,7 +98,7 @@ def in_stages(blocks: Sequence[Block], layouts: Sequence[PhaseLayout], program: 
         for b, at in zip(blocks, used, strict=True)
     ]
     moved.append(_links(np.stack([copies, before], axis=1), link_rows, program.constants))
-    made = assemble(moved, variables.size, int(paths.sum() + copies.size), program.constants)
+    made = Program(tuple(moved), variables.size, int(paths.sum() + copies.size), program.constants)
     return Stages(made, variables, linked, rows, states, controls, paths)
 
 

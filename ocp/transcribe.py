@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ocp.blocks import Block, Kernel, Program, assemble
+from ocp.blocks import Block, Program
 from ocp.columns import columns_of
+from ocp.condense import Condensed, condense
 from ocp.continuous import Continuous, continuous_constraints
 from ocp.layout import PhaseLayout, lay_out
 from ocp.limits import Limits
@@ -62,7 +64,14 @@ class Transcription:
     sizes: Array
     unknown_ids: Integers
     peak_ids: Mapping[Functional, int] = field(default_factory=dict)
-    kernels: dict[tuple[Any, ...], Kernel] = field(default_factory=dict, repr=False)
+    kernels: dict[tuple[Any, ...], Any] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def condensed(self) -> Condensed:
+        """The program as a solver gets it."""
+        symbols = ca.vertcat(*[c.symbol for c in self.problem.constants], ca.SX(0, 1))
+        return condense(self.blocks, self.layouts, self.program, self.columns, self.sizes,
+                        symbols, self.kernels)  # fmt: skip
 
 
 def transcribe(
@@ -109,7 +118,7 @@ def transcribe(
     for layout, found, extra in zip(layouts, constraints, mesh.extra, strict=True):
         blocks += phase_blocks(context, layout, found, scales, weights, peak_ids, rows, extra)
     blocks.append(terminal_block(context, layouts, scales, weights, peak_ids, rows))
-    program = assemble(blocks, columns.limits.count, rows.count, len(problem.constants))
+    program = Program(tuple(blocks), columns.limits.count, rows.count, len(problem.constants))
     return Transcription(
         problem, mesh, method, scales, tuple(layouts), constraints, tuple(blocks), program,
         columns.limits, rows, columns.sizes, unknown_ids, peak_ids,
@@ -119,7 +128,7 @@ def transcribe(
 
 def _known_kernels(
     problem: Problem, method: Method, scales: Scales, known: Transcription | None
-) -> dict[tuple[Any, ...], Kernel]:
+) -> dict[tuple[Any, ...], Any]:
     """The kernels of a transcription of the same problem, none where it is another one."""
     if known is None or known.problem is not problem or known.scales is not scales:
         return {}

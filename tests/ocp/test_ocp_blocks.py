@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ocp import Between, Bound, Control, Mesh, Phase, Problem, State, Unknown
-from ocp.blocks import Block, Kernel, assemble
+from ocp.blocks import Block, Kernel, Program
 from ocp.guess import start_of
 from ocp.mesh import Extra, PhaseMesh, uniform
 from ocp.scaling import scales_of
@@ -54,7 +54,7 @@ def directly(blocks, variables, rows):
 
 
 def compare(blocks, variables, rows, seed=1):
-    program = assemble(blocks, variables, rows, 1)
+    program = Program(tuple(blocks), variables, rows, 1)
     x, p, f, g = directly(blocks, variables, rows)
     sigma, lam = ca.MX.sym("sigma"), ca.MX.sym("lam", rows)
     hessian = ca.triu(ca.hessian(sigma * f + ca.dot(lam, g), x)[0])

@@ -222,9 +222,9 @@ def test_objectives_in_order(name):
     phase = Phase("push", rates, initial={x: 0, v: 0})
     problem = Problem("push", phase, maximise=phase.at_end(x))
     found = solve_lexicographic(
-        problem, [-phase.at_end(x), phase.integral(u**2)], slack=1e-3, settings=settings_of(name)
+        problem, [-phase.at_end(x), phase.integral(u**2)], slack=3e-3, settings=settings_of(name)
     )
-    assert found.objective == optimum(name, 1 - 2 / 3 * math.sqrt(6 * 0.5e-3))
+    assert found.objective == optimum(name, 1 - 2 / 3 * math.sqrt(6 * 1.5e-3))
 
 
 def test_costates(name):
