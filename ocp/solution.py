@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 from ocp.between import dense_peak
 from ocp.errors import StatementError
 from ocp.evaluate import Evaluator
-from ocp.mesh import Mesh
+from ocp.mesh import Mesh, distinct
 from ocp.multipliers import Multipliers, SolvedProgram
 from ocp.names import named
 from ocp.replay import Replay
 from ocp.rigorous import Margin
 from ocp.statement import Phase, Problem
-from ocp.store import packed, unpacked
 from ocp.symbols import resolve, scalar
 from ocp.terms import Functional
 from ocp.trajectory import Trajectory
@@ -111,7 +110,7 @@ class Solution:
     @property
     def breakpoints(self) -> Array:
         """Times of the mesh, all phases [s]."""
-        return np.unique(np.concatenate([p.breakpoints for p in self.trajectory.phases]))
+        return distinct(np.concatenate([p.breakpoints for p in self.trajectory.phases]))
 
     @property
     def iterations(self) -> int:
@@ -119,6 +118,8 @@ class Solution:
         return sum(r.iterations for r in self.record)
 
     def __reduce__(self) -> tuple[Any, ...]:
+        from ocp.store import packed, unpacked
+
         return unpacked, (Solution, packed({f.name: getattr(self, f.name) for f in fields(self)}))
 
     def value(self, expression: Any, *, replayed: bool = False) -> float:
