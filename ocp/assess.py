@@ -30,7 +30,7 @@ _MANY_EXTRA = 4  # added points, beyond which a rough control needs shorter inte
 _MOST_EXTRA = 10  # beyond which any control does
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PhaseAssessment:
     """Errors of one phase, per interval.
 
@@ -53,7 +53,7 @@ class PhaseAssessment:
     crowded: NDArray[np.bool_]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Assessment:
     """Errors of a solved mesh round between its points."""
 

@@ -22,7 +22,7 @@ _POINTS_PER_DEGREE = 6
 _ZOOMS = 5
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Extremes:
     """The largest value of an expression in each interval.
 

@@ -78,7 +78,7 @@ class Kernel:
         return [ca.SX.sym(s, self.outer.sparsity_in(i)) for i, s in enumerate("wydc")]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Block:
     """One kernel and the places it is applied to.
 
@@ -111,7 +111,7 @@ class Block:
         return differentiate(self.kernel, self.native)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class KernelDerivatives:
     """Parts of a kernel, and the non-zeros of their derivatives with their places.
 
@@ -248,7 +248,7 @@ class Program:
         return _scatter(parts, [m.block.rows for m in ruled], self.rows)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Instances:
     """A block applied to the symbols of a program."""
 

@@ -55,7 +55,7 @@ def chain_length(phase: Phase, control: Control) -> int:
         del left[following[0]]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Link:
     """A state of a chain: its rate is ``gain * driver + offset``.
 

@@ -26,7 +26,7 @@ class Step:
     objective: float | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Homotopy:
     """A path of solutions.
 
@@ -99,7 +99,7 @@ def homotopy(
     return Homotopy(tuple(solutions), tuple(steps))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Path:
     """What all steps have in common."""
 

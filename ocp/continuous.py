@@ -15,7 +15,7 @@ from ocp.symbols import is_number
 from ocp.terms import Functional
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Continuous:
     """``lower <= sign * expression - peak <= upper`` at all times of a phase.
 

@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PhaseCostates:
     """Costates of one phase at the collocation points.
 

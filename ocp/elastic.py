@@ -62,7 +62,7 @@ class Relaxed:
                 f"{self.amount:.4g}{unit}{where}")  # fmt: skip
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Relaxation:
     """What to relax, the least in sum, and a motion that then meets everything.
 

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 Kept = TypeVar("Kept")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Evaluator:
     """Evaluates expressions of one problem; keeps the compiled functions."""
 

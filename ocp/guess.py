@@ -30,7 +30,7 @@ class PhaseStart(Protocol):
     def at_fractions(self, fractions: Array) -> Mapping[str, Array]: ...
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class StatedGuess:
     """The guess in the statement of a phase; a signal left out joins its boundary values."""
 
@@ -123,7 +123,7 @@ def evaluate_limit(value: Any, constants: Mapping[str, float]) -> float:
     return float(function(*[constants[s.name] for s in symbols]))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Start:
     """A start for every phase and unknown of a problem."""
 
@@ -169,7 +169,7 @@ def _unknown_start(unknown: Any) -> float:
     return float(min(max(0.0, lower), upper))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Overlay:
     stated: StatedGuess
     known: Any

@@ -30,7 +30,7 @@ Integers = NDArray[np.int64]
 _TOUCHING = 1e-5  # of a control's size: closer than this to a bound, it is at the bound
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class HamiltonianReport:
     """Numbers of one phase.
 

@@ -101,7 +101,7 @@ class IpoptOptions:
             )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class NlpResult:
     """What a run of a solver left behind.
 
@@ -124,7 +124,7 @@ class NlpResult:
     solver: str = "ipopt"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Duals:
     """Multipliers to start from, scaled and in CasADi's sign, ``L = f + lam^T g``.
 

@@ -22,7 +22,7 @@ from ocp.terms import Functional
 Integers = NDArray[np.int64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Group:
     """The intervals of one degree whose breakpoints all stay, or all have a movable end.
 
@@ -44,7 +44,7 @@ class Group:
     algebraics: Integers
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PhaseLayout:
     """Index sets of one phase.
 

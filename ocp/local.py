@@ -97,7 +97,7 @@ class Local:
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Point:
     """Signals, time and interval length at one point of an interval, as local expressions."""
 
@@ -108,7 +108,7 @@ class Point:
     rate_rows: Any = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Context:
     """What every kernel of a problem shares.
 

@@ -20,7 +20,7 @@ Side = Literal["lower", "upper"]
 _PRICE = 1e-7  # of the mean square of a control in its size
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Slack:
     """The unknown that moves one limit, and where: pieces of path, or one of a phase's ends."""
 
@@ -34,7 +34,7 @@ class Slack:
     end: tuple[str, int] | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Elastic:
     """A statement being rewritten: symbols without limits for those with, and slacks."""
 
@@ -78,7 +78,7 @@ class Elastic:
             yield replace(bound, expression=moved, scale=size)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Loosened:
     """The parts of the rewritten statement."""
 

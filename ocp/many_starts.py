@@ -33,7 +33,7 @@ _SAME_PATH = 1e-2  # of the states' sizes, within which two motions count as one
 _SAMPLES = np.linspace(0.0, 1.0, 201)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Optimum:
     """One of the distinct optima.
 
@@ -53,7 +53,7 @@ class Optimum:
         return self.solution.objective
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Audit:
     """What came of all starts: distinct optima, the best one first, and failures with reasons."""
 
@@ -137,7 +137,7 @@ def audit(
     return _compared(problem, settings, found, failures)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Job:
     """What every process needs; forked processes inherit it."""
 

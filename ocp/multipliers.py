@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PathRows:
     """The rows of one continuous constraint: points of intervals at which it is imposed.
 
@@ -49,7 +49,7 @@ class PathRows:
     weights: Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PathMultiplier:
     """Multipliers of one path bound or peak of a phase.
 
@@ -71,7 +71,7 @@ class PathMultiplier:
     densities: Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Multipliers:
     """All multipliers of a solution.
 
@@ -87,7 +87,7 @@ class Multipliers:
     paths: tuple[PathMultiplier, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SolvedProgram:
     """What it takes to build a solved program again: numbers, and the problem itself.
 

@@ -102,7 +102,7 @@ def single(found: Mapping[str, Sided]) -> dict[str, float]:
     return {name: s.below if s.is_one else float("nan") for name, s in found.items()}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Multipliers:
     """All sets of multipliers that fit: changes `z` with ``equations @ z = 0`` and bounds.
 

@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 _POINTS = 8
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class HamiltonianSlopes:
     """Compiled ``H``, ``dH/du``, curvature and direct limits of the controls of one phase.
 

@@ -16,7 +16,7 @@ from ocp.trajectory import Trajectory
 from ocp.transcribe import Transcription
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Prepared:
     """A problem transcribed once, to be solved for many values of its constants.
 

@@ -49,7 +49,7 @@ def random_trajectory(
     return trajectory_of(made, np.nan_to_num(x), constants)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Wavy:
     """The stated guess of a phase plus smooth waves, which vanish at prescribed boundary values."""
 

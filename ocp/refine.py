@@ -77,7 +77,7 @@ def _equal(a: PhaseMesh, b: PhaseMesh) -> bool:
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Marks:
     split: NDArray[np.bool_]
     forced: NDArray[np.bool_]

@@ -28,7 +28,7 @@ _SAMPLES = 8
 _MOST = 4096
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PhaseReplay:
     """Replayed states of one phase.
 
@@ -56,7 +56,7 @@ class PhaseReplay:
     restarts: int = 0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Replay:
     """Replays of all phases."""
 

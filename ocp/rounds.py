@@ -37,7 +37,7 @@ _FAR = 1e-3  # this wrong or more: the digits beyond are lost with the next mesh
 log = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Solved:
     """One solved mesh round.
 
@@ -64,7 +64,7 @@ class Solved:
         return Origin(self.trajectory, program, self.objective)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Task:
     """What stays the same in all rounds of a solve, and their record."""
 

@@ -35,7 +35,7 @@ SchemeName = Literal["radau", "gauss", "lobatto", "hermite-simpson", "trapezoid"
 FIXED_DEGREE = {"trapezoid": 2, "hermite-simpson": 3}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Scheme:
     """One collocation scheme.
 

@@ -40,7 +40,7 @@ _STEP = 1e-3  # of the duration, in differences of fourth order: error 1e-12
 _NEAR = 1e-4  # scaled distance from a limit below which it is touched
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Slope:
     """Derivative of the Lagrangian by a named number: ``direct + by_multiplier @ multipliers``.
 
@@ -56,7 +56,7 @@ class Slope:
     touching: bool = False
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Limited:
     """A named pair of limits and the entries, rows then unknowns, that it holds back."""
 

@@ -78,7 +78,7 @@ class Verification:
     restarts: int = 0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Solution:
     """A verified trajectory and how it came about.
 

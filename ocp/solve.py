@@ -141,7 +141,7 @@ def collocate(
     return found, problem.sense * result.objective * made.scales.objective
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Checked:
     """The replay of a round and what it says."""
 

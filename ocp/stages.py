@@ -24,7 +24,7 @@ Integers = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Stages:
     """A program in stages, and where the unknowns and rows of the plain one are.
 

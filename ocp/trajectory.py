@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Piece:
     """The intervals of one degree.
 
@@ -39,7 +39,7 @@ class Piece:
     algebraics: Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PhaseTrajectory:
     """Piecewise polynomials of one phase.
 
@@ -149,7 +149,7 @@ def _combine(weights: Array, values: Array) -> Array:
     return np.asarray(np.einsum("ms,msn->mn", weights, values))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Trajectory:
     """Phases in order, static unknowns and constants by name, peaks in the problem's order."""
 

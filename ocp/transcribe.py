@@ -39,7 +39,7 @@ class Method:
     control_shape: ControlShape = "automatic"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Transcription:
     """A nonlinear program and the way back to the problem.
 

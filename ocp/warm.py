@@ -31,7 +31,7 @@ _INSIDE = 1e-9
 _SAME = 1e-9
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Origin:
     """Where a mesh round starts.
 
@@ -79,7 +79,7 @@ class Origin:
         return duals(self.program, self.trajectory, target)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Entries:
     """Unknowns of one kind: where they sit and what stretch of the phase each stands for."""
 

@@ -16,7 +16,7 @@ from models.peaks import dense_peak
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Motion:
     """Histories of a law, all of shape (m,).
 

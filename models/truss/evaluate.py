@@ -29,7 +29,7 @@ _BEYOND_OPEN = 1e-4  # [rad] past 90 deg: the paper's printed law ends 3.7e-6 ra
 _BACKWARD_SLACK = 1e-6  # of the greatest speed: what a solver's bounds may leave
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class TrussMotion:
     """Histories of a motion, all of shape (m,).
 

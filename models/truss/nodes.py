@@ -18,7 +18,7 @@ from models.truss.parameters import TrussParameters
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class NodeMotion:
     """Global position [m], velocity [m/s], acceleration [m/s^2] of a node, all (m, 3)."""
 

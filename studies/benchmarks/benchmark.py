@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from ocp import Constant, Problem
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Benchmark:
     """A stated problem and the optimum it is held against.
 

@@ -35,7 +35,7 @@ class Extreme(NamedTuple):
     time: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Energies:
     """Energies since the start, shape (m,) [J]; each from its own formula.
 

@@ -15,7 +15,7 @@ SAME_BASIN = 1e-4  # relative: optima closer than this are one basin, solved to 
 FAST = 1e-3  # relative: a force peak this far below the static one is due to momentum
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Attempt:
     """One start and what came of it: a solution with its statement, or why there is none.
 
@@ -45,7 +45,7 @@ class Basin:
     kind: str = ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Outcome:
     """The best motion found.
 

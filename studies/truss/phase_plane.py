@@ -46,7 +46,7 @@ class CrawlError(StudyError):
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FastestMotion:
     """The fastest motion under a force cap.
 
@@ -72,7 +72,7 @@ class FastestMotion:
     rope_force: Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LeastForce:
     """Least peak of the rope force in a given duration, with no other cap.
 

@@ -34,7 +34,7 @@ from studies.truss.quantities import OBJECTIVES
 EARLIEST, LATEST = 1e-5, 1 - 1e-5  # of the duration, between which the net becomes taut
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Signals:
     """The signals of the problem; `jerk` and `force` are None where they are no signals."""
 
@@ -45,7 +45,7 @@ class Signals:
     force: Control | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Statement:
     """A stated problem and what is needed to read its solution.
 

@@ -50,7 +50,7 @@ def _ramps(phase: PhaseTrajectory, statement: Statement) -> Array:
     return phase.ramps[:, :, phase.linear.index(name)]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ReplayedLaw:
     """The replayed states of a solution whose control is a force or an acceleration.
 
