@@ -6,6 +6,7 @@ neighbours in the linear algebra.  All index sets are arrays over the intervals.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -131,9 +132,8 @@ def lay_out(
     degrees = distinct(mesh.degrees)
     schemes = {int(d): scheme(name, int(d)) for d in degrees}
     choices = {d: s.degree if determined else s.choices for d, s in schemes.items()}
-    inner = {d: s.support.size - 1 - s.ends_on_support for d, s in schemes.items()}
     sizes = np.array([n_x + 2 * n_l + n_q + n_c
-                      + inner[int(d)] * n_x
+                      + schemes[int(d)].inner * n_x
                       + choices[int(d)] * n_p + schemes[int(d)].degree * n_z
                       for d in degrees])  # fmt: skip
     lengths = sizes[np.searchsorted(degrees, mesh.degrees)]
@@ -145,29 +145,18 @@ def lay_out(
     nodes = at_breakpoints(0, n_x)
     groups = []
     for degree, moving in sorted({*zip(mesh.degrees.tolist(), mesh.moving.tolist(), strict=True)}):
-        method = schemes[degree]
         own = np.flatnonzero((mesh.degrees == degree) & (mesh.moving == moving))
-        begin = offsets[own][:, None, None] + n_x + n_q + 2 * n_l + n_c
-        s, c, m = method.degree, choices[degree], inner[degree]
-        block = begin + np.arange(m * n_x).reshape(m, n_x)
-        support = [nodes[own][:, None, :], block]
-        if method.ends_on_support:
-            support.append(nodes[own + 1][:, None, :])
-        begin = begin + m * n_x
-        groups.append(Group(
-            method, own, moving, np.concatenate(support, axis=1),
-            begin + np.arange(c * n_p).reshape(c, n_p),
-            begin + c * n_p + np.arange(s * n_z).reshape(s, n_z),
+        begin = offsets[own] + n_x + n_q + 2 * n_l + n_c
+        groups.append(_group(
+            schemes[degree], own, moving, nodes, begin, (choices[degree], n_p), n_z
         ))  # fmt: skip
     stop = int(offsets[-1]) + n_x + n_q
     ends = None
     if isinstance(phase.start, Between) or isinstance(phase.end, Between):
         ends = np.array([stop, stop + 1])
         stop += 2
-    moved = np.full(count + 1, -1)
-    touched = np.flatnonzero(np.append(mesh.moving, False) | np.insert(mesh.moving, 0, False))
-    moved[touched] = stop + np.arange(touched.size)
-    stop += touched.size
+    moved = _moved(mesh, stop)
+    stop += int(np.count_nonzero(moved >= 0))
     return PhaseLayout(
         phase=phase, mesh=mesh, states=phase.states,
         constant=tuple(controls["constant"]), linear=tuple(controls["linear"]),
@@ -177,3 +166,35 @@ def lay_out(
         steps=at_breakpoints(n_x + n_q + 2 * n_l, n_c)[:-1],
         groups=tuple(groups), ends=ends, moved=moved, stop=stop,
     )  # fmt: skip
+
+
+def _group(
+    method: Scheme, own: Integers, moving: bool, nodes: Integers, begin: Integers,
+    controls: tuple[int, int], n_z: int,
+) -> Group:  # fmt: skip
+    """The intervals `own` (m,), whose unknowns between their nodes start at columns `begin` (m,).
+
+    One after another: inner states, polynomial controls of shape `controls`, algebraic signals.
+    """
+    n_x, begin = nodes.shape[1], begin[:, None, None]
+    support = [nodes[own][:, None, :], begin + _table(method.inner, n_x)]
+    if method.ends_on_support:
+        support.append(nodes[own + 1][:, None, :])
+    begin = begin + method.inner * n_x
+    return Group(
+        method, own, moving, np.concatenate(support, axis=1), begin + _table(*controls),
+        begin + math.prod(controls) + _table(method.degree, n_z),
+    )  # fmt: skip
+
+
+def _table(rows: int, columns: int) -> Integers:
+    """Numbers from zero row by row, (rows, columns)."""
+    return np.arange(rows * columns).reshape(rows, columns)
+
+
+def _moved(mesh: PhaseMesh, first: int) -> Integers:
+    """(N + 1,) columns from `first` on of the breakpoints of moving intervals, -1 elsewhere."""
+    moved = np.full(mesh.intervals + 1, -1)
+    touched = np.flatnonzero(np.append(mesh.moving, False) | np.insert(mesh.moving, 0, False))
+    moved[touched] = first + np.arange(touched.size)
+    return moved

@@ -82,6 +82,11 @@ class Scheme:
         """Whether the last support point is the right end of the interval."""
         return bool(self.support[-1] == 1.0)
 
+    @property
+    def inner(self) -> int:
+        """Number of support points between the ends of the interval."""
+        return self.support.size - 1 - self.ends_on_support
+
 
 @lru_cache(maxsize=256)
 def scheme(name: SchemeName, degree: int) -> Scheme:

@@ -195,7 +195,7 @@ def _entries(layout: PhaseLayout, points: Array) -> Iterator[tuple[tuple[str, in
     width = np.diff(points)
     ids, at = [layout.nodes], [points]
     for group in layout.groups:
-        inner = slice(1, group.scheme.support.size - group.scheme.ends_on_support)
+        inner = slice(1, 1 + group.scheme.inner)
         ids.append(group.support[:, inner].reshape(-1, len(layout.states)))
         left, h = points[group.intervals, None], width[group.intervals, None]
         at.append((left + group.scheme.support[inner] * h).ravel())

@@ -119,32 +119,42 @@ def arm_phase(
         model.mass_matrix(column(q)), model.force(column(q), column(v), torque_column(torque))
     )
     drives = (*torque.values(), *rate.values())
-    ends = [
-        dict(zip(q, map(float, model.at(*angles)), strict=True)) | dict.fromkeys((*v, *drives), 0.0)
-        for angles in (stage.start, stage.end)
-    ]
-    if left is not None:
-        ends[1] = dict.fromkeys(drives, 0.0) | _angles(ends[1])
-    elif is_slow(stage):
-        left = REST
-        ends[1] = dict.fromkeys(drives, 0.0) | _angles(ends[1], rates=True)
+    initial, final, left = _boundary(stage, q, v, drives, left)
     if linked:
-        ends[0] = dict.fromkeys(drives, 0.0)
+        initial = dict.fromkeys(drives, 0.0)
     at = grid + (start.start if isinstance(start, Between) else start)
-    guess: dict[Any, Any] = {s: (at, x) for s, x in zip(q, guess_q, strict=True)}
-    guess |= {s: (at, x) for s, x in zip(v, guess_v, strict=True)}
+    coordinates = (*q, *v)
+    guess: dict[Any, Any] = {
+        s: (at, x) for s, x in zip(coordinates, (*guess_q, *guess_v), strict=True)
+    }
     guess |= {torque[k]: (at, torques[k]) for k in torque}
     guess |= {rate[k]: (at, np.gradient(torques[k], grid)) for k in rate}
     guess |= {bend[k]: 0.0 for k in bend}
-    dynamics: dict[State, Any] = dict(zip(q, v, strict=True))
-    dynamics |= dict(zip(v, acceleration, strict=True))
+    dynamics: dict[State, Any] = dict(zip(coordinates, (*v, *acceleration), strict=True))
     dynamics |= {torque[k]: rate[k] for k in torque} | {rate[k]: bend[k] for k in torque}
     phase = Phase(
-        stage.name, dynamics=dynamics, initial=ends[0], final=ends[1], start=start,
+        stage.name, dynamics=dynamics, initial=initial, final=final, start=start,
         end=T if end is None else end, guess=guess,
     )  # fmt: skip
     bounds = () if left is None else (at_rest(phase, model, q, v, left),)
     return ArmPhase(phase, model, q, v, torque, rate, bend, tuple(acceleration), bounds)
+
+
+def _boundary(
+    stage: Stage, q: tuple[State, ...], v: tuple[State, ...], drives: tuple[State, ...],
+    left: float | None,
+) -> tuple[dict[State, float], dict[State, float], float | None]:  # fmt: skip
+    """Values at release and lock, and the energy that stands for rest there, if one does [J]."""
+    still = dict.fromkeys(drives, 0.0)
+    start, end = (
+        dict(zip(q, map(float, pose), strict=True)) | dict.fromkeys(v, 0.0) | still
+        for pose in (stage.model.at(*stage.start), stage.model.at(*stage.end))
+    )
+    if left is not None:
+        return start, still | _angles(end), left
+    if is_slow(stage):
+        return start, still | _angles(end, rates=True), REST
+    return start, end, None
 
 
 def _angles(values: dict[State, float], rates: bool = False) -> dict[State, float]:

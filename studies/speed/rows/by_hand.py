@@ -40,56 +40,10 @@ def minimise(z, end, peaked, positive, guess, lower, upper, *, whole=None):
     whole : index of the length of an interval in z, if these must add up to 1.
     """
     n_z, n = guess.shape
-    rows = ca.vertcat(end, -peaked, positive)
-    m = rows.numel()
     sizes = (3, peaked.numel(), positive.numel())
-    weight = ca.SX.sym("w", m)
-    slope = ca.jacobian(rows, z)
-    bend = ca.triu(ca.hessian(ca.dot(weight, rows), z)[0])
-    value = ca.Function("value", [z], [rows]).map(n)
-    first = ca.Function("first", [z], [rows, ca.vertcat(*slope.nonzeros())]).map(n)
-    second = ca.Function("second", [z, weight], [ca.vertcat(*bend.nonzeros())]).map(n)
-
-    count = n_z * n + 1
-    x, f_factor, no = ca.MX.sym("x", count), ca.MX.sym("f"), ca.MX.sym("p", 0)
-    Z = ca.reshape(x[:-1], n_z, n)
-    last = ca.DM([row.END, 0, 0])
-
-    def all_rows(local):
-        """The rows of all intervals from the kernel's, with links and peak."""
-        following = ca.horzcat(Z[:3, 1:], last)
-        constant = ca.vertcat(-following, ca.repmat(x[-1], sizes[1], n), ca.MX(sizes[2], n))
-        together = ca.vec(local + constant)
-        return together if whole is None else ca.vertcat(together, ca.sum2(Z[whole, :]) - 1)
-
-    # triplets of the Jacobian: kernel, links to the next interval, peak, sum of the lengths
-    k = np.arange(n)[:, None]
-    r, c = (np.array(i) for i in slope.sparsity().get_triplet())
-    link = np.arange(n - 1)[:, None]
-    triplets = [
-        (r + m * k, c + n_z * k, None),
-        (np.arange(3) + m * link, np.arange(3) + n_z * (link + 1), -1.0),
-        (3 + np.arange(sizes[1]) + m * k, np.full((n, sizes[1]), count - 1), 1.0),
-    ]
-    if whole is not None:
-        triplets.append((np.full((n, 1), m * n), whole + n_z * k, 1.0))
-    n_rows = m * n + (whole is not None)
-    local, slopes = first(Z)
-    jacobian = _sparse(n_rows, count, triplets, slopes)
-    w = ca.MX.sym("w", n_rows)
-    r, c = (np.array(i) for i in bend.sparsity().get_triplet())
-    hessian = _sparse(
-        count, count, [(r + n_z * k, c + n_z * k, None)],
-        second(Z, ca.reshape(w[: m * n], m, n)),
-    )  # fmt: skip
-    g = all_rows(value(Z))
-    names = (["x", "p", "lam_f", "lam_g"], ["triu_hess_gamma_x_x"])
-    derivatives = {
-        "jac_g": ca.Function("jac_g", [x, no], [all_rows(local), jacobian]),
-        "hess_lag": ca.Function("hess_lag", [x, no, f_factor, w], [hessian], *names),
-    }
-    solver = ca.nlpsol("by_hand", "ipopt", {"x": x, "f": x[-1], "g": g}, OPTIONS | derivatives)
-    highest = np.tile(np.repeat([0.0, np.inf], [3, m - 3]), n)
+    program, derivatives = _program(z, ca.vertcat(end, -peaked, positive), sizes, n, whole)
+    solver = ca.nlpsol("by_hand", "ipopt", program, OPTIONS | derivatives)
+    highest = np.tile(np.repeat([0.0, np.inf], [3, sum(sizes) - 3]), n)
     answer = solver(
         x0=np.append(guess.ravel("F"), 2.0),
         lbx=np.append(lower.ravel("F"), 0.0),
@@ -101,6 +55,66 @@ def minimise(z, end, peaked, positive, guess, lower, upper, *, whole=None):
     stats = solver.stats()
     note = f"{stats['return_status']}, {stats['iter_count']} iterations"
     return found[:-1].reshape(n_z, n, order="F"), found[-1], note
+
+
+def _program(z, rows, sizes, n, whole):
+    """The program of n intervals, and its derivatives as IPOPT's options.
+
+    Parameters
+    ----------
+    z, rows : SX (n_z,) and (m,), the kernel.
+    sizes : numbers of its rows: end state, below the peak, not negative.
+    """
+    n_z, m = z.numel(), rows.numel()
+    weight = ca.SX.sym("w", m)
+    slope = ca.jacobian(rows, z)
+    bend = ca.triu(ca.hessian(ca.dot(weight, rows), z)[0])
+    value = ca.Function("value", [z], [rows]).map(n)
+    first = ca.Function("first", [z], [rows, ca.vertcat(*slope.nonzeros())]).map(n)
+    second = ca.Function("second", [z, weight], [ca.vertcat(*bend.nonzeros())]).map(n)
+
+    count, n_rows = n_z * n + 1, m * n + (whole is not None)
+    x, f_factor, no = ca.MX.sym("x", count), ca.MX.sym("f"), ca.MX.sym("p", 0)
+    w = ca.MX.sym("w", n_rows)
+    Z = ca.reshape(x[:-1], n_z, n)
+    local, slopes = first(Z)
+    jacobian = _sparse(n_rows, count, _jacobian_triplets(slope, sizes, n, whole), slopes)
+    k = np.arange(n)[:, None]
+    r, c = (np.array(i) for i in bend.sparsity().get_triplet())
+    hessian = _sparse(
+        count, count, [(r + n_z * k, c + n_z * k, None)],
+        second(Z, ca.reshape(w[: m * n], m, n)),
+    )  # fmt: skip
+    names = (["x", "p", "lam_f", "lam_g"], ["triu_hess_gamma_x_x"])
+    g, same = (_all_rows(own, Z, x[-1], sizes, whole) for own in (value(Z), local))
+    return {"x": x, "f": x[-1], "g": g}, {
+        "jac_g": ca.Function("jac_g", [x, no], [same, jacobian]),
+        "hess_lag": ca.Function("hess_lag", [x, no, f_factor, w], [hessian], *names),
+    }
+
+
+def _all_rows(local, Z, peak, sizes, whole):
+    """The rows of all intervals from the kernel's (m, n), with links and peak."""
+    n = Z.shape[1]
+    following = ca.horzcat(Z[:3, 1:], ca.DM([row.END, 0, 0]))
+    constant = ca.vertcat(-following, ca.repmat(peak, sizes[1], n), ca.MX(sizes[2], n))
+    together = ca.vec(local + constant)
+    return together if whole is None else ca.vertcat(together, ca.sum2(Z[whole, :]) - 1)
+
+
+def _jacobian_triplets(slope, sizes, n, whole):
+    """Those of the kernel, the links to the next interval, the peak, the sum of the lengths."""
+    m, n_z = slope.shape
+    k, link = np.arange(n)[:, None], np.arange(n - 1)[:, None]
+    r, c = (np.array(i) for i in slope.sparsity().get_triplet())
+    triplets = [
+        (r + m * k, c + n_z * k, None),
+        (np.arange(3) + m * link, np.arange(3) + n_z * (link + 1), -1.0),
+        (3 + np.arange(sizes[1]) + m * k, np.full((n, sizes[1]), n_z * n), 1.0),
+    ]
+    if whole is not None:
+        triplets.append((np.full((n, 1), m * n), whole + n_z * k, 1.0))
+    return triplets
 
 
 def _sparse(rows, columns, triplets, first):
