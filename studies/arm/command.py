@@ -12,7 +12,7 @@ from studies.exit_codes import ExitCode, StudyError, exit_code_table
 if TYPE_CHECKING:
     from models.arm.reduced_run import ReducedMotion
     from studies.arm.config import ArmStudy
-    from studies.arm.replay import Replay
+    from studies.arm.replay import Array, Replay
     from studies.results import ResultsFolder
 
 SHARES = {"big": 0.01, "small": 0.03, "both": 0.03}  # of a baseline's E_res
@@ -217,7 +217,7 @@ def _one(options: argparse.Namespace, study: ArmStudy, console: Console) -> Exit
     return ExitCode.OK if passed else ExitCode.NOT_VERIFIED
 
 
-def _after(study: ArmStudy) -> object:
+def _after(study: ArmStudy) -> Array:
     import numpy as np
 
     T = study.stage.duration

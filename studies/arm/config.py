@@ -99,13 +99,16 @@ def study_from(raw: Mapping[str, Any]) -> ArmStudy:
 
 def _stage(name: str, arm: ArmParameters, values: Mapping[str, float]) -> Stage:
     base = STAGES[name](values.get("duration", DURATIONS[name]), arm)
-    angles = []
-    for when, pair in (("start", base.start), ("end", base.end)):
-        angles.append(tuple(
-            math.radians(values[f"{joint}_{when}_deg"]) if f"{joint}_{when}_deg" in values else a
-            for joint, a in zip(("root", "elbow"), pair, strict=True)
-        ))  # fmt: skip
-    return Stage(name, angles[0], angles[1], base.duration, arm)  # type: ignore[arg-type]
+
+    def angle(joint: str, when: str, default: float) -> float:
+        key = f"{joint}_{when}_deg"
+        return math.radians(values[key]) if key in values else default
+
+    start, end = (
+        (angle("root", when, root), angle("elbow", when, elbow))
+        for when, (root, elbow) in (("start", base.start), ("end", base.end))
+    )
+    return Stage(name, start, end, base.duration, arm)
 
 
 def _arm(values: Mapping[str, float]) -> ArmParameters:
@@ -118,7 +121,8 @@ def _arm(values: Mapping[str, float]) -> ArmParameters:
             size = {part: values.get(f"{name}_{part}", default) for part, default in parts}
             links[name] = tube(**size, **stated)
         known = ("tip_mass", "elbow_mass", "hub_inertia", "damping_ratio", "damping_frequency")
-        return ArmParameters(**links, **{k: values[k] for k in known if k in values})  # type: ignore[arg-type]
+        others = {k: values[k] for k in known if k in values}
+        return ArmParameters(links["big"], links["small"], **others)
     except ModelError as error:
         raise StudyError(str(error)) from error
 

@@ -26,7 +26,7 @@ from studies.arm.lanes import follow
 from studies.arm.mesh import DEGREE, mesh_for
 from studies.arm.objectives import first_duration, problem
 from studies.arm.problem import ArmPhase, Limits, quasi_static
-from studies.arm.replay import Drive, Motion, Replay, replay
+from studies.arm.replay import ELEMENTS, MODES, Drive, Motion, Replay, replay
 from studies.arm.stage import ELBOW, ROOT, Stage
 from studies.arm.unit_laws import quintic
 from studies.exit_codes import ExitCode, StudyError
@@ -131,9 +131,12 @@ class Solved:
             joints = dict(angle_joints(self.reduced, self.torques))
         return Motion(self.name, drive, self.stage, joints)
 
-    def replay(self, drive: Drive = "torque", **options: object) -> Replay:
-        """On the full model."""
-        return replay(self.motion(drive), **options)  # type: ignore[arg-type]
+    def replay(
+        self, drive: Drive = "torque", *, elements: int = ELEMENTS, after: Array | None = None,
+        modes: int = MODES,
+    ) -> Replay:  # fmt: skip
+        """On the full model, see `studies.arm.replay.replay`."""
+        return replay(self.motion(drive), elements=elements, after=after, modes=modes)
 
 
 def polynomial(own: PhaseTrajectory, state: str) -> PPoly:
@@ -149,10 +152,11 @@ def polynomial(own: PhaseTrajectory, state: str) -> PPoly:
 
 def torque_joints(torques: dict[int, PPoly], end: float) -> dict[int, Torque]:
     """Torque laws; smooth enough that the integrator need not restart at the mesh."""
-    return {
-        k: Torque(lambda t, law=law: np.where(t <= end, law(np.clip(t, 0.0, end)), 0.0))  # type: ignore[misc]
-        for k, law in torques.items()
-    }
+
+    def until_end(law: PPoly) -> Callable[[Array], Array]:
+        return lambda t: np.where(t <= end, law(np.clip(t, 0.0, end)), 0.0)
+
+    return {k: Torque(until_end(law)) for k, law in torques.items()}
 
 
 def angle_joints(motion: ReducedMotion, torques: dict[int, PPoly]) -> dict[int, Driven]:

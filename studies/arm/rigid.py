@@ -55,11 +55,11 @@ def feed_forward(stage: Stage, law: Law) -> Callable[[Array], Array]:
 def torque_drives(stage: Stage, law: Law) -> dict[int, Torque]:
     """Feed-forward torques of the joints that turn."""
     torques = feed_forward(stage, law)
-    edges = law.breakpoints
-    return {
-        k: Torque(lambda t, k=k: torques(np.atleast_1d(t))[k], edges)  # type: ignore[misc]
-        for k in stage.moving
-    }
+
+    def part(k: int) -> Callable[[Array], Array]:
+        return lambda t: torques(np.atleast_1d(t))[k]
+
+    return {k: Torque(part(k), law.breakpoints) for k in stage.moving}
 
 
 def angle_drives(stage: Stage, law: Law) -> dict[int, Driven]:

@@ -100,9 +100,9 @@ def _beside(
     return values
 
 
-def _time(given: object, flag: str, default: float) -> float:
+def _time(given: float | str | None, flag: str, default: float) -> float:
     try:
-        found = default if given is None else float(given)  # type: ignore[arg-type]
+        found = default if given is None else float(given)
     except (TypeError, ValueError):
         found = float("nan")
     if not (np.isfinite(found) and found > 0):

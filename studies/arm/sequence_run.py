@@ -67,15 +67,17 @@ class SolvedSequence:
     @property
     def durations(self) -> tuple[float, float, float]:
         """Big arm, dwell, small arm [s]."""
-        return tuple(p.end - p.start for p in self.trajectory.phases)  # type: ignore[return-value]
+        big, dwell, small = (p.end - p.start for p in self.trajectory.phases)
+        return big, dwell, small
 
     @property
     def peaks(self) -> tuple[float, float]:
         """Largest absolute torque of root and elbow, between the points too [N m]."""
-        return tuple(  # type: ignore[return-value]
+        root, elbow = (
             float(np.abs(law(np.linspace(law.x[0], law.x[-1], 40 * _SAMPLES))).max())
             for law in self.torques
         )
+        return root, elbow
 
 
 @dataclass(frozen=True, eq=False)
