@@ -36,14 +36,13 @@ def transitions(rate: ca.Function, own: PhaseTrajectory, sizes: Array) -> Array:
     tau = np.tile((np.arange(_PIECES) + 0.5) / _PIECES, count)
     steps = np.diff(own.breakpoints)[k]
     signals, times = own.local(k, tau), own.breakpoints[k] + tau * steps
-    many = rate.map(k.size)
     slopes = np.empty((k.size, n_x, n_x))
     for j in range(n_x):
         ends = []
         for sign in (1.0, -1.0):
             x = signals[:, :n_x].copy()
             x[:, j] += sign * _STEP * sizes[j]
-            ends.append(np.array(many(x.T, signals[:, n_x:].T, times[None, :])).T)
+            ends.append(rate(x.T, signals[:, n_x:].T, times[None, :]).full().T)
         slopes[:, :, j] = (ends[0] - ends[1]) / (2.0 * _STEP) / sizes
     slopes = np.nan_to_num(slopes * (steps / _PIECES)[:, None, None], posinf=0.0, neginf=0.0)
     parts = exponential(slopes).reshape(count, _PIECES, n_x, n_x)

@@ -276,11 +276,10 @@ def evaluated(
     """Objective and rows (rows,) of some blocks, from their kernels alone."""
     objective, found = 0.0, np.zeros(rows)
     for block in blocks:
-        many = block.kernel.whole.map(block.count, [False, False, True])
-        f, g = many(x[block.columns].T, block.data.T, constants)
+        f, g = block.kernel.whole(x[block.columns].T, block.data.T, constants)
         objective += float(ca.sum2(f))
         if block.rows.size:
-            np.add.at(found, block.rows, np.array(g).T)
+            np.add.at(found, block.rows, g.full().T)
     return objective, found
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import casadi as ca
 
@@ -33,6 +34,7 @@ _DEGREES = {"constant": 0, "linear": 1}
 _EXACT: tuple[SchemeName, ...] = ("radau", "gauss", "lobatto")
 
 
+@lru_cache(maxsize=256)
 def chain_length(phase: Phase, control: Control) -> int:
     """Number of integrators in the longest pure chain that a control drives in a phase.
 
@@ -71,12 +73,13 @@ class Link:
     degree: int
 
 
-def links(phase: Phase, shapes: Mapping[Control, int]) -> dict[State, Link]:
+@lru_cache(maxsize=256)
+def links(phase: Phase, shapes: tuple[tuple[Control, int], ...]) -> Mapping[State, Link]:
     """States of a phase that are polynomials of time wherever the given controls are.
 
     Parameters
     ----------
-    shapes : degree in an interval of the controls that are polynomials there.
+    shapes : the controls that are polynomials in an interval, each with its degree there.
 
     Returns
     -------

@@ -50,11 +50,9 @@ class _Pull:
 
     def add(self, total: Array, x: Array, constants: Array, multipliers: Array) -> None:
         """Add to (m, s, n) slopes."""
-        many = self.slopes.map(len(self.columns))
-        found = np.array(many(
-            x[self.columns].T, self.data.T, np.tile(constants[:, None], len(self.columns)),
-            multipliers[self.rows].T,
-        )).T  # fmt: skip
+        found = self.slopes(
+            x[self.columns].T, self.data.T, constants, multipliers[self.rows].T
+        ).full().T  # fmt: skip
         np.add.at(total, (self.intervals[:, None], self.nodes, self.states[None, :]), found)
 
 
@@ -64,7 +62,8 @@ class _Part:
 
     Attributes
     ----------
-    course : ``(arguments, width, constants) ->`` (n, s) scaled states at the support points.
+    course : ``(arguments, width, constants) ->`` (n, s) scaled states at the support points but
+        the left.
     gains : ``constants ->`` (n, n) of each state by each other, scaled, over a unit length.
     dynamics : (m, s, n) rows of the plain program that are left out.
     ends : (m, n) rows of the condensed program in their place.
@@ -81,9 +80,7 @@ class _Part:
     def inside(self, x: Array, constants: Array) -> Array:
         """(m, s - 1, n) unknowns left out, from those that are there."""
         m, s, n = self.dynamics.shape
-        found = np.array(self.course.map(m)(
-            x[self.arguments].T, self.chains.widths.T, np.tile(constants[:, None], m)
-        )).T  # fmt: skip
+        found = self.course(x[self.arguments].T, self.chains.widths.T, constants).full().T
         return found.reshape(m, s, n)[:, :-1]
 
     def slopes(self, x: Array, constants: Array, multipliers: Array) -> Array:
@@ -345,11 +342,9 @@ class _Maker:
         key = ("ends", chains.kind, slots.places)
         if key not in self.kernels:
             w, width = ca.SX.sym("w", slots.columns.shape[1]), ca.SX.sym("h")
-            right, rest = _split(w, slots, len(chains.states))
-            at_ends = self._courses(chains, rest, width, [1.0])
-            self.kernels[key] = _kernel(
-                w, width, self.constants, ca.vertcat(*right) - ca.vec(at_ends)
-            )
+            right, arguments = _split(w, slots, len(chains.states))
+            found = self._course(chains)(ca.vertcat(*arguments), width, self.constants)
+            self.kernels[key] = _kernel(w, width, self.constants, ca.vertcat(*right) - found[:, -1])
         return Block("ends of chains", self.kernels[key], slots.columns, chains.widths, rows,
                      _unnamed)  # fmt: skip
 
@@ -365,37 +360,36 @@ class _Maker:
         if key not in self.kernels:
             w, width = ca.SX.sym("w", slots.columns.shape[1]), ca.SX.sym("h")
             _, arguments = _split(w, slots, 0)
-            values = self._courses(chains, arguments, width, chains.group.scheme.points[:-1])
+            found = self._course(chains)(ca.vertcat(*arguments), width, self.constants)
             self.kernels[key] = _kernel(
-                w, width, self.constants, ca.vec(values[bounded.tolist(), :])
+                w, width, self.constants, ca.vec(found[bounded.tolist(), :-1])
             )
         return [Block("bounds within", self.kernels[key], slots.columns, chains.widths,
                       inside[:, :, bounded].reshape(len(inside), -1), _unnamed)]  # fmt: skip
 
     def part(self, chains: Chains, dynamics: Integers, ends: Integers) -> _Part:
         """What it takes to get back to the plain program."""
-        every = tuple(range(len(chains.states)))
-        arguments = chains.arguments(every)
+        arguments = chains.arguments(range(len(chains.states)))
+        key = ("gains", chains.kind)
+        if key not in self.kernels:
+            self.kernels[key] = ca.Function("gains", [self.constants], [chains.gains])
+        return _Part(chains, np.stack(arguments, axis=1), self._course(chains), self.kernels[key],
+                     dynamics, ends, tuple(self.pulls[self.chains.index(chains)]))  # fmt: skip
+
+    def _course(self, chains: Chains) -> ca.Function:
+        """See `_Part.course`."""
         key = ("course", chains.kind)
         if key not in self.kernels:
-            w, width = ca.SX.sym("w", len(arguments)), ca.SX.sym("h")
-            values = self._courses(chains, ca.vertsplit(w), width, chains.group.scheme.points)
-            self.kernels[key] = (
-                ca.Function("course", [w, width, self.constants], [ca.vec(values)]),
-                ca.Function("gains", [self.constants], [chains.gains]),
-            )
-        course, gains = self.kernels[key]
-        return _Part(chains, np.stack(arguments, axis=1), course, gains, dynamics, ends,
-                     tuple(self.pulls[self.chains.index(chains)]))  # fmt: skip
-
-    def _courses(self, chains: Chains, arguments: Sequence[ca.SX], width: ca.SX, tau: Any) -> ca.SX:
-        """(n, points) scaled states at local times."""
-        every = tuple(range(len(chains.states)))
-        found = chains.courses(every, arguments, width)
-        return ca.vertcat(*[
-            ca.horzcat(*[value(found[i], float(t)) / float(chains.scales[i]) for t in tau])
-            for i in every
-        ])  # fmt: skip
+            every = range(len(chains.states))
+            w, width = ca.SX.sym("w", len(chains.arguments(every))), ca.SX.sym("h")
+            found = chains.courses(every, ca.vertsplit(w), width)
+            values = ca.vertcat(*[
+                ca.horzcat(*[value(found[i], float(t)) / float(chains.scales[i])
+                             for t in chains.group.scheme.points])
+                for i in every
+            ])  # fmt: skip
+            self.kernels[key] = ca.Function("course", [w, width, self.constants], [values])
+        return self.kernels[key]
 
 
 def _split(w: ca.SX, slots: _Slots, first: int) -> tuple[list[ca.SX], list[ca.SX]]:

@@ -183,8 +183,8 @@ def chains_of(layout: PhaseLayout, sizes: Array) -> list[Chains]:
     """The chained states of a phase, in each group whose degree follows them exactly."""
     if layout.groups[0].scheme.name != "radau":
         return []
-    shapes = dict.fromkeys(layout.constant, 0) | dict.fromkeys(layout.linear, 1)
-    found = links(layout.phase, shapes)
+    shapes = [*((c, 0) for c in layout.constant), *((c, 1) for c in layout.linear)]
+    found = links(layout.phase, tuple(shapes))
     chains = []
     for group in layout.groups:
         states = tuple(s for s, link in found.items() if link.degree <= group.scheme.degree)

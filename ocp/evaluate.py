@@ -57,9 +57,10 @@ class Evaluator:
         function = self._function(trajectory.phase(phase), phase, expressions)
         fixed = [trajectory.unknowns[u.name] for u in self.problem.unknowns]
         fixed += [trajectory.constants[c.name] for c in self.problem.constants]
-        many = function.map(len(times), [False, False, True])
-        out = many(signals.T, np.asarray(times)[None, :], ca.DM(fixed) if fixed else ca.DM(0, 1))
-        return np.array(out).reshape(len(expressions), len(times)).T
+        out = function(
+            signals.T, np.asarray(times)[None, :], ca.DM(fixed) if fixed else ca.DM(0, 1)
+        )
+        return out.full().reshape(len(expressions), len(times)).T
 
     def _function(
         self, own: PhaseTrajectory, phase: str, expressions: Sequence[Any]

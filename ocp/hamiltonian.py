@@ -232,13 +232,12 @@ class _Course:
         """``H``, its terms, its slope, the slope's size, ``c_u`` and ``H_uu``, (m, ...) each."""
         breakpoints = self.own.breakpoints
         times = breakpoints[intervals] + tau * np.diff(breakpoints)[intervals]
-        many = self.function.map(tau.size, [False, False, True, False])
         fixed = ca.DM(self.values) if self.values else ca.DM(0, 1)
-        found = many(
+        found = self.function(
             self.own.local(intervals, tau).T, times[None, :], fixed,
             self.adjoint.local(intervals, tau).T,
         )  # fmt: skip
-        return [np.array(v).reshape(-1, tau.size).T for v in found]
+        return [v.full().reshape(-1, tau.size).T for v in found]
 
 
 def _projected(

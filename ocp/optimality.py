@@ -89,9 +89,8 @@ def gains(
     times = own.breakpoints[k] + tau * np.diff(own.breakpoints)[k]
     fixed = [trajectory.unknowns[u.name] for u in transcription.problem.unknowns]
     fixed += [trajectory.constants[c.name] for c in transcription.problem.constants]
-    many = slopes.function.map(k.size, [False, False, True, False])
     _, slope, curvature, rows, row_slopes = (
-        np.array(v).reshape(-1, k.size) for v in many(
+        v.full().reshape(-1, k.size) for v in slopes.function(
             signals.T, times[None, :], ca.DM(fixed) if fixed else ca.DM(0, 1),
             costates.local(k, tau).T)
     )  # fmt: skip

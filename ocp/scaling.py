@@ -206,10 +206,8 @@ class _Probe:
             "probe", [ca.vertcat(*inputs), time.symbol, *[c.symbol for c in self.constants]],
             [expression],
         )  # fmt: skip
-        count = self.times.size
-        out = f.map(count)(self.points, self.times[None, :], *[
-            np.full((1, count), v) for v in self.values])  # fmt: skip
-        return np.array(out).reshape(-1, _FRACTIONS.size)
+        out = f(self.points, self.times[None, :], *self.values)
+        return out.full().reshape(-1, _FRACTIONS.size)
 
     def variation(self, expression: ca.SX) -> tuple[float, str]:
         """Largest change when one signal or unknown moves by its size, and which one."""

@@ -136,8 +136,8 @@ def constant_slopes(solved: SolvedProgram, constants: Mapping[str, float]) -> li
         w, d, c = (ca.SX.sym(s, kernel.sparsity_in(i)) for i, s in enumerate("wdc"))
         f, g = kernel(w, d, c)
         parts = [ca.densify(ca.gradient(f, c)), ca.densify(ca.vec(ca.jacobian(g, c)))]
-        many = ca.Function("slope", [w, d, c], parts).map(block.count, [False, False, True])
-        by_f, by_g = many(solved.x[block.columns].T, block.data.T, values)
+        slope = ca.Function("slope", [w, d, c], parts)
+        by_f, by_g = slope(solved.x[block.columns].T, block.data.T, values)
         direct += np.array(ca.sum2(by_f)).ravel()
         if block.rows.size:
             entries = np.array(by_g).reshape(len(named), -1, block.count).transpose(2, 1, 0)

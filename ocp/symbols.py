@@ -200,14 +200,15 @@ def resolve(expression: Any, where: str) -> tuple[Symbol, ...]:
 def scalar(expression: Any, where: str) -> ca.SX:
     """The expression as a 1x1 ``SX``; StatementError if it is something else."""
     try:
-        sx = expression.__SX__() if isinstance(expression, Symbol) else ca.SX(expression)
+        sx = expression.__SX__() if isinstance(expression, Symbol) else expression
+        sx = sx if isinstance(sx, ca.SX) else ca.SX(sx)
     except (TypeError, NotImplementedError, ValueError) as error:
         raise StatementError(f"{where} is {expression!r}, not a CasADi SX expression") from error
-    if sx.shape != (1, 1):
+    if not sx.is_scalar():
         raise StatementError(
             f"{where} has shape {sx.shape[0]}x{sx.shape[1]}; give one scalar expression an entry"
         )
-    return ca.densify(sx)
+    return sx if sx.is_dense() else ca.densify(sx)
 
 
 def is_number(value: Any) -> bool:

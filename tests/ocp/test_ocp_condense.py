@@ -131,7 +131,7 @@ def test_links_follow_drivers_and_leave_the_rest():
     problem = least_time()
     (phase,) = problem.phases
     (control,) = problem.signals_of(phase, Control)
-    found = links(phase, {control: 0})
+    found = links(phase, ((control, 0),))
     assert [(s.name, k.driver.name, k.degree) for s, k in found.items()] == [
         ("v", "u", 1), ("x", "v", 2),
     ]  # fmt: skip
