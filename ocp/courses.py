@@ -61,7 +61,7 @@ class Chains:
     @property
     def linear(self) -> bool:
         """Whether the courses are linear in the unknowns, with numbers as factors."""
-        return not self.group.moving and self.layout.ends is None and all(
+        return not self.group.moving and all(
             not ca.symvar(ca.vertcat(self.links[s].gain, self.links[s].offset))
             for s in self.states
         )  # fmt: skip
@@ -88,14 +88,12 @@ class Chains:
                 found += [ramps[:, 0], ramps[:, 1]]
         if self.group.moving:
             found += [layout.moved[k], layout.moved[k + 1]]
-        if layout.ends is not None:
-            found += [np.full(k.size, end) for end in layout.ends]
         return found
 
     @property
     def clocks(self) -> int:
         """Number of the last arguments, from which the length of an interval follows."""
-        return 2 * self.group.moving + 2 * (self.layout.ends is not None)
+        return 2 * self.group.moving
 
     @property
     def kind(self) -> tuple[Any, ...]:
@@ -130,9 +128,8 @@ class Chains:
 
     def length(self, clock: Sequence[Any], width: Any) -> Any:
         """Length of an interval from its last arguments, unscaled, and its width."""
-        moved, ends = clock[: 2 * self.group.moving], clock[2 * self.group.moving :]
-        begin, end = ends if ends else self.layout.fixed_times
-        return (moved[1] - moved[0] if moved else width) * (end - begin)
+        begin, end = self.layout.fixed_times
+        return (clock[1] - clock[0] if clock else width) * (end - begin)
 
     def courses(
         self, needed: Sequence[int], arguments: Sequence[ca.SX], width: ca.SX
@@ -180,8 +177,12 @@ def value(course: Sequence[ca.SX], tau: Any) -> ca.SX:
 
 
 def chains_of(layout: PhaseLayout, sizes: Array) -> list[Chains]:
-    """The chained states of a phase, in each group whose degree follows them exactly."""
-    if layout.groups[0].scheme.name != "radau":
+    """The chained states of a phase, in each group whose degree follows them exactly.
+
+    There are none in free time, on which every course would depend: rows with as many second
+    derivatives as that lead the solver astray.
+    """
+    if layout.groups[0].scheme.name != "radau" or layout.ends is not None:
         return []
     shapes = [*((c, 0) for c in layout.constant), *((c, 1) for c in layout.linear)]
     found = links(layout.phase, tuple(shapes))

@@ -33,19 +33,19 @@ def least_peak(shape="linear"):
     return Problem("least peak", phase, minimise=phase.peak(a, absolute=True))
 
 
-def least_time():
-    """A chain with a factor and an offset beside a state that is none, in free time."""
+def drifting(end=2.5):
+    """A chain with a named factor and an offset beside a state that is none."""
     x, v, e = State("x", "m"), State("v", "m/s", lower=-1, upper=0.7), State("e", "J")
     u = Control("u", "m/s^2", lower=-2, upper=2, shape="constant")
     phase = Phase(
         "move", dynamics={x: v, v: GAIN.symbol * u - 0.1, e: v**2 + 0.1 * e},
-        initial={x: 0, v: 0, e: 0}, final={x: 1, v: 0, e: (0, 0.5)}, end=Between(0.5, 5),
+        initial={x: 0, v: 0, e: 0}, final={x: 1, v: 0, e: (0, 0.5)}, end=end,
         guess={x: (np.array([0.0, 1.0]), np.array([0.0, 1.0]))},
     )  # fmt: skip
-    return Problem("least time", phase, minimise=phase.duration)
+    return Problem("drifting", phase, minimise=phase.at_end(e))
 
 
-PROBLEMS = {"peak": least_peak, "steps": lambda: least_peak("constant"), "time": least_time}
+PROBLEMS = {"peak": least_peak, "steps": lambda: least_peak("constant"), "drift": drifting}
 
 
 def transcribed(problem, phase_mesh):
@@ -128,7 +128,7 @@ def test_a_failed_run_shows_in_the_rows_of_the_dynamics():
 
 
 def test_links_follow_drivers_and_leave_the_rest():
-    problem = least_time()
+    problem = drifting()
     (phase,) = problem.phases
     (control,) = problem.signals_of(phase, Control)
     found = links(phase, ((control, 0),))
@@ -142,4 +142,9 @@ def test_without_chains_the_program_is_the_plain_one():
     phase = Phase("p", dynamics={x: -x + u}, initial={x: 1}, final={x: 0}, end=3.0)
     problem = Problem("no chain", phase, minimise=phase.integral(u**2))
     made, *_ = transcribed(problem, MESHES["fixed"])
+    assert made.condensed.program is made.program
+
+
+def test_in_free_time_the_program_is_the_plain_one():
+    made, *_ = transcribed(drifting(Between(0.5, 5)), MESHES["fixed"])
     assert made.condensed.program is made.program
