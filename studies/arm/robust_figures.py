@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from studies.arm.figures import COLOURS, STYLES, TITLES, label_axes
+from studies.arm.figures import TITLES
 from studies.arm.robust_study import Comparison
 from studies.arm.spread import WIDTH
 from studies.arm.stage import JOINT_NAMES
+from studies.drawing import COLOURS, STYLES, label_axes
 
 _SAMPLES = 2001
 
