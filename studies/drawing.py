@@ -34,7 +34,7 @@ def label_axes(panel: Axes, x: str, y: str, fit: bool = True) -> None:
     if fit:
         panel.margins(x=0.01)
     if isinstance(panel.yaxis.get_major_formatter(), ScalarFormatter):
-        panel.ticklabel_format(axis="y", style="sci", scilimits=(-2, 4), useMathText=True)
+        panel.ticklabel_format(axis="y", style="sci", scilimits=(-3, 4), useMathText=True)
     for side in ("top", "right"):
         panel.spines[side].set_visible(False)
 

@@ -195,7 +195,7 @@ def torque_figure(solved: SolvedSequence) -> Figure:
                       label="rigid bound" if sign > 0 else None)  # fmt: skip
     for end in ends[[0, 2]]:
         panel.axvline(end, color="0.5", lw=0.8, ls=":")
-    panel.set_title("Torques of big arm, dwell and small arm; locks dotted", fontsize=12)
+    panel.set_title("Big arm, locked dwell, small arm: joint torques, locks dotted", fontsize=12)
     label_axes(panel, "time [s]", "torque [N m]")
     legend_below(figure, panel)
     return figure
