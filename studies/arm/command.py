@@ -293,7 +293,8 @@ def _draw(
 ) -> None:  # fmt: skip
     from studies.arm.figures import all_figures
 
-    for name, figure in all_figures(replays, reduced):
+    caps = (None, None) if reduced is None else study.limits.torque
+    for name, figure in all_figures(replays, reduced, caps):
         console.live(f"drawing {name}")
         figure.savefig(folder.file(f"{name}.png"))
     console.progress(f"figures of the stage '{study.stage.name}' drawn")

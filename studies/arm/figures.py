@@ -20,22 +20,26 @@ from models.arm.reduced_run import ReducedMotion
 from studies.arm.replay import Replay
 from studies.arm.stage import ELBOW, JOINT_NAMES, Stage
 from studies.arm.tradeoff import Curves
+from studies.drawing import COLOURS, label_axes, legend_below, look, smoothest_on_top
 
 Array = NDArray[np.float64]
-COLOURS = ("#0b5fa5", "#d1495b", "#5a8f29", "#8e6c8a", "#e09f3e", "#3d405b", "#7f7f7f")
-STYLES = ("-", "--", "-.", ":", "-", "--", "-.")
+Caps = tuple[float | None, float | None]
 TITLES = {"big": "Big arm", "small": "Small arm", "both": "Both arms at once"}
+_ENDS = {1: "tip", 0: "big arm's end"}  # by link
 _FLOOR = 1e-5  # [mm] below which the integrators' own errors show
 
 
 def all_figures(
-    replays: Sequence[Replay], reduced: ReducedMotion | None = None
+    replays: Sequence[Replay], reduced: ReducedMotion | None = None, caps: Caps = (None, None)
 ) -> Iterator[tuple[str, Figure]]:
-    """Every figure with the name of its file; `reduced` is the first motion on B21."""
+    """Every figure with the name of its file.
+
+    `reduced` is the first motion on B21, `caps` are those on the joints' torques [N m].
+    """
     moving = replays[0].motion.stage.moving
     if reduced is not None:
         yield "fig06_models", models_figure(replays[0], reduced)
-    yield "fig10_torque", torque_figure(replays)
+    yield "fig10_torque", torque_figure(replays, caps)
     yield ("fig16_arm" if ELBOW in moving else "fig15_arm"), motion_figure(replays)
     yield "after_lock", after_figure(replays)
     yield "snapshots", snapshots(replays[0])
@@ -60,21 +64,27 @@ def models_figure(replayed: Replay, reduced: ReducedMotion) -> Figure:
     axes[1].set_ylim(bottom=_FLOOR)
     label_axes(axes[1], "time [s]", "models apart by [mm]")
     axes[1].legend(frameon=False)
-    _legend(figure, axes[0])
+    legend_below(figure, axes[0], 4)
     return figure
 
 
-def torque_figure(replays: Sequence[Replay]) -> Figure:
+def torque_figure(replays: Sequence[Replay], caps: Caps = (None, None)) -> Figure:
     """Fig. 10: torque of each joint that turns, given or the reaction to its angle."""
     moving = replays[0].motion.stage.moving
-    figure, axes = _row(len(moving), replays[0], "torque of the joints that turn")
+    figure, axes = _row(
+        len(moving), replays[0], "joint torque" + (", caps dotted" if any(caps) else "")
+    )
     for panel, k in zip(axes, moving, strict=True):
-        for replayed, look in _styled(replays):
+        for replayed, lines in _styled(replays):
             run = replayed.run.before
-            panel.plot(run.times, run.torque[k], **look)
+            panel.plot(run.times, run.torque[k], **lines)
+        smoothest_on_top(panel)
+        cap = caps[k]
+        for side in () if cap is None else (-cap, cap):
+            panel.axhline(side, color="0.5", lw=0.8, ls=":")
         label_axes(panel, "time [s]", f"{JOINT_NAMES[k]} torque [N m]")
     if len(replays) > 1:
-        _legend(figure, axes[0])
+        legend_below(figure, axes[0], 4)
     return figure
 
 
@@ -84,30 +94,31 @@ def motion_figure(replays: Sequence[Replay]) -> Figure:
     panels = _small_panels() if ELBOW in moving else _big_panels()
     if len(moving) > 1:
         panels = panels[:3]  # the elbow does not drift but turn
-    figure, axes = _row(len(panels), replays[0], "lock at the dotted line")
-    for replayed, look in _styled(replays):
+    figure, axes = _row(len(panels), replays[0], "motion of the end, locked at the dotted line")
+    for replayed, lines in _styled(replays):
         t, path, speed = _history(replayed)
         for panel, (_, column) in zip(axes, panels, strict=True):
-            panel.plot(t, column(path, speed), **look)
+            panel.plot(t, column(path, speed), **lines)
     for panel, (label, _) in zip(axes, panels, strict=True):
+        smoothest_on_top(panel)
         panel.axvline(replays[0].motion.stage.duration, color="0.5", lw=0.8, ls=":")
         label_axes(panel, "time [s]", label)
     if len(replays) > 1:
-        _legend(figure, axes[0])
+        legend_below(figure, axes[0], 4)
     return figure
 
 
 def _big_panels() -> list[tuple[str, Any]]:
     return [
         ("big arm's end, y [m]", lambda path, speed: path[0][1]),
-        ("its speed along x [m/s]", lambda path, speed: speed[0][0]),
+        ("big arm's end, speed along x [m/s]", lambda path, speed: speed[0][0]),
     ]
 
 
 def _small_panels() -> list[tuple[str, Any]]:
     return [
         ("tip, y [m]", lambda path, speed: path[1][1]),
-        ("speed of the tip along x [m/s]", lambda path, speed: speed[1][0]),
+        ("tip, speed along x [m/s]", lambda path, speed: speed[1][0]),
         ("tip, x [m]", lambda path, speed: path[1][0]),
         ("big arm's end, drift along x [mm]",
          lambda path, speed: 1e3 * (path[0][0] - path[0][0][0])),
@@ -126,60 +137,76 @@ def _history(replayed: Replay) -> tuple[Array, list[Array], list[Array]]:
 
 
 def after_figure(replays: Sequence[Replay]) -> Figure:
-    """How the tip swings about its rest after the lock, and how far both ends come off at most."""
+    """How the tip swings about its rest after the lock, and how far both ends come off at most.
+
+    Of one motion, how both ends swing.
+    """
     figure, axes = _row(2, replays[0], "vibration after the lock")
-    names, largest = [], []
-    for replayed, look in _styled(replays):
-        after = replayed.run.after
-        if after is None:
-            continue
-        rest = posed(after.chain, [float(x) for x in after.joint_angles()[:, 0]]).q
-        ends = [list(after.chain.slots(link, -1)[:2]) for link in (1, 0)]
-        off = [after.q[end] - rest[end, None] for end in ends]
-        heading = sum(replayed.motion.stage.end)
+    end = replays[0].motion.stage.end
+    followed = [(r, lines) for r, lines in _styled(replays) if r.run.after is not None]
+    swings = [(lines, *_swing(r)) for r, lines in followed]
+    for panel, link in zip(axes, _ENDS if len(swings) == 1 else (1,), strict=False):
+        heading = sum(end[: link + 1])
         across = np.array([-np.sin(heading), np.cos(heading)])
-        axes[0].plot(after.times - after.times[0], 1e3 * across @ off[0], **look)
-        names.append(replayed.motion.name)
-        largest.append([1e3 * float(np.hypot(*x).max()) for x in off])
-    label_axes(axes[0], "time since the lock [s]", "tip off its rest, across [mm]")
-    place = np.arange(len(names))
-    for k, (name, colour) in enumerate((("tip", "0.25"), ("big arm's end", "0.65"))):
-        axes[1].barh(place + 0.4 * k - 0.2, [row[k] for row in largest], 0.38, color=colour,
-                     label=name)  # fmt: skip
-    decades = np.log10([min(map(min, largest)), max(map(max, largest))])
-    axes[1].set_xscale("log")
-    axes[1].xaxis.set_minor_formatter(NullFormatter())
-    axes[1].set_xlim(10 ** np.floor(decades[0] - 0.05), 10 ** np.ceil(decades[1] + 0.05))
-    axes[1].set_yticks(place, names)
-    axes[1].invert_yaxis()
-    label_axes(axes[1], "largest distance from rest [mm]", "", plain=False)
-    axes[1].legend(frameon=False, fontsize=8, ncols=2, loc="lower right", bbox_to_anchor=(1, 1))
-    if len(names) > 1:
-        _legend(figure, axes[0])
+        for lines, t, off in swings:
+            panel.plot(t, across @ off[link], **lines)
+        what = f"{_ENDS[link]} off its rest, across [mm]"
+        label_axes(panel, "time since the lock [s]", what)
+    if len(swings) > 1:
+        names = [r.motion.name for r, _ in followed]
+        _bars(axes[1], names, [[np.hypot(*off[x]).max() for x in _ENDS] for *_, off in swings])
+        legend_below(figure, axes[0], 4)
     return figure
+
+
+def _swing(replayed: Replay) -> tuple[Array, dict[int, Array]]:
+    """Times since the lock [s] and how far each link's end is off its rest, (2, m) [mm]."""
+    after = replayed.run.after
+    assert after is not None
+    rest = posed(after.chain, [float(x) for x in after.joint_angles()[:, 0]]).q
+    slots = {link: list(after.chain.slots(link, -1)[:2]) for link in _ENDS}
+    off = {link: 1e3 * (after.q[place] - rest[place, None]) for link, place in slots.items()}
+    return after.times - after.times[0], off
+
+
+def _bars(panel: Axes, names: Sequence[str], largest: Sequence[Sequence[float]]) -> None:
+    """Largest distances of both ends from rest of each motion, [mm], logarithmic."""
+    place, rows = np.arange(len(names)), np.array(largest)
+    for k, (name, colour) in enumerate(zip(_ENDS.values(), ("0.25", "0.65"), strict=True)):
+        panel.barh(place + 0.4 * k - 0.2, rows[:, k], 0.38, color=colour, label=name)
+    decades = np.log10([rows.min(), rows.max()])
+    panel.set_xscale("log")
+    panel.xaxis.set_minor_formatter(NullFormatter())
+    panel.set_xlim(10 ** np.floor(decades[0] - 0.05), 10 ** np.ceil(decades[1] + 0.05))
+    panel.set_yticks(place, names)
+    panel.invert_yaxis()
+    label_axes(panel, "largest distance from rest [mm]", "", fit=False)
+    panel.legend(frameon=False, fontsize=8, ncols=2, loc="lower right", bbox_to_anchor=(1, 1))
 
 
 def residual_figure(pairs: Sequence[tuple[Replay | None, Sequence[Replay]]]) -> Figure:
     """Residual energy against peak torque; each optimum below the baselines it stands beside."""
     first = pairs[0][1][0]
-    figure, axes = _row(1, first, "what is left after the lock")
+    figure, axes = _row(1, first, "residual energy after the lock")
     k = first.motion.stage.moving[0]
-    for number, (optimum, baselines) in enumerate(pairs):
-        for shift, b in enumerate(baselines):
-            colour = COLOURS[1 + (number + shift) % (len(COLOURS) - 1)]
-            place = float(b.peak_torque[k]), b.residual_energy
-            axes[0].semilogy(*place, "o", color=colour, label=b.motion.name)
+
+    def place(replayed: Replay) -> tuple[float, float]:
+        return float(replayed.peak_torque[k]), replayed.residual_energy
+
+    optima = [optimum for optimum, _ in pairs if optimum is not None]
+    for number, best in enumerate(optima):
+        axes[0].semilogy(*place(best), "D", color=COLOURS[0], zorder=3,
+                         label=None if number else "optimum")  # fmt: skip
+    for optimum, baselines in pairs:
+        for b in baselines:
+            colour, _ = look(b.motion.name)
+            axes[0].semilogy(*place(b), "o", color=colour, label=b.motion.name)
             if optimum is not None:
-                end = float(optimum.peak_torque[k]), optimum.residual_energy
-                axes[0].semilogy(*zip(place, end, strict=True), ":", color=colour, lw=1)
-        if optimum is not None:
-            end = float(optimum.peak_torque[k]), optimum.residual_energy
-            axes[0].semilogy(*end, "D", color=COLOURS[0], label=None if number else "optimum")
-    label_axes(axes[0], f"peak {JOINT_NAMES[k]} torque [N m]", "residual energy [J]", plain=False)
-    handles, labels = axes[0].get_legend_handles_labels()
-    order = sorted(range(len(labels)), key=lambda i: labels[i] != "optimum")
-    axes[0].legend([handles[i] for i in order], [labels[i] for i in order], frameon=False,
-                   fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))  # fmt: skip
+                ends = zip(place(b), place(optimum), strict=True)
+                axes[0].semilogy(*ends, ":", color=colour, lw=1)
+    label_axes(axes[0], f"peak {JOINT_NAMES[k]} torque [N m]", "residual energy [J]", fit=False)
+    axes[0].legend(frameon=False, fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5),
+                   title="dotted: a law and\nits optimum", title_fontsize=8)  # fmt: skip
     axes[0].margins(0.1)
     return figure
 
@@ -188,13 +215,16 @@ def tradeoff_figure(stage: Stage, curves: Curves, between: Curves) -> Figure:
     """Residual energy against duration: marks on the full model, lines `between` them on B21."""
     figure = Figure(figsize=(7.2, 4.2), dpi=150, layout="constrained")
     panel = figure.subplots()
-    for (name, (t, left)), colour in zip(curves.items(), COLOURS, strict=False):
+    for name, (t, left) in curves.items():
         best = name == next(iter(curves))
+        colour, _ = look(name)
         if name in between:
             panel.semilogy(*between[name], color=colour, lw=1.0)
         panel.semilogy(t, left, "D--" if best else "o", ms=5, color=colour, label=name)
-    panel.set_title(f"{TITLES[stage.name]}, torque drive: residual against duration", fontsize=12)
-    label_axes(panel, "duration [s]", "residual energy [J]", plain=False)
+    panel.set_title(
+        f"{TITLES[stage.name]}, torque drive: residual energy against duration", fontsize=12
+    )
+    label_axes(panel, "duration [s]", "residual energy [J]", fit=False)
     title = "marks: full model" + ("\nlines: B21" if between else "")
     panel.legend(frameon=False, fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5),
                  title=title, title_fontsize=8)  # fmt: skip
@@ -220,7 +250,7 @@ def snapshots(replayed: Replay, count: int = 9) -> Figure:
     panel.set_title(f"{TITLES[stage.name]}, {stage.duration:.4g} s: nine even instants, light to "
                     "dark\nbig arm grey, small arm red, antenna dot, root square",
                     fontsize=9)  # fmt: skip
-    label_axes(panel, "x [m]", "y [m]", plain=False)
+    label_axes(panel, "x [m]", "y [m]", fit=False)
     panel.margins(0.05)
     return figure
 
@@ -236,27 +266,10 @@ def _row(panels: int, replayed: Replay, what: str) -> tuple[Figure, list[Axes]]:
 
 
 def _styled(replays: Sequence[Replay]) -> Iterator[tuple[Replay, dict[str, Any]]]:
-    for number, (replayed, colour, style) in enumerate(zip(replays, COLOURS, STYLES, strict=False)):
+    for number, replayed in enumerate(replays):
+        colour, style = look(replayed.motion.name)
         first = number == 0
         yield replayed, {
             "color": colour, "ls": style, "lw": 2.2 if first else 1.2,
             "zorder": 3 if first else 2, "label": replayed.motion.name,
         }  # fmt: skip
-
-
-def label_axes(panel: Axes, x: str, y: str, plain: bool = True) -> None:
-    """Name the axes of a panel and give it the look of all others; `plain` fits it to the time."""
-    panel.set_xlabel(x)
-    panel.set_ylabel(y)
-    panel.grid(color="0.9", lw=0.6)
-    panel.set_axisbelow(True)
-    if plain:
-        panel.margins(x=0.01)
-    for side in ("top", "right"):
-        panel.spines[side].set_visible(False)
-
-
-def _legend(figure: Figure, panel: Axes) -> None:
-    handles, labels = panel.get_legend_handles_labels()
-    columns = min(len(labels), 4)
-    figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False)

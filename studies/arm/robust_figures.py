@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from studies.arm.figures import COLOURS, STYLES, TITLES, label_axes
+from studies.arm.figures import TITLES
 from studies.arm.robust_study import Comparison
 from studies.arm.spread import WIDTH
 from studies.arm.stage import JOINT_NAMES
+from studies.drawing import COLOURS, STYLES, label_axes
 
 _SAMPLES = 2001
 
@@ -19,17 +20,19 @@ def spread_figure(found: Comparison) -> Figure:
     panels = drawn.subplots(1, 2, sharey=True)
     for axis, (panel, name) in enumerate(zip(panels, found.spread.axes, strict=True)):
         for done, colour, style in zip(found.outcomes, COLOURS, STYLES, strict=False):
-            for values, mark, model in (
-                (done.reduced, style, "B21"),
-                (done.full, "o", "full model"),
-            ):
-                side = np.linspace(1 - WIDTH, 1 + WIDTH, len(values))
-                label = f"{done.solved.name}, {model}"
+            for values, mark, label in (
+                (done.reduced, style, done.solved.name), (done.full, "o", None),
+            ):  # fmt: skip
+                side = 100 * np.linspace(-WIDTH, WIDTH, len(values))
                 panel.semilogy(side, values.max(axis=1 - axis), mark, color=colour, label=label)
-        label_axes(panel, f"{name} over its nominal value [-]", "")
+        label_axes(panel, f"{name} off its nominal value [%]", "", fit=False)
     panels[0].set_ylabel("worst $\\sqrt{E_{res}}$ [$\\sqrt{J}$]")
+    reduced, full = (
+        " x ".join(map(str, x.shape)) for x in (found.nominal.reduced, found.nominal.full)
+    )
+    title = f"lines: {reduced} arms on B21; dots: {full} arms on the full model"
     drawn.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=3,
-                 frameon=False)  # fmt: skip
+                 frameon=False, title=title)  # fmt: skip
     drawn.suptitle(f"{_title(found)}: worst residual after the lock, whatever the other factor is")
     return drawn
 

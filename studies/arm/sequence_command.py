@@ -21,6 +21,7 @@ from studies.arm.sequence_run import (
 )
 from studies.arm.sequence_variants import smoothing_share, without_rest
 from studies.console import Console, Table, number
+from studies.drawing import COLOURS, label_axes, legend_below
 from studies.exit_codes import ExitCode, StudyError
 from studies.results import ResultsFolder, open_results, provenance
 
@@ -178,12 +179,12 @@ def write_torques(folder: ResultsFolder, solved: SolvedSequence, every: float) -
 
 def torque_figure(solved: SolvedSequence) -> Figure:
     """Both torques over time, with the rigid bound and the locks."""
-    figure = Figure(figsize=(7.2, 3.6), dpi=150, layout="constrained")
+    figure = Figure(figsize=(7.2, 4.0), dpi=150, layout="constrained")
     panel = figure.subplots()
     ends = np.cumsum(solved.durations)
     for law, start, colour, name in (
-        (solved.torques[0], 0.0, "#0b5fa5", "root"),
-        (solved.torques[1], ends[1], "#d1495b", "elbow"),
+        (solved.torques[0], 0.0, COLOURS[0], "root"),
+        (solved.torques[1], ends[1], COLOURS[1], "elbow"),
     ):  # fmt: skip
         t = np.linspace(0.0, law.x[-1], 4001)
         panel.plot(start + t, law(t), color=colour, label=f"{name} torque")
@@ -194,11 +195,7 @@ def torque_figure(solved: SolvedSequence) -> Figure:
                       label="rigid bound" if sign > 0 else None)  # fmt: skip
     for end in ends[[0, 2]]:
         panel.axvline(end, color="0.5", lw=0.8, ls=":")
-    panel.set_xlabel("time [s]")
-    panel.set_ylabel("torque [N m]")
-    panel.set_title("Big arm, lock (dotted), dwell, small arm, lock", fontsize=11)
-    panel.legend(frameon=False, fontsize=8)
-    panel.margins(x=0.01)
-    for side in ("top", "right"):
-        panel.spines[side].set_visible(False)
+    panel.set_title("Big arm, locked dwell, small arm: joint torques, locks dotted", fontsize=12)
+    label_axes(panel, "time [s]", "torque [N m]")
+    legend_below(figure, panel)
     return figure

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -75,7 +76,7 @@ def draw(record: Record) -> Figure:
         "intervals",
         {
             "solve [µs per interval and iteration]": {
-                "": (n, [1e6 * (per_interval(row) or 0.0) for row in rows])
+                "": (n, [1e6 * (per_interval(row) or math.nan) for row in rows])
             },
             "processor time [s]": {
                 name: (n, [median(row, key) for row in rows])

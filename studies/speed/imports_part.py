@@ -82,4 +82,4 @@ def draw(record: Record) -> Figure:
 
     names = list(record["starts"])
     seconds = [statistics.median(record["starts"][name]["seconds"]) for name in names]
-    return labelled_bars("What loads", names, seconds, "whole process [s], median")
+    return labelled_bars("Time to start", names, seconds, "whole process [s], median")

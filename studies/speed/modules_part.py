@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -57,7 +58,7 @@ def draw(record: Record) -> Figure:
         {
             "set-up [s]": {"": (n, [median(row, "set_up") for row in rows])},
             "solve [ms per iteration]": {
-                "": (n, [1e3 * INTERVALS * (per_interval(row) or 0.0) for row in rows])
+                "": (n, [1e3 * INTERVALS * (per_interval(row) or math.nan) for row in rows])
             },
         },
     )

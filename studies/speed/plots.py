@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 from typing import Any
 
+import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from studies.drawing import COLOURS, label_axes
+
 Rows = Sequence[Mapping[str, Any]]
-RIGHT, WRONG = "#1f77b4", "#c9d8e6"
+RIGHT, WRONG = COLOURS[0], "#c9d8e6"
 SHORTEST = 0.05  # [s], where logarithmic bars begin
 FLOOR = 1e-9  # relative errors below are drawn here
 
@@ -34,10 +39,20 @@ def bars(rows: Rows, titles: Mapping[str, str]) -> Figure:
             )  # fmt: skip
         panel.set_yticks(range(len(mine)), [row["title"] for row in mine])
         panel.invert_yaxis()
-        panel.set_title(title, fontsize=10, loc="left")
-        panel.set_xlabel("whole process without verification [s], medians")
-        panel.xaxis.set_major_formatter("{x:g}")
+        panel.set_title(_typeset(title), fontsize=10, loc="left")
+        # the axis goes on to make room for words
+        decades = 10.0 ** np.arange(np.ceil(np.log10(SHORTEST)), np.ceil(np.log10(longest)) + 1)
+        panel.set_xticks(decades, [f"{x:g}" for x in decades])
+        panel.set_xticks([], minor=True)
+        label_axes(panel, "whole process without verification [s], medians", "", fit=False)
+        panel.grid(visible=False, axis="y")
     return figure
+
+
+def _typeset(title: str) -> str:
+    for plain, typeset in (("<=", "≤"), ("^2", "²"), ("^3", "³")):
+        title = title.replace(plain, typeset)
+    return title
 
 
 def _beside(row: Mapping[str, Any]) -> str:
@@ -57,22 +72,24 @@ def curves(rows: Rows, titles: Mapping[str, str]) -> Figure:
     panels: Any = figure.subplots(1, len(titles), squeeze=False)[0]
     for panel, (problem, title) in zip(panels, titles.items(), strict=True):
         mine = [row for row in rows if row["problem"] == problem and row["check"] is not None]
-        for name in dict.fromkeys(row["title"] for row in rows):
+        names = dict.fromkeys(row["title"] for row in rows)
+        for name, colour in zip(names, cycle(COLOURS)):
             points = [row for row in mine if row["title"] == name]
             seconds = [row["medians"]["process"] for row in points]
             errors = [worst_error(row["check"]) for row in points]
-            line = panel.plot(seconds, errors, "-", lw=1, label=name)[0]
+            panel.plot(seconds, errors, "-", lw=1, color=colour, label=name)
             for x, y, row in zip(seconds, errors, points, strict=True):
-                face = line.get_color() if row["right"] else "white"
-                panel.plot(x, y, "o", color=line.get_color(), markerfacecolor=face)
+                face = colour if row["right"] else "white"
+                panel.plot(x, y, "o", color=colour, markerfacecolor=face)
         panel.axhline(1e-3, color="grey", lw=0.8, ls="--")
         panel.set(xscale="log", yscale="log")
         panel.xaxis.set_major_formatter("{x:g}")
         panel.xaxis.set_minor_formatter("{x:g}")
         panel.tick_params(axis="x", which="both", labelsize=7)
-        panel.set_title(title.split(",")[0] + title[title.rfind(", least") :], fontsize=10)
-        panel.set_xlabel("whole process without verification [s]")
-        panel.set_ylabel("error of peak or excess of a cap, relative")
+        short = title.split(",")[0] + title[title.rfind(", least") :]
+        panel.set_title(_typeset(short), fontsize=10)
+        label_axes(panel, "whole process without verification [s]",
+                   "error of peak or excess of a cap, relative", fit=False)  # fmt: skip
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(
         handles, labels, loc="outside lower center", ncols=4, frameon=False, fontsize=8,
@@ -87,28 +104,36 @@ def worst_error(check: Mapping[str, Any]) -> float:
 
 
 def panels(title: str, along: str, named: Mapping[str, Mapping[str, tuple[Any, Any]]]) -> Figure:
-    """One panel for each quantity: its curves (x, y) by name, both axes logarithmic."""
+    """One panel for each quantity: its curves (x, y) by name; nan where there is no value.
+
+    Values that span more than a decade are drawn logarithmically, as `along` is, so that what is
+    proportional to it is a straight line of slope one; others begin at zero.
+    """
     figure = Figure(figsize=(4.2 * len(named), 3.8), dpi=110, layout="constrained")
     figure.suptitle(title, fontsize=11)
     axes: Any = figure.subplots(1, len(named), squeeze=False)[0]
     for panel, (quantity, lines) in zip(axes, named.items(), strict=True):
-        top = 0.0
-        for name, (x, y) in lines.items():
-            panel.plot(x, y, "o-", ms=4, label=name or None)
-            top = max(top, *y, 0.0)
+        for (name, (x, y)), colour in zip(lines.items(), COLOURS, strict=False):
+            panel.plot(x, y, "o-", ms=4, color=colour, label=name or None)
         panel.set_xscale("log")
         ticks = next(iter(lines.values()))[0]
         panel.set_xticks(ticks, [f"{x:,}" for x in ticks], rotation=45, fontsize=8)
         panel.set_xticks([], minor=True)
         if len(lines) > 1:
-            panel.set_yscale("log")
             panel.legend(frameon=False, fontsize=8)
-        else:
-            panel.set_ylim(0.0, 1.15 * top or 1.0)
-        panel.set_xlabel(along)
-        panel.set_ylabel(quantity)
-        panel.grid(alpha=0.3)
+        _scale(panel)
+        label_axes(panel, along, quantity, fit=False)
     return figure
+
+
+def _scale(panel: Axes) -> None:
+    """Logarithmic where the values span more than a decade, from zero otherwise."""
+    values = np.concatenate([np.asarray(line.get_ydata(), float) for line in panel.get_lines()])
+    values = values[values > 0]
+    if values.size and values.max() > 10 * values.min():
+        panel.set_yscale("log")
+    else:
+        panel.set_ylim(0.0, 1.15 * values.max() if values.size else 1.0)
 
 
 def labelled_bars(title: str, names: Sequence[str], seconds: Sequence[float], what: str) -> Figure:
@@ -121,6 +146,7 @@ def labelled_bars(title: str, names: Sequence[str], seconds: Sequence[float], wh
     panel.set_yticks(range(len(names)), list(names))
     panel.invert_yaxis()
     panel.margins(x=0.12)
-    panel.set_xlabel(what)
+    label_axes(panel, what, "", fit=False)
+    panel.grid(visible=False, axis="y")
     panel.set_title(title, fontsize=11, loc="left")
     return figure

@@ -16,22 +16,21 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from models.truss import static_peak, tension_ratios
+from studies.drawing import SHADES, label_axes, legend_below, look, show_lowest
 from studies.truss.deployment import Deployment
 
 Array = NDArray[np.float64]
 
-COLOURS = ("#0b5fa5", "#d1495b", "#5a8f29", "#8e6c8a")  # by law; told apart by the colour-blind
-STYLES = ("-", "--", "-.", ":")
-SHADES = ("#c6dbef", "#6baed6", "#2171b5", "#08306b")  # of one law, light to dark
 POINTS = 1201
 MU_SWEEP = (0.0, 0.25, 0.5, 1.0)  # of the truss's own pulley friction
 PAPER_MU = 0.01  # for the sweep where the truss has none
+WIDTHS = (3.4, 2.6, 1.8, 1.0)  # of lines that may cover one another, lowest first
 BARS = (1, 4, 8, 12)  # the vertical bars of Fig. 13
 
 
 def all_figures(deployments: Sequence[Deployment]) -> Iterator[tuple[str, Figure]]:
     """Every figure with the name of its file."""
-    # imported here: they need the figures' palette
+    # imported here: they use what is below
     from studies.truss.overview import overview_figure
     from studies.truss.snapshots import snapshots_figure
 
@@ -62,7 +61,7 @@ def times(deployment: Deployment) -> Array:
 
 def angle_figure(deployments: Sequence[Deployment]) -> Figure:
     """Fig. 11: angle, angular speed and angular acceleration against time."""
-    figure, axes = _row(3, "Deployment angle")
+    figure, axes = _row(3, "Deployment angle, its speed and acceleration")
     for deployment, colour, style in styled(deployments):
         t = times(deployment)
         motion = deployment.law.motion(t)
@@ -70,13 +69,13 @@ def angle_figure(deployments: Sequence[Deployment]) -> Figure:
         for panel, history in zip(axes, histories, strict=True):
             panel.plot(t, history, style, color=colour, label=deployment.name)
     label_times(axes, ("angle α [deg]", "angular speed [rad/s]", "angular acceleration [rad/s²]"))
-    _legend(figure, axes[0])
+    legend_below(figure, axes[0])
     return figure
 
 
 def rope_figure(deployments: Sequence[Deployment]) -> Figure:
     """Fig. 12: length, contraction speed and contraction acceleration of one rope."""
-    figure, axes = _row(3, "One driving rope")
+    figure, axes = _row(3, "One driving rope: length, contraction speed and acceleration")
     for deployment, colour, style in styled(deployments):
         t = times(deployment)
         _, truss = deployment.at(t)
@@ -84,13 +83,15 @@ def rope_figure(deployments: Sequence[Deployment]) -> Figure:
         for panel, history in zip(axes, histories, strict=True):
             panel.plot(t, history, style, color=colour, label=deployment.name)
     label_times(axes, ("length [m]", "contraction speed [m/s]", "contraction acceleration [m/s²]"))
-    _legend(figure, axes[0])
+    legend_below(figure, axes[0])
     return figure
 
 
 def bars_figure(deployments: Sequence[Deployment]) -> Figure:
     """Fig. 13: distance of vertical bars from the fixed one, its speed and acceleration."""
-    figure, axes = _row(3, "Vertical bars, distance from the fixed bar 1")
+    figure, axes = _row(
+        3, "Vertical bars: distance from the fixed bar 1, its speed and acceleration"
+    )
     modules = deployments[0].truss.modules
     bars = [bar for bar in BARS if bar <= modules]
     for deployment, _, style in styled(deployments):
@@ -111,30 +112,29 @@ def bars_figure(deployments: Sequence[Deployment]) -> Figure:
     for deployment, _, style in styled(deployments):
         axes[0].plot([], [], style, color="0.3", label=deployment.name)
     label_times(axes, ("distance [m]", "speed [m/s]", "acceleration [m/s²]"))
-    _legend(figure, axes[0])
+    legend_below(figure, axes[0])
     return figure
 
 
 def energy_figure(deployments: Sequence[Deployment]) -> Figure:
-    """Figs 17 and 18: small energies on the left, large ones on the right."""
+    """Figs 17 and 18: two small energies in panels of their own, the large ones on the right."""
     mu = deployments[0].truss.pulley_friction
-    figure, axes = _row(2, f"Energies since the start, μ = {mu:g}")
-    small = (("kinetic", "kinetic", "-"), ("joints, dissipated", "joints", ":"))
+    figure, axes = _row(3, f"Energies since the start, pulley friction μ = {mu:g}")
     large = [("work of the motor", "motor", "-"), ("potential", "potential", "--")]
     if mu > 0:
-        large.append(("pulleys, dissipated", "pulleys", ":"))
-    for panel, curves in zip(axes, (small, large), strict=True):
-        for deployment, colour, _ in styled(deployments):
-            energies = deployment.energies
-            for _, name, style in curves:
-                panel.plot(energies.time, getattr(energies, name), style, color=colour)
-        for title, _, style in curves:
-            panel.plot([], [], style, color="0.2", label=title)
-        panel.legend(frameon=False, loc="upper left")
-    for deployment, colour, _ in styled(deployments):
-        axes[0].plot([], [], color=colour, label=deployment.name)
-    label_times(axes, ("energy [J]", "energy [J]"))
-    _law_legend(figure, deployments)
+        large.append(("dissipated in the pulleys", "pulleys", ":"))
+    for deployment, colour, style in styled(deployments):
+        energies = deployment.energies
+        for panel, name in zip(axes, ("kinetic", "joints"), strict=False):
+            panel.plot(energies.time, getattr(energies, name), style, color=colour,
+                       label=deployment.name)  # fmt: skip
+        for _, name, style_of_kind in large:
+            axes[2].plot(energies.time, getattr(energies, name), style_of_kind, color=colour)
+    for title, _, style in large:
+        axes[2].plot([], [], style, color="0.2", label=title)
+    axes[2].legend(frameon=False, fontsize=8)
+    label_times(axes, ("kinetic energy [J]", "dissipated in the joints [J]", "energy [J]"))
+    legend_below(figure, axes[0])
     return figure
 
 
@@ -156,7 +156,7 @@ def force_figure(deployments: Sequence[Deployment]) -> Figure:
         axes[1].plot(t, truss.rope_force, color=shade, label=f"μ = {mu:g}")
     axes[1].set_title(f"{first.name}, several frictions", fontsize=10)
     for panel in axes:
-        panel.legend(frameon=False, loc="upper left", bbox_to_anchor=(0.0, 0.92))
+        panel.legend(frameon=False, fontsize=8)
     label_times(axes, ("motor force [N]", "motor force [N]"))
     return figure
 
@@ -176,13 +176,12 @@ def tension_figure(deployments: Sequence[Deployment]) -> Figure:
             ratios = ca.DM(tension_ratios(truss, float(motion.angle[k]))).full().ravel()
             label = f"{name}, {moment:.4g} s, α = {np.degrees(motion.angle[k]):.1f}°"
             tensions = history.rope_force[k] * ratios
-            panel.plot(segments, tensions, color=SHADES[k], lw=1.5, label=label)
+            panel.plot(segments, tensions, color=SHADES[k], lw=WIDTHS[k], label=label)
         panel.set_title(f"{deployment.name}, μ = {truss.pulley_friction:g}", fontsize=10)
-        panel.set_xlabel("segment, from the motor")
-        panel.set_ylim(bottom=0)
+        label_axes(panel, "segment, from the motor", "tension [N]" if panel is axes[0] else "")
+    axes[0].set_ylim(bottom=0)  # of all: they share the axis, and no curve is still to come
+    for panel in axes:
         panel.legend(frameon=False, fontsize=8)
-        _tidy(panel)
-    axes[0].set_ylabel("tension [N]")
     return figure
 
 
@@ -195,36 +194,12 @@ def _row(panels: int, title: str, share: bool = False) -> tuple[Figure, list[Axe
 
 def styled(deployments: Sequence[Deployment]) -> Iterator[tuple[Deployment, str, str]]:
     """Each law with its colour and line style."""
-    yield from zip(deployments, COLOURS, STYLES, strict=False)
+    for deployment in deployments:
+        yield deployment, *look(deployment.name)
 
 
 def label_times(axes: Sequence[Axes], labels: Sequence[str]) -> None:
     """Label axes against time, and tidy them."""
     for panel, label in zip(axes, labels, strict=True):
-        panel.set_xlabel("time [s]")
-        panel.set_ylabel(label)
-        _tidy(panel)
-
-
-def _tidy(panel: Axes) -> None:
-    panel.grid(color="0.9", lw=0.6)
-    panel.set_axisbelow(True)
-    panel.margins(x=0.01)
-    panel.ticklabel_format(axis="y", style="sci", scilimits=(-2, 4), useMathText=True)
-    for side in ("top", "right"):
-        panel.spines[side].set_visible(False)
-
-
-def _legend(figure: Figure, panel: Axes) -> None:
-    """One legend below all panels."""
-    handles, labels = panel.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
-
-
-def _law_legend(figure: Figure, deployments: Sequence[Deployment]) -> None:
-    from matplotlib.lines import Line2D
-
-    handles = [Line2D([], [], color=colour, label=d.name) for d, colour, _ in styled(deployments)]
-    figure.legend(
-        handles=handles, loc="outside lower center", ncols=len(deployments), frameon=False
-    )
+        label_axes(panel, "time [s]", label)
+        show_lowest(panel)

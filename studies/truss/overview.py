@@ -7,6 +7,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from studies.drawing import legend_below
 from studies.truss.deployment import Deployment
 from studies.truss.figures import label_times, styled, times
 from studies.truss.snapshots import draw_snapshot
@@ -34,6 +35,5 @@ def overview_figure(deployments: Sequence[Deployment]) -> Figure:
     label_times(
         axes, ("angular acceleration [rad/s²]", "length of each rope [m]", "force on each rope [N]")
     )
-    handles, labels = axes[0].get_legend_handles_labels()
-    below.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
+    legend_below(below, axes[0])
     return figure

@@ -1,0 +1,74 @@
+"""The look that all figures share: a colour and a line style for each law, tidy axes, legends."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import ScalarFormatter
+
+# told apart by the colour-blind, with the styles
+COLOURS = ("#0b5fa5", "#d1495b", "#5a8f29", "#8e6c8a", "#e09f3e", "#3d405b", "#7f7f7f")
+STYLES = ("-", "--", "-.", ":", "-", "--", "-.")
+SHADES = ("#9ecae1", "#4a98c9", "#1764ab", "#08306b")  # of one law, light to dark
+LAWS = ("optimum", "Bezier", "Step5", "quintic", "linear torque", "ZVD", "ZV")
+FLATTENED = 30.0  # ratio of two curves' peaks beyond which the lower one is a flat line
+
+
+def look(name: str) -> tuple[str, str]:
+    """Colour and line style of a law, the same in all figures; names unknown look optimal.
+
+    A law may state a frequency behind its name, as in "ZVD 0.996 Hz".
+    """
+    known = [law for law in LAWS if name == law or name.startswith(f"{law} ")]
+    place = LAWS.index(known[0]) if known else 0
+    return COLOURS[place], STYLES[place]
+
+
+def label_axes(panel: Axes, x: str, y: str, fit: bool = True) -> None:
+    """Name the axes of a panel and give it the look of all others; `fit` leaves no room aside."""
+    panel.set_xlabel(x)
+    panel.set_ylabel(y)
+    panel.grid(color="0.9", lw=0.6)
+    panel.set_axisbelow(True)
+    if fit:
+        panel.margins(x=0.01)
+    if isinstance(panel.yaxis.get_major_formatter(), ScalarFormatter):
+        panel.ticklabel_format(axis="y", style="sci", scilimits=(-3, 4), useMathText=True)
+    for side in ("top", "right"):
+        panel.spines[side].set_visible(False)
+
+
+def show_lowest(panel: Axes) -> None:
+    """Make the value axis that of the area sine, if one curve's peak flattens another curve."""
+    values = [np.asarray(line.get_ydata(), float) for line in panel.get_lines()]
+    peaks = [peak for v in values if v.size and (peak := float(np.abs(v).max())) > 0]
+    if not peaks or max(peaks) < FLATTENED * min(peaks):
+        return
+    width = float(f"{min(peaks) / 3:.0e}")
+    panel.set_yscale("asinh", linear_width=width)
+    low, high = panel.get_ylim()
+    decades = 10.0 ** np.arange(np.ceil(np.log10(3 * width)), np.log10(max(-low, high)))
+    ticks = np.concatenate([-decades[::-1], [0.0], decades])
+    panel.set_yticks(ticks[(low < ticks) & (ticks < high)])
+    panel.set_yticks([], minor=True)
+    panel.set_ylabel(f"{panel.get_ylabel()}\nlogarithmic far beyond ±{width:g}")
+
+
+def smoothest_on_top(panel: Axes) -> None:
+    """Draw curves that rattle below those that do not, which they would hide."""
+
+    def path(values: np.ndarray) -> float:
+        return float(np.abs(np.diff(values)).sum())
+
+    lines = [line for line in panel.get_lines() if line.get_zorder() == 2]
+    lines.sort(key=lambda line: -path(np.asarray(line.get_ydata(), float)))
+    for order, line in enumerate(lines):
+        line.set_zorder(2 + order / (len(lines) + 1))
+
+
+def legend_below(figure: Figure, panel: Axes, columns: int = 7) -> None:
+    """One legend below all panels, of the curves of one."""
+    handles, labels = panel.get_legend_handles_labels()
+    columns = min(len(labels), columns)
+    figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False)
