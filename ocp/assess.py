@@ -18,7 +18,9 @@ from ocp.between import (
 from ocp.costates import PhaseCostates, costates
 from ocp.evaluate import Evaluator
 from ocp.guess import evaluate_limit
+from ocp.ipopt import Duals
 from ocp.mesh import Extra
+from ocp.multipliers import path_rows
 from ocp.optimality import gains, hamiltonian
 from ocp.switches import Jump, control_errors, control_samples, jumps, saturated
 from ocp.trajectory import Trajectory
@@ -26,6 +28,7 @@ from ocp.transcribe import Transcription
 
 Array = NDArray[np.float64]
 _SMOOTH = 3e-4
+_ACTING = 1e-4  # of the largest multiplier
 _MANY_EXTRA = 4  # added points, beyond which a rough control needs shorter intervals
 _MOST_EXTRA = 10  # beyond which any control does
 
@@ -77,23 +80,26 @@ class Assessment:
 
 def assess(
     transcription: Transcription, trajectory: Trajectory, evaluator: Evaluator,
-    tolerance: float, multipliers: Array | None = None, objective: float = 1.0,
+    tolerance: float, duals: Duals | None = None, objective: float = 1.0,
 ) -> Assessment:  # fmt: skip
-    """Evaluate a round's solution between its points; gains need its row multipliers.
+    """Evaluate a round's solution between its points; gains need its multipliers.
 
     `tolerance` says what counts as an excess of a continuous constraint.
     """
-    adjoints = costates(transcription, multipliers) if multipliers is not None else None
+    adjoints = costates(transcription, duals.rows) if duals is not None else None
+    pressed = _pressed(transcription, duals, trajectory) if duals is not None else None
     return Assessment(tuple(
         _assess_phase(transcription, trajectory, evaluator, i, tolerance,
-                      adjoints[i] if adjoints is not None else None, objective)
+                      adjoints[i] if adjoints is not None else None,
+                      pressed[i] if pressed is not None else None, objective)
         for i in range(len(transcription.layouts))
     ))  # fmt: skip
 
 
 def _assess_phase(
     transcription: Transcription, trajectory: Trajectory, evaluator: Evaluator, index: int,
-    tolerance: float, adjoints: PhaseCostates | None, objective: float,
+    tolerance: float, adjoints: PhaseCostates | None, pressed: NDArray[np.bool_] | None,
+    objective: float,
 ) -> PhaseAssessment:  # fmt: skip
     layout, mesh = transcription.layouts[index], transcription.mesh.phases[index]
     own = trajectory.phase(layout.phase.name)
@@ -111,7 +117,7 @@ def _assess_phase(
     found = [jump for j in range(len(own.controls))
              for jump in jumps(*control_samples(own, j), fractions)]  # fmt: skip
     gain, rough = np.zeros(mesh.intervals), np.zeros(mesh.intervals, dtype=bool)
-    if adjoints is not None:
+    if adjoints is not None and pressed is not None:
         slopes = evaluator.kept(
             ("hamiltonian", own.name, own.signals), lambda: hamiltonian(transcription, layout)
         )
@@ -120,7 +126,7 @@ def _assess_phase(
         limits = {c.name: (evaluate_limit(c.lower, trajectory.constants),
                            evaluate_limit(c.upper, trajectory.constants))
                   for c in slopes.controls}  # fmt: skip
-        rough = (control_errors(own, mesh, limits) >= _SMOOTH) | saturated(own, limits)
+        rough = (control_errors(own, mesh, limits) >= _SMOOTH) | saturated(own, limits) | ~pressed
     sizes = [transcription.scales.signals[s.name] for s in layout.states]
     equations = [c for c in constraints if c.is_equation]
     error = np.maximum.reduce([
@@ -132,6 +138,26 @@ def _assess_phase(
         error, np.where(rough, gain, 0.0), gain, excess, tuple(found),
         _crowded(transcription.mesh.extra[index], excess, rough, tolerance),
     )  # fmt: skip
+
+
+def _pressed(
+    transcription: Transcription, duals: Duals, trajectory: Trajectory
+) -> list[NDArray[np.bool_]]:
+    """Intervals of each phase, (N,), on which a path constraint, a peak or a state's bound acts.
+
+    Its multipliers sit at points, so that the costates between them say little of the controls.
+    """
+    force = [np.zeros(layout.intervals) for layout in transcription.layouts]
+    for part in path_rows(transcription):
+        np.maximum.at(force[part.phase], part.intervals, np.abs(duals.rows[part.rows]))
+    lower, upper = transcription.columns.evaluate(trajectory.constants)
+    bounds = np.where(lower < upper, np.abs(duals.columns), 0.0)
+    for own, layout in zip(force, transcription.layouts, strict=True):
+        for group in layout.groups:
+            held = bounds[group.support].max(axis=(1, 2))
+            own[group.intervals] = np.maximum(own[group.intervals], held)
+    largest = max(float(own.max(initial=0.0)) for own in force)
+    return [own > _ACTING * largest for own in force]
 
 
 def _integrals_error(

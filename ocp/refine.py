@@ -17,6 +17,7 @@ from ocp.transcribe import Transcription
 
 Array = NDArray[np.float64]
 _FAR = 1e4
+_MOST = 0.8
 _AROUND = np.array([-0.15, 0.0, 0.15])
 
 
@@ -133,7 +134,8 @@ def _refined(
     middle = 0.5 * (mesh.breakpoints[:-1] + mesh.breakpoints[1:])
     parent = np.clip(np.searchsorted(base.breakpoints, middle) - 1, 0, base.intervals - 1)
     known = np.isin(mesh.breakpoints, base.breakpoints, assume_unique=True)
-    untouched = known[:-1] & known[1:]
+    whole = np.diff(mesh.breakpoints) >= _MOST * np.diff(base.breakpoints)[parent]
+    untouched = (known[:-1] & known[1:]) | (whole & (known[:-1] | known[1:]))
     split = marks.split[parent] & untouched & ~(mesh.moving & ~marks.forced[parent])
     if mesh.intervals + 3 * split.sum() > settings.most_intervals:
         split[:] = False

@@ -7,6 +7,7 @@ import itertools
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ from ocp.budget import Budget
 from ocp.diagnose import failure
 from ocp.errors import BudgetSpent, Interrupted
 from ocp.evaluate import Evaluator
-from ocp.ipopt import Listener, NlpResult
+from ocp.ipopt import Duals, Listener, NlpResult
 from ocp.iterate import trajectory_of
 from ocp.mesh import Mesh, bisected
 from ocp.multipliers import solved_program
@@ -31,6 +32,7 @@ from ocp.warm import Origin
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
+Ending = Literal["tolerances", "rounds", "failure", "budget"]
 _INFORMED = ("radau", "gauss")  # whose multipliers tell what finer controls gain
 _LOOSE = 1e-7  # IPOPT's tolerance while the last mesh was
 _FAR = 1e-3  # this wrong or more: the digits beyond are lost with the next mesh
@@ -95,12 +97,12 @@ def method_of(settings: Settings) -> Method:
 
 def solve_rounds(
     task: Task, settings: Settings, origin: Origin, mesh: Mesh
-) -> tuple[list[Solved], bool]:
+) -> tuple[list[Solved], Ending]:
     """Solve, assess and refine until all tolerances are met or rounds or budget are used up.
 
     Returns
     -------
-    The solved rounds, and False if the budget ended them.
+    The solved rounds, and what ended them.
     """
     solved: list[Solved] = []
     record, most, finer = task.record, len(task.record) + settings.rounds, False
@@ -122,27 +124,29 @@ def solve_rounds(
                 log.info("round %d: %s", len(record), record[-1])
                 following = _following(solved, settings) if settings.refine else None
                 far = following is not None and _error(solved[-1]) >= _FAR
-                if following is None and not tight:
+                if not tight and (following is None or len(record) >= most):
                     following = mesh  # once more, to the tolerance asked for
+                    far = False
             else:
                 record.append(_failed_round(transcription, result))
                 _raise_without_rounds(task, transcription, result, solved)
                 if task.spent:
-                    return solved, False
+                    return solved, "budget"
                 if not any(m.movable for m in mesh.phases):
-                    break
+                    return solved, "failure"
                 # moving breakpoints led astray: hold them still and bisect from the last round
                 settings = dataclasses.replace(settings, move_breakpoints=False)
                 following = _frozen(_next_or_same(solved[-1], settings))
-            if following is None or (len(record) >= most and following is not mesh):
-                break
+            if following is None:
+                return solved, "tolerances"
+            if len(record) >= most and following is not mesh:
+                return solved, "rounds"
             if task.spent:
-                return solved, False
+                return solved, "budget"
             finer = following.intervals > mesh.intervals
             mesh, origin = following, solved[-1].origin
     except KeyboardInterrupt as stop:
         raise _interrupted(task.problem, solved, settings, None) from stop
-    return solved, True
 
 
 def _raise_without_rounds(
@@ -181,7 +185,7 @@ def _examined(
     objective = problem.sense * result.objective * transcription.scales.objective
     found = assess(
         transcription, trajectory, task.evaluator, task.settings.path_tolerance,
-        result.row_multipliers, objective,
+        Duals(result.bound_multipliers, result.row_multipliers), objective,
     )  # fmt: skip
     lower, upper = transcription.rows.evaluate(task.constants)
     violation = float(np.maximum(lower - result.rows, result.rows - upper).max(initial=0.0))

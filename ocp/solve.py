@@ -18,6 +18,7 @@ from ocp.mesh import Mesh, uniform
 from ocp.multipliers import multipliers, solved_program
 from ocp.replay import Replay, replay, replayed
 from ocp.rounds import (
+    Ending,
     Progress,
     Solved,
     Task,
@@ -98,9 +99,9 @@ def solve_from(
     task = Task(problem, settings, values, Evaluator(problem), budget, bound, progress)
     strict, checking = settings, 0.0
     for _ in range(_STRICTER_GOES):
-        rounds, converged = solve_rounds(task, strict, origin, mesh)
+        rounds, ending = solve_rounds(task, strict, origin, mesh)
         last = best(rounds, strict)
-        if not converged and not holds(last, strict):
+        if ending == "budget" and not holds(last, strict):
             raise budget_error(task, last.trajectory, last)
         checked = _checked(task, last)
         checking += checked.verification.seconds
@@ -112,7 +113,7 @@ def solve_from(
         strict = dataclasses.replace(strict, dynamics_tolerance=strict.dynamics_tolerance / 30.0)
         mesh, origin = last.transcription.mesh, last.origin
     verification = dataclasses.replace(checked.verification, seconds=checking)
-    return _finished(task, last, dataclasses.replace(checked, verification=verification), converged)
+    return _finished(task, last, dataclasses.replace(checked, verification=verification), ending)
 
 
 def collocate(
@@ -192,13 +193,13 @@ def first_mesh(problem: Problem, settings: Settings) -> Mesh:
     ))  # fmt: skip
 
 
-def _finished(task: Task, last: Solved, checked: _Checked, converged: bool) -> Solution:
+def _finished(task: Task, last: Solved, checked: _Checked, ending: Ending) -> Solution:
     if error := collapsed(last.transcription, last.trajectory):
         raise error
     program = solved_program(last.transcription, last.result)
     verdict = _verdict(task, last.objective)
-    if not converged:
-        verdict += f"; the budget of {task.budget} ended the refinement"
+    if short := _short(task, last, ending):
+        verdict += f"; {short}"
     solution = Solution(
         task.problem, last.objective, last.trajectory, checked.replayed, checked.replay,
         checked.verification, last.transcription.mesh, tuple(task.record),
@@ -206,13 +207,27 @@ def _finished(task: Task, last: Solved, checked: _Checked, converged: bool) -> S
         clock.perf_counter() - task.budget.begin, multipliers(program, last.trajectory), program,
     )  # fmt: skip
     if not checked.verification.passed and task.settings.refine and task.settings.verify:
-        ended = "" if converged else f" when the budget of {task.budget} was used up"
+        ended = f" when the budget of {task.budget} was used up" if ending == "budget" else ""
         raise Unverified(
             f"the answer for '{task.problem.name}' did not pass its verification{ended}: "
             + "; ".join(checked.verification.reasons) + "; loosen the tolerance named, allow more "
             "rounds or intervals, or look at the unverified answer in error.iterate",
             solution)  # fmt: skip
     return solution
+
+
+def _short(task: Task, last: Solved, ending: Ending) -> str:
+    """Why the refinement ended short of its tolerances, if it did."""
+    if ending == "budget":
+        return f"the budget of {task.budget} ended the refinement"
+    if not task.settings.refine or ending == "tolerances":
+        return ""
+    gain = last.assessment.gain
+    found = f"finer controls promise a gain of {gain:.0e}"
+    if gain <= task.settings.objective_tolerance:
+        found = "the errors between the points were not all below tolerance"
+    where = f"{len(task.record)} mesh rounds" if ending == "rounds" else "a mesh that failed"
+    return f"refinement ended after {where}, when {found}"
 
 
 def _verdict(task: Task, objective: float) -> str:
