@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import ScalarFormatter
+
+from ocp.interrupts import noted_interrupts
+
+if TYPE_CHECKING:
+    from studies.console import Console
+    from studies.results import ResultsFolder
 
 # told apart by the colour-blind, with the styles
 COLOURS = ("#0b5fa5", "#d1495b", "#5a8f29", "#8e6c8a", "#e09f3e", "#3d405b", "#7f7f7f")
@@ -23,6 +32,19 @@ def look(name: str) -> tuple[str, str]:
     known = [law for law in LAWS if name == law or name.startswith(f"{law} ")]
     place = LAWS.index(known[0]) if known else 0
     return COLOURS[place], STYLES[place]
+
+
+def save(figures: Iterable[tuple[str, Figure]], folder: ResultsFolder, console: Console) -> None:
+    """Draw figures one by one, each into a file of its name.
+
+    Ctrl-C is acted on between two figures: raised within Matplotlib it can be swallowed.
+    """
+    with noted_interrupts() as interrupts:
+        for name, figure in figures:
+            console.live(f"drawing {name}")
+            figure.savefig(folder.file(f"{name}.png"))
+            if interrupts.asked:
+                raise KeyboardInterrupt
 
 
 def label_axes(panel: Axes, x: str, y: str, fit: bool = True) -> None:

@@ -292,9 +292,8 @@ def _draw(
     reduced: ReducedMotion | None = None,
 ) -> None:  # fmt: skip
     from studies.arm.figures import all_figures
+    from studies.drawing import save
 
     caps = (None, None) if reduced is None else study.limits.torque
-    for name, figure in all_figures(replays, reduced, caps):
-        console.live(f"drawing {name}")
-        figure.savefig(folder.file(f"{name}.png"))
+    save(all_figures(replays, reduced, caps), folder, console)
     console.progress(f"figures of the stage '{study.stage.name}' drawn")

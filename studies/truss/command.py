@@ -194,11 +194,10 @@ def _say_verification(study: TrussStudy, outcome: Outcome, console: Console) -> 
 
 
 def _draw(laws: list[Deployment], folder: ResultsFolder, console: Console) -> None:
+    from studies.drawing import save
     from studies.truss.figures import all_figures
 
-    for name, figure in all_figures(laws):
-        console.live(f"drawing {name}")
-        figure.savefig(folder.file(f"{name}.png"))
+    save(all_figures(laws), folder, console)
     console.progress("figures drawn")
 
 

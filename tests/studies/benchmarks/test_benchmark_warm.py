@@ -29,7 +29,7 @@ def test_two_thirds_have_to_be_halved_and_none_may_be_worse() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["brachistochrone", "cartpole_kelly", "gas_oil", "peak_accel"])
+@pytest.mark.parametrize("name", ["brachistochrone", "cartpole_kelly", "gas_oil", "robot_arm"])
 def test_quick_ones_are_halved(name: str) -> None:
     found = warm_start(CATALOGUE[name]())
     assert found.counts
