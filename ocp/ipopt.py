@@ -64,6 +64,7 @@ class IpoptOptions:
     dual_tolerance : of the optimality conditions before IPOPT divides them by the size of the
         multipliers; rounding sets its floor where these are large, as in stiff dynamics.
     constraint_violation : of the scaled constraints.
+    complementarity : largest product of a limit's slack and its multiplier, scaled.
     max_iterations, seconds : budget of one run.
     linear_solver : MUMPS is always there; an HSL routine (ma27 to ma97) or pardiso needs its
         library.
@@ -75,6 +76,7 @@ class IpoptOptions:
     tolerance: float = 1e-10
     dual_tolerance: float = 1e-6
     constraint_violation: float = 1e-10
+    complementarity: float = 1e-10
     max_iterations: int = 1000
     seconds: float = 1e6
     linear_solver: LinearSolver = "mumps"
@@ -91,6 +93,7 @@ class IpoptOptions:
             self, tolerance=tolerance, stall=0,
             dual_tolerance=max(self.dual_tolerance, 10.0 * tolerance),
             constraint_violation=max(self.constraint_violation, tolerance),
+            complementarity=max(self.complementarity, tolerance),
         )  # fmt: skip
 
     def __post_init__(self) -> None:
@@ -193,7 +196,10 @@ def _settings(program: Program, options: IpoptOptions) -> dict[str, Any]:
         "ipopt.tol": options.tolerance,
         "ipopt.constr_viol_tol": options.constraint_violation,
         "ipopt.dual_inf_tol": options.dual_tolerance,
-        "ipopt.compl_inf_tol": max(1e-8, options.tolerance),
+        # a limit that acts at many points has small multipliers there; what the barrier leaves of
+        # it, mu over the multiplier, is ripple, the more the finer the mesh
+        "ipopt.mu_min": 1e-12,
+        "ipopt.compl_inf_tol": options.complementarity,
         # progress can stall just above the tolerance where an optimum is flat
         "ipopt.acceptable_iter": options.stall,
         "ipopt.acceptable_tol": 100.0 * options.tolerance,
