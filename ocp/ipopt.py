@@ -198,7 +198,7 @@ def _settings(program: Program, options: IpoptOptions) -> dict[str, Any]:
         "ipopt.dual_inf_tol": options.dual_tolerance,
         # a limit that acts at many points has small multipliers there; what the barrier leaves of
         # it, mu over the multiplier, is ripple, the more the finer the mesh
-        "ipopt.mu_min": 1e-12,
+        "ipopt.mu_min": min(1e-12, 1e-2 * options.tolerance),
         "ipopt.compl_inf_tol": options.complementarity,
         # progress can stall just above the tolerance where an optimum is flat
         "ipopt.acceptable_iter": options.stall,
