@@ -15,6 +15,8 @@ from ocp.settings import Settings
 from ocp.transcribe import Transcription
 from ocp.warm import Origin
 
+_PATIENCE = 300  # iterations of a warm start from the round before
+
 
 def solve_round(
     transcription: Transcription, origin: Origin, constants: Mapping[str, float],
@@ -23,9 +25,10 @@ def solve_round(
     """Solve one transcription; what every attempt took is counted.
 
     Fatrop comes first where it was asked for.  With known multipliers the first attempt of IPOPT
-    is a warm start.  If it fails, and without them, the start is primal: under the user's options
-    in the first round, with a monotone barrier, which strays less from a good start, in later
-    ones, and under the user's options if that fails too.
+    is a warm start; in later rounds one that takes long has lost its way, and is made once more
+    with another line search.  If it fails, and without multipliers, the start is primal: under
+    the user's options in the first round, with a monotone barrier, which strays less from a good
+    start, in later ones, and under the user's options if that fails too.
 
     Parameters
     ----------
@@ -63,8 +66,12 @@ def _attempts(
     duals: Duals | None, options: IpoptOptions, first: bool
 ) -> Iterator[tuple[IpoptOptions, Duals | None]]:
     """Options and multipliers of the attempts, in order."""
-    if duals is not None:
+    if duals is not None and first:
         yield options, duals
+    elif duals is not None:
+        short = replace(options, max_iterations=min(options.max_iterations, _PATIENCE))
+        yield short, duals
+        yield replace(short, line_search="cg-penalty"), duals
     if not first:
         yield replace(options, barrier="monotone"), None
     yield options, None

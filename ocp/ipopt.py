@@ -22,6 +22,8 @@ Outcome = Literal[
     "interrupted", "failed",
 ]  # fmt: skip
 LinearSolver = Literal["mumps", "spral", "ma27", "ma57", "ma77", "ma86", "ma97", "pardiso"]
+Barrier = Literal["monotone", "adaptive"]
+LineSearch = Literal["filter", "cg-penalty"]
 log = logging.getLogger(__name__)
 
 _OUTCOMES: dict[str, Outcome] = {
@@ -69,6 +71,8 @@ class IpoptOptions:
     linear_solver : MUMPS is always there; an HSL routine (ma27 to ma97) or pardiso needs its
         library.
     stall : iterations within a factor 100 of the tolerance that end the run; 0 for never.
+    line_search : what makes a step acceptable, a filter or the penalty function of Chen and
+        Goldfarb; near a degenerate optimum the one may wander for long where the other ends soon.
     pivot_tolerance : of MUMPS; raise it, say to 0.01, for stiff dynamics: with too small pivots
         the curvature is misjudged and the steps become short.
     """
@@ -80,7 +84,8 @@ class IpoptOptions:
     max_iterations: int = 1000
     seconds: float = 1e6
     linear_solver: LinearSolver = "mumps"
-    barrier: Literal["monotone", "adaptive"] = "adaptive"
+    barrier: Barrier = "adaptive"
+    line_search: LineSearch = "filter"
     print_level: int = 0
     pivot_tolerance: float = 1e-6
     stall: int = 8
@@ -97,11 +102,13 @@ class IpoptOptions:
         )  # fmt: skip
 
     def __post_init__(self) -> None:
-        if self.linear_solver not in get_args(LinearSolver):
-            raise StatementError(
-                f"the linear solver is {self.linear_solver!r}; choose one of "
-                + ", ".join(get_args(LinearSolver))
-            )
+        for what, value, known in (
+            ("linear solver", self.linear_solver, get_args(LinearSolver)),
+            ("barrier", self.barrier, get_args(Barrier)),
+            ("line search", self.line_search, get_args(LineSearch)),
+        ):
+            if value not in known:
+                raise StatementError(f"the {what} is {value!r}; choose one of {', '.join(known)}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,6 +220,7 @@ def _settings(program: Program, options: IpoptOptions) -> dict[str, Any]:
         # every interval, and the default ordering becomes slower and slower per interval
         "ipopt.mumps_pivot_order": 6,
         "ipopt.mu_strategy": options.barrier,
+        "ipopt.line_search_method": options.line_search,
         # bounds are caps that engineers state: not relaxed by the default 1e-8
         "ipopt.bound_relax_factor": 0.0,
         "ipopt.honor_original_bounds": "yes",

@@ -135,9 +135,23 @@ def test_an_unknown_solver_is_refused():
         Settings(solver="snopt")
 
 
-def test_an_unknown_linear_solver_is_refused():
-    with pytest.raises(StatementError, match="'ma28'; choose one of mumps, spral"):
-        IpoptOptions(linear_solver="ma28")
+@pytest.mark.parametrize(
+    ("option", "value", "answer"),
+    [
+        ("linear_solver", "ma28", "the linear solver is 'ma28'; choose one of mumps, spral"),
+        ("barrier", "fast", "the barrier is 'fast'; choose one of monotone, adaptive"),
+        ("line_search", "wolfe", "the line search is 'wolfe'; choose one of filter, cg-penalty"),
+    ],
+)
+def test_an_unknown_choice_is_refused(option: str, value: str, answer: str):
+    with pytest.raises(StatementError, match=answer):
+        IpoptOptions(**{option: value})
+
+
+def test_the_other_line_search_finds_the_same_optimum():
+    settings = Settings(refine=False, intervals=8, ipopt=IpoptOptions(line_search="cg-penalty"))
+    found = solve(ride(), settings=settings)
+    assert found.objective == pytest.approx(solved("ipopt").objective, rel=1e-8)
 
 
 def test_a_missing_linear_solver_is_named(monkeypatch):
