@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from ocp.blocks import Block, Program
 from ocp.columns import columns_of
-from ocp.condense import Condensed, condense
+from ocp.condense import condense
+from ocp.condensed import Condensed
 from ocp.continuous import Continuous, continuous_constraints
 from ocp.layout import PhaseLayout, lay_out
 from ocp.limits import Limits
