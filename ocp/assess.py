@@ -31,6 +31,7 @@ _SMOOTH = 3e-4
 _ACTING = 1e-4  # of the largest multiplier
 _MANY_EXTRA = 4  # added points, beyond which a rough control needs shorter intervals
 _MOST_EXTRA = 10  # beyond which any control does
+_COARSE = 1e-3  # relative excess, beyond which an interval is too long for its constraint
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +47,7 @@ class PhaseAssessment:
     excess : one `Extremes` a continuous constraint, relative to its size on the trajectory.
     jumps : found jumps of the controls.
     crowded : (N,) whether a constraint is exceeded although several extra points hold it already.
+    coarse : (N,) whether one is exceeded by so much that the interval is too long for it.
     """
 
     dynamics: Array
@@ -54,6 +56,7 @@ class PhaseAssessment:
     excess: tuple[Extremes, ...]
     jumps: tuple[Jump, ...]
     crowded: NDArray[np.bool_]
+    coarse: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,6 +140,7 @@ def _assess_phase(
     return PhaseAssessment(
         error, np.where(rough, gain, 0.0), gain, excess, tuple(found),
         _crowded(transcription.mesh.extra[index], excess, rough, tolerance),
+        np.any([np.zeros_like(rough), *(e.values > _COARSE for e in excess)], axis=0),
     )  # fmt: skip
 
 

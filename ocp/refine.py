@@ -101,6 +101,7 @@ def _onto(base: PhaseMesh, own: PhaseTrajectory, found: PhaseAssessment) -> Phas
     return replace(
         found, dynamics=gathered(found.dynamics, np.maximum), gain=gathered(found.gain, np.add),
         crowded=gathered(found.crowded, np.maximum) > 0,
+        coarse=gathered(found.coarse, np.maximum) > 0,
     )  # fmt: skip
 
 
@@ -109,14 +110,15 @@ def _marks(
 ) -> _Marks:  # fmt: skip
     """Intervals to split, in two or (far off) four, and degrees to raise the others to.
 
-    Forced are those split for their dynamics or because they hold enough extra points.
+    Forced are those split for their dynamics, because they hold enough extra points or because
+    they are too long for a constraint.
     """
     ratio = found.dynamics / settings.dynamics_tolerance
     degrees = mesh.degrees.astype(float)
     wanted = np.ceil(degrees + np.log(np.maximum(ratio, 1.0)) / np.log(degrees + 1.0))
     fixed_degree = settings.scheme in ("trapezoid", "hermite-simpson")
     high = (wanted > settings.highest_degree) | fixed_degree
-    forced = ((ratio > 1.0) & high) | found.crowded
+    forced = ((ratio > 1.0) & high) | found.crowded | found.coarse
     split = forced.copy()
     raised = np.where((ratio > 1.0) & ~high, wanted, degrees).astype(np.int64)
     split |= found.gain >= least
