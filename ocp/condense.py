@@ -164,7 +164,7 @@ class _Maker:
         if key not in self.kernels:
             self.kernels[key] = (
                 replaced(block.kernel, chains, needed, others, positions, states, slots, kept,
-                          self.constants),
+                         self.constants),
                 pull_slopes(block.kernel, positions, kept),
             )  # fmt: skip
         kernel, slopes = self.kernels[key]

@@ -6,12 +6,14 @@ bytecode kept from start to start, as Python does by itself.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import resource
 import signal
 import subprocess
 import tempfile
+import threading
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -87,16 +89,29 @@ def _processor() -> float:
 def _ended(
     words: Sequence[str], variables: dict[str, str], folder: str, said: Any, limit: float
 ) -> int | None:
-    """Exit code, or None where the limit ended it. The process and its children are ended."""
+    """Exit code, or None where the limit ended it. The process and its children are ended.
+
+    A wait with a timeout would look only every 50 ms; here the end is seen as it happens.
+    """
     process = subprocess.Popen(
         words, env=variables, cwd=folder, stdin=subprocess.DEVNULL, stdout=said,
         stderr=subprocess.STDOUT, start_new_session=True,
     )  # fmt: skip
+    late = threading.Event()
+
+    def end() -> None:
+        late.set()
+        with contextlib.suppress(ProcessLookupError):  # it ended at this very instant
+            os.killpg(process.pid, signal.SIGKILL)
+
+    timer = threading.Timer(limit, end)
+    timer.start()
     try:
-        return process.wait(limit)
-    except subprocess.TimeoutExpired:
-        return None
+        code = process.wait()
+        return None if late.is_set() else code
     finally:
+        timer.cancel()
+        timer.join()
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)
             process.wait()
