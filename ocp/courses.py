@@ -20,6 +20,7 @@ from ocp.symbols import Control, State
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
+MOST_INTERVALS = 1000  # of a phase
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,9 +181,12 @@ def chains_of(layout: PhaseLayout, sizes: Array) -> list[Chains]:
     """The chained states of a phase, in each group whose degree follows them exactly.
 
     There are none in free time, on which every course would depend: rows with as many second
-    derivatives as that lead the solver astray.
+    derivatives as that lead the solver astray.  Nor are there on more than `MOST_INTERVALS`, in
+    each of which a control moves its chain by h^n only: the linear systems become ill-conditioned,
+    and a solve slower than that of the plain program if it ends.
     """
-    if layout.groups[0].scheme.name != "radau" or layout.ends is not None:
+    many = layout.intervals > MOST_INTERVALS
+    if layout.groups[0].scheme.name != "radau" or layout.ends is not None or many:
         return []
     shapes = [*((c, 0) for c in layout.constant), *((c, 1) for c in layout.linear)]
     found = links(layout.phase, tuple(shapes))

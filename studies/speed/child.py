@@ -42,7 +42,7 @@ def modules(number: str) -> Answer:
 
 
 def _solved(problem: Any, settings: Any) -> Answer:
-    """Size, and processor seconds of set-up (statement to functions) and solve (IPOPT)."""
+    """Size of what IPOPT gets; processor seconds of set-up (statement to functions) and solve."""
     from ocp.guess import start_of
     from ocp.ipopt import run
     from ocp.iterate import decision_vector
@@ -55,13 +55,15 @@ def _solved(problem: Any, settings: Any) -> Answer:
     start = start_of(problem, {}, None)
     method = Method(settings.scheme, settings.control_shape)
     built = transcribe(problem, mesh, method, scales_of(problem, start, {}))
+    small = built.condensed
+    program, x = small.program, decision_vector(built, start, {})[small.columns]
+    limits = small.limits(built.columns.evaluate({}), built.rows.evaluate({}))
+    for made in ("oracle", "objective_gradient", "constraint_jacobian", "lagrangian_hessian"):
+        getattr(program, made)  # kept once made
     set_up = process_time()
-    result = run(
-        built.program, decision_vector(built, start, {}), built.columns.evaluate({}),
-        built.rows.evaluate({}), np.zeros(0), settings.ipopt,
-    )  # fmt: skip
+    result = run(program, x, *limits, np.zeros(0), settings.ipopt)
     return {
-        "intervals": settings.intervals, "unknowns": built.columns.count, "rows": built.rows.count,
+        "intervals": settings.intervals, "unknowns": program.variables, "rows": program.rows,
         "set_up": set_up - begin, "solve": process_time() - set_up,
         "iterations": result.iterations, "status": result.status,
         "objective": result.objective * built.scales.objective, "imports": imported,

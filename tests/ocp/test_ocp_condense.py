@@ -6,10 +6,11 @@ import pytest
 from ocp import Constant, Control, IpoptOptions, Phase, Problem, Settings, State
 from ocp.blocks import evaluated
 from ocp.chains import links
+from ocp.courses import MOST_INTERVALS
 from ocp.guess import start_of
 from ocp.ipopt import Duals, run
 from ocp.iterate import decision_vector
-from ocp.mesh import Mesh, PhaseMesh
+from ocp.mesh import Mesh, PhaseMesh, uniform
 from ocp.rounds import method_of
 from ocp.scaling import scales_of
 from ocp.symbols import Between
@@ -143,6 +144,12 @@ def test_without_chains_the_program_is_the_plain_one():
     problem = Problem("no chain", phase, minimise=phase.integral(u**2))
     made, *_ = transcribed(problem, MESHES["fixed"])
     assert made.condensed.program is made.program
+
+
+@pytest.mark.parametrize(("more", "plain"), [(0, False), (1, True)])
+def test_on_many_intervals_the_program_is_the_plain_one(more: int, plain: bool):
+    made, *_ = transcribed(drifting(), uniform(MOST_INTERVALS + more, 4))
+    assert (made.condensed.program is made.program) == plain
 
 
 def test_in_free_time_the_program_is_the_plain_one():
