@@ -181,9 +181,8 @@ def chains_of(layout: PhaseLayout, sizes: Array) -> list[Chains]:
     """The chained states of a phase, in each group whose degree follows them exactly.
 
     There are none in free time, on which every course would depend: rows with as many second
-    derivatives as that lead the solver astray.  Nor are there on more than `MOST_INTERVALS`, in
-    each of which a control moves its chain by h^n only: the linear systems become ill-conditioned,
-    and a solve slower than that of the plain program if it ends.
+    derivatives as that lead the solver astray.  Nor are there on more than `MOST_INTERVALS`:
+    on several thousand the condensed program was slower than the plain one or did not converge.
     """
     many = layout.intervals > MOST_INTERVALS
     if layout.groups[0].scheme.name != "radau" or layout.ends is not None or many:

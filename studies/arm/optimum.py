@@ -11,7 +11,6 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
 
 import casadi as ca
 import numpy as np
@@ -22,6 +21,7 @@ from models.ancf.joint import Driven, Joint, Torque
 from models.arm.reduced import ReducedArm
 from models.arm.reduced_run import ReducedMotion, lock_reduced, simulate_reduced
 from ocp import IpoptOptions, OcpError, PhaseTrajectory, Settings, Trajectory, solve
+from ocp.ipopt import Barrier
 from studies.arm.lanes import follow
 from studies.arm.mesh import DEGREE, mesh_for
 from studies.arm.objectives import first_duration, problem
@@ -34,7 +34,6 @@ from studies.exit_codes import ExitCode, StudyError
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
 MESH = 150
-Barrier = Literal["monotone", "adaptive"]
 ATTEMPTS: tuple[tuple[float, Barrier], ...] = (
     (1.0, "monotone"),
     (1.5, "adaptive"),
