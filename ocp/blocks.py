@@ -264,10 +264,7 @@ class _Instances:
 
     def mapped(self, function: ca.Function, *more: Any) -> Any:
         """A function of the kernel's arguments (and `more`) for all instances side by side."""
-        count = self.block.count
-        shared, own = [self.constants, *more[:1]], more[1:]
-        repeated = [ca.repmat(value, 1, count) for value in shared]
-        return function.map(count)(self.local, self.data, *repeated, *own)
+        return function.map(self.block.count)(self.local, self.data, self.constants, *more)
 
 
 def evaluated(
@@ -292,7 +289,7 @@ def _gather(vector: Any, places: Integers) -> Any:
 def _total(parts: list[Any]) -> Any:
     if not parts:
         return ca.MX(0)
-    return ca.sum1(ca.vertcat(*[ca.vec(ca.sum2(part)) for part in parts]))
+    return ca.sum1(ca.veccat(*[ca.sum2(part) for part in parts]))
 
 
 def _scatter(parts: list[Any], places: list[Integers], size: int) -> Any:
@@ -300,7 +297,7 @@ def _scatter(parts: list[Any], places: list[Integers], size: int) -> Any:
     if not parts:
         return ca.MX.zeros(size)
     flat = np.concatenate([place.ravel() for place in places])
-    entries = ca.vertcat(*[ca.vec(part) for part in parts])
+    entries = ca.veccat(*parts)
     if flat.size == size and np.array_equal(np.sort(flat), np.arange(size)):
         return entries[np.argsort(flat).tolist()]
     return ca.densify(ca.mtimes(_selection(flat, size, np.ones(flat.size)), entries))
@@ -323,7 +320,7 @@ def _sparse(
     key, slot = np.unique(column * shape[0] + row, return_inverse=True)
     offsets = np.searchsorted(key // shape[0], np.arange(shape[1] + 1))
     pattern = ca.Sparsity(*shape, offsets.tolist(), (key % shape[0]).tolist())
-    entries = ca.vertcat(*[ca.vec(part) for part in parts])
+    entries = ca.veccat(*parts)
     unit = weights is None or bool(np.all(weights == 1.0))
     if unit and key.size == row.size:
         return ca.MX(pattern, entries[np.argsort(slot).tolist()])
