@@ -119,7 +119,7 @@ class NlpResult:
     ----------
     x : (n,) scaled unknowns.
     bound_multipliers : (n,), row_multipliers : (m,) in CasADi's sign, ``L = f + lam^T g``.
-    solver : the one that ran.
+    solver, line_search : those that ran; fatrop knows the filter only.
     """
 
     outcome: Outcome
@@ -132,6 +132,7 @@ class NlpResult:
     iterations: int
     seconds: float
     solver: str = "ipopt"
+    line_search: LineSearch = "filter"
 
 
 @dataclass(frozen=True, eq=False)
@@ -280,5 +281,5 @@ def run(
         status=status, x=vector("x"),
         objective=float(result["f"]), rows=vector("g"), bound_multipliers=vector("lam_x"),
         row_multipliers=vector("lam_g"), iterations=int(stats["iter_count"]),
-        seconds=clock.perf_counter() - begin,
+        seconds=clock.perf_counter() - begin, line_search=options.line_search,
     )  # fmt: skip
