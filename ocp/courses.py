@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
@@ -39,27 +40,27 @@ class Chains:
     links: Mapping[State, Link]
     sizes: Array
 
-    @property
+    @cached_property
     def numbers(self) -> list[int]:
         """Places of the states among those of the phase."""
         return [_place(s, self.layout.states) for s in self.states]
 
-    @property
+    @cached_property
     def inside(self) -> Integers:
         """(m, s - 1, n) unknowns at the support points within the intervals."""
         return self.group.support[:, 1:-1, self.numbers]
 
-    @property
+    @cached_property
     def right(self) -> Integers:
         """(m, n) unknowns at the right ends."""
         return self.group.support[:, -1, self.numbers]
 
-    @property
+    @cached_property
     def scales(self) -> Array:
         """(n,) sizes of the states."""
         return self.sizes[self.right[0]]
 
-    @property
+    @cached_property
     def linear(self) -> bool:
         """Whether the courses are linear in the unknowns, with numbers as factors."""
         return not self.group.moving and all(
@@ -96,7 +97,7 @@ class Chains:
         """Number of the last arguments, from which the length of an interval follows."""
         return 2 * self.group.moving
 
-    @property
+    @cached_property
     def kind(self) -> tuple[Any, ...]:
         """What the courses of chains of one problem may differ in."""
         return (
@@ -118,7 +119,7 @@ class Chains:
                 found[i, j] = link.gain * float(self.scales[j] / self.scales[i])
         return found
 
-    @property
+    @cached_property
     def widths(self) -> Array:
         """(m, 1) widths of the intervals as fractions of the phase."""
         return np.diff(self.layout.mesh.breakpoints)[self.group.intervals][:, None]
