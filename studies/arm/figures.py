@@ -26,7 +26,6 @@ Array = NDArray[np.float64]
 Caps = tuple[float | None, float | None]
 TITLES = {"big": "Big arm", "small": "Small arm", "both": "Both arms at once"}
 _ENDS = {1: "tip", 0: "big arm's end"}  # by link
-_FLOOR = 1e-5  # [mm] below which the integrators' own errors show
 
 
 def all_figures(
@@ -59,9 +58,9 @@ def models_figure(replayed: Replay, reduced: ReducedMotion) -> Figure:
                      label=None if axis == 0 else "reduced model B21")  # fmt: skip
         other = np.array([np.interp(run.times, reduced.times, row) for row in paths])
         off = 1e3 * np.hypot(*(full - other))
-        axes[1].semilogy(run.times, np.maximum(off, _FLOOR), color=colour, label=name)
+        axes[1].plot(run.times, off, color=colour, label=name)
     label_axes(axes[0], "time [s]", "y [m]")
-    axes[1].set_ylim(bottom=_FLOOR)
+    axes[1].set_ylim(bottom=0.0)
     label_axes(axes[1], "time [s]", "models apart by [mm]")
     axes[1].legend(frameon=False)
     legend_below(figure, axes[0], 4)
