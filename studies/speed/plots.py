@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import cycle
+from itertools import product
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator
 
 from studies.drawing import COLOURS, label_axes
 
@@ -73,19 +74,20 @@ def curves(rows: Rows, titles: Mapping[str, str]) -> Figure:
     for panel, (problem, title) in zip(panels, titles.items(), strict=True):
         mine = [row for row in rows if row["problem"] == problem and row["check"] is not None]
         names = dict.fromkeys(row["title"] for row in rows)
-        for name, colour in zip(names, cycle(COLOURS)):
+        looks = product(("o", "D"), COLOURS)  # another marker where the colours begin again
+        for name, (marker, colour) in zip(names, looks, strict=False):
             points = [row for row in mine if row["title"] == name]
             seconds = [row["medians"]["process"] for row in points]
             errors = [worst_error(row["check"]) for row in points]
-            panel.plot(seconds, errors, "-", lw=1, color=colour, label=name)
+            panel.plot(seconds, errors, "-", marker=marker, lw=1, color=colour, label=name)
             for x, y, row in zip(seconds, errors, points, strict=True):
                 face = colour if row["right"] else "white"
-                panel.plot(x, y, "o", color=colour, markerfacecolor=face)
+                panel.plot(x, y, marker, color=colour, markerfacecolor=face)
         panel.axhline(1e-3, color="grey", lw=0.8, ls="--")
         panel.set(xscale="log", yscale="log")
+        panel.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         panel.xaxis.set_major_formatter("{x:g}")
-        panel.xaxis.set_minor_formatter("{x:g}")
-        panel.tick_params(axis="x", which="both", labelsize=7)
+        panel.xaxis.set_minor_locator(NullLocator())
         short = title.split(",")[0] + title[title.rfind(", least") :]
         panel.set_title(_typeset(short), fontsize=10)
         label_axes(panel, "whole process without verification [s]",
