@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import get_args
 
 import numpy as np
 
 from ocp.budget import Budget
 from ocp.guess import start_of
-from ocp.ipopt import Duals, IpoptOptions, LineSearch, Listener, NlpResult, run
+from ocp.ipopt import Duals, IpoptOptions, Listener, NlpResult, run
 from ocp.iterate import decision_vector
 from ocp.settings import Settings
 from ocp.transcribe import Transcription
@@ -27,7 +26,7 @@ def solve_round(
 
     Fatrop comes first where it was asked for.  With known multipliers the first attempt of IPOPT
     is a warm start; in later rounds one that takes long has lost its way, and is made once more
-    with the other line search.  If it fails, and without multipliers, the start is primal: under
+    with another line search.  If it fails, and without multipliers, the start is primal: under
     the user's options in the first round, with a monotone barrier, which strays less from a good
     start, in later ones, and under the user's options if that fails too.
 
@@ -71,8 +70,8 @@ def _attempts(
         yield options, duals
     elif duals is not None:
         short = replace(options, max_iterations=min(options.max_iterations, _PATIENCE))
-        for search in sorted(get_args(LineSearch), key=lambda s: s != options.line_search):
-            yield replace(short, line_search=search), duals
+        yield short, duals
+        yield replace(short, line_search="cg-penalty"), duals
     if not first:
         yield replace(options, barrier="monotone"), None
     yield options, None

@@ -119,7 +119,7 @@ class NlpResult:
     ----------
     x : (n,) scaled unknowns.
     bound_multipliers : (n,), row_multipliers : (m,) in CasADi's sign, ``L = f + lam^T g``.
-    solver, line_search : those that ran; fatrop knows the filter only.
+    solver : the one that ran.
     """
 
     outcome: Outcome
@@ -132,7 +132,6 @@ class NlpResult:
     iterations: int
     seconds: float
     solver: str = "ipopt"
-    line_search: LineSearch = "filter"
 
 
 @dataclass(frozen=True, eq=False)
@@ -281,5 +280,5 @@ def run(
         status=status, x=vector("x"),
         objective=float(result["f"]), rows=vector("g"), bound_multipliers=vector("lam_x"),
         row_multipliers=vector("lam_g"), iterations=int(stats["iter_count"]),
-        seconds=clock.perf_counter() - begin, line_search=options.line_search,
+        seconds=clock.perf_counter() - begin,
     )  # fmt: skip

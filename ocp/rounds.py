@@ -118,11 +118,8 @@ def solve_rounds(
                 task.budget, task.iterations, listener(transcription, task),
             )  # fmt: skip
             if result.outcome == "solved":
-                tight = options.tolerance == settings.ipopt.tolerance
+                tight = options is settings.ipopt
                 solved.append(_examined(transcription, result, task, tight, finer))
-                # the one that ended here is the first choice in the next round
-                ipopt = dataclasses.replace(settings.ipopt, line_search=result.line_search)
-                settings = dataclasses.replace(settings, ipopt=ipopt)
                 record.append(_round(solved[-1]))
                 log.info("round %d: %s", len(record), record[-1])
                 following = _following(solved, settings) if settings.refine else None

@@ -1,11 +1,9 @@
 """Primal and dual warm starts."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from ocp import Constant, Control, Mesh, Phase, Problem, Settings, Solution, State, attempts, solve
+from ocp import Constant, Control, Mesh, Phase, Problem, Settings, Solution, State, solve
 from ocp.mesh import bisected
 from ocp.warm import Origin, duals
 
@@ -68,22 +66,3 @@ def test_other_constants_warm_start_from_multipliers(solved: Solution) -> None:
     warm = solve(solved.problem, settings=settings, guess=solved, constants={CAP: 0.999 / 9})
     assert warm.objective == pytest.approx(cold.objective, rel=1e-8)
     assert warm.iterations < cold.iterations
-
-
-def test_the_line_search_that_ended_a_round_comes_first_in_the_next(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    real, made = attempts.run, []
-
-    def run(*arguments, listener=None, multipliers=None):
-        found = real(*arguments, listener=listener, multipliers=multipliers)
-        warm, search = multipliers is not None, arguments[5].line_search
-        made.append((warm, search))
-        wanders = warm and search == "filter"
-        return replace(found, outcome="budget") if wanders else found
-
-    monkeypatch.setattr(attempts, "run", run)
-    found = solve(ride(), settings=Settings(intervals=20))
-    assert len(found.record) >= 3
-    later = [(True, "cg-penalty")] * (len(found.record) - 2)
-    assert made == [(False, "filter"), (True, "filter"), (True, "cg-penalty"), *later]
