@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import product
+from itertools import cycle, product
 from typing import Any
 
 import numpy as np
@@ -75,7 +75,7 @@ def curves(rows: Rows, titles: Mapping[str, str]) -> Figure:
         mine = [row for row in rows if row["problem"] == problem and row["check"] is not None]
         names = dict.fromkeys(row["title"] for row in rows)
         looks = product(("o", "D"), COLOURS)  # another marker where the colours begin again
-        for name, (marker, colour) in zip(names, looks, strict=False):
+        for name, (marker, colour) in zip(names, cycle(looks)):
             points = [row for row in mine if row["title"] == name]
             seconds = [row["medians"]["process"] for row in points]
             errors = [worst_error(row["check"]) for row in points]
