@@ -5,8 +5,9 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 STUDY_FLAGS ?=
+REGRESSION_FLAGS ?=
 
-.PHONY: help setup study picture table test test-slow lint benchmark clean
+.PHONY: help setup study picture table test test-slow lint benchmark regression clean
 
 help:
 	@echo "make study      optimal deployment of the 24-module antenna, into results/"
@@ -16,6 +17,7 @@ help:
 	@echo "make test-slow  slow tests"
 	@echo "make lint       formatting, lint, types, import rule"
 	@echo "make benchmark  time to build a problem; fifteen problems with known optima"
+	@echo "make regression values, iterations and certificates beside those of benchmarks/baseline.json"
 	@echo "make clean      remove caches (keeps .venv and results/)"
 
 setup: $(READY)
@@ -55,6 +57,9 @@ lint: $(READY)
 benchmark: $(READY)
 	$(BIN)/antenna-ocp build-time
 	$(BIN)/antenna-ocp benchmarks
+
+regression: $(READY)
+	$(BIN)/python -m benchmarks.regression --against benchmarks/baseline.json $(REGRESSION_FLAGS)
 
 clean:
 	rm -rf build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
