@@ -14,13 +14,12 @@ from functools import lru_cache
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from models.ancf.chain import Chain
 from models.ancf.element import AXIAL_POINTS, BENDING_POINTS, gauss, mass_matrix, shape_row
-from models.ancf.link import Chain
+from models.arrays import Array, Places
 
-Array = NDArray[np.float64]
 Matrix: TypeAlias = Any  # a dense array, or a sparse one of a large mesh
 _DENSE_BELOW = 160  # coordinates; under this size dense products beat sparse ones
 
@@ -53,7 +52,7 @@ class Assembly:
         S' at the Gauss points of each element [1/m and -].
     """
 
-    place: NDArray[np.intp]
+    place: Places
     mass: Matrix
     bending: Matrix
     slope: Matrix
@@ -63,7 +62,7 @@ class Assembly:
     bend_curve: Matrix
     bend_weight: Array
     gravity: Array
-    elements: NDArray[np.intp]
+    elements: Places
     rows: Array
 
     @property
@@ -125,7 +124,7 @@ def dense(matrix: Matrix) -> Array:
     return matrix.toarray() if sparse.issparse(matrix) else np.asarray(matrix)
 
 
-def scatter(elements: NDArray[np.intp], blocks: Array, n: int) -> Array:
+def scatter(elements: Places, blocks: Array, n: int) -> Array:
     """Sum element matrices (E, 8, 8) into a dense (n, n); coordinate n is dropped."""
     at = elements[:, :, None] * (n + 1) + elements[:, None, :]
     flat = np.bincount(at.ravel(), weights=blocks.ravel(), minlength=(n + 1) ** 2)
@@ -187,7 +186,7 @@ def assemble(chain: Chain, *, merged: bool = True) -> Assembly:
     )
 
 
-def _merged_places(chain: Chain) -> tuple[NDArray[np.intp], int]:
+def _merged_places(chain: Chain) -> tuple[Places, int]:
     """Order the coordinates along the chain, hinges as `r'_end, r, r'_start`: narrow band."""
     place = np.full(chain.size, -1, dtype=np.intp)
     order: list[tuple[int, ...]] = []
@@ -206,7 +205,7 @@ def _merged_places(chain: Chain) -> tuple[NDArray[np.intp], int]:
     return place, len(order)
 
 
-def _lumps(chain: Chain, place: NDArray[np.intp], n: int) -> tuple[Array, Array]:
+def _lumps(chain: Chain, place: Places, n: int) -> tuple[Array, Array]:
     """Diagonals of the particles and of the hub, (n + 1,) each."""
     particles, hub = np.zeros((2, n + 1))
     ends = [chain.slots(k, 0) for k in range(len(chain.links))]
@@ -217,7 +216,7 @@ def _lumps(chain: Chain, place: NDArray[np.intp], n: int) -> tuple[Array, Array]
     return particles, hub
 
 
-def _point_rows(elements: NDArray[np.intp], rows: Array, n: int) -> Array:
+def _point_rows(elements: Places, rows: Array, n: int) -> Array:
     """Rows that map coordinates to a vector field at points, x components before y; (2 P, n)."""
     n_e, n_g, _ = rows.shape
     out = np.zeros((2, n_e, n_g, n + 1))

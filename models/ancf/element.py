@@ -16,13 +16,14 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
+
+from models.arrays import Array
 
 AXIAL_POINTS = 5
 BENDING_POINTS = 2
 
 
-def shape_row(xi: float, l: float, derivative: int = 0) -> NDArray[np.float64]:  # noqa: E741
+def shape_row(xi: float, l: float, derivative: int = 0) -> Array:  # noqa: E741
     """Return S_1..S_4 of (2), or their derivative by x of order 1 or 2, at one point; (4,)."""
     rows = (
         (
@@ -47,13 +48,13 @@ def shape_row(xi: float, l: float, derivative: int = 0) -> NDArray[np.float64]: 
     return np.array(rows[derivative])
 
 
-def gauss(points: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def gauss(points: int) -> tuple[Array, Array]:
     """Gauss-Legendre nodes and weights on [0, 1]."""
     x, w = np.polynomial.legendre.leggauss(points)
     return (1 + x) / 2, w / 2
 
 
-def mass_matrix(l: float, linear_density: float) -> NDArray[np.float64]:  # noqa: E741
+def mass_matrix(l: float, linear_density: float) -> Array:  # noqa: E741
     """Return M of (5), constant, (8, 8) [kg and kg m, kg m^2 on the slopes]."""
     m = np.array(
         [

@@ -6,17 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from models.ancf.joint import Driven, Joint, Locked, joint_angles
-from models.ancf.link import Chain
+from models.ancf.chain import Chain
+from models.ancf.joints import Driven, Joint, Locked, joint_angles
+from models.arrays import Array
 from models.errors import ModelError
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class NodalState:
     """Configuration and velocity of a chain.
 
     Attributes
@@ -31,7 +29,7 @@ class State:
     v: Array
 
 
-def posed(chain: Chain, angles: Sequence[float] | None = None) -> State:
+def posed(chain: Chain, angles: Sequence[float] | None = None) -> NodalState:
     """Undeformed chain at rest with the given joint angles [rad], the root's from the x axis.
 
     Raises
@@ -50,10 +48,12 @@ def posed(chain: Chain, angles: Sequence[float] | None = None) -> State:
         for s in np.linspace(0.0, link.length, chain.nodes):
             q.append(np.concatenate((start + s * axis, axis)))
         start = start + link.length * axis
-    return State(np.concatenate(q), np.zeros(chain.size))
+    return NodalState(np.concatenate(q), np.zeros(chain.size))
 
 
-def check_start(chain: Chain, joints: Sequence[Joint], given: State, kept: State, t: float) -> None:
+def check_start(
+    chain: Chain, joints: Sequence[Joint], given: NodalState, kept: NodalState, t: float
+) -> None:
     """Raise ModelError unless the given state is the one the constraints keep."""
     for k, angle in enumerate(joint_angles(chain, given.q[:, None])[:, 0]):
         joint = joints[k]

@@ -12,12 +12,10 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from models.arm.reduced import ReducedArm, solve_small, tip_turn
+from models.arrays import Array
 from models.errors import ModelError
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import cos, pi
 
-from models.ancf.link import Chain, Link, require_not_negative, require_positive
-from models.errors import ModelError
+from models.ancf.chain import Chain, Link
+from models.errors import ModelError, require_not_negative, require_positive
 
 ASSUMED_MODULUS = 70e9
 """Young's modulus of the CFRP tubes [Pa]: an assumption."""

@@ -20,14 +20,13 @@ from typing import Any, Literal
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from models.ancf.chain import Chain, Link
 from models.ancf.element import mass_matrix
-from models.ancf.link import Chain, Link
 from models.arm.parameters import ArmParameters
+from models.arrays import Array
 from models.errors import ModelError
 
-Array = NDArray[np.float64]
 COORDINATES = ("theta1", "delta1", "psi1", "theta2", "delta2", "psi2")
 
 

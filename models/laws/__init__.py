@@ -3,7 +3,7 @@
 from models.laws.bezier import PAPER_POINTS, Bezier, pinned
 from models.laws.bounds import least_jerk_cap, least_peak_acceleration
 from models.laws.jerk_limited import JerkLimited
-from models.laws.motion import Law, Motion, Peaks, peaks
+from models.laws.motion import AngularMotion, Law, Peaks, peaks
 from models.laws.piecewise import Piecewise, constant_acceleration, constant_jerk, linear_jerk
 from models.laws.simple import Dwell, StraightLine
 from models.laws.step5 import Step5
@@ -11,11 +11,11 @@ from models.laws.tabulated import Tabulated
 
 __all__ = [
     "PAPER_POINTS",
+    "AngularMotion",
     "Bezier",
     "Dwell",
     "JerkLimited",
     "Law",
-    "Motion",
     "Peaks",
     "Piecewise",
     "Step5",

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from models.arrays import Array
 from models.errors import require
-from models.laws.motion import Array, Motion, check_duration, check_stroke, law_times
+from models.laws.motion import AngularMotion, check_duration, check_stroke, law_times
 
 # Control points [rad] as printed below (45); they miss 4.4 deg by 5.5e-6 and 90 deg by 3.7e-6 rad.
 PAPER_POINTS = (0.0768, 0.0768, 0.0768, 0.4465, 0.8152, 1.2169, 1.5708, 1.5708, 1.5708)
@@ -60,7 +61,7 @@ class Bezier:
         """None: the law is one polynomial."""
         return ()
 
-    def motion(self, time: ArrayLike) -> Motion:
+    def motion(self, time: ArrayLike) -> AngularMotion:
         """Motion at times (m,) in [0, T]; derivatives are curves of the points' differences."""
         t = law_times(time, self.duration)
         angle, speed, acceleration, jerk = (
@@ -68,7 +69,7 @@ class Bezier:
             / self.duration**order
             for order in range(4)
         )
-        return Motion(time=t, angle=angle, speed=speed, acceleration=acceleration, jerk=jerk)
+        return AngularMotion(time=t, angle=angle, speed=speed, acceleration=acceleration, jerk=jerk)
 
 
 def pinned(points: Sequence[float], start_angle: float, end_angle: float) -> tuple[float, ...]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from numpy.typing import ArrayLike
 
 from models.laws.bounds import least_peak_acceleration
-from models.laws.motion import Motion, Stroke
+from models.laws.motion import AngularMotion, Stroke
 from models.laws.piecewise import Piecewise, constant_jerk
 
 
@@ -58,6 +58,6 @@ class JerkLimited(Stroke):
         jerks = tuple(sign * self.jerk for sign in signs)
         return constant_jerk(times, jerks, self.start_angle)
 
-    def motion(self, time: ArrayLike) -> Motion:
+    def motion(self, time: ArrayLike) -> AngularMotion:
         """Motion at times (m,) in [0, T]."""
         return self.profile.motion(time)

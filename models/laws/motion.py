@@ -8,16 +8,15 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from models.arrays import Array
 from models.errors import require
-from models.peaks import dense_peak
-
-Array = NDArray[np.float64]
+from models.numerics import dense_peak
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class AngularMotion:
     """Histories of a law, all of shape (m,).
 
     Attributes
@@ -60,7 +59,7 @@ class Law(Protocol):
         """Inner times at which pieces meet [s]."""
         ...
 
-    def motion(self, time: ArrayLike) -> Motion:
+    def motion(self, time: ArrayLike) -> AngularMotion:
         """Motion at times (m,) in [0, T]."""
         ...
 

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from models.arrays import Array
 from models.errors import require
-from models.laws.motion import Array, Motion, increasing, law_times
+from models.laws.motion import AngularMotion, increasing, law_times
 
 Pair = tuple[float, float]
 
@@ -59,13 +60,13 @@ class Piecewise:
         """The inner edges."""
         return self.edges[1:-1]
 
-    def motion(self, time: ArrayLike) -> Motion:
+    def motion(self, time: ArrayLike) -> AngularMotion:
         """Motion at times (m,) in [0, T]."""
         t = law_times(time, self.duration)
         piece = np.searchsorted(self.edges[1:-1], t, side="right")
         dt = t - np.asarray(self.edges)[piece]
         angle, speed, acceleration, jerk = _advance(self._states[piece].T, dt)
-        return Motion(time=t, angle=angle, speed=speed, acceleration=acceleration, jerk=jerk)
+        return AngularMotion(time=t, angle=angle, speed=speed, acceleration=acceleration, jerk=jerk)
 
     @functools.cached_property
     def _states(self) -> Array:

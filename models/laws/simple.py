@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from models.errors import require
-from models.laws.motion import Law, Motion, Stroke, law_times
+from models.laws.motion import AngularMotion, Law, Stroke, law_times
 
 
 @dataclass(frozen=True)
@@ -21,12 +21,12 @@ class StraightLine(Stroke):
         """None."""
         return ()
 
-    def motion(self, time: ArrayLike) -> Motion:
+    def motion(self, time: ArrayLike) -> AngularMotion:
         """Motion at times (m,) in [0, T]."""
         t = law_times(time, self.duration)
         speed = (self.end_angle - self.start_angle) / self.duration
         rest = np.zeros_like(t)
-        return Motion(t, self.start_angle + speed * t, rest + speed, rest, rest)
+        return AngularMotion(t, self.start_angle + speed * t, rest + speed, rest, rest)
 
 
 @dataclass(frozen=True)
@@ -70,12 +70,12 @@ class Dwell:
         """End of the wait, then those of the law."""
         return (self.wait, *(self.wait + time for time in self.law.breakpoints))
 
-    def motion(self, time: ArrayLike) -> Motion:
+    def motion(self, time: ArrayLike) -> AngularMotion:
         """Motion at times (m,) in [0, T]."""
         t = law_times(time, self.duration)
         waiting = t < self.wait
         played = self.law.motion(np.clip(t - self.wait, 0.0, self.law.duration))
-        return Motion(
+        return AngularMotion(
             time=t,
             angle=np.where(waiting, self.law.start_angle, played.angle),
             speed=np.where(waiting, 0.0, played.speed),

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from models.laws.motion import Motion, Stroke, law_times
+from models.laws.motion import AngularMotion, Stroke, law_times
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Step5(Stroke):
         """Half time, where the two steps meet."""
         return (self.duration / 2,)
 
-    def motion(self, time: ArrayLike) -> Motion:
+    def motion(self, time: ArrayLike) -> AngularMotion:
         """Motion at times (m,) in [0, T]; the second half mirrors the first."""
         t = law_times(time, self.duration)
         half = self.duration / 2
@@ -30,7 +30,7 @@ class Step5(Stroke):
         x = np.where(late, self.duration - t, t) / half
         peak = (self.end_angle - self.start_angle) / half
         gain = peak * half * x**4 * (2.5 + x * (x - 3))
-        return Motion(
+        return AngularMotion(
             time=t,
             angle=np.where(late, self.end_angle - gain, self.start_angle + gain),
             speed=peak * x**3 * (10 + x * (6 * x - 15)),

@@ -10,7 +10,7 @@ from typing import Any, Literal
 from numpy.typing import ArrayLike
 
 from models.errors import require
-from models.laws.motion import Motion, check_stroke, increasing, law_times
+from models.laws.motion import AngularMotion, check_stroke, increasing, law_times
 
 _DEGREE = 5
 
@@ -79,10 +79,10 @@ class Tabulated:
         """The inner times, at which the fifth derivative may jump."""
         return self.times[1:-1]
 
-    def motion(self, time: ArrayLike) -> Motion:
+    def motion(self, time: ArrayLike) -> AngularMotion:
         """Motion at times (m,) in [0, T]."""
         t = law_times(time, self.duration)
-        return Motion(t, *(self._spline(t, nu=order) for order in range(4)))
+        return AngularMotion(t, *(self._spline(t, nu=order) for order in range(4)))
 
     @functools.cached_property
     def _spline(self) -> Any:

@@ -3,10 +3,12 @@
 from models.truss.bounds import least_peak_reaction, least_peak_rope_acceleration
 from models.truss.dynamics import (
     ForceCoefficients,
+    StaticPeak,
     angular_acceleration,
     force_coefficients,
     rope_force,
     static_force,
+    static_peak,
 )
 from models.truss.evaluate import TrussMotion, evaluate_motion
 from models.truss.friction import joint_damping, joint_loss
@@ -39,9 +41,13 @@ from models.truss.parameters import (
     with_symbols,
 )
 from models.truss.potential import Net, potential, potential_slope
-from models.truss.pulleys import pulley_loss_by_sum
-from models.truss.rope import far_end_ratio, pulley_loss, rope_leverage, tension_ratios
-from models.truss.statics import StaticPeak, static_peak
+from models.truss.rope import (
+    far_end_ratio,
+    pulley_loss,
+    pulley_loss_by_sum,
+    rope_leverage,
+    tension_ratios,
+)
 
 __all__ = [
     "DYNAMIC_SET",

@@ -10,8 +10,12 @@ The friction opposes the motion; (38) prints it with the opposite sign if (27) i
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
+import casadi as ca
+
+from models.numerics import dense_peak
 from models.truss.friction import joint_damping
 from models.truss.inertia import inertia, inertia_slope
 from models.truss.kinematics import Expression
@@ -76,3 +80,21 @@ def static_force(
 ) -> Expression:
     """U'/f [N], the motor force on each rope that holds the truss at rest."""
     return potential_slope(parameters, alpha, net) / rope_leverage(parameters, alpha)
+
+
+class StaticPeak(NamedTuple):
+    """Greatest static motor force on each rope [N] and the angle where it is needed [rad]."""
+
+    angle: float
+    force: float
+
+
+def static_peak(parameters: TrussParameters) -> StaticPeak:
+    """Maximum of U'/f from stowed to open, at the truss's own pulley friction."""
+    peak = dense_peak(
+        lambda alpha: static_force(parameters, ca.DM(alpha)).full().ravel(),
+        parameters.stowed_angle,
+        math.pi / 2,
+        breakpoints=(parameters.net_angle,),
+    )
+    return StaticPeak(angle=peak.where, force=peak.value)

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from models.arrays import Array
 from models.errors import require
 from models.truss.dynamics import rope_force
 from models.truss.friction import joint_loss
@@ -20,10 +21,7 @@ from models.truss.inertia import kinetic_energy, linear_momentum, reaction_force
 from models.truss.kinematics import rope_acceleration, rope_length, rope_speed
 from models.truss.parameters import TrussParameters
 from models.truss.potential import Net, potential
-from models.truss.pulleys import pulley_loss_by_sum
-from models.truss.rope import far_end_ratio
-
-Array = NDArray[np.float64]
+from models.truss.rope import far_end_ratio, pulley_loss_by_sum
 
 _BEYOND_OPEN = 1e-4  # [rad] past 90 deg: the paper's printed law ends 3.7e-6 rad past it
 _BACKWARD_SLACK = 1e-6  # of the greatest speed: what a solver's bounds may leave

@@ -14,8 +14,9 @@ from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from models.arrays import Array
 from models.errors import require
 from models.truss.parameters import TrussParameters
 
@@ -124,7 +125,7 @@ def rope_acceleration(
     return 2 * parameters.modules * (slope * acc + curvature * omega**2)
 
 
-def angle_from_rope_length(parameters: TrussParameters, length: ArrayLike) -> NDArray[np.float64]:
+def angle_from_rope_length(parameters: TrussParameters, length: ArrayLike) -> Array:
     """Angle [rad] at which one rope is `length` [m] long, by the law of cosines behind (16).
 
     Numbers only; any shape, returned in the same shape.

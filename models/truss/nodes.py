@@ -10,12 +10,11 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from models.arrays import Array
 from models.truss.kinematics import node_position
 from models.truss.parameters import TrussParameters
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,10 @@ from __future__ import annotations
 import math
 
 import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike
 
+from models.arrays import Array
 from models.truss.kinematics import Expression, rope_speed, slider_distance_slope
 from models.truss.parameters import TrussParameters
 
@@ -60,6 +63,31 @@ def pulley_loss(
     """
     motor_power = -2 * tension * rope_speed(parameters, alpha, omega)
     return motor_power - tension * rope_leverage(parameters, alpha) * omega
+
+
+def pulley_loss_by_sum(
+    parameters: TrussParameters, angle: ArrayLike, speed: ArrayLike, tension: ArrayLike
+) -> Array:
+    """Power dissipated at the pulleys of both ropes [W], shape (m,).
+
+    Parameters
+    ----------
+    angle, speed, tension : alpha [rad], omega [rad/s], T1 [N], shape (m,), omega >= 0.
+    """
+    alpha = np.atleast_1d(np.asarray(angle, dtype=float))
+    slope = slider_distance_slope(parameters, ca.DM(alpha)).full().ravel()
+    hauled = -slope * np.asarray(speed, dtype=float)  # by each sliding segment [m/s]
+    wraps = (math.pi - alpha, math.pi - 2 * alpha, math.pi - alpha, math.pi + 0 * alpha)
+    sliding = (1, 0, 0, 1)  # which of a module's segments change length
+    beyond = 2 * parameters.modules * hauled
+    here = np.asarray(tension, dtype=float) + 0 * alpha
+    loss = np.zeros_like(alpha)
+    for k in range(4 * parameters.modules - 1):
+        beyond = beyond - sliding[k % 4] * hauled
+        drop = -here * np.expm1(-parameters.pulley_friction * wraps[k % 4])
+        loss += 2 * drop * beyond
+        here = here - drop
+    return loss
 
 
 def decay_mean(y: Expression) -> Expression:

@@ -10,7 +10,7 @@ from studies.console import Console
 from studies.exit_codes import ExitCode, StudyError, exit_code_table
 
 if TYPE_CHECKING:
-    from models.arm.reduced_run import ReducedMotion
+    from models.arm.reduced_simulation import ReducedMotion
     from studies.arm.config import ArmStudy
     from studies.arm.replay import Array, Replay
     from studies.results import ResultsFolder

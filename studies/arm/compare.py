@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from models.ancf.integrator import Settings
-from models.ancf.joint import Joint
+from models.ancf.integrate import StepControl
+from models.ancf.joints import Joint
 from models.errors import ModelError
 from studies.arm.optimum import FLOOR, Refined, capped, refine, solve_stage
 from studies.arm.problem import is_slow
@@ -28,7 +28,7 @@ Say = Callable[[str], None]
 Array = NDArray[np.float64]
 _HIGHEST = 7.5  # cap [J D/T^2] above which a looser one brings nothing, Step5's own
 _SLACK = 0.998  # of a cap, for peaks between the points and a reaction that is not B21's torque
-QUICK = Settings(1e-7)
+QUICK = StepControl(1e-7)
 _STEPS = (0.004, 0.002, 0.001, 0.0005)  # [s]
 
 

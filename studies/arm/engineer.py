@@ -15,11 +15,10 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 from models.ancf.assembly import dense
-from models.ancf.eliminated import Eliminated
-from models.ancf.integrator import Settings
-from models.ancf.joint import Free, joint_rates
-from models.ancf.link import Chain
-from models.ancf.simulate import Simulation, simulate
+from models.ancf.chain import Chain
+from models.ancf.integrate import Simulation, StepControl, simulate
+from models.ancf.joints import Free, joint_rates
+from models.ancf.motion import MinimalCoordinates
 from studies.arm.replay import ELEMENTS, SMOOTH, Motion, Replay, replay
 
 Array = NDArray[np.float64]
@@ -63,7 +62,7 @@ class Loads:
         return float(off.max() / np.abs(self.moment[: self.until]).max())
 
 
-def loads(replayed: Replay, settings: Settings = SMOOTH) -> Loads:
+def loads(replayed: Replay, settings: StepControl = SMOOTH) -> Loads:
     """Loads along a replay: even samples until the lock, those of the replay after it."""
     run, stage = replayed.run, replayed.motion.stage
     chain = run.before.chain
@@ -103,7 +102,7 @@ def momenta(chain: Chain, q: Array, v: Array) -> tuple[Array, Array]:
     root too moves in a translation.
     """
     flying = dataclasses.replace(chain, pinned=False)
-    asm = Eliminated(flying, [Free()] * len(chain.links)).assembly
+    asm = MinimalCoordinates(flying, [Free()] * len(chain.links)).assembly
     mass = dense(asm.mass)
     n = chain.size
     place = np.arange(n) % 4

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from models.ancf.joint import Torque, joint_rates
+from models.ancf.joints import Torque, joint_rates
 from studies.arm.config import ArmStudy
 from studies.arm.engineer import Loads
 from studies.arm.replay import Motion, Replay, replay

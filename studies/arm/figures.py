@@ -16,7 +16,7 @@ from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
 from models.ancf.state import posed
-from models.arm.reduced_run import ReducedMotion
+from models.arm.reduced_simulation import ReducedMotion
 from studies.arm.replay import Replay
 from studies.arm.stage import ELBOW, JOINT_NAMES, Stage
 from studies.arm.tradeoff import Curves

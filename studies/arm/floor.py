@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from models.ancf.integrator import Settings
+from models.ancf.integrate import StepControl
 from studies.arm.replay import ELEMENTS, Motion, replay
 
 STEPS = 1000  # of the coarser run
@@ -36,7 +36,10 @@ class Floor:
 def numerical_floor(motion: Motion) -> Floor:
     """Three replays of a motion with steps of one length."""
     step = motion.stage.duration / STEPS
-    once, half = Settings(TOLERANCE, fixed_step=step), Settings(TOLERANCE, fixed_step=step / 2)
+    once, half = (
+        StepControl(TOLERANCE, fixed_step=step),
+        StepControl(TOLERANCE, fixed_step=step / 2),
+    )
     return Floor(
         step,
         replay(motion, settings=once).residual_energy,

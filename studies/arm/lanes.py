@@ -15,11 +15,11 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from models.ancf.joint import Driven, Torque
+from models.ancf.joints import Driven, Torque
 from models.arm.driven import DrivenArm
 from models.arm.parameters import ArmParameters
 from models.arm.reduced import solve_small
-from models.arm.reduced_run import ReducedMotion
+from models.arm.reduced_simulation import ReducedMotion
 from studies.arm.replay import Motion
 from studies.arm.spread import Factors, varied
 from studies.arm.stage import Stage

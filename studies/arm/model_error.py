@@ -10,11 +10,11 @@ from __future__ import annotations
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from models.ancf.integrator import Settings
-from models.ancf.joint import Free, Torque
-from models.ancf.modes import natural_modes
+from models.ancf.analysis import natural_modes
+from models.ancf.integrate import StepControl
+from models.ancf.joints import Free, Torque
 from models.ancf.state import posed
-from models.arm.reduced_run import reduced_modes, simulate_reduced
+from models.arm.reduced_simulation import reduced_modes, simulate_reduced
 from models.laws import Law
 from studies.arm.optimum import Solved, reduced_residual
 from studies.arm.replay import ELEMENTS, Motion, replay
@@ -23,7 +23,9 @@ from studies.arm.stage import ELBOW, ROOT, Stage
 from studies.arm.unit_laws import baselines
 
 LAW = "linear torque"  # its torque jumps: it strikes what the optimum leaves alone
-_FINE_JUMPS = Settings(1e-7, fixed_step=0.001)  # two torques that jump need a finer step than one
+_FINE_JUMPS = StepControl(
+    1e-7, fixed_step=0.001
+)  # two torques that jump need a finer step than one
 _TOLERANCE = 1e-7  # of the replays on the reduced models
 _SAMPLES = 2001
 

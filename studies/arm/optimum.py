@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BPoly, PPoly
 
-from models.ancf.joint import Driven, Joint, Torque
+from models.ancf.joints import Driven, Joint, Torque
 from models.arm.reduced import ReducedArm
-from models.arm.reduced_run import ReducedMotion, lock_reduced, simulate_reduced
+from models.arm.reduced_simulation import ReducedMotion, lock_reduced, simulate_reduced
 from ocp import IpoptOptions, OcpError, PhaseTrajectory, Settings, Trajectory, solve
 from ocp.ipopt import Barrier
 from studies.arm.lanes import follow

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.arm.reduced import ReducedArm, solve_small
-from models.arm.reduced_run import reduced_modes
+from models.arm.reduced_simulation import reduced_modes
 from models.laws import JerkLimited, Law
 from ocp import Between, Bound, Control, Phase, State
 from studies.arm.rigid import feed_forward, joint_motion

@@ -12,20 +12,19 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from models.ancf.analysis import LockedRun, natural_modes, run_and_lock
 from models.ancf.assembly import dense
-from models.ancf.eliminated import Eliminated
-from models.ancf.integrator import Settings
-from models.ancf.joint import Joint, Locked
-from models.ancf.lock import LockedRun, run_and_lock
-from models.ancf.modes import natural_modes
+from models.ancf.integrate import StepControl
+from models.ancf.joints import Joint, Locked
+from models.ancf.motion import MinimalCoordinates
 from models.ancf.state import posed
 from studies.arm.stage import Stage
 
 Array = NDArray[np.float64]
 Drive = Literal["torque", "angle"]
 ELEMENTS = 8  # a link
-SMOOTH = Settings(1e-9)
-JUMPS = Settings(1e-7, fixed_step=0.004)  # modes too fast for the step are damped, see models
+SMOOTH = StepControl(1e-9)
+JUMPS = StepControl(1e-7, fixed_step=0.004)  # modes too fast for the step are damped, see models
 MODES = 3
 SAMPLES = 1001
 
@@ -90,7 +89,7 @@ def replay(
     motion: Motion,
     *,
     elements: int = ELEMENTS,
-    settings: Settings | None = None,
+    settings: StepControl | None = None,
     lock_at: float | None = None,
     after: Array | None = None,
     modes: int = MODES,
@@ -102,7 +101,7 @@ def replay(
     motion : Motion
     elements : int
         A link.
-    settings : Settings, optional
+    settings : StepControl, optional
         Of the integrator.
     lock_at : float, optional
         Time of the lock [s], the stage's duration by default.
@@ -143,7 +142,7 @@ def _modal(run: LockedRun, count: int) -> tuple[Array, Array, Array, float, floa
     angles = [j.angle for j in lock.joints if isinstance(j, Locked)]
     rest = posed(chain, angles)
     modes = natural_modes(chain, lock.joints, rest, count=count)
-    form = Eliminated(chain, lock.joints)
+    form = MinimalCoordinates(chain, lock.joints)
     asm, omega = form.assembly, 2 * np.pi * modes.frequencies
     shapes = np.column_stack([asm.gather(shape) for shape in modes.shapes.T])
     mass = dense(asm.mass)

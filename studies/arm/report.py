@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from models.ancf.joint import Locked
-from models.ancf.modes import natural_modes
+from models.ancf.analysis import natural_modes
+from models.ancf.joints import Locked
 from models.ancf.state import posed
 from models.arm.parameters import ASSUMED_MODULUS
 from models.errors import ModelError

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from models.ancf.joint import Driven, Torque
+from models.ancf.joints import Driven, Torque
 from models.arm.parameters import ArmParameters
 from models.laws import Law
 from studies.arm.stage import Stage

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.arm.driven import DrivenArm
-from models.arm.reduced_run import reduced_modes
+from models.arm.reduced_simulation import reduced_modes
 from ocp import (
     Bound,
     IpoptOptions,

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from models.ancf.integrator import Settings
+from models.ancf.integrate import StepControl
 from studies.arm.copies import RATE
 from studies.arm.lanes import residuals
 from studies.arm.optimum import Solved
@@ -27,7 +27,7 @@ Say = Callable[[str], None]
 SHARES = (1.1, 1.0)  # peak torques of the robust motions over the nominal's; the first is judged
 LIMIT = 0.2  # of the nominal's worst sqrt(E_res)
 FULL = 3  # points a side on the full model
-_REPLAY = Settings(1e-8, stages=7)
+_REPLAY = StepControl(1e-8, stages=7)
 _MASSES = (0.9, 1.1)
 
 

@@ -15,13 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import cumulative_simpson
 
+from models.ancf.analysis import natural_modes, project, residual_energy, run_and_lock
 from models.ancf.assembly import dense
-from models.ancf.eliminated import Eliminated
-from models.ancf.joint import Free, Joint, Locked, joint_rates, quarter
-from models.ancf.link import Chain
-from models.ancf.lock import project, residual_energy, run_and_lock
-from models.ancf.modes import natural_modes
-from models.ancf.state import State, posed
+from models.ancf.chain import Chain
+from models.ancf.joints import Free, Joint, Locked, joint_rates, quarter
+from models.ancf.motion import MinimalCoordinates
+from models.ancf.state import NodalState, posed
 from studies.arm.engineer import Loads
 from studies.arm.replay import SMOOTH, Replay
 from studies.arm.stage import ELBOW, ROOT
@@ -79,7 +78,7 @@ def _pushed(replayed: Replay, history: Loads, freed: Chain, inertia: float) -> _
     rate = -history.angular_momentum[: history.until] / inertia
     turn = cumulative_simpson(rate, x=t, initial=0.0)
     joints: list[Joint] = [Free(), Locked(float(lock.angle[ELBOW]))]
-    form = Eliminated(freed, joints)
+    form = MinimalCoordinates(freed, joints)
     before = replayed.run.before.final
     now, _ = project(form, before, momentum=_momentum(form, before, inertia, float(rate[-1])))
     left = residual_energy(freed, joints, now)
@@ -88,7 +87,7 @@ def _pushed(replayed: Replay, history: Loads, freed: Chain, inertia: float) -> _
     return turn, rate, travels, left, joints
 
 
-def _momentum(form: Eliminated, state: State, inertia: float, spin: float) -> Array:
+def _momentum(form: MinimalCoordinates, state: NodalState, inertia: float, spin: float) -> Array:
     """Momentum of the arm and of a satellite that turns at a rate of its own [rad/s]."""
     asm = form.assembly
     v = asm.gather(state.v)

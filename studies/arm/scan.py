@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from models.arm.reduced_run import reduced_modes
+from models.arm.reduced_simulation import reduced_modes
 from models.laws import Law
 from studies.arm.lanes import angle_driven, runge_kutta, torque_driven
 from studies.arm.replay import Drive

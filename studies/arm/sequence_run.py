@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PPoly
 
-from models.ancf.joint import Joint
-from models.ancf.lock import LockedRun, run_and_lock
+from models.ancf.analysis import LockedRun, run_and_lock
+from models.ancf.joints import Joint
 from models.arm.reduced import COORDINATES, ReducedArm
-from models.arm.reduced_run import lock_reduced, simulate_reduced
+from models.arm.reduced_simulation import lock_reduced, simulate_reduced
 from ocp import Mesh, OcpError, Problem, Trajectory, solve
 from studies.arm.mesh import graded
 from studies.arm.optimum import Progress, polynomial, settings, torque_joints

@@ -12,10 +12,10 @@ from typing import get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from models.ancf.joint import Free, Locked
-from models.ancf.modes import natural_modes
+from models.ancf.analysis import natural_modes
+from models.ancf.joints import Free, Locked
 from models.ancf.state import posed
-from models.arm.reduced_run import simulate_reduced
+from models.arm.reduced_simulation import simulate_reduced
 from studies.arm.optimum import reduced_residual
 from studies.arm.replay import Drive
 from studies.arm.rigid import torque_drives

@@ -14,8 +14,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from models.ancf import joint as joints
-from models.ancf.state import State, posed
+from models.ancf import joints
+from models.ancf.state import NodalState, posed
 from models.arm.parameters import ArmParameters
 from models.arm.reduced import ReducedArm
 from studies.exit_codes import StudyError
@@ -104,7 +104,7 @@ class Stage:
         """The same stage in another time [s]."""
         return dataclasses.replace(self, duration=duration)
 
-    def start_state(self, elements: int) -> State:
+    def start_state(self, elements: int) -> NodalState:
         """Rest at the start, full model."""
         return posed(self.arm.chain(elements), list(self.start))
 

@@ -17,7 +17,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from models.ancf.link import Chain
+from models.ancf.chain import Chain
 from studies.exit_codes import StudyError
 
 Array = NDArray[np.float64]

@@ -17,10 +17,9 @@ from time import perf_counter, process_time
 import numpy as np
 
 from models.ancf.assembly import assemble
-from models.ancf.integrator import Settings
-from models.ancf.joint import Free
-from models.ancf.link import Chain
-from models.ancf.simulate import simulate
+from models.ancf.chain import Chain
+from models.ancf.integrate import StepControl, simulate
+from models.ancf.joints import Free
 from models.ancf.state import posed
 from models.arm.parameters import double_pendulum, single_pendulum
 from studies.console import Table
@@ -157,7 +156,7 @@ def our_run(case: Case, stages: int, tolerance: float) -> Run:
     state = posed(case.chain)
     start, worked = perf_counter(), process_time()
     run = simulate(
-        case.chain, joints, state, samples, settings=Settings(tolerance, stages=stages)
+        case.chain, joints, state, samples, settings=StepControl(tolerance, stages=stages)
     )  # fmt: skip
     worked, seconds = process_time() - worked, perf_counter() - start
     ends = np.array([run.position(k) for k in range(len(joints))])

@@ -97,9 +97,8 @@ def force_problem(modules: int = 24, friction: float = 0.01, duration: float = 5
 
 def elements(number: str) -> Answer:
     """The single pendulum with that many ANCF elements; the first run compiles nothing."""
-    from models.ancf.integrator import Settings
-    from models.ancf.joint import Free
-    from models.ancf.simulate import simulate
+    from models.ancf.integrate import StepControl, simulate
+    from models.ancf.joints import Free
     from models.ancf.state import posed
     from models.arm.parameters import single_pendulum
 
@@ -108,7 +107,7 @@ def elements(number: str) -> Answer:
     chain = single_pendulum(int(number))
     run = simulate(
         chain, [Free()], posed(chain), np.linspace(0.0, PENDULUM, 131),
-        settings=Settings(tolerance=1e-7),
+        settings=StepControl(tolerance=1e-7),
     )  # fmt: skip
     whole = perf_counter() - begin
     return {

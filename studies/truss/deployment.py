@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from models.laws import Law, Motion
-from models.peaks import dense_peak
+from models.laws import AngularMotion, Law
+from models.numerics import dense_peak
 from models.truss import TrussMotion, TrussParameters, evaluate_motion
 from studies.truss.quantities import QUANTITIES
 
@@ -76,7 +76,7 @@ class Deployment:
     law: Law
     truss: TrussParameters
 
-    def at(self, time: ArrayLike) -> tuple[Motion, TrussMotion]:
+    def at(self, time: ArrayLike) -> tuple[AngularMotion, TrussMotion]:
         """Histories at times (m,) in [0, T]."""
         motion = self.law.motion(time)
         rounding = -BACKWARD * (self.law.end_angle - self.law.start_angle) / self.law.duration

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from models.laws import Law, Motion, linear_jerk
+from models.laws import AngularMotion, Law, linear_jerk
 from models.laws.motion import law_times
 from ocp import PhaseTrajectory, Solution
 from studies.truss.config import TrussStudy
@@ -81,11 +81,11 @@ class ReplayedLaw:
         """Times at which the control jumps [s]."""
         return tuple(float(t) for t in self.solution.breakpoints[1:-1])
 
-    def motion(self, time: ArrayLike) -> Motion:
+    def motion(self, time: ArrayLike) -> AngularMotion:
         """Motion at times (m,) in [0, T]."""
         t = law_times(time, self.duration)
         signals = self.statement.signals
-        return Motion(
+        return AngularMotion(
             time=t,
             angle=self._sample(signals.angle, t),
             speed=np.maximum(self._sample(signals.speed, t), 0.0),

@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from models.ancf.assembly import assemble, dense
+from models.ancf.chain import Chain, Link
 from models.ancf.element import element_kernel
-from models.ancf.joint import joint_angles
-from models.ancf.link import Chain, Link
+from models.ancf.joints import joint_angles
 from models.ancf.state import posed
 from models.errors import ModelError
 

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from models.ancf.joint import Free, Locked
-from models.ancf.modes import natural_modes
+from models.ancf.analysis import natural_modes
+from models.ancf.joints import Free, Locked
 from models.ancf.state import posed
 from models.arm.parameters import BIG_ARM, SMALL_ARM, ArmParameters, tube
 from models.arm.reduced import ReducedArm
-from models.arm.reduced_run import reduced_modes
+from models.arm.reduced_simulation import reduced_modes
 from models.errors import ModelError
 
 STRAIGHT = {  # root, elbow -> f1..f4 [Hz], exact

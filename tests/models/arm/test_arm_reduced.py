@@ -6,13 +6,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from models.ancf.analysis import engage
 from models.ancf.assembly import assemble, dense
-from models.ancf.joint import Free, Torque, joint_angles, joint_rates
-from models.ancf.lock import engage
-from models.ancf.state import State
+from models.ancf.joints import Free, Torque, joint_angles, joint_rates
+from models.ancf.state import NodalState
 from models.arm.parameters import ArmParameters
 from models.arm.reduced import ReducedArm
-from models.arm.reduced_run import lock_reduced, simulate_reduced
+from models.arm.reduced_simulation import lock_reduced, simulate_reduced
 
 ARM = ArmParameters(elbow_mass=2.0, hub_inertia=1.5)
 SMALL = st.floats(-0.05, 0.05)
@@ -110,7 +110,7 @@ def test_lock_is_the_inelastic_impulse_of_the_full_model():
     lost = before - sum(map(float, locked.energies(z, rate)))
     chain = model.full_chain(8)
     nodes, rates = model.to_nodes(q[:, None], v[:, None], 8)
-    impact = engage(chain, [Free(), Free()], State(nodes[:, 0], rates[:, 0]), [1])
+    impact = engage(chain, [Free(), Free()], NodalState(nodes[:, 0], rates[:, 0]), [1])
     assert locked.elbow_lock == pytest.approx(0.8, abs=1e-14)
     # the finer mesh yields more at the joint: it loses less energy
     assert 0 < impact.lost_energy < lost

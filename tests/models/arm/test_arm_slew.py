@@ -6,14 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from models.ancf.eliminated import Eliminated
-from models.ancf.integrator import Settings
-from models.ancf.joint import Locked, Torque
-from models.ancf.simulate import Simulation, simulate
+from models.ancf.integrate import Simulation, StepControl, simulate
+from models.ancf.joints import Locked, Torque
+from models.ancf.motion import MinimalCoordinates
 from models.ancf.state import posed
 from models.arm.parameters import ArmParameters
 from models.arm.reduced import ReducedArm
-from models.arm.reduced_run import simulate_reduced
+from models.arm.reduced_simulation import simulate_reduced
 
 ARM, T = ArmParameters(), 8.6
 REF = np.loadtxt(
@@ -38,7 +37,7 @@ def distance(path: np.ndarray, wanted: np.ndarray) -> np.ndarray:
 @lru_cache(maxsize=1)
 def full() -> Simulation:
     chain = ARM.chain(8)
-    return simulate(chain, JOINTS, posed(chain), REF[0], settings=Settings(3e-8))
+    return simulate(chain, JOINTS, posed(chain), REF[0], settings=StepControl(3e-8))
 
 
 def test_full_model_follows_the_reference():
@@ -68,7 +67,7 @@ def test_reduced_model_follows_the_reference():
 def test_trapezoidal_rule_of_a_quarter_millisecond_is_the_reference():
     """Why the elbow differs by 1e-5 m at the end: it is the reference's time step."""
     chain, h = ARM.chain(8), 2.5e-4
-    form = Eliminated(chain, JOINTS)
+    form = MinimalCoordinates(chain, JOINTS)
     z, v = (y[:, None] for y in form.state(0.0, posed(chain).q, posed(chain).v))
     a, pull = (y[:, None] for y in form.start(0.0, z[:, 0], v[:, 0]))
     every, out = round((REF[0][1] - REF[0][0]) / h), [z[:, 0]]

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from models import laws, truss
-from models.peaks import dense_peak
+from models.numerics import dense_peak
 
 DURATION = 140.0  # [s], follows from the paper's 5.7e-4 rad/s^2 and (40)
 OPEN = math.pi / 2

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from models import truss
 from models.errors import ModelError
-from models.peaks import dense_peak
+from models.numerics import dense_peak
 
 BAD = {
     "modules": [2, 0, -3, 4.0, "24", math.nan],

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from models.ancf.integrator import Settings
-from models.ancf.joint import Torque
+from models.ancf.integrate import StepControl
+from models.ancf.joints import Torque
 from models.ancf.state import posed
 from models.arm.parameters import ArmParameters
 from models.errors import ModelError
@@ -27,7 +27,7 @@ from studies.arm.unit_laws import baselines, quintic
 from studies.cli import main
 from studies.exit_codes import ExitCode
 
-COARSE = Settings(1e-6)
+COARSE = StepControl(1e-6)
 
 
 def quintic_replay(stage, until=0.2):

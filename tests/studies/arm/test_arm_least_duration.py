@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from models.arm.reduced_run import simulate_reduced
+from models.arm.reduced_simulation import simulate_reduced
 from studies.arm.floor import Floor
 from studies.arm.least_duration import RESIDUAL, first_pass, windows
 from studies.arm.optimum import reduced_residual

@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from models.ancf.joint import Torque
+from models.ancf.joints import Torque
 from models.arm.parameters import ArmParameters
 from models.arm.reduced import ReducedArm
 from studies.arm.engineer import deflections, loads, mean_square

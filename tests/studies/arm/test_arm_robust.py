@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from models.ancf.integrator import Settings
-from models.ancf.joint import Torque
+from models.ancf.integrate import StepControl
+from models.ancf.joints import Torque
 from models.arm.driven import DrivenArm
 from models.arm.reduced import ReducedArm
-from models.arm.reduced_run import simulate_reduced
+from models.arm.reduced_simulation import simulate_reduced
 from models.errors import ModelError
 from studies.arm import robust_study
 from studies.arm.lanes import residuals
@@ -58,7 +58,7 @@ def test_arms_on_an_angle_move_as_the_full_model(name):
     found = residuals(driven, [(1.0, 1.0, 1.0), OTHER], step=0.001)
     other = dataclasses.replace(stage, arm=varied(stage.arm, OTHER))
     full = replay(
-        dataclasses.replace(driven, stage=other), elements=4, settings=Settings(1e-6, stages=7)
+        dataclasses.replace(driven, stage=other), elements=4, settings=StepControl(1e-6, stages=7)
     )
     assert found[1] == pytest.approx(full.residual_energy, rel=0.02)
     assert abs(found[1] / found[0] - 1) > 0.05

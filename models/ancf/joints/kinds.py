@@ -9,15 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from models.ancf.link import Chain
+from models.ancf.chain import Chain
+from models.arrays import Array
 from models.errors import ModelError
 
-Array = NDArray[np.float64]
-Law = Callable[[Array], Array]
+TimeFunction: TypeAlias = Callable[[Array], Array]
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Torque:
         Times at which it or a derivative jumps [s]; the integration restarts there.
     """
 
-    torque: Law
+    torque: TimeFunction
     breakpoints: tuple[float, ...] = ()
 
 
@@ -67,9 +67,9 @@ class Driven:
         Times at which the acceleration or a derivative of it jumps [s].
     """
 
-    angle: Law
-    rate: Law
-    acceleration: Law
+    angle: TimeFunction
+    rate: TimeFunction
+    acceleration: TimeFunction
     breakpoints: tuple[float, ...] = ()
 
     def law(self, t: Array) -> tuple[Array, Array, Array]:
@@ -90,44 +90,3 @@ def check_joints(chain: Chain, joints: Sequence[Joint]) -> tuple[Joint, ...]:
     if not chain.pinned and not isinstance(joints[0], Free):
         raise ModelError("joints: the root flies but is not Free; pin the chain to act on it.")
     return tuple(joints)
-
-
-def slope_pair(chain: Chain, joint: int) -> tuple[slice | None, slice]:
-    """Places in the node vector of the slopes before (None at the root) and after a joint."""
-    after = chain.slots(joint, 0)[2]
-    before = chain.slots(joint - 1, -1)[2] if joint else None
-    return None if before is None else slice(before, before + 2), slice(after, after + 2)
-
-
-def rotate(phi: Array, a: Array) -> Array:
-    """R(phi) a for vectors (2, m)."""
-    c, s = np.cos(phi), np.sin(phi)
-    return np.array((c * a[0] - s * a[1], s * a[0] + c * a[1]))
-
-
-def quarter(a: Array) -> Array:
-    """Counter-clockwise quarter turn of vectors (2, m)."""
-    return np.array((-a[1], a[0]))
-
-
-def joint_angles(chain: Chain, q: Array) -> Array:
-    """Joint angles phi in (-pi, pi], (L, m), of node vectors (size, m) [rad]."""
-    angles = []
-    for k in range(len(chain.links)):
-        before, after = slope_pair(chain, k)
-        b = q[after]
-        a = np.stack((np.ones_like(b[0]), np.zeros_like(b[0]))) if before is None else q[before]
-        angles.append(np.arctan2(a[0] * b[1] - a[1] * b[0], (a * b).sum(axis=0)))
-    return np.array(angles)
-
-
-def joint_rates(chain: Chain, q: Array, v: Array) -> Array:
-    """Rates of the joint angles, (L, m) [rad/s]."""
-    rates = []
-    for k in range(len(chain.links)):
-        before, after = slope_pair(chain, k)
-        spin = (quarter(q[after]) * v[after]).sum(axis=0) / (q[after] ** 2).sum(axis=0)
-        if before is not None:
-            spin = spin - (quarter(q[before]) * v[before]).sum(axis=0) / (q[before] ** 2).sum(0)
-        rates.append(spin)
-    return np.array(rates)

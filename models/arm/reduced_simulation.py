@@ -9,15 +9,13 @@ from math import pi
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.linalg import eigh, solve
 
-from models.ancf.joint import Free, Torque
+from models.ancf.joints import Free, Torque
 from models.arm.reduced import COORDINATES, ReducedArm
+from models.arrays import Array
 from models.errors import ModelError
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,12 +15,11 @@ from numpy.typing import NDArray
 
 from models.ancf.assembly import Assembly
 from models.ancf.element import moment_force
-from models.ancf.joint import Torque
+from models.ancf.joints import Torque
+from models.arrays import Array
 
-Array = NDArray[np.float64]
 
-
-class Form(Protocol):
+class EquationsOfMotion(Protocol):
     """What the integrator needs of a form of the equations of motion.
 
     Columns are instants (s of them). `unknowns` counts accelerations and multipliers; the

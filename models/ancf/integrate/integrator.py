@@ -15,14 +15,12 @@ from dataclasses import dataclass, field
 from time import monotonic
 
 import numpy as np
-from numpy.typing import NDArray
 
-from models.ancf.forms import Form
-from models.ancf.link import require_positive
-from models.ancf.radau import Radau, radau
-from models.errors import ModelError
+from models.ancf.integrate.radau import RadauIIA, radau
+from models.ancf.motion.equations import EquationsOfMotion
+from models.arrays import Array
+from models.errors import ModelError, require_positive
 
-Array = NDArray[np.float64]
 _log = logging.getLogger(__name__)
 _NEWTON = 0.01  # Newton error over the tolerance of the step
 _ITERATIONS = 12
@@ -33,7 +31,7 @@ _PROGRESS = 5.0  # seconds of computing between progress messages
 
 
 @dataclass(frozen=True)
-class Settings:
+class StepControl:
     """How to integrate.
 
     Parameters
@@ -55,9 +53,9 @@ class Settings:
     max_step: float = 1.0
 
     def __post_init__(self) -> None:
-        require_positive("Settings", tolerance=self.tolerance, max_step=self.max_step)
+        require_positive("StepControl", tolerance=self.tolerance, max_step=self.max_step)
         if self.fixed_step is not None:
-            require_positive("Settings", fixed_step=self.fixed_step)
+            require_positive("StepControl", fixed_step=self.fixed_step)
         radau(self.stages)
 
 
@@ -82,9 +80,11 @@ class _NoConvergence(Exception):
 class _Integrator:
     """State of an integration; `run` is the only entry."""
 
-    def __init__(self, form: Form, settings: Settings, window: tuple[float, float]) -> None:
+    def __init__(
+        self, form: EquationsOfMotion, settings: StepControl, window: tuple[float, float]
+    ) -> None:
         self.form, self.settings = form, settings
-        self.table: Radau = radau(settings.stages)
+        self.table: RadauIIA = radau(settings.stages)
         edge = 1e-13 * max(1.0, abs(window[0]), abs(window[1]))
         self.inside = window[0] + edge, window[1] - edge
         self.window = window
@@ -239,14 +239,19 @@ class _Integrator:
 
 
 def integrate(
-    form: Form, settings: Settings, window: tuple[float, float], z: Array, v: Array, h: float
+    form: EquationsOfMotion,
+    settings: StepControl,
+    window: tuple[float, float],
+    z: Array,
+    v: Array,
+    h: float,
 ) -> tuple[Steps, tuple[Array, Array, float]]:
     """Integrate a form over a window of time.
 
     Parameters
     ----------
-    form : Form
-    settings : Settings
+    form : EquationsOfMotion
+    settings : StepControl
     window : tuple of float
         Start and end [s]; forces are evaluated strictly inside, so they may jump at its ends.
     z, v : (n,)

@@ -10,14 +10,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 from scipy.linalg import solve
 
+from models.ancf.analysis.modes import equilibrium
 from models.ancf.assembly import dense
-from models.ancf.eliminated import Eliminated
-from models.ancf.integrator import Settings
-from models.ancf.joint import (
+from models.ancf.chain import Chain
+from models.ancf.integrate.integrator import StepControl
+from models.ancf.integrate.simulate import Simulation, simulate
+from models.ancf.joints import (
     Free,
     Joint,
     Locked,
@@ -26,13 +27,11 @@ from models.ancf.joint import (
     joint_rates,
     quarter,
 )
-from models.ancf.link import Chain
-from models.ancf.modes import equilibrium
-from models.ancf.simulate import Simulation, simulate
-from models.ancf.state import State
+from models.ancf.motion.minimal_coordinates import MinimalCoordinates
+from models.ancf.state import NodalState
+from models.arrays import Array
 from models.errors import ModelError
 
-Array = NDArray[np.float64]
 _APPROACH = 65  # instants between which the path to a latch is interpolated
 
 
@@ -47,7 +46,7 @@ class Engagement:
     joints : tuple of Joint
         Joints afterwards: the engaged ones Locked at the angle reached, others Free unless
         locked before.
-    state : State
+    state : NodalState
         State right after.
     impulse : (L,)
         Angular impulse of each joint on the link after it [N m s].
@@ -61,7 +60,7 @@ class Engagement:
 
     time: float
     joints: tuple[Joint, ...]
-    state: State
+    state: NodalState
     impulse: Array
     lost_energy: float
     angle: Array
@@ -71,7 +70,7 @@ class Engagement:
 def engage(
     chain: Chain,
     joints: Sequence[Joint],
-    state: State,
+    state: NodalState,
     engaged: Sequence[int],
     *,
     time: float = 0.0,
@@ -85,7 +84,7 @@ def engage(
     chain : Chain
     joints : sequence of Joint
         What was done at the joints until then.
-    state : State
+    state : NodalState
         State right before.
     engaged : sequence of int
         Joints to lock.
@@ -118,7 +117,7 @@ def engage(
         Locked(float(angle[k])) if k in engaged else joint if isinstance(joint, Locked) else Free()
         for k, joint in enumerate(joints)
     )
-    form = Eliminated(chain, after)
+    form = MinimalCoordinates(chain, after)
     now, kick = project(form, state, time)
     lost = _kinetic(form, state) - _kinetic(form, now)
     impulse = _impulses(form, after, state, kick)
@@ -126,15 +125,15 @@ def engage(
 
 
 def project(
-    form: Eliminated, state: State, time: float = 0.0, momentum: Array | None = None
-) -> tuple[State, Array]:
+    form: MinimalCoordinates, state: NodalState, time: float = 0.0, momentum: Array | None = None
+) -> tuple[NodalState, Array]:
     """Velocities right after joints lock, J^T M J zdot = J^T p with v+ = J zdot.
 
     Parameters
     ----------
-    form : Eliminated
+    form : MinimalCoordinates
         The chain with its joints as they are afterwards, at the angles reached.
-    state : State
+    state : NodalState
         State right before.
     time : float
         [s]
@@ -143,7 +142,7 @@ def project(
 
     Returns
     -------
-    state : State
+    state : NodalState
     kick : (n,)
         Impulse M v+ - p on the merged coordinates.
     """
@@ -155,10 +154,12 @@ def project(
     pulled = form.ties.pull(at, x, momentum[:, None])
     rate = solve(form.ties.reduce(time, x[:, 0], mass), pulled, assume_a="pos")
     q, v = form.nodes(at, z, rate)
-    return State(q[:, 0], v[:, 0]), mass @ asm.gather(v[:, 0]) - momentum
+    return NodalState(q[:, 0], v[:, 0]), mass @ asm.gather(v[:, 0]) - momentum
 
 
-def _impulses(form: Eliminated, joints: Sequence[Joint], state: State, kick: Array) -> Array:
+def _impulses(
+    form: MinimalCoordinates, joints: Sequence[Joint], state: NodalState, kick: Array
+) -> Array:
     """Angular impulse of each joint on the link after it, (L,) [N m s]."""
     x = form.assembly.gather(state.q)
     impulse = np.zeros(len(joints))
@@ -169,21 +170,21 @@ def _impulses(form: Eliminated, joints: Sequence[Joint], state: State, kick: Arr
     return impulse
 
 
-def _kinetic(form: Eliminated, state: State) -> float:
+def _kinetic(form: MinimalCoordinates, state: NodalState) -> float:
     v = form.assembly.gather(state.v)
     return 0.5 * float(v @ (form.assembly.mass @ v))
 
 
-def residual_energy(chain: Chain, joints: Sequence[Joint], state: State) -> float:
+def residual_energy(chain: Chain, joints: Sequence[Joint], state: NodalState) -> float:
     """Kinetic and potential energy of a state above the equilibrium of the locked chain [J]."""
-    form = Eliminated(chain, joints)
+    form = MinimalCoordinates(chain, joints)
     rest = state
     if any(chain.gravity):
         rest = equilibrium(chain, joints, state)
     return _mechanical(form, state) - (_mechanical(form, rest) if rest is not state else 0.0)
 
 
-def _mechanical(form: Eliminated, state: State) -> float:
+def _mechanical(form: MinimalCoordinates, state: NodalState) -> float:
     asm = form.assembly
     x = asm.gather(state.q)
     strain = float(asm.strain_energy(x[:, None])[0])
@@ -203,14 +204,14 @@ class LockedRun:
 def run_and_lock(
     chain: Chain,
     joints: Sequence[Joint],
-    state: State,
+    state: NodalState,
     times: Array,
     engaged: Sequence[int],
     *,
     after: Array | None = None,
     targets: Mapping[int, float] | None = None,
     tolerance: float | None = None,
-    settings: Settings | None = None,
+    settings: StepControl | None = None,
 ) -> LockedRun:
     """Simulate to `times[-1]`, lock there, and simulate the locked chain at `after` if given.
 
@@ -241,8 +242,8 @@ def latch_time(
     target: float,
     *,
     tolerance: float = 1e-6,
-    settings: Settings | None = None,
-) -> tuple[float, State]:
+    settings: StepControl | None = None,
+) -> tuple[float, NodalState]:
     """First time [s] at which a joint comes to a latch, and the state there.
 
     Parameters
@@ -270,7 +271,7 @@ def latch_time(
             f"{target:.6g} rad (at t = {motion.times[best]:.4g} s); change the law or the target."
         )
     i = max(int(beyond[0]) - 1, 0)
-    state, t = State(motion.q[:, i], motion.v[:, i]), float(motion.times[i])
+    state, t = NodalState(motion.q[:, i], motion.v[:, i]), float(motion.times[i])
     if beyond[0] == 0:
         return t, state
     times = np.linspace(t, float(motion.times[beyond[0]]), _APPROACH)

@@ -7,25 +7,9 @@ rho A linear density [kg/m], eta relaxation time of the damping [s].
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import isfinite, pi
+from math import pi
 
-from models.errors import ModelError
-
-
-def require_positive(owner: str, **values: float) -> None:
-    """Raise ModelError unless every value is finite and positive."""
-    for name, value in values.items():
-        if not (isfinite(value) and value > 0):
-            text = name.replace("_", " ")
-            raise ModelError(f"{owner}: {text} is {value:g}; give a finite value above zero.")
-
-
-def require_not_negative(owner: str, **values: float) -> None:
-    """Raise ModelError unless every value is finite and at least zero."""
-    for name, value in values.items():
-        if not (isfinite(value) and value >= 0):
-            text = name.replace("_", " ")
-            raise ModelError(f"{owner}: {text} is {value:g}; give a finite value of zero or more.")
+from models.errors import ModelError, require_not_negative, require_positive
 
 
 @dataclass(frozen=True)

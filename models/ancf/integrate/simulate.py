@@ -13,19 +13,18 @@ from time import perf_counter
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from models.ancf.baumgarte import Baumgarte
-from models.ancf.constraints import Constraints
-from models.ancf.eliminated import Eliminated
-from models.ancf.integrator import Settings, Steps, integrate
-from models.ancf.joint import Free, Joint, joint_angles, joint_rates, quarter
-from models.ancf.link import Chain
-from models.ancf.radau import radau
-from models.ancf.state import State, check_start
+from models.ancf.chain import Chain
+from models.ancf.integrate.integrator import StepControl, Steps, integrate
+from models.ancf.integrate.radau import radau
+from models.ancf.joints import Free, Joint, joint_angles, joint_rates, quarter
+from models.ancf.joints.constraints import Constraints
+from models.ancf.motion.index1 import Index1
+from models.ancf.motion.minimal_coordinates import MinimalCoordinates
+from models.ancf.state import NodalState, check_start
+from models.arrays import Array, Places
 from models.errors import ModelError
 
-Array = NDArray[np.float64]
 _COLUMNS = 4096  # instants evaluated at once
 
 
@@ -87,9 +86,9 @@ class Simulation:
         return self.kinetic + self.strain + self.gravity
 
     @property
-    def final(self) -> State:
+    def final(self) -> NodalState:
         """State at the last requested time."""
-        return State(self.q[:, -1].copy(), self.v[:, -1].copy())
+        return NodalState(self.q[:, -1].copy(), self.v[:, -1].copy())
 
     def position(self, link: int, node: int = -1) -> Array:
         """Path (2, m) [m] of a node; by default the end of the link."""
@@ -103,10 +102,10 @@ class Simulation:
 def simulate(
     chain: Chain,
     joints: Sequence[Joint],
-    state: State,
+    state: NodalState,
     times: Array,
     *,
-    settings: Settings | None = None,
+    settings: StepControl | None = None,
     form: Literal["eliminated", "baumgarte"] = "eliminated",
     stabilisation: tuple[float, float] = (20.0, 20.0),
 ) -> Simulation:
@@ -117,11 +116,11 @@ def simulate(
     chain : Chain
     joints : sequence of Joint
         What is done at each joint, the root first.
-    state : State
+    state : NodalState
         Where it starts.
     times : (m,)
         Increasing instants [s], two at least.
-    settings : Settings, optional
+    settings : StepControl, optional
     form : {"eliminated", "baumgarte"}
         Constraints eliminated, or multipliers with (14).
     stabilisation : tuple of float
@@ -140,14 +139,14 @@ def simulate(
     times = np.asarray(times, dtype=float)
     if times.ndim != 1 or len(times) < 2 or not (np.diff(times) > 0).all():
         raise ModelError("simulate: times do not increase; give two or more increasing instants.")
-    settings = settings or Settings()
-    eliminated = Eliminated(chain, joints)
+    settings = settings or StepControl()
+    eliminated = MinimalCoordinates(chain, joints)
     start, end = float(times[0]), float(times[-1])
     z, v = eliminated.state(start, state.q, state.v)
     at = np.full(1, start)
-    kept = State(*(y[:, 0] for y in eliminated.nodes(at, z[:, None], v[:, None])))
+    kept = NodalState(*(y[:, 0] for y in eliminated.nodes(at, z[:, None], v[:, None])))
     check_start(chain, joints, state, kept, start)
-    moving = eliminated if form == "eliminated" else Baumgarte(chain, joints, *stabilisation)
+    moving = eliminated if form == "eliminated" else Index1(chain, joints, *stabilisation)
     z, v = moving.state(start, kept.q, kept.v)
     h = min(1e-3, (end - start) / 10)
     report = _Report(chain, joints, eliminated, moving, settings)
@@ -167,9 +166,9 @@ class _Report:
         self,
         chain: Chain,
         joints: Sequence[Joint],
-        eliminated: Eliminated,
-        moving: Eliminated | Baumgarte,
-        settings: Settings,
+        eliminated: MinimalCoordinates,
+        moving: MinimalCoordinates | Index1,
+        settings: StepControl,
     ) -> None:
         self.chain, self.joints = chain, joints
         self.eliminated, self.moving = eliminated, moving
@@ -202,7 +201,7 @@ class _Report:
         self.balance.append(sum(ends) - done[:-1].sum(axis=0) + done[-1])
 
     def _motion(
-        self, steps: Steps, which: NDArray[np.intp], theta: Array, h: Array, t: Array
+        self, steps: Steps, which: Places, theta: Array, h: Array, t: Array
     ) -> tuple[Array, Array, Array]:
         """Merged coordinates x, rates and accelerations at fractions of steps, (n, m)."""
         form, n = self.moving, self.moving.size
@@ -212,14 +211,14 @@ class _Report:
         once, twice = (np.einsum("mns,ms->nm", a, self.table.weights(theta, i)) for i in (1, 2))
         acc = np.einsum("mns,ms->nm", a, self.table.weights(theta, 0))
         z, v = z0 + theta * h * v0 + h**2 * twice, v0 + h * once
-        if isinstance(form, Eliminated):
+        if isinstance(form, MinimalCoordinates):
             return form.motion(t, z, v, acc)
         gather = self.eliminated.assembly.gather
         self._nodes = z, v
         return gather(z), gather(v), gather(acc)
 
     def _evaluate(
-        self, t: Array, steps: Steps, which: NDArray[np.intp], theta: Array, h: Array
+        self, t: Array, steps: Steps, which: Places, theta: Array, h: Array
     ) -> dict[str, Array]:
         x, rate, acc = self._motion(steps, which, theta, h, t)
         spread = self.eliminated.assembly.spread

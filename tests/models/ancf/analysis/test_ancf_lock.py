@@ -3,22 +3,21 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from models.ancf.analysis import engage, latch_time, residual_energy, run_and_lock
 from models.ancf.assembly import assemble, dense
-from models.ancf.integrator import Settings
-from models.ancf.joint import Driven, Free, Locked, Torque, joint_rates
-from models.ancf.link import Chain, Link
-from models.ancf.lock import engage, latch_time, residual_energy, run_and_lock
-from models.ancf.simulate import simulate
-from models.ancf.state import State, posed
+from models.ancf.chain import Chain, Link
+from models.ancf.integrate import StepControl, simulate
+from models.ancf.joints import Driven, Free, Locked, Torque, joint_rates
+from models.ancf.state import NodalState, posed
 from models.errors import ModelError
 
 LINK = Link(1.0, 1.0e5, 50.0, 0.5)
 CHAIN = Chain((LINK, LINK), 3, masses=(0.0, 0.0, 1.0))
 MASS = dense(assemble(CHAIN, merged=False).mass)
-FAST = Settings(1e-6)
+FAST = StepControl(1e-6)
 
 
-def turning(root: float, elbow: float, angles=(0.0, 1.0)) -> State:
+def turning(root: float, elbow: float, angles=(0.0, 1.0)) -> NodalState:
     """Rigid turning with the given joint rates [rad/s]."""
     state = posed(CHAIN, angles)
     half = CHAIN.size // 2
@@ -30,15 +29,15 @@ def turning(root: float, elbow: float, angles=(0.0, 1.0)) -> State:
     v[CHAIN.nodes :] += elbow * np.stack(
         (-outer[:, 1], outer[:, 0], -outer[:, 3], outer[:, 2]), axis=1
     )
-    return State(state.q, v.ravel())
+    return NodalState(state.q, v.ravel())
 
 
-def spin(state: State) -> float:
+def spin(state: NodalState) -> float:
     turn = np.stack((-state.q[1::2], state.q[0::2]), axis=1).ravel()
     return float(turn @ MASS @ state.v)
 
 
-def kinetic(state: State) -> float:
+def kinetic(state: NodalState) -> float:
     return 0.5 * float(state.v @ MASS @ state.v)
 
 

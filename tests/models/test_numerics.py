@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from models.peaks import dense_peak
+from models.numerics import dense_peak
 
 
 @pytest.mark.parametrize("centre", [0.1234567, 0.5, 0.98765])

@@ -11,13 +11,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from models.ancf.joint import Driven, Joint, Locked, rotate, slope_pair
-from models.ancf.link import Chain
-from models.ancf.tie import Tie, TieMap
-
-Array = NDArray[np.float64]
+from models.ancf.chain import Chain
+from models.ancf.joints import Driven, Joint, Locked, rotate, slope_pair
+from models.ancf.joints.elimination import SlopeElimination, SlopeTie
+from models.arrays import Array
 
 
 class Constraints:
@@ -34,12 +32,12 @@ class Constraints:
                 if k or chain.pinned:
                     rows.append(row)
         self.linear = np.array(rows).reshape(-1, chain.size)
-        self.ties: list[Tie] = []
+        self.ties: list[SlopeTie] = []
         for k, joint in enumerate(joints):
             if isinstance(joint, Locked | Driven):
                 before, after = slope_pair(chain, k)
                 a = None if before is None else (before.start, before.start + 1)
-                self.ties.append(Tie(a, (after.start, after.start + 1), joint))
+                self.ties.append(SlopeTie(a, (after.start, after.start + 1), joint))
         self.rows = len(self.linear) + len(self.ties)
 
     def value(self, t: Array, q: Array) -> Array:
@@ -81,17 +79,17 @@ class Constraints:
         return np.asarray(out)
 
     @staticmethod
-    def _tie(tie: Tie, t: Array, q: Array, v: Array | None = None) -> tuple[Array, ...]:
+    def _tie(tie: SlopeTie, t: Array, q: Array, v: Array | None = None) -> tuple[Array, ...]:
         """Phi, its rate and its second rate without the accelerations, (1, s) each."""
         rest = np.zeros_like(q)
         moving = rest if v is None else v
-        u, ud, udd = TieMap.direction(tie, *tie.joint.law(t), [q, moving, rest])
+        u, ud, udd = SlopeElimination.direction(tie, *tie.joint.law(t), [q, moving, rest])
         b, bd = q[list(tie.b)], moving[list(tie.b)]
         value, rate = _cross(u, b), _cross(ud, b) + _cross(u, bd)
         return value[None], rate[None], (_cross(udd, b) + 2 * _cross(ud, bd))[None]
 
     @staticmethod
-    def _gradients(tie: Tie, t: Array, q: Array) -> list[tuple[tuple[int, int], Array]]:
+    def _gradients(tie: SlopeTie, t: Array, q: Array) -> list[tuple[tuple[int, int], Array]]:
         phi, b = tie.joint.law(t)[0], q[list(tie.b)]
         if tie.a is None:
             return [(tie.b, np.stack((-np.sin(phi), np.cos(phi))))]

@@ -15,23 +15,22 @@ from numpy.typing import NDArray
 from scipy.linalg import lapack, solve
 
 from models.ancf.assembly import assemble, dense
-from models.ancf.forms import Mechanics
-from models.ancf.joint import Driven, Joint, Locked, Torque, check_joints, slope_pair
-from models.ancf.link import Chain
-from models.ancf.tie import Tie, TieMap
+from models.ancf.chain import Chain
+from models.ancf.joints import Driven, Joint, Locked, Torque, check_joints, slope_pair
+from models.ancf.joints.elimination import SlopeElimination, SlopeTie
+from models.ancf.motion.equations import Mechanics
+from models.arrays import Array, Places
 
-Array = NDArray[np.float64]
 
-
-class Eliminated:
-    """The form of the equations used by default; see `models.ancf.forms.Form`."""
+class MinimalCoordinates:
+    """The form of the equations used by default; see `EquationsOfMotion`."""
 
     def __init__(self, chain: Chain, joints: Sequence[Joint]) -> None:
         joints = check_joints(chain, joints)
         asm = assemble(chain)
         places = [self._places(chain, asm.place, k) for k in range(len(joints))]
         ties = [
-            Tie(*places[k], joint)
+            SlopeTie(*places[k], joint)
             for k, joint in enumerate(joints)
             if isinstance(joint, Locked | Driven)
         ]
@@ -40,7 +39,7 @@ class Eliminated:
         ]
         self.assembly = asm
         self.mechanics = Mechanics(asm, chain.relaxation_time, torques)
-        self.ties = TieMap(tuple(ties), asm.size)
+        self.ties = SlopeElimination(tuple(ties), asm.size)
         self.keep = self.ties.keep
         self.size = self.unknowns = len(self.keep)
         self.relaxation = chain.relaxation_time
@@ -49,7 +48,7 @@ class Eliminated:
 
     @staticmethod
     def _places(
-        chain: Chain, place: NDArray[np.intp], joint: int
+        chain: Chain, place: Places, joint: int
     ) -> tuple[tuple[int, int] | None, tuple[int, int]]:
         def pair(slots: slice) -> tuple[int, int]:
             return int(place[slots.start]), int(place[slots.start + 1])

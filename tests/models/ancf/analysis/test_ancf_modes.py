@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from models.ancf.joint import Free, Locked, Torque
-from models.ancf.link import Chain, Link
-from models.ancf.modes import equilibrium, natural_modes
-from models.ancf.state import State, posed
+from models.ancf.analysis import equilibrium, natural_modes
+from models.ancf.chain import Chain, Link
+from models.ancf.joints import Free, Locked, Torque
+from models.ancf.state import NodalState, posed
 from models.errors import ModelError
 
 BEAM = Link(2.0, 1.0e7, 500.0, 0.8)
@@ -113,7 +113,7 @@ def test_shapes_have_unit_modal_mass():
             "no equilibrium",
         ),
         (
-            lambda c: natural_modes(c, [Locked(0.0)], State(posed(c, [0.1]).q, posed(c).v)),
+            lambda c: natural_modes(c, [Locked(0.0)], NodalState(posed(c, [0.1]).q, posed(c).v)),
             "starts at 0.1",
         ),
     ],

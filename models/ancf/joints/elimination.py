@@ -11,15 +11,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from models.ancf.joint import Driven, Locked, quarter, rotate
-
-Array = NDArray[np.float64]
+from models.ancf.joints import Driven, Locked, quarter, rotate
+from models.arrays import Array, Places
 
 
 @dataclass(frozen=True)
-class Tie:
+class SlopeTie:
     """Places in x of the slopes a (None: the x axis) and b, and the law of the angle."""
 
     a: tuple[int, int] | None
@@ -28,14 +26,14 @@ class Tie:
 
 
 @dataclass(frozen=True, eq=False)
-class TieMap:
+class SlopeElimination:
     """The map z -> x of all ties at given instants, with its rates and tangent."""
 
-    ties: tuple[Tie, ...]
+    ties: tuple[SlopeTie, ...]
     size: int
 
     @cached_property
-    def keep(self) -> NDArray[np.intp]:
+    def keep(self) -> Places:
         """Places in x that are entries of z."""
         drop = [tie.b[1] for tie in self.ties]
         return np.setdiff1d(np.arange(self.size), drop)
@@ -60,7 +58,7 @@ class TieMap:
 
     @staticmethod
     def direction(
-        tie: Tie, phi: Array, w: Array, dw: Array, xs: list[Array]
+        tie: SlopeTie, phi: Array, w: Array, dw: Array, xs: list[Array]
     ) -> tuple[Array, Array, Array]:
         """U = R(phi) a and its two time derivatives, (2, m)."""
         if tie.a is None:
@@ -134,7 +132,7 @@ class TieMap:
         return z[self.keep], v[self.keep]
 
     @staticmethod
-    def _before(tie: Tie, x: Array) -> Array:
+    def _before(tie: SlopeTie, x: Array) -> Array:
         if tie.a is None:
             return np.array((np.ones(x.shape[1]), np.zeros(x.shape[1])))
         return x[list(tie.a)]

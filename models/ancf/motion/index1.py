@@ -14,21 +14,21 @@ from numpy.typing import NDArray
 from scipy.linalg import lu_factor, lu_solve, solve
 
 from models.ancf.assembly import assemble, dense
-from models.ancf.constraints import Constraints
-from models.ancf.forms import Mechanics
-from models.ancf.joint import Joint, Torque, check_joints, slope_pair
-from models.ancf.link import Chain, require_not_negative
+from models.ancf.chain import Chain
+from models.ancf.joints import Joint, Torque, check_joints, slope_pair
+from models.ancf.joints.constraints import Constraints
+from models.ancf.motion.equations import Mechanics
+from models.arrays import Array
+from models.errors import require_not_negative
 
-Array = NDArray[np.float64]
 
-
-class Baumgarte:
-    """The form of the paper; see `models.ancf.forms.Form`."""
+class Index1:
+    """The form of the paper; see `EquationsOfMotion`."""
 
     def __init__(
         self, chain: Chain, joints: Sequence[Joint], alpha: float = 20.0, beta: float = 20.0
     ) -> None:
-        require_not_negative("Baumgarte", alpha=alpha, beta=beta)
+        require_not_negative("Index1", alpha=alpha, beta=beta)
         joints = check_joints(chain, joints)
         torques = []
         for k, joint in enumerate(joints):

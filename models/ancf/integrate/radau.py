@@ -16,13 +16,12 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
+from models.arrays import Array
 from models.errors import ModelError
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Radau:
+class RadauIIA:
     """Tables of the method with `stages` stages (an odd number).
 
     Attributes
@@ -65,7 +64,7 @@ class Radau:
 
 
 @lru_cache(maxsize=8)
-def radau(stages: int) -> Radau:
+def radau(stages: int) -> RadauIIA:
     """Tables of Radau IIA with 3, 5 or 7 stages (orders 5, 9, 13).
 
     Raises
@@ -87,7 +86,7 @@ def radau(stages: int) -> Radau:
     keep = keep[np.argsort(np.abs(values[keep].imag))]
     inverse = np.linalg.inv(vectors)
     twice = np.where(np.arange(len(keep)) == 0, 1.0, 2.0)
-    return Radau(
+    return RadauIIA(
         nodes=nodes,
         matrix=matrix,
         square=matrix @ matrix,

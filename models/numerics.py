@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from models.arrays import Array
 from models.errors import require
 
 _CANDIDATES = 8  # highest grid maxima, all of which are refined
@@ -16,7 +16,7 @@ _ZOOMS = 5  # each narrows the bracket 100 times: 1e10 in all
 _ZOOM_POINTS = 201
 
 
-class Peak(NamedTuple):
+class Maximum(NamedTuple):
     """Greatest value of a function and where it is taken."""
 
     where: float
@@ -24,13 +24,13 @@ class Peak(NamedTuple):
 
 
 def dense_peak(
-    function: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    function: Callable[[Array], Array],
     start: float,
     end: float,
     *,
     breakpoints: Sequence[float] = (),
     samples: int = 2001,
-) -> Peak:
+) -> Maximum:
     """Greatest value of `function` on [start, end].
 
     Parameters
@@ -56,9 +56,7 @@ def dense_peak(
     return max((_zoom(function, low, high) for _, low, high in highest), key=lambda p: p.value)
 
 
-def _brackets(
-    function: Callable[[NDArray[np.float64]], NDArray[np.float64]], grid: NDArray[np.float64]
-) -> list[tuple[float, float, float]]:
+def _brackets(function: Callable[[Array], Array], grid: Array) -> list[tuple[float, float, float]]:
     """Height and both neighbours of each local maximum on the grid."""
     values = np.asarray(function(grid), dtype=float)
     walled = np.concatenate([[-np.inf], values, [-np.inf]])
@@ -67,12 +65,10 @@ def _brackets(
     return list(zip(values[tops].tolist(), left.tolist(), right.tolist(), strict=True))
 
 
-def _zoom(
-    function: Callable[[NDArray[np.float64]], NDArray[np.float64]], low: float, high: float
-) -> Peak:
+def _zoom(function: Callable[[Array], Array], low: float, high: float) -> Maximum:
     for _ in range(_ZOOMS):
         grid = np.linspace(low, high, _ZOOM_POINTS)
         values = np.asarray(function(grid), dtype=float)
         top = int(np.argmax(values))
         low, high = float(grid[max(top - 1, 0)]), float(grid[min(top + 1, _ZOOM_POINTS - 1)])
-    return Peak(float(grid[top]), float(values[top]))
+    return Maximum(float(grid[top]), float(values[top]))

@@ -1,11 +1,10 @@
 import numpy as np
 import pytest
 
-from models.ancf.integrator import Settings
-from models.ancf.joint import Free
-from models.ancf.link import Chain, Link
-from models.ancf.radau import radau
-from models.ancf.simulate import simulate
+from models.ancf.chain import Chain, Link
+from models.ancf.integrate import StepControl, simulate
+from models.ancf.integrate.radau import radau
+from models.ancf.joints import Free
 from models.ancf.state import posed
 from models.errors import ModelError
 
@@ -43,7 +42,7 @@ def test_observed_order_is_2s_minus_1(stages, steps):
     times = np.array([0.0, 0.4])
 
     def end(count: int, s: int = stages) -> np.ndarray:
-        fixed = Settings(1e-12, s, fixed_step=0.4 / count)
+        fixed = StepControl(1e-12, s, fixed_step=0.4 / count)
         return simulate(chain, [Free()], posed(chain), times, settings=fixed).q[:, -1]
 
     exact = end(150, 7)
@@ -54,4 +53,4 @@ def test_observed_order_is_2s_minus_1(stages, steps):
 
 def test_other_stage_counts_are_refused():
     with pytest.raises(ModelError, match="stages is 4; use 3, 5 or 7"):
-        Settings(stages=4)
+        StepControl(stages=4)

@@ -7,17 +7,16 @@ from dataclasses import dataclass
 from math import pi, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from models.ancf.assembly import dense
-from models.ancf.eliminated import Eliminated
-from models.ancf.joint import Driven, Joint, Locked
-from models.ancf.link import Chain
-from models.ancf.state import State, check_start
+from models.ancf.chain import Chain
+from models.ancf.joints import Driven, Joint, Locked
+from models.ancf.motion.minimal_coordinates import MinimalCoordinates
+from models.ancf.state import NodalState, check_start
+from models.arrays import Array
 from models.errors import ModelError
 
-Array = NDArray[np.float64]
 _COARSE = pi / 2  # wave number times element length: four elements a wave
 _ITERATIONS = 60
 
@@ -52,7 +51,7 @@ class Modes:
 
 
 def natural_modes(
-    chain: Chain, joints: Sequence[Joint], state: State, *, count: int = 6, t: float = 0.0
+    chain: Chain, joints: Sequence[Joint], state: NodalState, *, count: int = 6, t: float = 0.0
 ) -> Modes:
     """Linearise about an equilibrium and return its `count` lowest modes that are not rigid.
 
@@ -61,7 +60,7 @@ def natural_modes(
     chain : Chain
     joints : sequence of Joint
         Free, Torque: hinged. Locked, Driven: held at the angle at time `t`.
-    state : State
+    state : NodalState
         An equilibrium, for instance from `posed` or `equilibrium`; its velocity is not used.
     count : int
         Number of modes.
@@ -106,7 +105,9 @@ def natural_modes(
     return Modes(np.sqrt(squares) / (2 * pi), asm.spread(shapes), share)
 
 
-def equilibrium(chain: Chain, joints: Sequence[Joint], guess: State, *, t: float = 0.0) -> State:
+def equilibrium(
+    chain: Chain, joints: Sequence[Joint], guess: NodalState, *, t: float = 0.0
+) -> NodalState:
     """Static equilibrium near a guess, under gravity and the joint torques at time `t`.
 
     Newton's method with the axial forces as unknowns beside the coordinates.
@@ -130,7 +131,7 @@ def equilibrium(chain: Chain, joints: Sequence[Joint], guess: State, *, t: float
         z, pull = z + dz, pull + form.pull_change(dz) - gap
         if np.abs(dz).max() < 1e-12:
             q, v = form.nodes(at, z, zero)
-            return State(q[:, 0], v[:, 0])
+            return NodalState(q[:, 0], v[:, 0])
     raise ModelError(
         f"equilibrium: no convergence in {_ITERATIONS} iterations, the last change is "
         f"{np.abs(dz).max():.1e} m; start nearer, or apply the load in steps."
@@ -159,16 +160,16 @@ def _checked_solve(matrix: Array, rhs: Array) -> Array:
 
 
 def _at_rest(
-    chain: Chain, joints: Sequence[Joint], state: State, t: float
-) -> tuple[Eliminated, Array, Array, Array]:
-    """Form, coordinates z (n_z, 1) and x (n,), and static force balance on x (n,)."""
-    form = Eliminated(chain, joints)
+    chain: Chain, joints: Sequence[Joint], state: NodalState, t: float
+) -> tuple[MinimalCoordinates, Array, Array, Array]:
+    """Equations, coordinates z (n_z, 1) and x (n,), and static balance of forces on x (n,)."""
+    form = MinimalCoordinates(chain, joints)
     at = np.full(1, t)
     z = form.state(t, state.q, 0 * state.v)[0][:, None]
     zero = np.zeros_like(z)
     kept = form.nodes(at, z, zero)[0][:, 0]
-    still = State(state.q, 0 * state.v)
-    check_start(chain, joints, still, State(kept, 0 * kept), t)
+    still = NodalState(state.q, 0 * state.v)
+    check_start(chain, joints, still, NodalState(kept, 0 * kept), t)
     x = form.motion(at, z, zero, zero)[0]
     slope, rest = form.mechanics.slopes(x), np.zeros_like(x)
     pull = form.mechanics.pulls(slope, rest)

@@ -4,13 +4,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.ancf import integrator
 from models.ancf.assembly import assemble, dense
-from models.ancf.integrator import Settings
-from models.ancf.joint import Driven, Free, Locked, Torque
-from models.ancf.link import Chain, Link
-from models.ancf.simulate import simulate
-from models.ancf.state import State, posed
+from models.ancf.chain import Chain, Link
+from models.ancf.integrate import StepControl, integrator, simulate
+from models.ancf.joints import Driven, Free, Locked, Torque
+from models.ancf.state import NodalState, posed
 from models.errors import ModelError
 
 LINK = Link(1.0, 2.0e4, 2.0, 0.5)
@@ -28,9 +26,9 @@ def angular_momentum(chain: Chain, q: np.ndarray, v: np.ndarray) -> float:
     return float(quarter(q) @ mass @ v)
 
 
-def spun(chain: Chain, angles=(0.2, 0.6), rate=2.0) -> State:
+def spun(chain: Chain, angles=(0.2, 0.6), rate=2.0) -> NodalState:
     state = posed(chain, angles)
-    return State(state.q, rate * quarter(state.q))
+    return NodalState(state.q, rate * quarter(state.q))
 
 
 def test_flying_chain_keeps_momentum_and_energy():
@@ -38,8 +36,8 @@ def test_flying_chain_keeps_momentum_and_energy():
     state = posed(chain, [0.2, 0.6])
     rng = np.random.default_rng(3)
     asm = assemble(chain)
-    state = State(state.q, asm.spread(0.3 * rng.normal(size=asm.size)))
-    run = simulate(chain, [Free(), Free()], state, TIMES / 5, settings=Settings(1e-9))
+    state = NodalState(state.q, asm.spread(0.3 * rng.normal(size=asm.size)))
+    run = simulate(chain, [Free(), Free()], state, TIMES / 5, settings=StepControl(1e-9))
     mass = dense(assemble(chain, merged=False).mass)
     for axis in (0, 1):
         shift = np.zeros(chain.size)
@@ -54,7 +52,9 @@ def test_flying_chain_keeps_momentum_and_energy():
 
 def test_torque_work_equals_energy_gained():
     torque = Torque(lambda t: np.where(t < 0.2, 1.0, -0.5), breakpoints=(0.2,))
-    run = simulate(PAIR, [torque, Free()], posed(PAIR, [0.0, 2.0]), TIMES, settings=Settings(1e-8))
+    run = simulate(
+        PAIR, [torque, Free()], posed(PAIR, [0.0, 2.0]), TIMES, settings=StepControl(1e-8)
+    )
     gained = run.energy - run.energy[0]
     assert run.work[0] == pytest.approx(gained, abs=1e-6 * run.kinetic.max())
     assert run.work[1] == pytest.approx(np.zeros(21), abs=0)
@@ -64,7 +64,11 @@ def test_torque_work_equals_energy_gained():
 
 def test_elbow_torque_keeps_angular_momentum_of_a_pinned_chain():
     run = simulate(
-        PAIR, [Free(), Torque(lambda t: np.sin(5 * t))], posed(PAIR), TIMES, settings=Settings(1e-9)
+        PAIR,
+        [Free(), Torque(lambda t: np.sin(5 * t))],
+        posed(PAIR),
+        TIMES,
+        settings=StepControl(1e-9),
     )
     assert run.work[1, -1] > 1e-3
     assert angular_momentum(PAIR, run.q[:, -1], run.v[:, -1]) == pytest.approx(0.0, abs=1e-8)
@@ -73,36 +77,36 @@ def test_elbow_torque_keeps_angular_momentum_of_a_pinned_chain():
 def test_damping_balances_and_leaves_rigid_motion_alone():
     damped = replace(PAIR, damping_ratio=0.05, damping_frequency=5.0)
     kick = Torque(lambda t: 20 * np.sin(20 * t))
-    run = simulate(damped, [kick, Free()], posed(damped), TIMES, settings=Settings(1e-9))
+    run = simulate(damped, [kick, Free()], posed(damped), TIMES, settings=StepControl(1e-9))
     assert run.dissipated[-1] > 1e-2 * run.work[0, -1]
     balance = run.energy + run.dissipated - run.work.sum(axis=0)
     assert balance == pytest.approx(np.zeros(21), abs=1e-6 * run.kinetic.max())
     single = Chain((LINK,), 4, damping_ratio=0.5)
     free = replace(single, pinned=False)
     state = posed(free)
-    spin = State(state.q, 1e-3 * quarter(state.q))  # slow: no stretch worth the name
-    turning = simulate(free, [Free()], spin, TIMES, settings=Settings(1e-10))
+    spin = NodalState(state.q, 1e-3 * quarter(state.q))  # slow: no stretch worth the name
+    turning = simulate(free, [Free()], spin, TIMES, settings=StepControl(1e-10))
     assert turning.dissipated[-1] < 1e-6 * turning.kinetic[0]
 
 
 def test_damping_has_the_ratio_stated():
     # logarithmic decrement of a clamped beam in its first mode
-    from models.ancf.modes import natural_modes
+    from models.ancf.analysis import natural_modes
 
     chain = Chain((LINK,), 4)
     mode = natural_modes(chain, [Locked(0.0)], posed(chain), count=1)
     f = float(mode.frequencies[0])
     damped = replace(chain, damping_ratio=0.02, damping_frequency=f)
-    start = State(posed(chain).q, 1e-4 * mode.shapes[:, 0])
+    start = NodalState(posed(chain).q, 1e-4 * mode.shapes[:, 0])
     times = np.array([0.0, 5 / f])
-    run = simulate(damped, [Locked(0.0)], start, times, settings=Settings(1e-12))
+    run = simulate(damped, [Locked(0.0)], start, times, settings=StepControl(1e-12))
     ratio = np.log(run.energy[0] / run.energy[-1]) / (2 * 5 * 2 * np.pi)
     assert ratio == pytest.approx(0.02, rel=2e-3)  # zeta^2 and the kinetic-strain swing
 
 
 def test_driven_joint_follows_and_its_reaction_does_the_work():
     angle = Driven(lambda t: 0.5 * t**3, lambda t: 1.5 * t**2, lambda t: 3.0 * t)
-    run = simulate(PAIR, [Locked(0.0), angle], posed(PAIR), TIMES, settings=Settings(1e-9))
+    run = simulate(PAIR, [Locked(0.0), angle], posed(PAIR), TIMES, settings=StepControl(1e-9))
     assert run.joint_angles()[1] == pytest.approx(0.5 * TIMES**3, abs=1e-12)
     assert run.work.sum(axis=0) == pytest.approx(run.energy - run.energy[0], abs=1e-8)
     assert run.work[0] == pytest.approx(np.zeros(21), abs=1e-14)  # the clamp does none
@@ -121,7 +125,12 @@ def test_both_forms_move_alike(joints):
     chain = replace(PAIR, elements=2, gravity=(0.0, -9.81))
     runs = [
         simulate(
-            chain, joints, posed(chain, [0.2, 0.6]), TIMES[:9], form=form, settings=Settings(1e-10)
+            chain,
+            joints,
+            posed(chain, [0.2, 0.6]),
+            TIMES[:9],
+            form=form,
+            settings=StepControl(1e-10),
         )
         for form in ("eliminated", "baumgarte")
     ]
@@ -139,7 +148,7 @@ def test_locked_elbow_turns_as_one_rigid_body_when_stiff():
         [Torque(lambda t: 0 * t + 0.7), Locked(np.pi / 2)],
         posed(chain, [0.0, np.pi / 2]),
         TIMES,
-        settings=Settings(1e-8),
+        settings=StepControl(1e-8),
     )
     inertia = 0.5 / 3 + 0.5 * (1 + 0.25 + 1 / 12)
     assert run.joint_angles()[0, -1] == pytest.approx(0.5 * 0.7 / inertia * 0.25, rel=1e-4)
@@ -148,7 +157,7 @@ def test_locked_elbow_turns_as_one_rigid_body_when_stiff():
 def test_statistics_and_progress(monkeypatch, caplog):
     monkeypatch.setattr(integrator, "_PROGRESS", 0.0)
     with caplog.at_level(logging.INFO):
-        run = simulate(PAIR, [Free(), Free()], spun(PAIR), TIMES, settings=Settings(1e-6))
+        run = simulate(PAIR, [Free(), Free()], spun(PAIR), TIMES, settings=StepControl(1e-6))
     assert "s, 1 steps" in caplog.text
     count = run.statistics
     assert count.iterations >= count.steps > 5
@@ -156,11 +165,11 @@ def test_statistics_and_progress(monkeypatch, caplog):
     assert count.seconds > 0
 
 
-def moved(chain: Chain, slot: int, by: float) -> State:
+def moved(chain: Chain, slot: int, by: float) -> NodalState:
     state = posed(chain, [0.2, 0.6])
     q = state.q.copy()
     q[slot] += by
-    return State(q, state.v)
+    return NodalState(q, state.v)
 
 
 @pytest.mark.parametrize(
@@ -192,11 +201,11 @@ def moved(chain: Chain, slot: int, by: float) -> State:
                 [Torque(lambda t: 1e5 + 0 * t), Free()],
                 posed(PAIR),
                 TIMES,
-                settings=Settings(fixed_step=0.1),
+                settings=StepControl(fixed_step=0.1),
             ),
             "smaller fixed_step",
         ),
-        (lambda: Settings(tolerance=0.0), "tolerance is 0"),
+        (lambda: StepControl(tolerance=0.0), "tolerance is 0"),
     ],
 )
 def test_bad_input_names_thing_value_and_remedy(call, words):

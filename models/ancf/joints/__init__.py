@@ -1,0 +1,23 @@
+"""What is done at the hinges of a chain.
+
+The kinds of joint (free, torque, locked, driven) are in `kinds`, the measured angles and their
+rates in `angles`. How a locked or driven joint enters the equations of motion has two forms: as
+a constraint with a multiplier (`constraints`), or eliminated from the coordinates (`elimination`).
+"""
+
+from models.ancf.joints.angles import joint_angles, joint_rates, quarter, rotate, slope_pair
+from models.ancf.joints.kinds import Driven, Free, Joint, Locked, Torque, check_joints
+
+__all__ = [
+    "Driven",
+    "Free",
+    "Joint",
+    "Locked",
+    "Torque",
+    "check_joints",
+    "joint_angles",
+    "joint_rates",
+    "quarter",
+    "rotate",
+    "slope_pair",
+]
