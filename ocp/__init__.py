@@ -24,38 +24,38 @@ from ocp.errors import (
     Unbounded,
     Unverified,
 )
-from ocp.ipopt import IpoptOptions
-from ocp.mesh import Mesh
+from ocp.mesh.mesh import Mesh
+from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
+from ocp.nlp.ipopt import IpoptOptions
+from ocp.problem.statement import Phase, Problem, joined, peak, with_objective
+from ocp.problem.symbols import Algebraic, Between, Constant, Control, State, Unknown, time
+from ocp.problem.terms import Bound, Functional
 from ocp.settings import Settings
-from ocp.solution import Round, Solution, Verification
+from ocp.solution.solution import Round, Solution, Verification
 from ocp.solve import collocate, solve
-from ocp.statement import Phase, Problem, joined, peak, with_objective
-from ocp.symbols import Algebraic, Between, Constant, Control, State, Unknown, time
-from ocp.terms import Bound, Functional
-from ocp.trajectory import PhaseTrajectory, Trajectory
 
 if TYPE_CHECKING:
-    from ocp.certificate import Certificate, Tolerances, certify
-    from ocp.continuation import Homotopy, homotopy
-    from ocp.elastic import Relaxation, Relaxed, relaxed
-    from ocp.lexicographic import solve_lexicographic
-    from ocp.many_starts import Audit, Optimum, audit
-    from ocp.one_sided import ActiveSetWarning, Sided
-    from ocp.prepared import Prepared, prepare
-    from ocp.sizes import scaling_report
-    from ocp.store import load, save
+    from ocp.analysis.homotopy import Homotopy, homotopy
+    from ocp.analysis.lexicographic import solve_lexicographic
+    from ocp.analysis.multistart import Audit, Optimum, audit
+    from ocp.analysis.one_sided import ActiveSetWarning, Sided
+    from ocp.analysis.parametric import Prepared, prepare
+    from ocp.analysis.relaxation import Relaxation, Relaxed, relaxed
+    from ocp.solution.storage import load, save
+    from ocp.transcription.scaling_report import scaling_report
+    from ocp.verification.certificate import Certificate, Tolerances, certify
 
 # what a solve does not need is loaded when it is asked for
 _LATER = {
-    "certificate": ("Certificate", "Tolerances", "certify"),
-    "continuation": ("Homotopy", "homotopy"),
-    "elastic": ("Relaxation", "Relaxed", "relaxed"),
-    "lexicographic": ("solve_lexicographic",),
-    "many_starts": ("Audit", "Optimum", "audit"),
-    "one_sided": ("ActiveSetWarning", "Sided"),
-    "prepared": ("Prepared", "prepare"),
-    "sizes": ("scaling_report",),
-    "store": ("load", "save"),
+    "verification.certificate": ("Certificate", "Tolerances", "certify"),
+    "analysis.homotopy": ("Homotopy", "homotopy"),
+    "analysis.relaxation": ("Relaxation", "Relaxed", "relaxed"),
+    "analysis.lexicographic": ("solve_lexicographic",),
+    "analysis.multistart": ("Audit", "Optimum", "audit"),
+    "analysis.one_sided": ("ActiveSetWarning", "Sided"),
+    "analysis.parametric": ("Prepared", "prepare"),
+    "transcription.scaling_report": ("scaling_report",),
+    "solution.storage": ("load", "save"),
 }
 _MODULES = {name: module for module, names in _LATER.items() for name in names}
 

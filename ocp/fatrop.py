@@ -14,10 +14,10 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ocp.blocks import Program
-from ocp.ipopt import IpoptOptions, NlpResult
+from ocp.nlp.ipopt import IpoptOptions, NlpResult
 from ocp.stages import Stages, in_stages
-from ocp.transcribe import Transcription
+from ocp.transcription.kernels import Program
+from ocp.transcription.transcribe import Transcription
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]

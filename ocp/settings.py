@@ -8,9 +8,9 @@ from numbers import Integral
 from typing import Literal
 
 from ocp.errors import StatementError
-from ocp.ipopt import IpoptOptions
-from ocp.schemes import SchemeName
-from ocp.symbols import ControlShape
+from ocp.nlp.ipopt import IpoptOptions
+from ocp.numerics.schemes import SchemeName
+from ocp.problem.symbols import ControlShape
 
 
 @dataclass(frozen=True)

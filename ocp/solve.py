@@ -7,17 +7,20 @@ import time as clock
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ocp.attempts import solve_round
-from ocp.budget import Budget
-from ocp.chains import first_degree
-from ocp.diagnose import collapsed, failure
 from ocp.errors import Interrupted, StatementError, Unverified
-from ocp.evaluate import Evaluator
-from ocp.iterate import trajectory_of
-from ocp.mesh import Mesh, uniform
-from ocp.multipliers import multipliers, solved_program
-from ocp.replay import Replay, replay, replayed
-from ocp.rounds import (
+from ocp.mesh.evaluation import Evaluator
+from ocp.mesh.mesh import Mesh, uniform
+from ocp.mesh.trajectory import Trajectory
+from ocp.nlp.failures import collapsed, failure
+from ocp.nlp.retries import solve_round
+from ocp.optimality.multipliers import multipliers, solved_program
+from ocp.optimality.warm_start import Origin
+from ocp.problem.integrator_chains import first_degree
+from ocp.problem.sense import check_sense
+from ocp.problem.statement import Problem
+from ocp.problem.symbols import Constant
+from ocp.refinement.budget import Budget
+from ocp.refinement.loop import (
     Ending,
     Progress,
     Solved,
@@ -29,14 +32,11 @@ from ocp.rounds import (
     method_of,
     solve_rounds,
 )
-from ocp.sense import check_sense
 from ocp.settings import Settings
-from ocp.solution import Solution, Verification
-from ocp.statement import Problem
-from ocp.symbols import Constant
-from ocp.trajectory import Trajectory
-from ocp.verify import unverified, verify
-from ocp.warm import Origin
+from ocp.solution.solution import Solution, Verification
+from ocp.transcription.packing import trajectory_of
+from ocp.verification.simulation import Replay, replay, replayed
+from ocp.verification.verify import unverified, verify
 
 _STRICTER_GOES = 3
 

@@ -16,8 +16,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ocp.blocks import Block, Kernel, Program, RowName
-from ocp.layout import PhaseLayout
+from ocp.transcription.kernels import Block, Kernel, Program, RowName
+from ocp.transcription.variables import PhaseLayout
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -98,11 +98,11 @@ def measure(modules: int) -> BuildTime:
 
 def _build(study: TrussStudy) -> tuple[int, int, float, float]:
     """Unknowns, rows, and the processor time of statement and transcription [s]."""
-    from ocp.guess import start_of
-    from ocp.mesh import Mesh, uniform
-    from ocp.scaling import scales_of
+    from ocp.mesh.initial_guess import start_of
+    from ocp.mesh.mesh import Mesh, uniform
     from ocp.settings import Settings
-    from ocp.transcribe import Method, transcribe
+    from ocp.transcription.scaling import scales_of
+    from ocp.transcription.transcribe import Method, transcribe
     from studies.truss.guesses import bezier_start
     from studies.truss.problem import state
     from studies.truss.quantities import OBJECTIVES

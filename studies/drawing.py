@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import ScalarFormatter
 
-from ocp.interrupts import noted_interrupts
+from ocp.nlp.interrupts import noted_interrupts
 
 if TYPE_CHECKING:
     from studies.console import Console

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ocp import Mesh
-from ocp.mesh import PhaseMesh, uniform
+from ocp.mesh.mesh import PhaseMesh, uniform
 
 DEGREE = 4
 _GRADING = 0.9

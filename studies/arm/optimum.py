@@ -21,7 +21,7 @@ from models.ancf.joints import Driven, Joint, Torque
 from models.arm.reduced import ReducedArm
 from models.arm.reduced_simulation import ReducedMotion, lock_reduced, simulate_reduced
 from ocp import IpoptOptions, OcpError, PhaseTrajectory, Settings, Trajectory, solve
-from ocp.ipopt import Barrier
+from ocp.nlp.ipopt import Barrier
 from studies.arm.lanes import follow
 from studies.arm.mesh import DEGREE, mesh_for
 from studies.arm.objectives import first_duration, problem

@@ -19,7 +19,7 @@ import numpy as np
 from models.arm.parameters import ArmParameters
 from models.arm.reduced import COORDINATES, ReducedArm, solve_small
 from ocp import Between, Bound, Mesh, Phase, Problem, State, joined, peak
-from ocp.mesh import uniform
+from ocp.mesh.mesh import uniform
 from studies.arm.mesh import DEGREE, graded
 from studies.arm.problem import (
     ArmPhase,

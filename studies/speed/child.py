@@ -43,12 +43,12 @@ def modules(number: str) -> Answer:
 
 def _solved(problem: Any, settings: Any) -> Answer:
     """Size of what IPOPT gets; processor seconds of set-up (statement to functions) and solve."""
-    from ocp.guess import start_of
-    from ocp.ipopt import run
-    from ocp.iterate import decision_vector
-    from ocp.mesh import Mesh, uniform
-    from ocp.scaling import scales_of
-    from ocp.transcribe import Method, transcribe
+    from ocp.mesh.initial_guess import start_of
+    from ocp.mesh.mesh import Mesh, uniform
+    from ocp.nlp.ipopt import run
+    from ocp.transcription.packing import decision_vector
+    from ocp.transcription.scaling import scales_of
+    from ocp.transcription.transcribe import Method, transcribe
 
     begin, imported = process_time(), memory()
     mesh = Mesh((uniform(settings.intervals, settings.degree),))

@@ -20,8 +20,8 @@ from ocp import (
     Unverified,
     solve,
 )
-from ocp.interrupts import noted_interrupts
-from ocp.mesh import PhaseMesh
+from ocp.mesh.mesh import PhaseMesh
+from ocp.nlp.interrupts import noted_interrupts
 from studies.console import Console, number
 from studies.exit_codes import ExitCode, StudyError
 from studies.truss.bounds import lower_bounds

@@ -7,11 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ocp import Between, Bound, Control, Mesh, Phase, Problem, State, Unknown
-from ocp.blocks import Block, Kernel, Program
-from ocp.guess import start_of
-from ocp.mesh import Extra, PhaseMesh, uniform
-from ocp.scaling import scales_of
-from ocp.transcribe import Method, transcribe
+from ocp.mesh.initial_guess import start_of
+from ocp.mesh.mesh import Extra, PhaseMesh, uniform
+from ocp.transcription.kernels import Block, Kernel, Program
+from ocp.transcription.scaling import scales_of
+from ocp.transcription.transcribe import Method, transcribe
 
 ROUND_OFF = 1e-13  # the same sums in another order
 

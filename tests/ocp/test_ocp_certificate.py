@@ -20,7 +20,7 @@ from ocp import (
     solve,
 )
 from ocp.errors import StatementError
-from ocp.symbols import time
+from ocp.problem.symbols import time
 
 
 def chain(**options):

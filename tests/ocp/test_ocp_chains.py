@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from ocp import Algebraic, Constant, Control, Phase, Problem, Settings, State, solve, time
-from ocp.chains import chain_length, exact_degree, first_degree, shape_of
+from ocp.problem.integrator_chains import chain_length, exact_degree, first_degree, shape_of
 
 
 def phase(rates):

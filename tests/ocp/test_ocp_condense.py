@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 
 from ocp import Constant, Control, IpoptOptions, Phase, Problem, Settings, State
-from ocp.blocks import evaluated
-from ocp.chains import links
-from ocp.courses import MOST_INTERVALS
-from ocp.guess import start_of
-from ocp.ipopt import Duals, run
-from ocp.iterate import decision_vector
-from ocp.mesh import Mesh, PhaseMesh, uniform
-from ocp.rounds import method_of
-from ocp.scaling import scales_of
-from ocp.symbols import Between
-from ocp.transcribe import transcribe
+from ocp.mesh.initial_guess import start_of
+from ocp.mesh.mesh import Mesh, PhaseMesh, uniform
+from ocp.nlp.ipopt import Duals, run
+from ocp.problem.integrator_chains import links
+from ocp.problem.symbols import Between
+from ocp.refinement.loop import method_of
+from ocp.transcription.courses import MOST_INTERVALS
+from ocp.transcription.kernels import evaluated
+from ocp.transcription.packing import decision_vector
+from ocp.transcription.scaling import scales_of
+from ocp.transcription.transcribe import transcribe
 
 MESHES = {
     "fixed": PhaseMesh(np.linspace(0, 1, 9), np.array([4, 4, 5, 4, 6, 4, 4, 4])),

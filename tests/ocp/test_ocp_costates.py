@@ -1,17 +1,17 @@
-"""Costates against closed forms, in the sign of `ocp.costates`: H = L + lambda . f."""
+"""Costates against closed forms, in the sign of `ocp.optimality.costates`: H = L + lambda . f."""
 
 import numpy as np
 import pytest
 
 from ocp import Control, Mesh, Phase, Problem, Settings, State, solve
-from ocp.corners import corners
-from ocp.costates import costates
-from ocp.guess import start_of
-from ocp.ipopt import IpoptOptions, run
-from ocp.iterate import decision_vector, trajectory_of
-from ocp.mesh import uniform
-from ocp.scaling import scales_of
-from ocp.transcribe import Method, transcribe
+from ocp.mesh.initial_guess import start_of
+from ocp.mesh.mesh import uniform
+from ocp.nlp.ipopt import IpoptOptions, run
+from ocp.optimality.active_set_changes import corners
+from ocp.optimality.costates import costates
+from ocp.transcription.packing import decision_vector, trajectory_of
+from ocp.transcription.scaling import scales_of
+from ocp.transcription.transcribe import Method, transcribe
 
 SCHEMES = ["radau", "gauss"]
 

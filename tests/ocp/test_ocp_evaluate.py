@@ -20,7 +20,7 @@ from ocp import (
     solve,
     time,
 )
-from ocp.between import dense_grid, maxima
+from ocp.refinement.between import dense_grid, maxima
 
 
 def all_maxima(function, intervals, level=-np.inf):

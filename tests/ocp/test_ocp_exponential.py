@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from ocp.amplification import exponential
+from ocp.verification.error_growth import exponential
 
 
 @pytest.mark.parametrize("size", [0.0, 1e-8, 0.3, 5.0, 40.0])

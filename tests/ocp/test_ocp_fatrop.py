@@ -20,11 +20,11 @@ from ocp import (
     solve,
 )  # fmt: skip
 from ocp.fatrop import MOST_STAGES
-from ocp.guess import start_of
-from ocp.mesh import Extra, PhaseMesh, uniform
-from ocp.scaling import scales_of
+from ocp.mesh.initial_guess import start_of
+from ocp.mesh.mesh import Extra, PhaseMesh, uniform
 from ocp.stages import in_stages
-from ocp.transcribe import Method, transcribe
+from ocp.transcription.scaling import scales_of
+from ocp.transcription.transcribe import Method, transcribe
 
 WITH_FATROP = pytest.mark.skipif(not ca.has_nlpsol("fatrop"), reason="this CasADi has no fatrop")
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from ocp import Control, Mesh, Phase, Problem, Settings, State, Unknown, solve
-from ocp.guess import start_of
-from ocp.iterate import decision_vector, trajectory_of
-from ocp.mesh import PhaseMesh, uniform
-from ocp.scaling import scales_of
-from ocp.transcribe import Method, transcribe
+from ocp.mesh.initial_guess import start_of
+from ocp.mesh.mesh import PhaseMesh, uniform
+from ocp.transcription.packing import decision_vector, trajectory_of
+from ocp.transcription.scaling import scales_of
+from ocp.transcription.transcribe import Method, transcribe
 
 START, END = 2.0, 6.0
 FRACTIONS = np.linspace(0.0, 1.0, 9)

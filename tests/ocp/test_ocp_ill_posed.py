@@ -27,7 +27,7 @@ from ocp import (
     Unknown,
     solve,
 )
-from ocp.ipopt import run
+from ocp.nlp.ipopt import run
 
 
 def cart():
@@ -214,7 +214,7 @@ def test_numerical_trouble_is_called_that(status, monkeypatch):
     x, v, u = cart()
     phase = Phase("flight", {x: v, v: u}, {x: 0, v: 0}, {x: 0.1})
     problem = Problem("task", [phase], minimise=phase.integral(u**2))
-    monkeypatch.setattr(importlib.import_module("ocp.attempts"), "run", broken)
+    monkeypatch.setattr(importlib.import_module("ocp.nlp.retries"), "run", broken)
     words = rf"numerical trouble on 'task' after \d+ iterations \('{status}'\), all constraints met"
     with pytest.raises(NumericalTrouble, match=words):
         solve(problem, settings=FEW)

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ocp.mesh import PhaseMesh, uniform, with_points
-from ocp.switches import Jump, jumps, with_jumps
+from ocp.mesh.mesh import PhaseMesh, uniform, with_points
+from ocp.refinement.switch_detection import Jump, jumps, with_jumps
 
 
 @st.composite

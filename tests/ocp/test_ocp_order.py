@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from ocp import Control, Phase, Problem, Settings, State, solve
-from ocp.schemes import scheme
+from ocp.numerics.schemes import scheme
 
 METHODS = [
     *[("radau", s) for s in (1, 2, 3, 4)], *[("gauss", s) for s in (1, 2, 3)],

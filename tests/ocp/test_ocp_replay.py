@@ -23,9 +23,9 @@ from ocp import (
     solve,
     time,
 )
-from ocp.extrapolation import SUBSTEPS, extrapolated_step
-from ocp.replay import replay, replayed
-from ocp.trajectory import Piece
+from ocp.mesh.trajectory import Piece
+from ocp.numerics.extrapolation import SUBSTEPS, extrapolated_step
+from ocp.verification.simulation import replay, replayed
 
 
 @pytest.mark.parametrize("rate", [-1.0, -2.0])

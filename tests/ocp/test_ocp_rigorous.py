@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ocp import Algebraic, Bound, Constant, Control, Phase, Problem, Settings, State, solve, time
-from ocp.polynomial import largest, polynomial_degree
-from ocp.schemes import bernstein
+from ocp.numerics.polynomials import largest, polynomial_degree
+from ocp.numerics.schemes import bernstein
 
 x, u, k = ca.SX.sym("x"), ca.SX.sym("u"), ca.SX.sym("k")
 

@@ -17,8 +17,8 @@ from ocp import (
     scaling_report,
     solve,
 )
-from ocp.guess import start_of
-from ocp.scaling import resized, scales_of
+from ocp.mesh.initial_guess import start_of
+from ocp.transcription.scaling import resized, scales_of
 
 
 def transfer(length, second):

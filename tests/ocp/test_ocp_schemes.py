@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ocp import StatementError
-from ocp.schemes import derivative_matrix, lagrange, quadrature_weights, scheme
+from ocp.numerics.schemes import derivative_matrix, lagrange, quadrature_weights, scheme
 
 ALL = [
     *[("radau", s) for s in range(2, 9)],

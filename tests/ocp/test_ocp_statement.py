@@ -22,7 +22,7 @@ from ocp import (
     solve,
     solve_lexicographic,
 )
-from ocp.mesh import PhaseMesh, uniform
+from ocp.mesh.mesh import PhaseMesh, uniform
 
 x, v, other = State("x", "m"), State("v", "m/s", lower=-1, upper=2), State("other")
 u, twin = Control("u", "m/s^2"), Control("u", "m/s^2")

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from ocp import Constant, Control, Mesh, Phase, Problem, Settings, Solution, State, solve
-from ocp.mesh import bisected
-from ocp.warm import Origin, duals
+from ocp.mesh.mesh import bisected
+from ocp.optimality.warm_start import Origin, duals
 
 CAP = Constant("cap", "m", 1 / 9)
 

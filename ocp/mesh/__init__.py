@@ -1,0 +1,1 @@
+"""Meshes and what lives on them: trajectories, initial guesses, expressions along a motion."""

@@ -1,0 +1,1 @@
+"""Solvers of nonlinear programs: IPOPT, repeated attempts, Ctrl-C, and failures in words."""

@@ -1,0 +1,1 @@
+"""Numerics that know no problem: collocation schemes, polynomials, integrators."""

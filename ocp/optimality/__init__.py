@@ -1,0 +1,1 @@
+"""First-order optimality: costates, multipliers, the Hamiltonian, and dual warm starts."""

@@ -1,0 +1,240 @@
+"""Named symbols of a problem statement: signals, unknowns, constants.
+
+Every symbol can stand wherever CasADi takes an ``SX`` expression.  CasADi expressions keep only
+bare symbols; a weak table leads from a bare symbol back to the object that declared it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from numbers import Real
+from typing import Any, Literal, Self
+from weakref import WeakValueDictionary
+
+import casadi as ca
+
+from ocp.errors import StatementError
+
+Number = Real
+ControlShape = Literal["constant", "linear", "polynomial", "automatic"]
+
+_DECLARED: WeakValueDictionary[int, Symbol] = WeakValueDictionary()
+
+
+class Symbol(ca.GenericExpressionCommon):
+    """Something with a name and a unit that takes part in expressions."""
+
+    name: str
+    unit: str
+    symbol: ca.SX
+
+    def __SX__(self) -> ca.SX:
+        return self.symbol
+
+    def __neg__(self) -> ca.SX:
+        return -self.symbol
+
+    def __pos__(self) -> Self:
+        return self
+
+    __hash__ = object.__hash__
+
+    def _declare(self) -> None:
+        if not self.name or not isinstance(self.name, str):
+            raise StatementError(f"a symbol needs a name, got {self.name!r}")
+        object.__setattr__(self, "symbol", ca.SX.sym(self.name))
+        _DECLARED[self.symbol.element_hash()] = self
+
+    def __copy__(self) -> Self:
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        return self
+
+
+@dataclass(frozen=True, eq=False)
+class Signal(Symbol):
+    """A function of time.
+
+    Attributes
+    ----------
+    name, unit : str
+        Name and SI unit, used in every message, table and plot.
+    lower, upper : number, Constant or expression of constants
+        Bounds that hold at all times of a phase.
+    scale : float or None
+        Typical size; derived from bounds, guess and dynamics if None.
+    """
+
+    name: str
+    unit: str = "1"
+    lower: Any = -math.inf
+    upper: Any = math.inf
+    scale: float | None = None
+    symbol: ca.SX = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        self._declare()
+        check_interval(self.name, self.lower, self.upper)
+        check_scale(self.name, self.scale)
+
+
+class State(Signal):
+    """A signal whose time derivative the dynamics of a phase give."""
+
+
+class Algebraic(Signal):
+    """A signal without a derivative, determined by the equations of a phase."""
+
+
+@dataclass(frozen=True, eq=False)
+class Control(Signal):
+    """A signal that the optimiser chooses.
+
+    ``shape`` says how it may vary within a mesh interval: "constant"; "linear"; "polynomial" (of
+    the transcription's degree); or "automatic" (see `ocp.problem.integrator_chains.shape_of`).
+    All may jump between
+    intervals, and all keep their bounds in continuous time by construction.
+    """
+
+    shape: ControlShape | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Unknown(Symbol):
+    """A number that the optimiser chooses: a static decision parameter."""
+
+    name: str
+    unit: str = "1"
+    lower: Any = -math.inf
+    upper: Any = math.inf
+    guess: float | None = None
+    scale: float | None = None
+    symbol: ca.SX = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        self._declare()
+        check_interval(self.name, self.lower, self.upper)
+        check_scale(self.name, self.scale)
+
+
+@dataclass(frozen=True, eq=False)
+class Constant(Symbol):
+    """A named number of the problem; it may be changed between solves and has a sensitivity."""
+
+    name: str
+    unit: str = "1"
+    value: float = math.nan
+    symbol: ca.SX = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        self._declare()
+        if not (is_real(self.value) and math.isfinite(self.value)):
+            raise StatementError(
+                f"the constant '{self.name}' is {self.value!r}; give it a finite number"
+            )
+
+
+@dataclass(frozen=True)
+class Between:
+    """A time that the optimiser chooses between two limits [s]."""
+
+    lower: float
+    upper: float
+    guess: float | None = None
+
+    def __post_init__(self) -> None:
+        check_interval("a free time", self.lower, self.upper)
+        if self.guess is not None and not self.lower <= self.guess <= self.upper:
+            raise StatementError(
+                f"the guess {self.guess!r} of a free time lies outside [{self.lower}, "
+                f"{self.upper}]; give a guess between the limits"
+            )
+
+    @property
+    def start(self) -> float:
+        """The guess, or the middle of the limits."""
+        if self.guess is not None:
+            return float(self.guess)
+        if math.isinf(self.lower) or math.isinf(self.upper):
+            raise StatementError(f"a free time between {self.lower} and {self.upper} needs a guess")
+        return 0.5 * (self.lower + self.upper)
+
+
+@dataclass(frozen=True, eq=False)
+class Time(Symbol):
+    """The running time of a phase [s]."""
+
+    name: str = "time"
+    unit: str = "s"
+    symbol: ca.SX = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        self._declare()
+
+
+time = Time()
+
+
+def resolve(expression: Any, where: str) -> tuple[Symbol, ...]:
+    """The declared symbols an expression depends on, in CasADi's order.
+
+    Raises
+    ------
+    StatementError
+        If the expression is no scalar or contains a symbol that nothing declared.
+    """
+    found = []
+    for bare in ca.symvar(scalar(expression, where)):
+        symbol = _DECLARED.get(bare.element_hash())
+        if symbol is None:
+            raise StatementError(
+                f"{where} contains the symbol '{bare.name()}', which no State, Control, "
+                "Algebraic, Unknown or Constant in use declares; declare it and keep it in a "
+                "variable"
+            )
+        found.append(symbol)
+    return tuple(found)
+
+
+def scalar(expression: Any, where: str) -> ca.SX:
+    """The expression as a 1x1 ``SX``; StatementError if it is something else."""
+    try:
+        sx = expression.__SX__() if isinstance(expression, Symbol) else expression
+        sx = sx if isinstance(sx, ca.SX) else ca.SX(sx)
+    except (TypeError, NotImplementedError, ValueError) as error:
+        raise StatementError(f"{where} is {expression!r}, not a CasADi SX expression") from error
+    if not sx.is_scalar():
+        raise StatementError(
+            f"{where} has shape {sx.shape[0]}x{sx.shape[1]}; give one scalar expression an entry"
+        )
+    return sx if sx.is_dense() else ca.densify(sx)
+
+
+def is_number(value: Any) -> bool:
+    """Whether a bound is a plain number and no expression."""
+    return not isinstance(value, (Symbol, ca.SX))
+
+
+def is_real(value: object) -> bool:
+    """Whether a value is a real number (NumPy's included)."""
+    return isinstance(value, Number)
+
+
+def check_interval(name: str, lower: Any, upper: Any) -> None:
+    """StatementError unless lower and upper bound a non-empty interval."""
+    for value in (lower, upper):
+        if is_number(value) and not (is_real(value) and not math.isnan(value)):
+            raise StatementError(f"a bound of '{name}' is {value!r}; give a number")
+    if is_number(lower) and is_number(upper) and lower > upper:
+        raise StatementError(
+            f"the bounds of '{name}' cross: lower {lower} is above upper {upper}; swap or widen "
+            "them"
+        )
+
+
+def check_scale(name: str, scale: float | None) -> None:
+    """StatementError unless the scale is None or a positive finite number."""
+    if scale is not None and not (math.isfinite(scale) and scale > 0):
+        raise StatementError(f"the scale of '{name}' is {scale!r}; give a positive number")
