@@ -107,7 +107,7 @@ def case(name: str) -> Callable[[Effort], Answer]:
 def measure(name: str) -> Record:
     """Solve a case and certify its answer; a failure is a record too."""
     from ocp import OcpError, certify
-    from studies.exit_codes import StudyError
+    from studies.common.exit_codes import StudyError
 
     with counted_effort() as effort:
         begin = time.process_time()
@@ -220,7 +220,7 @@ def _arm(given: Mapping[str, Any], effort: Effort) -> Answer:
 
 def _truss(given: Mapping[str, Any] | None, effort: Effort) -> Answer:
     """One study of the truss, from all its starts, as its command does."""
-    from studies.console import Console
+    from studies.common.console import Console
     from studies.truss.checks import check_feasible
     from studies.truss.config import read_toml, study_from
     from studies.truss.solve import Search

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from benchmarks.records import TOTALS, Record
-from studies.console import Table, number
+from studies.common.console import Table, number
 
 MORE_ITERATIONS = 0.05  # part of the total that a change of the code may cost
 

@@ -26,7 +26,7 @@ from benchmarks.records import (
     read_records,
     record_from,
 )
-from studies.console import Console, number
+from studies.common.console import Console, number
 
 # one thread a case: threads that wait for each other would count as processor time
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")

@@ -8,8 +8,8 @@ import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from studies.console import Console, Table
-from studies.exit_codes import ExitCode
+from studies.common.console import Console, Table
+from studies.common.exit_codes import ExitCode
 
 if TYPE_CHECKING:
     from studies.truss.config import TrussStudy

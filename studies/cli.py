@@ -8,8 +8,8 @@ import tempfile
 import traceback
 from collections.abc import Callable, Sequence
 
-from studies.console import Console
-from studies.exit_codes import ExitCode, StudyError, exit_code_table
+from studies.common.console import Console
+from studies.common.exit_codes import ExitCode, StudyError, exit_code_table
 
 # One line a sub-command: its module has `add_to(subparsers)`, which sets the parser's `run`.
 COMMANDS = (

@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from studies.console import Console, Table, number
-from studies.exit_codes import ExitCode
+from studies.common.console import Console, Table, number
+from studies.common.exit_codes import ExitCode
 
 if TYPE_CHECKING:
     from studies.paper import Row

@@ -10,8 +10,8 @@ import pytest
 from models.laws import least_peak_acceleration
 from models.truss import DYNAMIC_SET
 from studies.cli import build_parser
-from studies.console import Console, number
-from studies.exit_codes import ExitCode
+from studies.common.console import Console, number
+from studies.common.exit_codes import ExitCode
 from studies.paper import PINNED, STEP5, D, T
 from studies.truss.command import read_study
 from studies.truss.config import law_jerk, study_from

@@ -6,14 +6,14 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studies.console import Console
-from studies.exit_codes import ExitCode, StudyError, exit_code_table
+from studies.common.console import Console
+from studies.common.exit_codes import ExitCode, StudyError, exit_code_table
 
 if TYPE_CHECKING:
     from models.arm.reduced_simulation import ReducedMotion
     from studies.arm.config import ArmStudy
     from studies.arm.replay import Array, Replay
-    from studies.results import ResultsFolder
+    from studies.common.folder import ResultsFolder
 
 SHARES = {"big": 0.01, "small": 0.03, "both": 0.03}  # of a baseline's E_res
 
@@ -112,7 +112,7 @@ def _least_duration(options: argparse.Namespace, study: ArmStudy, console: Conso
     import dataclasses
 
     from studies.arm.least_duration import least_durations, table, torque_cap
-    from studies.results import open_results, provenance
+    from studies.common.folder import open_results, provenance
 
     if len(study.stage.moving) > 1:
         raise StudyError("--least-duration takes a stage that turns one joint; give big or small")
@@ -139,7 +139,7 @@ def _trade_off(options: argparse.Namespace, study: ArmStudy, console: Console) -
     """Residual energy against duration."""
     from studies.arm.figures import tradeoff_figure
     from studies.arm.tradeoff import between, curves, table
-    from studies.results import open_results, provenance
+    from studies.common.folder import open_results, provenance
 
     folder = open_results(options.results, f"arm-{study.stage.name}-trade-off", options.overwrite)
     found = curves(study.stage, console.progress)
@@ -168,7 +168,7 @@ def _one(options: argparse.Namespace, study: ArmStudy, console: Console) -> Exit
     from studies.arm.optimum import check_caps, refine, solve_stage
     from studies.arm.problem import is_slow
     from studies.arm.report import check_mesh, checks, duration_to_try, facts, rounds, table
-    from studies.results import open_results, provenance
+    from studies.common.folder import open_results, provenance
 
     if study.objective != "time":
         check_caps(study.stage, study.limits)
@@ -231,7 +231,7 @@ def _baselines(options: argparse.Namespace, study: ArmStudy, console: Console) -
     from studies.arm.floor import numerical_floor
     from studies.arm.problem import is_slow
     from studies.arm.report import missed
-    from studies.results import open_results, provenance
+    from studies.common.folder import open_results, provenance
 
     stage, drive = study.stage, options.baselines
     folder = open_results(options.results, f"arm-{stage.name}-{drive}", options.overwrite)
@@ -292,7 +292,7 @@ def _draw(
     reduced: ReducedMotion | None = None,
 ) -> None:  # fmt: skip
     from studies.arm.figures import all_figures
-    from studies.drawing import save
+    from studies.common.drawing import save
 
     caps = (None, None) if reduced is None else study.limits.torque
     save(all_figures(replays, reduced, caps), folder, console)

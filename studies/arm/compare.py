@@ -21,8 +21,8 @@ from studies.arm.rigid import angle_drives, torque_drives
 from studies.arm.shapers import baseline_law, baseline_names, shaper_note
 from studies.arm.stage import Stage
 from studies.arm.unit_laws import NamedLaw
-from studies.console import Table, number
-from studies.exit_codes import StudyError
+from studies.common.console import Table, number
+from studies.common.exit_codes import StudyError
 
 Say = Callable[[str], None]
 Array = NDArray[np.float64]

@@ -17,7 +17,7 @@ from studies.arm.objectives import OBJECTIVES
 from studies.arm.problem import Limits
 from studies.arm.replay import ELEMENTS, MODES
 from studies.arm.stage import STAGES, Stage
-from studies.exit_codes import StudyError
+from studies.common.exit_codes import StudyError
 
 DURATIONS = {"big": 8.6, "small": 11.2, "both": 11.2}  # [s], a tenth of the paper's
 TUBES = {"big": (3.0, 0.060, 0.002), "small": (2.0, 0.050, 0.0015)}  # ours but for the lengths

@@ -24,7 +24,7 @@ from studies.arm.optimum import Solved
 from studies.arm.problem import column, quasi_static, reduced_signals, torque_column
 from studies.arm.rigid import feed_forward
 from studies.arm.stage import JOINT_NAMES, Stage
-from studies.exit_codes import StudyError
+from studies.common.exit_codes import StudyError
 
 Array = NDArray[np.float64]
 RATE = 60.0  # cap of the torque's rate in J D / T^3: the quintic step's own peak

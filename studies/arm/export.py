@@ -15,7 +15,7 @@ from studies.arm.config import ArmStudy
 from studies.arm.engineer import Loads
 from studies.arm.replay import Motion, Replay, replay
 from studies.arm.stage import JOINT_NAMES
-from studies.results import ResultsFolder, provenance
+from studies.common.folder import ResultsFolder, provenance
 
 Array = NDArray[np.float64]
 

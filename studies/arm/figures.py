@@ -20,7 +20,7 @@ from models.arm.reduced_simulation import ReducedMotion
 from studies.arm.replay import Replay
 from studies.arm.stage import ELBOW, JOINT_NAMES, Stage
 from studies.arm.tradeoff import Curves
-from studies.drawing import COLOURS, label_axes, legend_below, look, smoothest_on_top
+from studies.common.drawing import COLOURS, label_axes, legend_below, look, smoothest_on_top
 
 Array = NDArray[np.float64]
 Caps = tuple[float | None, float | None]

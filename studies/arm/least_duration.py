@@ -29,8 +29,8 @@ from studies.arm.shapers import (
 )
 from studies.arm.stage import Stage
 from studies.arm.unit_laws import NamedLaw, bezier
-from studies.console import Table, number
-from studies.exit_codes import StudyError
+from studies.common.console import Table, number
+from studies.common.exit_codes import StudyError
 
 Say = Callable[[str], None]
 Array = NDArray[np.float64]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from studies.arm.numbers import ARM, NUMBERS
-from studies.exit_codes import StudyError
+from studies.common.exit_codes import StudyError
 
 _ONE = ("objective", "torque_cap", "rate_cap", "sample_time", "satellite_inertia",
         "pointing_error", "elements", "modes")  # fmt: skip

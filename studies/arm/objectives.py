@@ -18,7 +18,7 @@ import numpy as np
 from ocp import Between, Functional, Problem, peak
 from studies.arm.problem import ArmPhase, Limits, arm_phase, column, smoothness, starting_law
 from studies.arm.stage import Stage
-from studies.exit_codes import StudyError
+from studies.common.exit_codes import StudyError
 
 _SPARE = 1.1  # first duration for a least time, over the rigid arm's least under the same caps
 _SHORTEST, _LONGEST = 0.5, 1.05  # of a least time, over a duration in which the arm can turn

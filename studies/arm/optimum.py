@@ -29,7 +29,7 @@ from studies.arm.problem import ArmPhase, Limits, quasi_static
 from studies.arm.replay import ELEMENTS, MODES, Drive, Motion, Replay, replay
 from studies.arm.stage import ELBOW, ROOT, Stage
 from studies.arm.unit_laws import quintic
-from studies.exit_codes import ExitCode, StudyError
+from studies.common.exit_codes import ExitCode, StudyError
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]

@@ -32,8 +32,8 @@ from studies.arm.replay import Replay
 from studies.arm.rigid_time import least_rigid_duration, quintic_duration
 from studies.arm.satellite import FreeSatellite, free_satellite
 from studies.arm.stage import JOINT_NAMES, Stage
-from studies.console import Table, number
-from studies.exit_codes import StudyError
+from studies.common.console import Table, number
+from studies.common.exit_codes import StudyError
 
 DAMPING = 0.005  # modal ratio of the settling time where the study states none: an assumption
 BALANCE = 2e-3  # of the peak moment; differences over 2000 steps of what the fast modes add

@@ -45,7 +45,7 @@ from studies.arm.optimum import PIVOTS, Solved
 from studies.arm.problem import MARGIN, ArmPhase
 from studies.arm.spread import Spread, varied
 from studies.arm.stage import ELBOW, ROOT, Stage
-from studies.exit_codes import ExitCode, StudyError
+from studies.common.exit_codes import ExitCode, StudyError
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]

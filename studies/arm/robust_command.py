@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studies.console import Console
-from studies.exit_codes import ExitCode, StudyError, exit_code_table
+from studies.common.console import Console
+from studies.common.exit_codes import ExitCode, StudyError, exit_code_table
 
 if TYPE_CHECKING:
     from studies.arm.config import ArmStudy
@@ -46,7 +46,7 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
     """Solve, replay, print, write and draw."""
     from studies.arm.optimum import check_bending
     from studies.arm.robust_study import compare, mass_misses, table
-    from studies.results import open_results
+    from studies.common.folder import open_results
 
     study = read_study(options)
     check_bending(study.stage)
@@ -98,7 +98,7 @@ def read_study(options: argparse.Namespace) -> ArmStudy:
 
 def record(study: ArmStudy, found: Comparison, misses: dict[float, float]) -> dict[str, object]:
     """What `robust.json` holds."""
-    from studies.results import provenance
+    from studies.common.folder import provenance
 
     return {
         "passed": found.holds, "study": dict(study.given), "drive": found.spread.drive,

@@ -9,7 +9,7 @@ from studies.arm.figures import TITLES
 from studies.arm.robust_study import Comparison
 from studies.arm.spread import WIDTH
 from studies.arm.stage import JOINT_NAMES
-from studies.drawing import COLOURS, STYLES, label_axes
+from studies.common.drawing import COLOURS, STYLES, label_axes
 
 _SAMPLES = 2001
 

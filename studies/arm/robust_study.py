@@ -20,7 +20,7 @@ from studies.arm.replay import Drive, Motion, replay
 from studies.arm.robust import Mesh, mesh_of, solve_nominal, solve_robust
 from studies.arm.spread import SPREADS, WIDTH, Spread, varied
 from studies.arm.stage import Stage
-from studies.console import Table, number
+from studies.common.console import Table, number
 
 Array = NDArray[np.float64]
 Say = Callable[[str], None]

@@ -30,7 +30,7 @@ from studies.arm.problem import (
     starting_law,
 )
 from studies.arm.stage import ELBOW, ROOT, Stage, big_arm, small_arm
-from studies.exit_codes import StudyError
+from studies.common.exit_codes import StudyError
 
 Least = Literal["peak-torque", "time"]
 SMOOTHING = 1e-5  # weight of the smoothness of both torques beside the objective

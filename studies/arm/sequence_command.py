@@ -20,10 +20,10 @@ from studies.arm.sequence_run import (
     solve_sequence,
 )
 from studies.arm.sequence_variants import smoothing_share, without_rest
-from studies.console import Console, Table, number
-from studies.drawing import COLOURS, label_axes, legend_below
-from studies.exit_codes import ExitCode, StudyError
-from studies.results import ResultsFolder, open_results, provenance
+from studies.common.console import Console, Table, number
+from studies.common.drawing import COLOURS, label_axes, legend_below
+from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.folder import ResultsFolder, open_results, provenance
 
 TOTAL, DWELL = 198.0, 10.0  # [s], the paper's 86 and 112 s; the dwell is ours
 AGREE = 0.2  # share of the full model's energy by which B21 may differ

@@ -30,7 +30,7 @@ from studies.arm.sequence import (
     window,
 )
 from studies.arm.stage import ELBOW, ROOT
-from studies.exit_codes import ExitCode, StudyError
+from studies.common.exit_codes import ExitCode, StudyError
 
 Array = NDArray[np.float64]
 INTERVALS = (150, 10, 200)  # of the three phases

@@ -18,7 +18,7 @@ from models.ancf import joints
 from models.ancf.state import NodalState, posed
 from models.arm.parameters import ArmParameters
 from models.arm.reduced import ReducedArm
-from studies.exit_codes import StudyError
+from studies.common.exit_codes import StudyError
 
 Array = NDArray[np.float64]
 ROOT, ELBOW = 0, 1

@@ -15,8 +15,8 @@ from studies.arm.optimum import MESH, solve_stage
 from studies.arm.scan import left_by_laws
 from studies.arm.stage import Stage
 from studies.arm.unit_laws import baselines
-from studies.console import Table, number
-from studies.exit_codes import StudyError
+from studies.common.console import Table, number
+from studies.common.exit_codes import StudyError
 
 Say = Callable[[str], None]
 Curves = dict[str, tuple[list[float], list[float]]]

@@ -20,7 +20,7 @@ from models.laws import (
     constant_jerk,
     pinned,
 )
-from studies.exit_codes import StudyError
+from studies.common.exit_codes import StudyError
 
 ShaperKind = Literal["ZV", "ZVD"]
 SHAPERS: dict[ShaperKind, tuple[tuple[float, float], ...]] = {

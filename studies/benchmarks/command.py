@@ -8,13 +8,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studies.console import Console, Table, number
-from studies.exit_codes import ExitCode, StudyError
+from studies.common.console import Console, Table, number
+from studies.common.exit_codes import ExitCode, StudyError
 
 if TYPE_CHECKING:
     from studies.benchmarks.benchmark import Benchmark
     from studies.benchmarks.measure import Measurement
-    from studies.results import ResultsFolder
+    from studies.common.folder import ResultsFolder
 
 
 def add_to(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -56,7 +56,7 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
         return _warm_all(chosen, console)
     folder = None
     if options.output is not None:
-        from studies.results import open_results
+        from studies.common.folder import open_results
 
         folder = open_results(options.output, "benchmarks", options.overwrite)
     found = _measure_all(chosen, console)

@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass, replace
 
 from ocp import Interrupted, OcpError, Settings, Solution, prepare, solve
 from studies.benchmarks.benchmark import Benchmark
-from studies.console import Table, number
+from studies.common.console import Table, number
 
 CHANGE = 1.05
 LEAST = 10  # iterations of a cold solve below which there is nothing much to save

@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from studies.console import Console
-from studies.exit_codes import ExitCode
+from studies.common.console import Console
+from studies.common.exit_codes import ExitCode
 
 
 def add_to(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -27,9 +27,9 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
     """Measure, print and write."""
     import dataclasses
 
+    from studies.common.folder import open_results, provenance
     from studies.exudyn.peer import load
     from studies.exudyn.speed import LIMIT, ROUNDS, cases, compare, table
-    from studies.results import open_results, provenance
 
     version = load().__version__
     folder = open_results(options.results, "arm-speed", options.overwrite)

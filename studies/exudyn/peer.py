@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.ancf.chain import Chain
-from studies.exit_codes import StudyError
+from studies.common.exit_codes import StudyError
 
 Array = NDArray[np.float64]
 Scheme = Literal["generalised alpha", "trapezoidal", "Verlet"]

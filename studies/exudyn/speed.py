@@ -22,8 +22,8 @@ from models.ancf.integrate import StepControl, simulate
 from models.ancf.joints import Free
 from models.ancf.state import posed
 from models.arm.parameters import double_pendulum, single_pendulum
-from studies.console import Table
-from studies.exit_codes import ExitCode, StudyError
+from studies.common.console import Table
+from studies.common.exit_codes import ExitCode, StudyError
 from studies.exudyn import peer
 from studies.exudyn.peer import Array, Run, Setting
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from studies.console import Table
+from studies.common.console import Table
 from studies.speed.setup import Record, Setup
 from studies.speed.sweep import shown, sweep
 

@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studies.console import Console
-from studies.exit_codes import ExitCode, StudyError
+from studies.common.console import Console
+from studies.common.exit_codes import ExitCode, StudyError
 
 if TYPE_CHECKING:
-    from studies.results import ResultsFolder
+    from studies.common.folder import ResultsFolder
     from studies.speed.setup import Record, Setup
 
 NAME = "speed"
@@ -41,7 +41,7 @@ def add_to(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
 
 def run(options: argparse.Namespace, console: Console) -> ExitCode:
     """Measure part after part; print and keep each."""
-    from studies.results import DEFAULT_PARENT, open_results
+    from studies.common.folder import DEFAULT_PARENT, open_results
     from studies.speed.setup import PARTS, Setup
 
     if options.list:

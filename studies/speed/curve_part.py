@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from studies.console import Table, number
+from studies.common.console import Table, number
 from studies.speed.race_part import PROBLEMS, TITLES, taking_part
 from studies.speed.setup import Record, Setup
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from studies.console import Table, number
+from studies.common.console import Table, number
 from studies.speed.setup import Record, Setup
 from studies.speed.sweep import first, median, shown, sweep
 

@@ -12,7 +12,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import studies
-from studies.console import Table, number
+from studies.common.console import Table, number
 from studies.speed.setup import Record, Setup
 
 if TYPE_CHECKING:

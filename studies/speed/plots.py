@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
-from studies.drawing import COLOURS, label_axes
+from studies.common.drawing import COLOURS, label_axes
 
 Rows = Sequence[Mapping[str, Any]]
 RIGHT, WRONG = COLOURS[0], "#c9d8e6"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
-from studies.console import Table, number
+from studies.common.console import Table, number
 from studies.speed.contestants import BASELINES, OURS, PEERS, Contestant
 from studies.speed.setup import Record, Setup
 

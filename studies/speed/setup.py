@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
-from studies.console import Console, Table
+from studies.common.console import Console, Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import studies
-from studies.console import number
+from studies.common.console import number
 from studies.speed.fresh import Program
 from studies.speed.setup import Record, Setup
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from models.laws import least_jerk_cap
 from models.truss import TrussParameters, far_end_ratio, static_force
-from studies.exit_codes import ExitCode, StudyError
+from studies.common.exit_codes import ExitCode, StudyError
 from studies.truss.bounds import least_time
 from studies.truss.config import DEPLOYED, TrussStudy
 

@@ -8,12 +8,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from studies.console import Console
-from studies.exit_codes import ExitCode, StudyError, exit_code_table
+from studies.common.console import Console
+from studies.common.exit_codes import ExitCode, StudyError, exit_code_table
 from studies.truss.quantities import OBJECTIVES
 
 if TYPE_CHECKING:
-    from studies.results import ResultsFolder
+    from studies.common.folder import ResultsFolder
     from studies.truss.config import TrussStudy
     from studies.truss.deployment import Deployment
     from studies.truss.outcome import Outcome
@@ -122,7 +122,7 @@ def _put(raw: dict[str, Any], place: tuple[str, ...], value: Any) -> None:
 
 
 def _optimise(options: argparse.Namespace, study: TrussStudy, console: Console) -> ExitCode:
-    from studies.results import open_results
+    from studies.common.folder import open_results
     from studies.truss.checks import check_feasible
     from studies.truss.export import write_input
     from studies.truss.solve import Search
@@ -194,7 +194,7 @@ def _say_verification(study: TrussStudy, outcome: Outcome, console: Console) -> 
 
 
 def _draw(laws: list[Deployment], folder: ResultsFolder, console: Console) -> None:
-    from studies.drawing import save
+    from studies.common.drawing import save
     from studies.truss.figures import all_figures
 
     save(all_figures(laws), folder, console)
@@ -210,7 +210,7 @@ def _verify(options: argparse.Namespace, study: TrussStudy, console: Console) ->
     profile = read_profile(options.verify, study)
     folder = None
     if options.results is not None:
-        from studies.results import open_results
+        from studies.common.folder import open_results
 
         folder = open_results(options.results, "verify", options.overwrite)
     laws = [profile, *paper_laws(study.truss, profile.law.duration)]

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from models.laws import PAPER_POINTS, Bezier, Step5, pinned
 from models.truss import TrussParameters
-from studies.console import Table, number
+from studies.common.console import Table, number
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.deployment import Deployment
 from studies.truss.quantities import QUANTITIES

@@ -20,7 +20,7 @@ from typing import Any
 from models.errors import ModelError
 from models.laws import PAPER_POINTS, Bezier, Step5, peaks, pinned
 from models.truss import DYNAMIC_SET, KINEMATIC_SET, JointMasses, TrussParameters
-from studies.exit_codes import StudyError
+from studies.common.exit_codes import StudyError
 from studies.truss.quantities import OBJECTIVES
 
 DEPLOYED = math.pi / 2  # [rad]

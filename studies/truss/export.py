@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studies.results import ResultsFolder, provenance
+from studies.common.folder import ResultsFolder, provenance
 from studies.truss.config import TrussStudy
 from studies.truss.deployment import Deployment
 

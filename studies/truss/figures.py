@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from models.truss import static_peak, tension_ratios
-from studies.drawing import SHADES, label_axes, legend_below, look, show_lowest
+from studies.common.drawing import SHADES, label_axes, legend_below, look, show_lowest
 from studies.truss.deployment import Deployment
 
 Array = NDArray[np.float64]

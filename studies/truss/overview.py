@@ -7,7 +7,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from studies.drawing import legend_below
+from studies.common.drawing import legend_below
 from studies.truss.deployment import Deployment
 from studies.truss.figures import label_times, styled, times
 from studies.truss.snapshots import draw_snapshot

@@ -23,7 +23,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from models.truss import Net, TrussParameters, angular_acceleration, static_force, static_peak
-from studies.exit_codes import StudyError
+from studies.common.exit_codes import StudyError
 
 Array = NDArray[np.float64]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-from studies.results import ResultsFolder, provenance
+from studies.common.folder import ResultsFolder, provenance
 from studies.truss.config import TrussStudy
 from studies.truss.export import as_dictionary
 from studies.truss.outcome import Outcome

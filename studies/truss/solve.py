@@ -22,8 +22,8 @@ from ocp import (
 )
 from ocp.mesh.mesh import PhaseMesh
 from ocp.nlp.interrupts import noted_interrupts
-from studies.console import Console, number
-from studies.exit_codes import ExitCode, StudyError
+from studies.common.console import Console, number
+from studies.common.exit_codes import ExitCode, StudyError
 from studies.truss.bounds import lower_bounds
 from studies.truss.compare import paper_laws
 from studies.truss.config import TrussStudy

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from models.errors import ModelError
 from models.laws import Law, Piecewise, Tabulated, linear_jerk
 from models.truss import angle_from_rope_length
-from studies.exit_codes import StudyError
+from studies.common.exit_codes import StudyError
 from studies.truss.checks import check_speed_sense
 from studies.truss.compare import broken_caps, cap_of
 from studies.truss.config import DEPLOYED, TrussStudy

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from studies.cli import main
-from studies.exit_codes import ExitCode
+from studies.common.exit_codes import ExitCode
 
 FAST = ("truss", "--objective", "peak-force", "--duration", "5", "--jerk-cap", "200/T^3")
 

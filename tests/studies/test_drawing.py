@@ -5,7 +5,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from models.laws import Step5
-from studies.drawing import LAWS, look, show_lowest, smoothest_on_top
+from studies.common.drawing import LAWS, look, show_lowest, smoothest_on_top
 from studies.paper import DEPLOYED, PINNED, WITH_FRICTION
 from studies.speed import growth_part
 from studies.truss.deployment import Deployment

@@ -10,9 +10,13 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 # every line of progress is shown at once, so that the test knows where the solve stands
-COMMAND = (
-    "import sys, studies.console as c, studies.cli; c.QUIET = 0.0; sys.exit(studies.cli.main())"
-)
+COMMAND = """
+import sys
+import studies.cli
+import studies.common.console as console
+console.QUIET = 0.0
+sys.exit(studies.cli.main())
+"""
 STUDY = ("truss", "--objective", "peak-force", "--duration", "5", "--jerk-cap", "200/T^3")
 
 

@@ -16,7 +16,7 @@ from models.truss import (
     potential_slope,
     rope_leverage,
 )
-from studies.exit_codes import StudyError
+from studies.common.exit_codes import StudyError
 from studies.truss.phase_plane import PhasePlane
 
 PLANES = {

@@ -10,8 +10,8 @@ import pytest
 
 from models.laws import JerkLimited, least_peak_acceleration, linear_jerk
 from studies.cli import main
-from studies.console import Console
-from studies.exit_codes import ExitCode
+from studies.common.console import Console
+from studies.common.exit_codes import ExitCode
 from studies.paper import PINNED, STEP5, WITH_FRICTION, D, T
 from studies.truss.bounds import least_time, least_work
 from studies.truss.config import Caps, study_from

@@ -8,7 +8,7 @@ import pytest
 from models.laws import JerkLimited
 from models.truss import static_peak
 from ocp import Settings
-from studies.console import Console
+from studies.common.console import Console
 from studies.paper import PINNED, WITH_FRICTION, D
 from studies.truss.config import DEPLOYED, study_from
 from studies.truss.deployment import Deployment

@@ -9,7 +9,7 @@ import pytest
 
 from ocp import Unverified
 from studies.cli import main
-from studies.exit_codes import ExitCode
+from studies.common.exit_codes import ExitCode
 from studies.truss import solve
 
 

@@ -25,7 +25,7 @@ from studies.arm.satellite import free_satellite
 from studies.arm.stage import ELBOW, ROOT, big_arm, both_arms, small_arm
 from studies.arm.unit_laws import baselines, quintic
 from studies.cli import main
-from studies.exit_codes import ExitCode
+from studies.common.exit_codes import ExitCode
 
 COARSE = StepControl(1e-6)
 

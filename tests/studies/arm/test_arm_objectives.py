@@ -20,7 +20,7 @@ from studies.arm.sequence import locked, sequence
 from studies.arm.sequence_run import released, replay_sequence, solve_sequence
 from studies.arm.stage import big_arm, small_arm
 from studies.cli import main
-from studies.exit_codes import ExitCode, StudyError
+from studies.common.exit_codes import ExitCode, StudyError
 
 
 def test_first_moment_of_the_straight_arm():

@@ -19,7 +19,7 @@ from studies.arm.robust import solve_nominal
 from studies.arm.spread import SPREADS, Spread, varied
 from studies.arm.stage import big_arm, both_arms, small_arm
 from studies.cli import main
-from studies.exit_codes import ExitCode, StudyError
+from studies.common.exit_codes import ExitCode, StudyError
 
 STAGES = {"big": big_arm(0.5), "small": small_arm(0.5)}
 OTHER = (0.7, 1.2, 1.4)  # big stiffness, small stiffness, tip mass

@@ -16,7 +16,7 @@ from studies.arm.rigid import angle_drives, torque_drives
 from studies.arm.stage import big_arm, both_arms, small_arm
 from studies.arm.unit_laws import baselines, shaped_bang_bang
 from studies.cli import main
-from studies.exit_codes import ExitCode, StudyError
+from studies.common.exit_codes import ExitCode, StudyError
 
 STEP5_BIG = 8.8e-6  # [J] left by Step5 after the big arm's 8.6 s, data to test against
 

@@ -12,7 +12,7 @@ from studies.benchmarks.catalogue import CATALOGUE
 from studies.benchmarks.measure import Measurement, measure
 from studies.benchmarks.violation import largest_violation
 from studies.cli import main
-from studies.exit_codes import ExitCode
+from studies.common.exit_codes import ExitCode
 
 # name: optimum. The sources stand in the problems' docstrings; each must be met to the
 # benchmark's own tolerance, between 1e-5 and 1e-9 relative.

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from studies.cli import main
-from studies.exit_codes import ExitCode, StudyError
+from studies.common.exit_codes import ExitCode, StudyError
 from studies.exudyn import peer, speed
 from studies.exudyn.peer import Run, Setting
 

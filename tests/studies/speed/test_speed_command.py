@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from studies.cli import main
-from studies.console import Table
+from studies.common.console import Table
 from studies.speed import imports_part, race_part
 from studies.speed.setup import PARTS, Record, Setup, part
 

@@ -4,7 +4,7 @@ import io
 
 import pytest
 
-from studies.console import Console
+from studies.common.console import Console
 from studies.speed import growth_part, plots
 from studies.speed.setup import Setup
 from studies.speed.sweep import sweep

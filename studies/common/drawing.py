@@ -13,8 +13,8 @@ from matplotlib.ticker import ScalarFormatter
 from ocp.nlp.interrupts import noted_interrupts
 
 if TYPE_CHECKING:
-    from studies.console import Console
-    from studies.results import ResultsFolder
+    from studies.common.console import Console
+    from studies.common.folder import ResultsFolder
 
 # told apart by the colour-blind, with the styles
 COLOURS = ("#0b5fa5", "#d1495b", "#5a8f29", "#8e6c8a", "#e09f3e", "#3d405b", "#7f7f7f")

@@ -1,0 +1,1 @@
+"""What all studies share: results, configuration, flags, console, folder, figures, exit codes."""
