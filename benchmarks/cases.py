@@ -13,9 +13,11 @@ import sys
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from importlib import import_module
+from inspect import isfunction
 from pathlib import Path
+from types import ModuleType
 from typing import Any, cast
 from unittest import mock
 
@@ -23,7 +25,7 @@ from benchmarks.records import ROOT, Record
 
 RACE_ROWS = ROOT / "studies" / "speed" / "rows"  # scripts that import each other by plain names
 MAIN_STUDY = ROOT / "studies" / "truss" / "main.toml"
-ROUND_SOLVERS = ("ocp.rounds", "ocp.solve")  # modules that call `solve_round`
+ROUND_SOLVER = "solve_round"  # the engine's function that solves one mesh round
 
 ENGINE_TOLERANCE = 1e-5  # the default objective tolerance of a refined solve
 TRUSS_TOLERANCE = 1e-4  # within it the truss study counts two optima as one
@@ -83,7 +85,6 @@ class Effort:
 
     rounds: int = 0
     iterations: int = 0
-    solutions: list[Any] = field(default_factory=list)
 
 
 def names() -> tuple[str, ...]:
@@ -93,7 +94,7 @@ def names() -> tuple[str, ...]:
     return (*CATALOGUE, "race_A", "race_B", *ARM_STUDIES, *TRUSS_STUDIES)
 
 
-def case(name: str) -> Callable[[Effort], Answer]:
+def case(name: str) -> Callable[[], Answer]:
     """The case of a name."""
     if name in ARM_STUDIES:
         return functools.partial(_arm, ARM_STUDIES[name])
@@ -112,7 +113,7 @@ def measure(name: str) -> Record:
     with counted_effort() as effort:
         begin = time.process_time()
         try:
-            answer = case(name)(effort)
+            answer = case(name)()
         except (OcpError, StudyError) as error:
             seconds = time.process_time() - begin
             failure = f"{type(error).__name__}: {error}"
@@ -138,30 +139,50 @@ def measure(name: str) -> Record:
 
 @contextlib.contextmanager
 def counted_effort() -> Iterator[Effort]:
-    """Count rounds and iterations of every solve inside the block, and keep the arm's solutions."""
-    from ocp import attempts, solve
-
+    """Count rounds and iterations of every solve inside the block."""
+    import_module("ocp.solve")  # and with it all modules that solve a round
+    (solve_round,) = {getattr(module, ROUND_SOLVER) for module in _loaded("ocp", ROUND_SOLVER)}
     effort = Effort()
 
     def counted_round(*arguments: Any, **options: Any) -> Any:
-        result = attempts.solve_round(*arguments, **options)
+        result = solve_round(*arguments, **options)
         effort.rounds += 1
         effort.iterations += result.iterations
         return result
 
+    with _replaced("ocp", ROUND_SOLVER, counted_round):
+        yield effort
+
+
+@contextlib.contextmanager
+def kept_solutions(package: str) -> Iterator[list[Any]]:
+    """Keep the solutions of every `solve` that a loaded package calls inside the block."""
+    from ocp import solve
+
+    solutions: list[Any] = []
+
     def kept_solve(*arguments: Any, **options: Any) -> Any:
         solution = solve(*arguments, **options)
-        effort.solutions.append(solution)
+        solutions.append(solution)
         return solution
 
+    with _replaced(package, "solve", kept_solve):
+        yield solutions
+
+
+@contextlib.contextmanager
+def _replaced(package: str, function: str, replacement: Any) -> Iterator[None]:
+    """Replace a function in all loaded modules of a package, wherever they are."""
     with contextlib.ExitStack() as patches:
-        for module in ROUND_SOLVERS:
-            patch = mock.patch.object(import_module(module), "solve_round", counted_round)
-            patches.enter_context(patch)
-        # the arm's study returns the trajectory alone, but a certificate needs the solution
-        arm = import_module("studies.arm.optimum")
-        patches.enter_context(mock.patch.object(arm, "solve", kept_solve))
-        yield effort
+        for module in _loaded(package, function):
+            patches.enter_context(mock.patch.object(module, function, replacement))
+        yield
+
+
+def _loaded(package: str, function: str) -> list[ModuleType]:
+    """The loaded modules below a package that define or import a function of this name."""
+    below = [module for name, module in sys.modules.items() if name.startswith(package + ".")]
+    return [module for module in below if isfunction(vars(module).get(function))]
 
 
 def _solved(problem: Any, tolerance: float) -> Answer:
@@ -180,7 +201,7 @@ def _solved(problem: Any, tolerance: float) -> Answer:
     return Answer(solution.objective, tolerance, solution, solution.verdict, seconds)
 
 
-def _benchmark(name: str, effort: Effort) -> Answer:
+def _benchmark(name: str) -> Answer:
     """One problem of the catalogue."""
     from studies.benchmarks.catalogue import CATALOGUE
 
@@ -188,14 +209,14 @@ def _benchmark(name: str, effort: Effort) -> Answer:
     return _solved(benchmark.problem, benchmark.tolerance)
 
 
-def _race(name: str, effort: Effort) -> Answer:
+def _race(name: str) -> Answer:
     """Problem A or B of the race, as our own row states it."""
     sys.path.insert(0, str(RACE_ROWS))
     problem, _ = import_module("run_ours").statement(name)
     return _solved(problem, ENGINE_TOLERANCE)
 
 
-def _arm(given: Mapping[str, Any], effort: Effort) -> Answer:
+def _arm(given: Mapping[str, Any]) -> Answer:
     """One stage of the arm, solved and refined as its command does."""
     from studies.arm.config import study_from
     from studies.arm.optimum import check_bending, check_caps, refine, solve_stage
@@ -206,19 +227,20 @@ def _arm(given: Mapping[str, Any], effort: Effort) -> Answer:
     check_bending(study.stage)
     check_caps(study.stage, study.limits)
     check_mesh(study)
-    solved = solve_stage(study.stage, limits=study.limits, objective=study.objective)
-    refined = refine(solved, study.limits, objective=study.objective)
+    with kept_solutions("studies.arm") as solutions:  # the study keeps the trajectory alone
+        solved = solve_stage(study.stage, limits=study.limits, objective=study.objective)
+        refined = refine(solved, study.limits, objective=study.objective)
     seconds = time.process_time() - begin
 
     trajectory = refined.solved.trajectory
-    solution = next(s for s in effort.solutions if s.trajectory is trajectory)
+    solution = next(s for s in solutions if s.trajectory is trajectory)
     agreement = ("study: replays on both models agree", refined.agrees)
     return Answer(
         solution.objective, ARM_TOLERANCE, solution, solution.verdict, seconds, (agreement,)
     )
 
 
-def _truss(given: Mapping[str, Any] | None, effort: Effort) -> Answer:
+def _truss(given: Mapping[str, Any] | None) -> Answer:
     """One study of the truss, from all its starts, as its command does."""
     from studies.common.console import Console
     from studies.truss.checks import check_feasible
