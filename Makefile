@@ -6,8 +6,10 @@ BIN := .venv/bin
 READY := .venv/.ready
 STUDY_FLAGS ?=
 REGRESSION_FLAGS ?=
+RACE_FLAGS ?= --peers --only race
+EXUDYN_FLAGS ?=
 
-.PHONY: help setup study picture table test test-slow lint benchmark regression clean
+.PHONY: help setup study picture table test test-slow lint benchmark regression race exudyn clean
 
 help:
 	@echo "make study      optimal deployment of the 24-module antenna, into results/"
@@ -18,6 +20,8 @@ help:
 	@echo "make lint       formatting, lint, types, import rule"
 	@echo "make benchmark  time to build a problem; fifteen problems with known optima"
 	@echo "make regression values, iterations and certificates beside those of benchmarks/baseline.json"
+	@echo "make race       the engine beside other tools, each in an environment of its own"
+	@echo "make exudyn     the simulator of flexible links beside Exudyn, which is installed first"
 	@echo "make clean      remove caches (keeps .venv and results/)"
 
 setup: $(READY)
@@ -55,11 +59,18 @@ lint: $(READY)
 	$(BIN)/lint-imports
 
 benchmark: $(READY)
-	$(BIN)/antenna-ocp build-time
+	$(BIN)/python -m benchmarks.race --only build
 	$(BIN)/antenna-ocp benchmarks
 
 regression: $(READY)
 	$(BIN)/python -m benchmarks.regression --against benchmarks/baseline.json $(REGRESSION_FLAGS)
+
+race: $(READY)
+	$(BIN)/python -m benchmarks.race $(RACE_FLAGS)
+
+exudyn: $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -r benchmarks/exudyn/requirements.txt
+	$(BIN)/python -m benchmarks.exudyn $(EXUDYN_FLAGS)
 
 clean:
 	rm -rf build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache

@@ -23,7 +23,7 @@ from unittest import mock
 
 from benchmarks.records import ROOT, Record
 
-RACE_ROWS = ROOT / "studies" / "speed" / "rows"  # scripts that import each other by plain names
+RACE_ROWS = ROOT / "benchmarks" / "race" / "rows"  # scripts that import each other by plain names
 MAIN_STUDY = ROOT / "studies" / "truss" / "main.toml"
 ROUND_SOLVER = "solve_round"  # the engine's function that solves one mesh round
 

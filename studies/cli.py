@@ -16,12 +16,18 @@ COMMANDS = (
     "studies.truss.command",
     "studies.arm.command",
     "studies.arm.robust_command",
-    "studies.exudyn.command",
     "studies.benchmarks.command",
-    "studies.build_time",
-    "studies.speed.command",
     "studies.table",
 )
+
+# Former sub-commands, and the sentence that says what to write instead.
+FORMER = {
+    "benchmark-speed": "'antenna-ocp benchmark-speed' is now 'make race' in the source tree; "
+    "'python -m benchmarks.race --help' names its parts and flags",
+    "arm-speed": "'antenna-ocp arm-speed' is now 'make exudyn' in the source tree",
+    "build-time": "'antenna-ocp build-time' is now 'python -m benchmarks.race --only build' in "
+    "the source tree",
+}
 
 Run = Callable[[argparse.Namespace, Console], ExitCode]
 
@@ -42,8 +48,11 @@ def build_parser() -> argparse.ArgumentParser:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command with `arguments` (those of the process by default); return its exit code."""
-    options = build_parser().parse_args(arguments)
-    console = Console()
+    console, words = Console(), sys.argv[1:] if arguments is None else arguments
+    if words and words[0] in FORMER:
+        console.complain(FORMER[words[0]])
+        return int(ExitCode.BAD_INPUT)
+    options = build_parser().parse_args(words)
     try:
         return int(options.run(options, console))
     except StudyError as error:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studies.cli import main
+from studies.cli import FORMER, main
 from studies.common.exit_codes import ExitCode
 
 FAST = ("truss", "--objective", "peak-force", "--duration", "5", "--jerk-cap", "200/T^3")
@@ -170,3 +170,10 @@ def test_the_table_agrees_with_the_closed_forms(capsys: pytest.CaptureFixture[st
             assert row.ours == pytest.approx(row.paper, rel=0.036), row.quantity
     assert main(["table"]) == ExitCode.OK
     assert "deployed diameter" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", FORMER)
+def test_a_former_sub_command_answers_with_what_to_write(name: str, capsys) -> None:
+    assert main([name, "--list"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"'antenna-ocp {name}' is now" in line

@@ -7,7 +7,6 @@ from matplotlib.figure import Figure
 from models.laws import Step5
 from studies.common.drawing import LAWS, look, show_lowest, smoothest_on_top
 from studies.paper import DEPLOYED, PINNED, WITH_FRICTION
-from studies.speed import growth_part
 from studies.truss.deployment import Deployment
 from studies.truss.figures import tension_figure
 
@@ -53,16 +52,3 @@ def test_the_tension_of_a_harsher_law_is_not_cut_off() -> None:
         low, high = panel.get_ylim()
         assert low == 0
         assert all(np.max(line.get_ydata()) < high for line in panel.get_lines())
-
-
-def test_a_run_without_iterations_is_a_gap_not_a_zero() -> None:
-    run = {"set_up": 0.1, "solve": 1.0, "memory": 100.0, "intervals": 100}
-    rows = [
-        {"value": value, "runs": [run | {"iterations": count}]}
-        for value, count in ((100, 10), (300, 0))
-    ]
-    panel, *_ = growth_part.draw({"rows": rows}).axes
-    (line,) = panel.get_lines()
-    values = np.asarray(line.get_ydata(), float)
-    assert values[0] > 0
-    assert np.isnan(values[1])

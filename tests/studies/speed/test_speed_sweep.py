@@ -3,11 +3,11 @@
 import io
 
 import pytest
-
-from studies.common.console import Console
 from studies.speed import growth_part, plots
 from studies.speed.setup import Setup
 from studies.speed.sweep import sweep
+
+from studies.common.console import Console
 
 
 def test_a_mesh_of_ten_intervals_is_measured(tmp_path) -> None:

@@ -1,0 +1,80 @@
+"""The parts of `python -m benchmarks.race`: their names, and what each is told and gives."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
+
+from studies.common.console import Console, Table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Record = Mapping[str, Any]
+
+
+class Listed(NamedTuple):
+    """A part as `--list` shows it: the module that measures it, and a line of help."""
+
+    module: str
+    line: str
+
+
+PARTS = {
+    "race": Listed("benchmarks.race.medians", "problems A and B, every contestant, medians"),
+    "curve": Listed("benchmarks.race.curve", "accuracy against time of every contestant"),
+    "benchmarks": Listed("benchmarks.speed.optima", "a pass over the problems with known optima"),
+    "arm": Listed("benchmarks.speed.arm", "the arm's stage of 86 s"),
+    "build": Listed("benchmarks.speed.build", "building a problem's nonlinear program"),
+    "growth": Listed(
+        "benchmarks.speed.growth", "problem B on meshes of 100 to 20,000 intervals, memory included"
+    ),
+    "modules": Listed("benchmarks.speed.modules", "problem B with 6 to 1000 modules"),
+    "elements": Listed("benchmarks.speed.elements", "a pendulum of 4 to 64 ANCF elements"),
+    "imports": Listed("benchmarks.speed.imports", "what loads, and how long it takes"),
+}
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What was asked for.
+
+    Attributes
+    ----------
+    console : Console
+    repeats : int
+        Runs of which a median is taken.
+    limit : float
+        Of one run [s].
+    peers : bool
+        Whether other tools take part.
+    environments : Path
+        Folder of their environments.
+    """
+
+    console: Console
+    repeats: int
+    limit: float
+    peers: bool
+    environments: Path
+
+
+class Measurement(Protocol):
+    """What the module of a part defines."""
+
+    def measure(self, setup: Setup) -> Iterator[Record]:
+        """Measure, and hand out the record each time something was added to it."""
+
+    def tables(self, record: Record) -> list[Table]:
+        """Return what is printed."""
+
+    def draw(self, record: Record) -> Figure | None:
+        """Return the figure, if there is one."""
+
+
+def part(name: str) -> Measurement:
+    """Return the module of a part; it is imported now, so that `--list` answers at once."""
+    return cast(Measurement, importlib.import_module(PARTS[name].module))

@@ -1,0 +1,1 @@
+"""The engine beside other tools and hand-written programs: `python -m benchmarks.race`."""

@@ -1,0 +1,57 @@
+"""The part "curve": accuracy against time, every contestant on several meshes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from benchmarks.parts import Record, Setup
+from benchmarks.race.contestants import PROBLEMS, taking_part
+from benchmarks.race.medians import TITLES, error_cells
+from studies.common.console import Table, number
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def measure(setup: Setup) -> Iterator[Record]:
+    """Run every contestant once on each of its meshes; see `Measurement`."""
+    from benchmarks.race.runs import Entry, processes_of, race
+
+    contestants = taking_part(setup.peers)
+    progress = setup.console.progress
+    processes = processes_of(contestants, setup.environments, progress)
+    entries = [
+        Entry(problem, contestant, size)
+        for problem in PROBLEMS
+        for contestant in contestants
+        for size in contestant.sizes[problem]
+    ]
+
+    for state in race(entries, processes, 1, setup.limit, progress):
+        yield {"limit": setup.limit, "rows": [entry.record() for entry in state]}
+
+
+def tables(record: Record) -> list[Table]:
+    """Return one table for each problem."""
+    head = ("contestant", "size", "solve [s]", "process [s]", "end [rad]", "peak", "caps", "")
+    note = "size: as each contestant's script says (intervals; ours: -log10 of a tolerance)."
+    by_problem = []
+    for problem in PROBLEMS:
+        title = f"Accuracy against time, one run each. {TITLES[problem]}"
+        rows = [_cells(row) for row in record["rows"] if row["problem"] == problem]
+        by_problem.append(Table(title, head, rows, (note,)))
+    return by_problem
+
+
+def _cells(row: Record) -> tuple[str, ...]:
+    seconds = (number(row["medians"][column], 3) for column in ("solve", "process"))
+    verdict = "right" if row["right"] else row["why not"]
+    return (row["title"], str(row["size"]), *seconds, *error_cells(row["check"]), verdict)
+
+
+def draw(record: Record) -> Figure:
+    """Draw the error of the peak or the excess of a cap, whichever is larger, against seconds."""
+    from benchmarks.race.plots import curves
+
+    return curves(record["rows"], TITLES)

@@ -1,0 +1,1 @@
+"""Parts that measure our own code alone: growth, memory, imports, problems with known optima."""

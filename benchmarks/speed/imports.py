@@ -1,0 +1,83 @@
+"""The part "imports": what loads, and how long it takes, of the command and before a solve."""
+
+from __future__ import annotations
+
+import re
+import statistics
+import subprocess
+import sys
+from collections.abc import Iterator
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+from benchmarks.parts import Record, Setup
+from benchmarks.records import ROOT
+from studies.common.console import Table, number
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+STARTS = {
+    "antenna-ocp --help": ("-m", "studies.cli", "--help"),
+    "antenna-ocp truss --help": ("-m", "studies.cli", "truss", "--help"),
+    "import ocp": ("-c", "import ocp"),
+    "truss study, before its solve": ("-c", "import studies.truss.solve"),
+    "import casadi": ("-c", "import casadi"),
+    "python alone": ("-c", "pass"),
+}
+HEAVY = ("casadi", "numpy", "scipy", "matplotlib")
+OURS = ("ocp", "models", "studies")
+LINE = re.compile(r"import time:\s*(\d+) \|\s*(\d+) \|\s*(\S+)")  # of `python -X importtime`
+
+
+def measure(setup: Setup) -> Iterator[Record]:
+    """Time each start, and take its imports apart; see `Measurement`."""
+    starts: dict[str, dict[str, Any]] = {name: {"seconds": []} for name in STARTS}
+    for _ in range(setup.repeats):
+        for name, words in STARTS.items():
+            begin = perf_counter()
+            _run(words)
+            starts[name]["seconds"].append(perf_counter() - begin)
+
+    # Once more with Python's own clock of imports, which slows a start down.
+    for name, words in STARTS.items():
+        starts[name]["packages"] = packages(_run(("-X", "importtime", *words)))
+        setup.console.progress(f"{name}: {statistics.median(starts[name]['seconds']):.2f} s")
+        yield {"starts": {n: start for n, start in starts.items() if "packages" in start}}
+
+
+def _run(words: tuple[str, ...]) -> str:
+    command = (sys.executable, *words)
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stderr
+
+
+def packages(said: str) -> dict[str, float]:
+    """Return the seconds of import by top package: each module's own time, summed."""
+    seconds: dict[str, float] = {}
+    for microseconds, _, module in LINE.findall(said):
+        package = module.split(".")[0]
+        seconds[package] = seconds.get(package, 0.0) + 1e-6 * int(microseconds)
+    return seconds
+
+
+def tables(record: Record) -> list[Table]:
+    """Return the seconds in all, and of the heavy packages."""
+    head = ("start", "process [s]", "imports [s]", *(f"{name} [s]" for name in HEAVY), "ours [s]")
+    rows = []
+    for name, start in record["starts"].items():
+        each = start["packages"]
+        heavy = (number(each[p], 3) if p in each else "not loaded" for p in HEAVY)
+        process, imports = statistics.median(start["seconds"]), sum(each.values())
+        ours = sum(each.get(package, 0.0) for package in OURS)
+        rows.append((name, number(process, 3), number(imports, 3), *heavy, number(ours, 2)))
+    note = "process: median, without -X importtime; imports: one run with it."
+    return [Table("What loads", head, rows, (note,))]
+
+
+def draw(record: Record) -> Figure:
+    """Draw a bar for each start."""
+    from benchmarks.speed.plots import labelled_bars
+
+    names = list(record["starts"])
+    seconds = [statistics.median(record["starts"][name]["seconds"]) for name in names]
+    return labelled_bars("Time to start", names, seconds, "whole process [s], median")

@@ -1,1 +1,0 @@
-"""Speed: our engine beside other tools and hand-written programs, growth, memory, imports."""

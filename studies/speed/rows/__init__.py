@@ -1,1 +1,0 @@
-"""One script for each contestant, each run as a fresh process, and what they share."""

@@ -1,0 +1,71 @@
+"""The command: bad input, and what was measured is kept whenever it stops."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from benchmarks.parts import PARTS, Record, Setup, part
+from benchmarks.race import medians
+from benchmarks.race.__main__ import main
+from benchmarks.speed import imports
+from studies.common.console import Table
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--only", "rase"), "the parts are race"),
+        (("--repeats", "0"), "positive whole number"),
+        (("--repeats", "2.5"), "positive whole number"),
+        (("--limit", "-3"), "positive number of seconds"),
+        (("--limit", "inf"), "positive number of seconds"),
+    ],
+)
+def test_bad_input_is_one_sentence(
+    arguments: tuple[str, ...], words: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert main([*arguments, "--results", str(tmp_path / "out")]) == 2
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert words in line
+    assert not (tmp_path / "out").exists()
+
+
+def test_what_was_measured_before_an_interruption_is_kept(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    def measure(setup: Setup) -> Iterator[Record]:
+        assert setup.repeats == 2
+        yield {"rows": [], "seconds": 1.0}
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(medians, "measure", measure)
+    monkeypatch.setattr(medians, "tables", lambda record: [Table("T", ("s",), [("1",)])])
+    monkeypatch.setattr(medians, "draw", lambda record: None)
+    out = tmp_path / "out"
+    arguments = ["--only", "race", "--repeats", "2", "--results", str(out)]
+    assert main(arguments) == 130
+    assert json.loads((out / "race.json").read_text())["seconds"] == 1.0
+    assert (out / "race.txt").is_file()
+    assert "interrupted" in capsys.readouterr().out
+
+
+def test_every_part_has_what_a_part_needs(capsys: pytest.CaptureFixture[str]) -> None:
+    for name in PARTS:
+        module = part(name)
+        assert all(callable(getattr(module, verb)) for verb in ("measure", "tables", "draw"))
+    assert main(["--list"]) == 0
+    assert len(capsys.readouterr().out.splitlines()) == len(PARTS)
+
+
+@pytest.mark.parametrize("name", ["growth", "modules", "elements", "benchmarks", "arm"])
+def test_a_failed_measurement_is_a_row_that_says_so(name: str) -> None:
+    record = {"rows": [{"value": 7, "runs": [], "failure": "not done after 1 s"}]}
+    (table,) = part(name).tables(record)
+    assert "not done after 1 s" in str(table)
+
+
+def test_imports_are_summed_by_package() -> None:
+    said = "import time:       250 |        900 |   numpy.core\nimport time: 50 | 50 | numpy\n"
+    assert imports.packages(said) == {"numpy": pytest.approx(3e-4)}
