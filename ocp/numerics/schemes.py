@@ -1,10 +1,10 @@
 """Collocation schemes, each determined by its collocation points on [0, 1].
 
-On an interval of length ``h`` a state is the polynomial through ``s + 1`` support points, the
-first at 0; its derivative meets the dynamics at the ``s`` collocation points.  Radau IIA, Gauss
-and Lobatto IIIA of every degree are of this kind, and so are the trapezoidal rule and
-Hermite-Simpson, which are Lobatto IIIA of two and three points (Hairer, Norsett, Wanner, "Solving
-Ordinary Differential Equations I", theorem II.7.7 and section II.7).  Orders on smooth problems:
+On an interval of length ``h`` a state is the polynomial through ``s + 1`` support points, the first
+at 0. Its derivative meets the dynamics at the ``s`` collocation points. Radau IIA, Gauss and Lobatto
+IIIA of every degree are of this kind. So are the trapezoidal rule and Hermite-Simpson, which are
+Lobatto IIIA of two and three points (Hairer, Norsett, Wanner, "Solving Ordinary Differential
+Equations I", theorem II.7.7 and section II.7). Orders on smooth problems:
 
 ===================================================  ======================  =====================
 scheme of s points                                   end state and optimum   controls and costates
@@ -15,47 +15,54 @@ Lobatto, Hermite-Simpson (s = 3), trapezoid (s = 2)  2 s - 2                 s -
 ===================================================  ======================  =====================
 
 Controls and costates are meant between the points, too.
+
+To add a scheme, write a subclass of `Scheme` that gives its points and its order, and add it to
+`SCHEMES`.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal
+from numbers import Integral
+from typing import ClassVar
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 
+from ocp.arrays import Array, Integers
 from ocp.errors import StatementError
-
-Array = NDArray[np.float64]
-SchemeName = Literal["radau", "gauss", "lobatto", "hermite-simpson", "trapezoid"]
-FIXED_DEGREE = {"trapezoid": 2, "hermite-simpson": 3}
+from ocp.numerics.interpolation import derivative_matrix, lagrange, quadrature_weights
 
 
 @dataclass(frozen=True, eq=False)
-class Scheme:
-    """One collocation scheme.
+class Collocation:
+    """The numbers of one scheme at one degree.
 
     Attributes
     ----------
-    points : (s,) collocation points.
-    support : (s + 1,) support points of the state polynomial, the first is 0.
-    own : (s,) index into `support` of each collocation point.
-    derivative : (s, s + 1) derivative at each collocation point from the support values.
-    weights : (s,) quadrature weights of the collocation points.
-    end : (s + 1,) weights of the support values in the value at 1.
+    degree : int
+        Number ``s`` of collocation points.
+    points : (s,)
+        Collocation points on [0, 1].
+    support : (s + 1,)
+        Support points of the state polynomial, the first is 0.
+    own : (s,)
+        Index into `support` of each collocation point.
+    derivative : (s, s + 1)
+        Derivative at each collocation point from the support values.
+    weights : (s,)
+        Quadrature weights of the collocation points.
+    end : (s + 1,)
+        Weights of the support values in the value at 1.
     order : int
         Order of the end state of an initial-value problem.
     """
 
-    name: SchemeName
     degree: int
     points: Array
     support: Array
-    own: NDArray[np.int64]
+    own: Integers
     derivative: Array
     weights: Array
     end: Array
@@ -65,9 +72,9 @@ class Scheme:
     def choices(self) -> int:
         """Number of coefficients of a free polynomial control in an interval.
 
-        Schemes that collocate at both ends have one less than points: at a switch that lies on a
+        Schemes that collocate at both ends have one less than points. At a switch that lies on a
         breakpoint the value at the end has no influence on the optimum, and a control with as
-        many coefficients as points would be undetermined there.  The optimum keeps its order,
+        many coefficients as points would be undetermined there. The optimum keeps its order,
         because it feels an error of the control squared.
         """
         return self.degree - 1 if self.points[0] == 0.0 else self.degree
@@ -88,44 +95,173 @@ class Scheme:
         return self.support.size - 1 - self.ends_on_support
 
 
-@lru_cache(maxsize=256)
-def scheme(name: SchemeName, degree: int) -> Scheme:
-    """The scheme of that name with `degree` collocation points.
+@dataclass(frozen=True)
+class Scheme:
+    """A family of collocation schemes, and the degree of the first mesh.
+
+    Parameters
+    ----------
+    degree : int
+        Collocation points in each interval of the first mesh. Refinement may raise it.
+
+    Attributes
+    ----------
+    name : str
+        As messages and files call it.
+    fixed_degree : bool
+        Whether the rule has one degree only, so that refinement cannot raise it.
+    exact_for_chains : bool
+        Whether degree ``d`` integrates a chain whose last state is a polynomial of degree ``d``
+        without error.
+    informative_multipliers : bool
+        Whether the multipliers tell what a finer control would gain. Those of the schemes that
+        collocate at both ends meet the minimum principle on any mesh.
+
+    Raises
+    ------
+    StatementError
+        For a degree that the scheme does not have.
+    """
+
+    degree: int = 4
+
+    name: ClassVar[str] = ""
+    least_degree: ClassVar[int] = 1
+    fixed_degree: ClassVar[bool] = False
+    exact_for_chains: ClassVar[bool] = True
+    informative_multipliers: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.degree, Integral) or self.degree < self.least_degree:
+            raise StatementError(
+                f"{self.name} has {self.degree!r} points in an interval; give a whole number of at "
+                f"least {self.least_degree}"
+            )
+
+    def at(self, degree: int) -> Collocation:
+        """The numbers of the scheme with `degree` collocation points."""
+        return _collocation(type(self), int(degree))
+
+    @classmethod
+    def points_and_order(cls, degree: int) -> tuple[Array, int]:
+        """Collocation points on [0, 1], shape (degree,), and the order of the end state."""
+        raise TypeError(f"{cls.__name__} is no scheme; choose one of {', '.join(SCHEMES)}")
+
+
+@dataclass(frozen=True)
+class Radau(Scheme):
+    """Radau IIA: collocates at the right end of each interval; stiffly accurate. The default."""
+
+    name: ClassVar[str] = "radau"
+
+    @classmethod
+    def points_and_order(cls, degree: int) -> tuple[Array, int]:
+        """Right Radau points and their order ``2 s - 1``."""
+        return radau_points(degree), 2 * degree - 1
+
+
+@dataclass(frozen=True)
+class Gauss(Scheme):
+    """Gauss: of the highest order; the right end of each interval is extrapolated."""
+
+    name: ClassVar[str] = "gauss"
+
+    @classmethod
+    def points_and_order(cls, degree: int) -> tuple[Array, int]:
+        """Gauss points and their order ``2 s``."""
+        return 0.5 * (legendre.leggauss(degree)[0] + 1.0), 2 * degree
+
+
+@dataclass(frozen=True)
+class Lobatto(Scheme):
+    """Lobatto IIIA: collocates at both ends of each interval."""
+
+    name: ClassVar[str] = "lobatto"
+    least_degree: ClassVar[int] = 2
+    informative_multipliers: ClassVar[bool] = False
+
+    @classmethod
+    def points_and_order(cls, degree: int) -> tuple[Array, int]:
+        """Lobatto points and their order ``2 s - 2``."""
+        return lobatto_points(degree), 2 * degree - 2
+
+
+@dataclass(frozen=True)
+class HermiteSimpson(Lobatto):
+    """Hermite-Simpson: Lobatto IIIA of three points."""
+
+    degree: int = 3
+    name: ClassVar[str] = "hermite-simpson"
+    fixed_degree: ClassVar[bool] = True
+    exact_for_chains: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        _check_fixed(self, 3)
+
+
+@dataclass(frozen=True)
+class Trapezoid(Lobatto):
+    """The trapezoidal rule: Lobatto IIIA of two points."""
+
+    degree: int = 2
+    name: ClassVar[str] = "trapezoid"
+    fixed_degree: ClassVar[bool] = True
+    exact_for_chains: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        _check_fixed(self, 2)
+
+
+SCHEMES = {
+    scheme.__name__: scheme for scheme in (Radau, Gauss, Lobatto, HermiteSimpson, Trapezoid)
+}
+
+
+def scheme_named(name: str, degree: int) -> Scheme:
+    """The scheme of that name, for files and configurations.
 
     Raises
     ------
     StatementError
         For an unknown name or a degree that the scheme does not have.
     """
-    if name in FIXED_DEGREE:
-        degree = FIXED_DEGREE[name]
-    if name not in ("radau", "gauss", "lobatto", *FIXED_DEGREE):
+    for scheme in SCHEMES.values():
+        if scheme.name == name:
+            return scheme() if scheme.fixed_degree else scheme(degree)
+    known = ", ".join(scheme.name for scheme in SCHEMES.values())
+    raise StatementError(f"'{name}' is no collocation scheme; choose one of {known}")
+
+
+def _check_fixed(scheme: Scheme, degree: int) -> None:
+    if scheme.degree != degree:
         raise StatementError(
-            f"'{name}' is no transcription; choose radau, gauss, lobatto, hermite-simpson or "
-            "trapezoid"
+            f"{scheme.name} always has {degree} points in an interval, got {scheme.degree!r}; "
+            "leave the degree out"
         )
-    least = 2 if name == "lobatto" else 1
-    if degree < least:
-        raise StatementError(f"{name} needs at least {least} points an interval, got {degree}")
-    if name == "radau":
-        points, order = radau_points(degree), 2 * degree - 1
-    elif name == "gauss":
-        points, order = 0.5 * (legendre.leggauss(degree)[0] + 1.0), 2 * degree
-    else:
-        points, order = lobatto_points(degree), 2 * degree - 2
-    if points[0] == 0.0:  # a point at 0 adds no unknown: a free support point completes the degree
+
+
+@lru_cache(maxsize=256)
+def _collocation(scheme: type[Scheme], degree: int) -> Collocation:
+    points, order = scheme.points_and_order(degree)
+
+    if points[0] == 0.0:
+        # a point at 0 adds no unknown: a free support point completes the degree
         support = np.insert(points, 1, 0.5 * (points[0] + points[1]))
         own = np.delete(np.arange(degree + 1), 1)
     else:
         support = np.concatenate([[0.0], points])
         own = np.arange(1, degree + 1)
-    return Scheme(
-        name, degree, points, support, own,
+
+    return Collocation(
+        degree=degree,
+        points=points,
+        support=support,
+        own=own,
         derivative=derivative_matrix(support, points),
         weights=quadrature_weights(points),
         end=lagrange(support, np.array([1.0]))[0],
         order=order,
-    )  # fmt: skip
+    )
 
 
 def radau_points(degree: int) -> Array:
@@ -135,6 +271,8 @@ def radau_points(degree: int) -> Array:
     coefficients = np.zeros(degree + 1)
     coefficients[degree - 1], coefficients[degree] = 1.0, -1.0
     roots = _polished(np.sort(legendre.legroots(coefficients).real), coefficients)
+
+    # the last root is 1 exactly, which the root finder meets to rounding only
     points = 0.5 * (roots + 1.0)
     points[-1] = 1.0
     return points
@@ -149,53 +287,8 @@ def lobatto_points(degree: int) -> Array:
 
 
 def _polished(roots: Array, coefficients: Array) -> Array:
+    """Roots of a Legendre series after three Newton steps, which reach rounding."""
     slope = legendre.legder(coefficients)
     for _ in range(3):
         roots = roots - legendre.legval(roots, coefficients) / legendre.legval(roots, slope)
     return roots
-
-
-def barycentric_weights(support: Array) -> Array:
-    """Barycentric weights ``1 / prod_j (x_i - x_j)`` of support points, shape (m,)."""
-    gaps = support[:, None] - support[None, :]
-    np.fill_diagonal(gaps, 1.0)
-    return 1.0 / np.asarray(np.prod(gaps, axis=1))
-
-
-def lagrange(support: Array, at: Array) -> Array:
-    """Values of the Lagrange basis, shape ``at.shape + (m,)``."""
-    weights = barycentric_weights(support)
-    gaps = np.asarray(at)[..., None] - support
-    hit = gaps == 0.0
-    terms = weights / np.where(hit, 1.0, gaps)
-    terms = np.where(hit.any(axis=-1, keepdims=True), hit, terms)
-    return np.asarray(terms / terms.sum(axis=-1, keepdims=True))
-
-
-def bernstein(count: int, at: Array) -> Array:
-    """Values of the Bernstein basis of `count` polynomials of degree ``count - 1``.
-
-    A polynomial on [0, 1] lies between its least and largest Bernstein coefficient (Farouki,
-    "The Bernstein polynomial basis: a centennial retrospective", 2012); shape ``at.shape +
-    (count,)``.
-    """
-    tau, i = np.asarray(at, dtype=float)[..., None], np.arange(count)
-    binomials = np.array([math.comb(count - 1, k) for k in i], dtype=float)
-    return np.asarray(binomials * tau**i * (1.0 - tau) ** (count - 1 - i))
-
-
-def derivative_matrix(support: Array, at: Array) -> Array:
-    """Derivative of the interpolating polynomial at given points, shape (len(at), m)."""
-    weights = barycentric_weights(support)
-    gaps = support[:, None] - support[None, :]
-    np.fill_diagonal(gaps, 1.0)
-    nodal = (weights[None, :] / weights[:, None]) / gaps
-    np.fill_diagonal(nodal, 0.0)
-    np.fill_diagonal(nodal, -nodal.sum(axis=1))
-    return np.asarray(lagrange(support, at) @ nodal)
-
-
-def quadrature_weights(points: Array) -> Array:
-    """Weights on [0, 1] of the interpolatory quadrature on the points."""
-    nodes, gauss = legendre.leggauss(len(points))
-    return np.asarray(0.5 * gauss @ lagrange(points, 0.5 * (nodes + 1.0)))

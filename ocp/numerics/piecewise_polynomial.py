@@ -1,0 +1,202 @@
+"""Piecewise polynomials of time: the one representation of states, controls and algebraic signals.
+
+A constant control has one Bernstein coefficient in an interval, a linear one two, a polynomial one
+as many as it has degrees of freedom. States have a Lagrange basis on the support points of their
+collocation. All of them are values of `PiecewisePolynomial`, which may have several components.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from ocp.arrays import Array, Integers
+from ocp.numerics.interpolation import bernstein, bernstein_slopes, derivative_matrix, lagrange
+
+
+@dataclass(frozen=True)
+class Bernstein:
+    """The Bernstein basis on [0, 1]: coefficients bound the polynomial from both sides."""
+
+    count: int
+
+    def values(self, tau: Array) -> Array:
+        """The basis at local times, shape (m, count)."""
+        return bernstein(self.count, tau)
+
+    def slopes(self, tau: Array) -> Array:
+        """Its derivative by local time, shape (m, count)."""
+        return bernstein_slopes(self.count, tau)
+
+
+@dataclass(frozen=True)
+class Lagrange:
+    """The Lagrange basis on given support points: coefficients are values at these."""
+
+    support: tuple[float, ...]
+
+    @property
+    def count(self) -> int:
+        """Number of coefficients."""
+        return len(self.support)
+
+    def values(self, tau: Array) -> Array:
+        """The basis at local times, shape (m, count)."""
+        return lagrange(np.array(self.support), tau)
+
+    def slopes(self, tau: Array) -> Array:
+        """Its derivative by local time, shape (m, count)."""
+        return derivative_matrix(np.array(self.support), tau)
+
+
+Basis = Bernstein | Lagrange
+
+
+@lru_cache(maxsize=256)
+def to_bernstein(basis: Basis) -> Array:
+    """Matrix (count, count) from the coefficients of a basis to Bernstein coefficients."""
+    if isinstance(basis, Bernstein):
+        return np.eye(basis.count)
+    points = _chebyshev(basis.count)
+    return np.linalg.solve(bernstein(basis.count, points), basis.values(points))
+
+
+@lru_cache(maxsize=256)
+def to_powers(basis: Basis) -> Array:
+    """Matrix (count, count) from the coefficients of a basis to those of powers of local time."""
+    points = _chebyshev(basis.count)
+    return np.linalg.solve(np.vander(points, increasing=True), basis.values(points))
+
+
+def _chebyshev(count: int) -> Array:
+    """Extrema of Chebyshev's polynomial on [0, 1], at which a change of basis is well conditioned."""
+    return np.asarray(0.5 - 0.5 * np.cos(np.pi * np.arange(count) / max(count - 1, 1)))
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """The intervals that share a basis.
+
+    Attributes
+    ----------
+    intervals : (m,)
+        Their numbers, in increasing order.
+    coefficients : (m, count, n)
+        Coefficients of each interval and component.
+    """
+
+    intervals: Integers
+    basis: Basis
+    coefficients: Array
+
+
+@dataclass(frozen=True, eq=False)
+class PiecewisePolynomial:
+    """Polynomials of local time in each interval, with `n` components.
+
+    Attributes
+    ----------
+    breakpoints : (N + 1,)
+        Times of the breakpoints [s].
+    pieces : tuple of Piece
+        Together they hold every interval once.
+    """
+
+    breakpoints: Array
+    pieces: tuple[Piece, ...]
+
+    @property
+    def components(self) -> int:
+        """Number of components n."""
+        return int(self.pieces[0].coefficients.shape[2])
+
+    @property
+    def intervals(self) -> int:
+        """Number of intervals N."""
+        return len(self.breakpoints) - 1
+
+    @property
+    def orders(self) -> Integers:
+        """(N,) degree of the polynomials in each interval."""
+        orders = np.empty(self.intervals, dtype=np.int64)
+        for piece in self.pieces:
+            orders[piece.intervals] = piece.basis.count - 1
+        return orders
+
+    def component(self, index: int) -> PiecewisePolynomial:
+        """One component on its own."""
+        pieces = tuple(
+            Piece(p.intervals, p.basis, p.coefficients[:, :, [index]]) for p in self.pieces
+        )
+        return PiecewisePolynomial(self.breakpoints, pieces)
+
+    def value(self, intervals: Integers, tau: Array) -> Array:
+        """Values at local times of intervals, both (m,), shape (m, n)."""
+        values = np.empty((intervals.size, self.components))
+        for piece, here, row in self._by_piece(intervals):
+            weights = piece.basis.values(tau[here])
+            values[here] = np.einsum("ms,msn->mn", weights, piece.coefficients[row])
+        return values
+
+    def rate(self, intervals: Integers, tau: Array) -> Array:
+        """Time derivatives at local times of intervals, shape (m, n) [unit / s]."""
+        rates = np.empty((intervals.size, self.components))
+        for piece, here, row in self._by_piece(intervals):
+            weights = piece.basis.slopes(tau[here])
+            rates[here] = np.einsum("ms,msn->mn", weights, piece.coefficients[row])
+        return rates / np.diff(self.breakpoints)[intervals][:, None]
+
+    def at(self, times: Array) -> Array:
+        """Values at times (m,) [s], shape (m, n); a breakpoint belongs to the interval on its right."""
+        return self.value(*located(self.breakpoints, times))
+
+    def ends(self) -> Array:
+        """Values at both ends of every interval, shape (N, 2, n)."""
+        every = np.arange(self.intervals)
+        sides = [self.value(every, np.full(every.size, end)) for end in (0.0, 1.0)]
+        return np.stack(sides, axis=1)
+
+    def range(self) -> tuple[Array, Array]:
+        """Bounds of each component in each interval, (N, n) each, by Bernstein coefficients."""
+        lower, upper = np.empty((2, self.intervals, self.components))
+        for piece in self.pieces:
+            coefficients = np.einsum("bs,msn->mbn", to_bernstein(piece.basis), piece.coefficients)
+            lower[piece.intervals] = coefficients.min(axis=1)
+            upper[piece.intervals] = coefficients.max(axis=1)
+        return lower, upper
+
+    def powers(self) -> Array:
+        """Coefficients of the powers of local time, padded with zeros, shape (N, n, highest)."""
+        highest = max(piece.basis.count for piece in self.pieces)
+        table = np.zeros((self.intervals, self.components, highest))
+        for piece in self.pieces:
+            powers = np.einsum("ps,msn->mnp", to_powers(piece.basis), piece.coefficients)
+            table[piece.intervals, :, : piece.basis.count] = powers
+        return table
+
+    def _by_piece(self, intervals: Integers) -> Iterator[tuple[Piece, Any, Integers]]:
+        """The pieces that some intervals belong to: which of them, and their rows there."""
+        if len(self.pieces) == 1:
+            piece = self.pieces[0]
+            yield piece, slice(None), np.searchsorted(piece.intervals, intervals)
+            return
+        owner = np.empty(self.intervals, dtype=np.int64)
+        for number, piece in enumerate(self.pieces):
+            owner[piece.intervals] = number
+        owners = owner[intervals]
+        for number, piece in enumerate(self.pieces):
+            here = np.flatnonzero(owners == number)
+            if here.size:
+                yield piece, here, np.searchsorted(piece.intervals, intervals[here])
+
+
+def located(breakpoints: Array, times: Array) -> tuple[Integers, Array]:
+    """Interval and local time in [0, 1] of each time; a breakpoint belongs to its right."""
+    t = np.asarray(times, dtype=float)
+    intervals = np.searchsorted(breakpoints, t, side="right") - 1
+    intervals = np.clip(intervals, 0, len(breakpoints) - 2)
+    return intervals, (t - breakpoints[intervals]) / np.diff(breakpoints)[intervals]
