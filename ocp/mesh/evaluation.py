@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from ocp.arrays import Array
 from ocp.errors import StatementError
-from ocp.mesh.initial_guess import signals_of
 from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
-from ocp.problem.statement import Phase, Problem
-from ocp.problem.symbols import Constant, Signal, Time, Unknown, resolve, scalar, time
-from ocp.problem.terms import Functional
+from ocp.problem.functionals import BoundaryValue, Integral, Peak, PhaseTime, PointValue
+from ocp.problem.parameters import Parameters, parameters_of
+from ocp.problem.phase import Phase
+from ocp.problem.problem import Problem
+from ocp.problem.symbols import TIME, Constant, Signal, Time, Unknown, resolve, scalar
 
-Array = NDArray[np.float64]
 Kept = TypeVar("Kept")
 
 
@@ -27,72 +27,94 @@ class Evaluator:
 
     problem: Problem
     _functions: dict[tuple[str, tuple[int, ...]], Any] = field(default_factory=dict, repr=False)
-    _kept: dict[Any, Any] = field(default_factory=dict, repr=False)
+    _kept: dict[Hashable, Any] = field(default_factory=dict, repr=False)
 
-    def kept(self, key: Any, build: Callable[[], Kept]) -> Kept:
+    def kept(self, key: Hashable, build: Callable[[], Kept]) -> Kept:
         """What `build` gives, built once for this problem and `key`."""
         if key not in self._kept:
             self._kept[key] = build()
-        found: Kept = self._kept[key]
-        return found
+        value: Kept = self._kept[key]
+        return value
+
+    def parameters(self, trajectory: Trajectory) -> Parameters:
+        """The constants of a trajectory, and the problem's limits at these values."""
+        key = ("parameters", tuple(trajectory.constants.items()))
+        return self.kept(key, lambda: parameters_of(self.problem, trajectory.constants))
+
+    def phase(self, name: str) -> Phase:
+        """The phase of that name."""
+        return self.problem.phase(name)
 
     def values(
-        self, trajectory: Trajectory, phase: str, expressions: Sequence[Any],
-        intervals: Any, tau: Any,
-    ) -> Array:  # fmt: skip
+        self,
+        trajectory: Trajectory,
+        phase: str,
+        expressions: Sequence[Any],
+        intervals: Any,
+        tau: Any,
+    ) -> Array:
         """Expressions at local times of intervals of a phase, shape (m, len(expressions))."""
         if not expressions:
             return np.empty((np.size(tau), 0))
-        own = trajectory.phase(phase)
+        motion = trajectory.phase(phase)
         k, tau = np.broadcast_arrays(np.asarray(intervals), np.asarray(tau, dtype=float))
         k, tau = k.ravel(), tau.ravel()
-        times = own.breakpoints[k] + tau * np.diff(own.breakpoints)[k]
-        return self.of_signals(trajectory, phase, expressions, own.local(k, tau), times)
+        times = motion.breakpoints[k] + tau * np.diff(motion.breakpoints)[k]
+        return self.of_signals(trajectory, phase, expressions, motion.local(k, tau), times)
 
     def of_signals(
-        self, trajectory: Trajectory, phase: str, expressions: Sequence[Any],
-        signals: Array, times: Array,
-    ) -> Array:  # fmt: skip
-        """Expressions of given signal values, shape (m, len(expressions))."""
+        self,
+        trajectory: Trajectory,
+        phase: str,
+        expressions: Sequence[Any],
+        signals: Array,
+        times: Array,
+    ) -> Array:
+        """Expressions of given signal values (m, n) and times (m,), (m, len(expressions))."""
         function = self._function(trajectory.phase(phase), phase, expressions)
-        fixed = [trajectory.unknowns[u.name] for u in self.problem.unknowns]
-        fixed += [trajectory.constants[c.name] for c in self.problem.constants]
-        out = function(
-            signals.T, np.asarray(times)[None, :], ca.DM(fixed) if fixed else ca.DM(0, 1)
-        )
+        out = function(signals.T, np.asarray(times)[None, :], self.numbers(trajectory))
         return out.full().reshape(len(expressions), len(times)).T
 
-    def _function(
-        self, own: PhaseTrajectory, phase: str, expressions: Sequence[Any]
-    ) -> ca.Function:
-        sx = [scalar(e, "an expression") for e in expressions]
-        key = (phase, tuple(e.element_hash() for e in sx))
-        if key not in self._functions:
-            named = {s.name: s for s in signals_of(self.problem, self.problem.phase(phase))}
-            signals = [named[name].symbol for name in own.signals]
-            fixed = [s.symbol for s in (*self.problem.unknowns, *self.problem.constants)]
-            f = ca.Function(
-                "values", [ca.vertcat(*signals), time.symbol, ca.vertcat(*fixed, ca.SX(0, 1))],
-                ca.cse([ca.densify(ca.vertcat(*sx))]),
-            )  # fmt: skip
-            self._functions[key] = (f, sx)
-        return self._functions[key][0]
+    def numbers(self, trajectory: Trajectory) -> ca.DM:
+        """Values of the unknowns, then of the constants, as a column."""
+        values = [trajectory.unknowns[u.name] for u in self.problem.unknowns]
+        values += [trajectory.constants[c.name] for c in self.problem.constants]
+        return ca.DM(values) if values else ca.DM(0, 1)
 
-    def number(
-        self, trajectory: Trajectory, expression: Any, peaks: Mapping[Functional, float]
-    ) -> float:
-        """An expression of functionals, unknowns and constants."""
+    def _function(
+        self, motion: PhaseTrajectory, phase: str, expressions: Sequence[Any]
+    ) -> ca.Function:
+        """``(signals, time, unknowns and constants) -> expressions``, compiled once."""
+        sx = [scalar(expression, "an expression") for expression in expressions]
+        key = (phase, tuple(expression.element_hash() for expression in sx))
+        if key not in self._functions:
+            symbols = {s.name: s.symbol for s in self.problem.signals(self.phase(phase))}
+            signals = ca.vertcat(*[symbols[name] for name in motion.signals])
+            numbers = [s.symbol for s in (*self.problem.unknowns, *self.problem.constants)]
+            inputs = [signals, TIME.symbol, ca.vertcat(*numbers, ca.SX(0, 1))]
+            outputs = ca.cse([ca.densify(ca.vertcat(*sx))])
+            # the expressions are kept too: a hash is unique while its expression lives
+            self._functions[key] = (ca.Function("values", inputs, outputs), sx)
+        function: ca.Function = self._functions[key][0]
+        return function
+
+    def number(self, trajectory: Trajectory, expression: Any, peaks: Mapping[Peak, float]) -> float:
+        """An expression of functionals, unknowns and constants.
+
+        Parameters
+        ----------
+        peaks : mapping of Peak to number
+            Their values, which depend on how densely they are looked for.
+        """
         sx = scalar(expression, "an expression")
         symbols = resolve(sx, "an expression")
-        values = [self._terminal(trajectory, s, peaks) for s in symbols]
+        reader = FunctionalValues(self, trajectory, peaks)
+        values = [self._symbol_value(trajectory, symbol, reader) for symbol in symbols]
         inputs = ca.vertcat(*[s.symbol for s in symbols], ca.SX(0, 1))
-        return float(
-            ca.Function("number", [inputs], [sx])(ca.DM(values) if values else ca.DM(0, 1))
-        )
+        function = ca.Function("number", [inputs], [sx])
+        return float(function(ca.DM(values) if values else ca.DM(0, 1)))
 
-    def _terminal(
-        self, trajectory: Trajectory, symbol: Any, peaks: Mapping[Functional, float]
-    ) -> float:
+    def _symbol_value(self, trajectory: Trajectory, symbol: Any, reader: FunctionalValues) -> float:
         if isinstance(symbol, Unknown):
             return trajectory.unknowns[symbol.name]
         if isinstance(symbol, Constant):
@@ -102,39 +124,56 @@ class Evaluator:
                 f"'{symbol.name}' varies in time; sample it at times instead of asking for one "
                 "number"
             )
-        return self._functional(trajectory, symbol, peaks)
-
-    def _functional(
-        self, trajectory: Trajectory, f: Functional, peaks: Mapping[Functional, float]
-    ) -> float:
-        if f.kind == "peak":
-            return peaks[f]
-        name, expression = f.pieces[0]
-        own = trajectory.phase(name)
-        if f.kind == "start time":
-            return own.start
-        if f.kind == "end time":
-            return own.end
-        if f.kind == "integral":
-            return self.integral(trajectory, name, expression)
-        if f.kind == "start":
-            return float(self.values(trajectory, name, [expression], 0, [0.0])[0, 0])
-        if f.kind == "end":
-            last = len(own.breakpoints) - 2
-            return float(self.values(trajectory, name, [expression], last, [1.0])[0, 0])
-        k, tau = own.locate(np.array([f.at]))
-        return float(self.values(trajectory, name, [expression], k, tau)[0, 0])
+        value: float = symbol.accept(reader)
+        return value
 
     def integral(self, trajectory: Trajectory, phase: str, expression: Any) -> float:
         """Integral over a phase by Gauss quadrature of three points more than the degree."""
-        own = trajectory.phase(phase)
-        nodes, weights = np.polynomial.legendre.leggauss(int(own.degrees.max()) + 3)
-        count = len(own.breakpoints) - 1
+        motion = trajectory.phase(phase)
+        nodes, weights = np.polynomial.legendre.leggauss(int(motion.degrees.max()) + 3)
+        count = motion.intervals
         k = np.repeat(np.arange(count), nodes.size)
         tau = np.tile(0.5 * (nodes + 1.0), count)
         values = self.values(trajectory, phase, [expression], k, tau).reshape(count, -1)
-        return float((0.5 * values @ weights) @ np.diff(own.breakpoints))
+        return float((0.5 * values @ weights) @ np.diff(motion.breakpoints))
 
-    def phase_of(self, name: str) -> Phase:
-        """The phase of that name."""
-        return self.problem.phase(name)
+
+@dataclass(frozen=True, eq=False)
+class FunctionalValues:
+    """Values of functionals on a trajectory, one method a kind."""
+
+    evaluator: Evaluator
+    trajectory: Trajectory
+    peaks: Mapping[Peak, float]
+
+    def integral(self, functional: Integral) -> float:
+        """By quadrature over the phase."""
+        return self.evaluator.integral(self.trajectory, functional.phase, functional.expression)
+
+    def peak(self, functional: Peak) -> float:
+        """As it was given."""
+        return self.peaks[functional]
+
+    def boundary_value(self, functional: BoundaryValue) -> float:
+        """At the first or last instant of the phase."""
+        last = self.trajectory.phase(functional.phase).intervals - 1
+        interval, tau = (0, 0.0) if functional.end == "start" else (last, 1.0)
+        return self._value(functional, interval, tau)
+
+    def point_value(self, functional: PointValue) -> float:
+        """At the instant."""
+        motion = self.trajectory.phase(functional.phase)
+        interval, tau = motion.locate(np.array([functional.instant]))
+        return self._value(functional, int(interval[0]), float(tau[0]))
+
+    def phase_time(self, functional: PhaseTime) -> float:
+        """The phase's own time."""
+        motion = self.trajectory.phase(functional.phase)
+        return motion.start if functional.end == "start" else motion.end
+
+    def _value(self, functional: BoundaryValue | PointValue, interval: int, tau: float) -> float:
+        expressions = [functional.expression]
+        values = self.evaluator.values(
+            self.trajectory, functional.phase, expressions, interval, [tau]
+        )
+        return float(values[0, 0])

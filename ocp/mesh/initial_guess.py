@@ -8,17 +8,17 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ocp.arrays import Array
 from ocp.errors import StatementError
 from ocp.mesh.trajectory import Trajectory
-from ocp.problem.statement import Phase, Problem
-from ocp.problem.symbols import Algebraic, Between, Control, Signal, is_number, is_real
+from ocp.problem.parameters import Parameters
+from ocp.problem.phase import Phase
+from ocp.problem.problem import Problem
+from ocp.problem.symbols import Between, Signal, Unknown, is_number, is_real
 
-Array = NDArray[np.float64]
 
-
-class PhaseStart(Protocol):
+class PhaseGuess(Protocol):
     """What a guess knows of one phase."""
 
     @property
@@ -31,22 +31,53 @@ class PhaseStart(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
+class InitialGuess:
+    """A guess for every phase and unknown of a problem."""
+
+    phases: Mapping[str, PhaseGuess]
+    unknowns: Mapping[str, float]
+
+
+def initial_guess(
+    problem: Problem, parameters: Parameters, trajectory: Trajectory | None = None
+) -> InitialGuess:
+    """The guess that a problem states, overlaid by a trajectory where one is given.
+
+    Raises
+    ------
+    StatementError
+        When it is evaluated, if a guess is not finite or has a wrong shape.
+    """
+    known = {phase.name: phase for phase in trajectory.phases} if trajectory else {}
+    phases: dict[str, PhaseGuess] = {}
+    for phase in problem.phases:
+        stated = StatedGuess(phase, problem.signals(phase), parameters)
+        overlaid = phase.name in known
+        phases[phase.name] = _Overlay(stated, known[phase.name]) if overlaid else stated
+
+    unknowns = {u.name: _unknown_guess(u) for u in problem.unknowns}
+    if trajectory:
+        unknowns |= {name: v for name, v in trajectory.unknowns.items() if name in unknowns}
+    return InitialGuess(phases, unknowns)
+
+
+@dataclass(frozen=True, eq=False)
 class StatedGuess:
     """The guess in the statement of a phase; a signal left out joins its boundary values."""
 
     phase: Phase
     signals: tuple[Signal, ...]
-    constants: Mapping[str, float]
+    parameters: Parameters
 
     @property
     def start(self) -> float:
         """Initial time [s]."""
-        return _instant(self.phase.start)
+        return _time_guess(self.phase.start)
 
     @property
     def end(self) -> float:
-        """Final time [s]."""
-        return max(_instant(self.phase.end), self.start + 1e-6 * (1.0 + abs(self.start)))
+        """Final time [s], a little after the start at least."""
+        return max(_time_guess(self.phase.end), self.start + 1e-6 * (1.0 + abs(self.start)))
 
     def at_fractions(self, fractions: Array) -> Mapping[str, Array]:
         """Signals by name at fractions of the phase."""
@@ -55,7 +86,7 @@ class StatedGuess:
 
     def _values(self, signal: Signal, fractions: Array, times: Array) -> Array:
         given = self.phase.guess.get(signal, self._between_ends(signal))
-        values = _evaluate(given, fractions, times, f"the guess of '{signal.name}'")
+        values = _evaluated(given, fractions, times, f"the guess of '{signal.name}'")
         if not np.all(np.isfinite(values)):
             raise StatementError(
                 f"the guess of '{signal.name}' in phase '{self.phase.name}' is not finite at "
@@ -64,115 +95,29 @@ class StatedGuess:
         return values
 
     def _between_ends(self, signal: Signal) -> Any:
-        first = _known(self.phase.initial.get(signal), self.constants)
-        last = _known(self.phase.final.get(signal), self.constants)
+        """Boundary values of a signal that has any, else a value inside its bounds."""
+        first = self._boundary_value(self.phase.initial, signal)
+        last = self._boundary_value(self.phase.final, signal)
         if first is None and last is None:
-            return _inside(signal)
+            return _nearest_to_zero(signal)
         return (first if first is not None else last, last if last is not None else first)
 
-
-def _instant(value: float | Between) -> float:
-    return value.start if isinstance(value, Between) else float(value)
-
-
-def _known(value: Any, constants: Mapping[str, float]) -> float | None:
-    if value is None:
-        return None
-    if isinstance(value, tuple):
-        finite = [float(v) for v in value if is_number(v) and math.isfinite(v)]
-        return sum(finite) / len(finite) if finite else None
-    return evaluate_limit(value, constants)
-
-
-def _inside(signal: Signal) -> float:
-    lower = signal.lower if is_number(signal.lower) else -math.inf
-    upper = signal.upper if is_number(signal.upper) else math.inf
-    return float(min(max(0.0, lower), upper))
-
-
-def _evaluate(given: Any, fractions: Array, times: Array, what: str) -> Array:
-    if callable(given):
-        return np.broadcast_to(np.asarray(given(times), dtype=float), times.shape).copy()
-    try:
-        if is_real(given):
-            return np.full(times.shape, float(given))
-        first, second = (np.asarray(part, dtype=float) for part in given)
-    except (TypeError, ValueError) as error:
-        raise StatementError(
-            f"{what} is {given!r}; give a number, a pair (first, last), a function of time or a "
-            "pair of arrays (times, values)"
-        ) from error
-    if first.ndim == 0 and second.ndim == 0:
-        return np.asarray(first + fractions * (second - first))
-    if first.shape != second.shape or np.any(np.diff(first) <= 0):
-        raise StatementError(f"{what} needs as many values as times, and increasing times")
-    return np.interp(times, first, second)
-
-
-def evaluate_limit(value: Any, constants: Mapping[str, float]) -> float:
-    """A bound or boundary value as a number."""
-    if is_number(value):
-        return float(value)
-    import casadi as ca
-
-    from ocp.problem.symbols import resolve, scalar
-
-    sx = scalar(value, "a bound")
-    symbols = resolve(sx, "a bound")
-    function = ca.Function("limit", [s.symbol for s in symbols], [sx])
-    return float(function(*[constants[s.name] for s in symbols]))
-
-
-@dataclass(frozen=True, eq=False)
-class Start:
-    """A start for every phase and unknown of a problem."""
-
-    phases: Mapping[str, PhaseStart]
-    unknowns: Mapping[str, float]
-
-
-def start_of(
-    problem: Problem, constants: Mapping[str, float], guess: Trajectory | None = None
-) -> Start:
-    """The start that a problem states, overlaid by another trajectory where one is given."""
-    known = {phase.name: phase for phase in guess.phases} if guess else {}
-    phases: dict[str, PhaseStart] = {}
-    for phase in problem.phases:
-        signals = signals_of(problem, phase)
-        stated = StatedGuess(phase, signals, constants)
-        if phase.name in known:
-            phases[phase.name] = _Overlay(stated, known[phase.name])
-        else:
-            phases[phase.name] = stated
-    unknowns = {u.name: _unknown_start(u) for u in problem.unknowns}
-    if guess:
-        unknowns.update({k: v for k, v in guess.unknowns.items() if k in unknowns})
-    return Start(phases, unknowns)
-
-
-def signals_of(problem: Problem, phase: Phase) -> tuple[Signal, ...]:
-    """States, controls and algebraic signals of a phase."""
-    return (
-        *phase.states,
-        *problem.signals_of(phase, Control),
-        *problem.signals_of(phase, Algebraic),
-    )
-
-
-def _unknown_start(unknown: Any) -> float:
-    if unknown.guess is not None:
-        return float(unknown.guess)
-    lower = unknown.lower if is_number(unknown.lower) else -math.inf
-    upper = unknown.upper if is_number(unknown.upper) else math.inf
-    if math.isfinite(lower) and math.isfinite(upper):
-        return 0.5 * (lower + upper)
-    return float(min(max(0.0, lower), upper))
+    def _boundary_value(self, values: Mapping[Any, Any], signal: Signal) -> float | None:
+        value = values.get(signal)
+        if value is None:
+            return None
+        if isinstance(value, tuple):
+            finite = [float(v) for v in value if is_number(v) and math.isfinite(v)]
+            return sum(finite) / len(finite) if finite else None
+        return self.parameters.limit(value)
 
 
 @dataclass(frozen=True, eq=False)
 class _Overlay:
+    """A trajectory, and the stated guess of the signals that it lacks."""
+
     stated: StatedGuess
-    known: Any
+    known: PhaseGuess
 
     @property
     def start(self) -> float:
@@ -184,3 +129,50 @@ class _Overlay:
 
     def at_fractions(self, fractions: Array) -> Mapping[str, Array]:
         return {**self.stated.at_fractions(fractions), **self.known.at_fractions(fractions)}
+
+
+def _time_guess(value: float | Between) -> float:
+    return value.start if isinstance(value, Between) else float(value)
+
+
+def _unknown_guess(unknown: Unknown) -> float:
+    """The stated guess of an unknown, else the middle of its bounds."""
+    if unknown.guess is not None:
+        return float(unknown.guess)
+    lower, upper = _numbers(unknown)
+    if math.isfinite(lower) and math.isfinite(upper):
+        return 0.5 * (lower + upper)
+    return _nearest_to_zero(unknown)
+
+
+def _nearest_to_zero(symbol: Signal | Unknown) -> float:
+    lower, upper = _numbers(symbol)
+    return float(min(max(0.0, lower), upper))
+
+
+def _numbers(symbol: Signal | Unknown) -> tuple[float, float]:
+    """Bounds that are plain numbers; expressions of constants count as none."""
+    lower = symbol.lower if is_number(symbol.lower) else -math.inf
+    upper = symbol.upper if is_number(symbol.upper) else math.inf
+    return lower, upper
+
+
+def _evaluated(given: Any, fractions: Array, times: Array, what: str) -> Array:
+    """A guess in any of the forms that a statement may give, at times (m,)."""
+    if callable(given):
+        return np.broadcast_to(np.asarray(given(times), dtype=float), times.shape).copy()
+    try:
+        if is_real(given):
+            return np.full(times.shape, float(given))
+        first, second = (np.asarray(part, dtype=float) for part in given)
+    except (TypeError, ValueError) as error:
+        raise StatementError(
+            f"{what} is {given!r}; give a number, a pair (first, last), a function of time or a "
+            "pair of arrays (times, values)"
+        ) from error
+
+    if first.ndim == 0 and second.ndim == 0:
+        return np.asarray(first + fractions * (second - first))
+    if first.shape != second.shape or np.any(np.diff(first) <= 0):
+        raise StatementError(f"{what} needs as many values as times, and increasing times")
+    return np.interp(times, first, second)

@@ -8,10 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ocp.arrays import Array, Flags, Integers
 from ocp.errors import StatementError
-
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -50,7 +48,7 @@ class PhaseMesh:
         return len(self.breakpoints) - 1
 
     @property
-    def moving(self) -> NDArray[np.bool_]:
+    def moving(self) -> Flags:
         """(N,) whether an interval has a movable end."""
         free = np.zeros(self.intervals + 1, dtype=bool)
         free[list(self.movable)] = True
@@ -62,7 +60,7 @@ class PhaseMesh:
 
 
 @dataclass(frozen=True)
-class Extra:
+class ExtraPoints:
     """Points between the collocation points at which a continuous constraint is imposed too.
 
     Attributes
@@ -82,7 +80,7 @@ class Mesh:
     """Meshes of all phases, with the extra points of their continuous constraints."""
 
     phases: tuple[PhaseMesh, ...]
-    extra: tuple[tuple[Extra, ...], ...] = ()
+    extra: tuple[tuple[ExtraPoints, ...], ...] = ()
 
     def __post_init__(self) -> None:
         if not self.extra:
@@ -119,12 +117,16 @@ def bisected(mesh: Mesh, most_intervals: int) -> Mesh | None:
     for phase, extra in zip(mesh.phases, mesh.extra, strict=True):
         middle = 0.5 * (phase.breakpoints[:-1] + phase.breakpoints[1:])
         phases.append(with_points(phase, middle, closest=0.0))
-        extras.append(tuple(
-            Extra(e.constraint, 2 * e.intervals + (e.tau >= 0.5), np.where(
-                e.tau >= 0.5, 2 * e.tau - 1.0, 2 * e.tau))
-            for e in extra
-        ))  # fmt: skip
+        extras.append(tuple(_halved(points) for points in extra))
     return Mesh(tuple(phases), tuple(extras))
+
+
+def _halved(points: ExtraPoints) -> ExtraPoints:
+    """The same points on a mesh whose intervals were all cut in the middle."""
+    right = points.tau >= 0.5
+    intervals = 2 * points.intervals + right
+    tau = np.where(right, 2 * points.tau - 1.0, 2 * points.tau)
+    return ExtraPoints(points.constraint, intervals, tau)
 
 
 def distinct(values: NDArray[Any]) -> NDArray[Any]:

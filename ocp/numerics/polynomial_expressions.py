@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from ocp.arrays import Array
+
 _HALVINGS = 30
 _LINEAR = {ca.OP_ASSIGN, ca.OP_ADD, ca.OP_SUB, ca.OP_NEG, ca.OP_TWICE}
 _PRODUCTS = {ca.OP_MUL, ca.OP_SQ}

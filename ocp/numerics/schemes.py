@@ -212,9 +212,7 @@ class Trapezoid(Lobatto):
         _check_fixed(self, 2)
 
 
-SCHEMES = {
-    scheme.__name__: scheme for scheme in (Radau, Gauss, Lobatto, HermiteSimpson, Trapezoid)
-}
+SCHEMES = {scheme.__name__: scheme for scheme in (Radau, Gauss, Lobatto, HermiteSimpson, Trapezoid)}
 
 
 def scheme_named(name: str, degree: int) -> Scheme:

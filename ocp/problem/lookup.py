@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from ocp.errors import StatementError
-from ocp.problem.statement import Problem
+from ocp.problem.problem import Problem
 from ocp.problem.symbols import Time
 
 
@@ -40,7 +40,7 @@ def _all(problem: Problem, phase: str | None) -> Iterator[tuple[str, Any]]:
     for symbol in problem.symbols:
         if not isinstance(symbol, Time):
             yield symbol.name, symbol
-    for bound in (*problem.bounds, *problem.links):
+    for bound in problem.boundary_constraints:
         yield bound.name, bound.expression
     for own in problem.phases:
         if phase in (None, own.name):

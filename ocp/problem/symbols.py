@@ -174,7 +174,7 @@ class Time(Symbol):
         self._declare()
 
 
-time = Time()
+TIME = Time()
 
 
 def resolve(expression: Any, where: str) -> tuple[Symbol, ...]:
@@ -185,7 +185,9 @@ def resolve(expression: Any, where: str) -> tuple[Symbol, ...]:
     StatementError
         If the expression is no scalar or contains a symbol that nothing declared.
     """
-    found = []
+    if is_real(expression):
+        return ()
+    symbols = []
     for bare in ca.symvar(scalar(expression, where)):
         symbol = _DECLARED.get(bare.element_hash())
         if symbol is None:
@@ -194,8 +196,8 @@ def resolve(expression: Any, where: str) -> tuple[Symbol, ...]:
                 "Algebraic, Unknown or Constant in use declares; declare it and keep it in a "
                 "variable"
             )
-        found.append(symbol)
-    return tuple(found)
+        symbols.append(symbol)
+    return tuple(symbols)
 
 
 def scalar(expression: Any, where: str) -> ca.SX:

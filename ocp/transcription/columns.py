@@ -1,97 +1,441 @@
-"""Bounds and scales of the unknowns of a nonlinear program."""
+"""The map of the unknowns: where each of them sits in the decision vector, its bounds and size.
+
+The unknowns of a phase are stacked interval by interval, so that neighbours in time are neighbours
+in the linear algebra: the states at the left breakpoint, running totals of integrals, constant and
+linear controls, the states inside, polynomial controls, algebraic signals. The times of the phase
+and the breakpoints that may move follow, then the unknowns of the problem and its peaks.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ocp.problem.statement import Problem
-from ocp.problem.symbols import Between
-from ocp.problem.terms import Functional
+from ocp.arrays import Array, Integers
+from ocp.errors import StatementError
+from ocp.mesh.mesh import Mesh, PhaseMesh, distinct
+from ocp.numerics.schemes import Collocation, Scheme
+from ocp.problem.functionals import Integral, Peak
+from ocp.problem.integrator_chains import shape_of
+from ocp.problem.phase import Phase
+from ocp.problem.problem import Problem
+from ocp.problem.symbols import Algebraic, Between, Control, ControlShape, Signal, State
 from ocp.transcription.limits import Limits
 from ocp.transcription.scaling import Scales
-from ocp.transcription.variables import PhaseLayout
 
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
+_ORDERS = {"constant": 0, "linear": 1, "polynomial": None}
 
 
+@dataclass(frozen=True)
+class ControlSet:
+    """Controls that are polynomials of the same order in an interval.
+
+    Attributes
+    ----------
+    order : int or None
+        None for the highest that the scheme determines, which depends on the degree.
+    """
+
+    controls: tuple[Control, ...]
+    order: int | None
+
+
+@dataclass(frozen=True, eq=False)
+class IntervalGroup:
+    """The intervals of one degree whose breakpoints all stay, or all have a movable end.
+
+    Attributes
+    ----------
+    collocation : Collocation
+    intervals : (m,)
+        Their numbers.
+    moving : bool
+        Whether they have a movable end.
+    support : (m, s + 1, n_x)
+        Columns of the states at the support points.
+    controls : tuple of (m, count, n)
+        Columns of the Bernstein coefficients of each set of controls, so that bounds on them bound
+        the controls at all times.
+    algebraics : (m, s, n_z)
+        Columns of the algebraic signals at the collocation points.
+    """
+
+    collocation: Collocation
+    intervals: Integers
+    moving: bool
+    support: Integers
+    controls: tuple[Integers, ...]
+    algebraics: Integers
+
+
+@dataclass(frozen=True, eq=False)
+class PhaseColumns:
+    """The unknowns of one phase.
+
+    Attributes
+    ----------
+    control_sets : tuple of ControlSet
+        Constant, linear, polynomial controls; sets without controls are left out.
+    integrals : tuple of Integral
+        Those that enter the problem non-linearly or in bounds, as running totals.
+    nodes : (N + 1, n_x)
+        States at the breakpoints.
+    totals : (N + 1, n_q)
+        Running totals of the integrals.
+    ends : (2,) or None
+        Initial and final time; None where both are fixed.
+    moved : (N + 1,)
+        Breakpoints of moving intervals as fractions of the phase, -1 elsewhere.
+    stop : int
+        The first column behind the phase.
+    """
+
+    phase: Phase
+    mesh: PhaseMesh
+    states: tuple[State, ...]
+    control_sets: tuple[ControlSet, ...]
+    algebraics: tuple[Algebraic, ...]
+    integrals: tuple[Integral, ...]
+    nodes: Integers
+    totals: Integers
+    groups: tuple[IntervalGroup, ...]
+    ends: Integers | None
+    moved: Integers
+    stop: int
+
+    @property
+    def intervals(self) -> int:
+        """Number of intervals."""
+        return self.mesh.intervals
+
+    @property
+    def fixed_times(self) -> tuple[float, float]:
+        """Initial and final time of a phase whose times are fixed [s]."""
+        start, end = self.phase.start, self.phase.end
+        assert not isinstance(start, Between)
+        assert not isinstance(end, Between)
+        return float(start), float(end)
+
+    @property
+    def controls(self) -> tuple[Control, ...]:
+        """All controls, in the order of a trajectory."""
+        return tuple(control for members in self.control_sets for control in members.controls)
+
+    @property
+    def signals(self) -> tuple[Signal, ...]:
+        """All signals, in the order of a trajectory."""
+        return (*self.states, *self.controls, *self.algebraics)
+
+    def group_of(self, interval: int) -> IntervalGroup:
+        """The group that an interval belongs to."""
+        return next(group for group in self.groups if interval in group.intervals)
+
+    def coefficients(self) -> Iterator[tuple[Signal, Integers, Integers]]:
+        """Every control and algebraic signal with intervals (m,) and its columns (m, count)."""
+        for group in self.groups:
+            for members, table in zip(self.control_sets, group.controls, strict=True):
+                for j, control in enumerate(members.controls):
+                    yield control, group.intervals, table[:, :, j]
+            for j, algebraic in enumerate(self.algebraics):
+                yield algebraic, group.intervals, group.algebraics[:, :, j]
+
+
+@dataclass(frozen=True, eq=False)
 class Columns:
-    """Limits of all unknowns together with their sizes."""
+    """All unknowns of a program.
+
+    Attributes
+    ----------
+    phases : tuple of PhaseColumns
+    unknowns : (n_u,)
+        Static unknowns of the problem, in its order.
+    peaks : mapping of Peak to int
+    sizes : (n,)
+        The size by which each unknown is divided.
+    limits : Limits
+    """
+
+    phases: tuple[PhaseColumns, ...]
+    unknowns: Integers
+    peaks: Mapping[Peak, int]
+    sizes: Array
+    limits: Limits
+
+    @property
+    def count(self) -> int:
+        """Number of unknowns."""
+        return self.limits.count
+
+    @property
+    def numbers(self) -> Integers:
+        """Unknowns and peaks: the columns that belong to no phase."""
+        return np.array([*self.unknowns, *self.peaks.values()], dtype=np.int64)
+
+
+def columns_of(
+    problem: Problem,
+    mesh: Mesh,
+    scheme: Scheme,
+    controls: ControlShape,
+    running_totals: Mapping[str, tuple[Integral, ...]],
+    scales: Scales,
+) -> Columns:
+    """Assign all unknowns of a problem on a mesh.
+
+    Parameters
+    ----------
+    controls : shape of controls that do not state their own.
+    running_totals : integrals by name of their phase, see `PhaseColumns.integrals`.
+
+    Raises
+    ------
+    StatementError
+        When a control has a shape that does not exist.
+    """
+    phases: list[PhaseColumns] = []
+    first = 0
+    for phase, phase_mesh in zip(problem.phases, mesh.phases, strict=True):
+        sets = _control_sets(problem, phase, phase_mesh, scheme, controls)
+        integrals = running_totals[phase.name]
+        phases.append(_phase_columns(problem, phase, phase_mesh, scheme, sets, integrals, first))
+        first = phases[-1].stop
+
+    unknowns = first + np.arange(len(problem.unknowns))
+    first += unknowns.size
+    peaks = {peak: first + i for i, peak in enumerate(problem.peaks)}
+    count = first + len(peaks)
+
+    filled = _Filled(count)
+    for columns in phases:
+        filled.states(columns, scales)
+        for signal, _, ids in columns.coefficients():
+            filled.put(ids, signal.lower, signal.upper, scales.signals[signal.name])
+        filled.times(columns, scales)
+    for unknown, column in zip(problem.unknowns, unknowns, strict=True):
+        filled.put(column, unknown.lower, unknown.upper, scales.unknowns[unknown.name])
+    for peak, column in peaks.items():
+        least = 0.0 if peak.absolute else -np.inf
+        filled.put(column, least, np.inf, scales.functionals[peak])
+    return Columns(tuple(phases), unknowns, peaks, filled.sizes, filled.limits)
+
+
+class _Filled:
+    """Limits and sizes of the unknowns while they are put in."""
 
     def __init__(self, count: int) -> None:
         self.limits = Limits(count)
         self.sizes: Array = np.ones(count)
 
-    def put(self, ids: Any, lower: Any, upper: Any, size: float) -> None:
+    def put(self, ids: Integers | int, lower: object, upper: object, size: float) -> None:
         """Bounds, in the user's unit, and size of some unknowns."""
-        self.limits.bound(np.asarray(ids), lower, upper, size)
+        self.limits.bound(ids, lower, upper, size)
         self.sizes[np.asarray(ids).ravel()] = size
 
+    def states(self, columns: PhaseColumns, scales: Scales) -> None:
+        """States with their boundary values, and running totals, which begin at zero."""
+        phase = columns.phase
+        for j, state in enumerate(columns.states):
+            size = scales.signals[state.name]
+            for group in columns.groups:
+                self.put(group.support[:, :, j], state.lower, state.upper, size)
+            self.put(columns.nodes[:, j], state.lower, state.upper, size)
+            for node, values in ((0, phase.initial), (-1, phase.final)):
+                value = values.get(state)
+                if value is not None:
+                    low, high = value if isinstance(value, tuple) else (value, value)
+                    self.limits.narrow(columns.nodes[node, j], low, high, size)
 
-def columns_of(
+        for j, integral in enumerate(columns.integrals):
+            size = scales.functionals[integral]
+            self.put(columns.totals[1:, j], -np.inf, np.inf, size)
+            self.put(columns.totals[0, j], 0.0, 0.0, size)
+
+    def times(self, columns: PhaseColumns, scales: Scales) -> None:
+        """Times of the phase, and breakpoints of moving intervals."""
+        phase = columns.phase
+        if columns.ends is not None:
+            for column, time in zip(columns.ends, (phase.start, phase.end), strict=True):
+                pair = (time.lower, time.upper) if isinstance(time, Between) else (time, time)
+                self.put(column, *pair, scales.time)
+
+        for i in np.flatnonzero(columns.moved >= 0):
+            here = float(columns.mesh.breakpoints[i])
+            low, high = (0.0, 1.0) if i in columns.mesh.movable else (here, here)
+            self.put(columns.moved[i], low, high, 1.0)
+
+
+def _control_sets(
+    problem: Problem, phase: Phase, mesh: PhaseMesh, scheme: Scheme, default: ControlShape
+) -> tuple[ControlSet, ...]:
+    """The controls of a phase by the shape that they take on a mesh."""
+    by_shape: dict[str, list[Control]] = {shape: [] for shape in _ORDERS}
+    for control in problem.controls(phase):
+        shape = shape_of(control, phase, default, scheme, int(mesh.degrees.min()))
+        if shape not in by_shape:
+            raise StatementError(
+                f"the shape of control '{control.name}' is {shape!r}; choose constant, linear, "
+                "polynomial or automatic"
+            )
+        # the trapezoidal rule determines one coefficient of a polynomial control: a constant,
+        # unless equations along the phase determine as many as there are points
+        single = scheme.fixed_degree and scheme.at(scheme.degree).choices == 1
+        if shape == "polynomial" and single and not _has_equations(phase):
+            shape = "constant"
+        by_shape[shape].append(control)
+    return tuple(
+        ControlSet(tuple(controls), _ORDERS[shape])
+        for shape, controls in by_shape.items()
+        if controls
+    )
+
+
+def _has_equations(phase: Phase) -> bool:
+    """Whether equations along the phase determine controls: as many equations as points."""
+    return any(bound.is_equation for bound in phase.bounds)
+
+
+def _phase_columns(
     problem: Problem,
-    layouts: Sequence[PhaseLayout],
-    unknown_ids: Integers,
-    peak_ids: Mapping[Functional, int],
-    scales: Scales,
-    count: int,
-) -> Columns:
-    """Bounds and sizes of all unknowns of a problem."""
-    columns = Columns(count)
-    for layout in layouts:
-        _put_states(columns, layout, scales)
-        _put_controls(columns, layout, scales)
-        _put_clock(columns, layout, scales)
-    for unknown, column in zip(problem.unknowns, unknown_ids, strict=True):
-        columns.put(column, unknown.lower, unknown.upper, scales.unknowns[unknown.name])
-    for f, column in peak_ids.items():
-        columns.put(column, 0.0 if f.absolute else -np.inf, np.inf, scales.functionals[f])
-    return columns
+    phase: Phase,
+    mesh: PhaseMesh,
+    scheme: Scheme,
+    control_sets: tuple[ControlSet, ...],
+    integrals: tuple[Integral, ...],
+    first: int,
+) -> PhaseColumns:
+    """Assign the unknowns of a phase, starting at column `first`."""
+    algebraics = problem.algebraics(phase)
+    n_x, n_q, n_z = len(phase.states), len(integrals), len(algebraics)
+    degrees = distinct(mesh.degrees)
+    collocations = {int(degree): scheme.at(int(degree)) for degree in degrees}
+
+    # coefficients of each set of controls in an interval of a degree
+    determined = _has_equations(phase)
+    counts = {
+        degree: [_coefficients(members, rule, determined) for members in control_sets]
+        for degree, rule in collocations.items()
+    }
+    leading = sum(
+        (members.order + 1) * len(members.controls)
+        for members in control_sets
+        if members.order is not None
+    )
+
+    # length of an interval's stretch of columns, which depends on its degree only
+    lengths = {
+        degree: n_x
+        + n_q
+        + rule.inner * n_x
+        + sum(c * len(s.controls) for c, s in zip(counts[degree], control_sets, strict=True))
+        + rule.degree * n_z
+        for degree, rule in collocations.items()
+    }
+    per_interval = np.array([lengths[int(degree)] for degree in degrees])
+    per_interval = per_interval[np.searchsorted(degrees, mesh.degrees)]
+    offsets = first + np.concatenate([[0], np.cumsum(per_interval)])
+
+    nodes = offsets[:, None] + np.arange(n_x)
+    groups = []
+    for degree, moving in sorted({*zip(mesh.degrees.tolist(), mesh.moving.tolist(), strict=True)}):
+        intervals = np.flatnonzero((mesh.degrees == degree) & (mesh.moving == moving))
+        stretch = _Stretch(offsets[intervals] + n_x + n_q, leading)
+        groups.append(
+            _interval_group(
+                collocations[degree],
+                intervals,
+                moving,
+                nodes,
+                control_sets,
+                counts[degree],
+                n_z,
+                stretch,
+            )
+        )
+
+    stop = int(offsets[-1]) + n_x + n_q
+    ends = None
+    if not phase.has_fixed_times:
+        ends = np.array([stop, stop + 1])
+        stop += 2
+    moved = _moved(mesh, stop)
+    stop += int(np.count_nonzero(moved >= 0))
+    return PhaseColumns(
+        phase=phase,
+        mesh=mesh,
+        states=phase.states,
+        control_sets=control_sets,
+        algebraics=algebraics,
+        integrals=integrals,
+        nodes=nodes,
+        totals=offsets[:, None] + n_x + np.arange(n_q),
+        groups=tuple(groups),
+        ends=ends,
+        moved=moved,
+        stop=stop,
+    )
 
 
-def _put_states(columns: Columns, layout: PhaseLayout, scales: Scales) -> None:
-    phase = layout.phase
-    for j, state in enumerate(layout.states):
-        size = scales.signals[state.name]
-        for group in layout.groups:
-            columns.put(group.support[:, :, j], state.lower, state.upper, size)
-        columns.put(layout.nodes[:, j], state.lower, state.upper, size)
-        for node, values in ((0, phase.initial), (-1, phase.final)):
-            value = values.get(state)
-            if value is not None:
-                low, high = value if isinstance(value, tuple) else (value, value)
-                columns.limits.narrow(layout.nodes[node, j], low, high, size)
-    for j, f in enumerate(layout.integrals):
-        size = scales.functionals[f]
-        columns.put(layout.totals[1:, j], -np.inf, np.inf, size)
-        columns.put(layout.totals[0, j], 0.0, 0.0, size)
+def _coefficients(members: ControlSet, rule: Collocation, determined: bool) -> int:
+    """Number of coefficients of a set of controls in an interval."""
+    if members.order is not None:
+        return members.order + 1
+    return rule.degree if determined else rule.choices
 
 
-def _put_controls(columns: Columns, layout: PhaseLayout, scales: Scales) -> None:
-    held: list[tuple[Sequence[Any], Integers]] = [
-        (layout.constant, layout.steps),
-        (layout.linear, layout.ramps),
+class _Stretch:
+    """Columns of some intervals behind their left nodes and totals, handed out in order.
+
+    Controls of fixed order come first: their columns do not depend on the degree.
+    """
+
+    def __init__(self, begin: Integers, leading: int) -> None:
+        self.leading = begin[:, None, None]
+        self.inner = self.leading + leading
+
+    def take(self, rows: int, columns: int, leading: bool = False) -> Integers:
+        """A table (m, rows, columns) of new columns."""
+        table = np.arange(rows * columns).reshape(rows, columns)
+        if leading:
+            taken, self.leading = self.leading + table, self.leading + rows * columns
+        else:
+            taken, self.inner = self.inner + table, self.inner + rows * columns
+        return np.asarray(taken)
+
+
+def _interval_group(
+    rule: Collocation,
+    intervals: Integers,
+    moving: bool,
+    nodes: Integers,
+    control_sets: tuple[ControlSet, ...],
+    counts: list[int],
+    n_z: int,
+    stretch: _Stretch,
+) -> IntervalGroup:
+    """The unknowns of some intervals of one degree."""
+    n_x = nodes.shape[1]
+    support = [nodes[intervals][:, None, :], stretch.take(rule.inner, n_x)]
+    if rule.ends_on_support:
+        support.append(nodes[intervals + 1][:, None, :])
+    controls = [
+        stretch.take(count, len(members.controls), leading=members.order is not None)
+        for count, members in zip(counts, control_sets, strict=True)
     ]
-    for group in layout.groups:
-        held += [(layout.polynomial, group.controls), (layout.algebraics, group.algebraics)]
-    for signals, ids in held:
-        for j, signal in enumerate(signals):
-            columns.put(ids[..., j], signal.lower, signal.upper, scales.signals[signal.name])
+    return IntervalGroup(
+        collocation=rule,
+        intervals=intervals,
+        moving=moving,
+        support=np.concatenate(support, axis=1),
+        controls=tuple(controls),
+        algebraics=stretch.take(rule.degree, n_z),
+    )
 
 
-def _put_clock(columns: Columns, layout: PhaseLayout, scales: Scales) -> None:
-    phase = layout.phase
-    if layout.ends is not None:
-        for column, value in zip(layout.ends, (phase.start, phase.end), strict=True):
-            if isinstance(value, Between):
-                columns.put(column, value.lower, value.upper, scales.time)
-            else:
-                columns.put(column, value, value, scales.time)
-    for i in np.flatnonzero(layout.moved >= 0):
-        at = float(layout.mesh.breakpoints[i])
-        low, high = (0.0, 1.0) if i in layout.mesh.movable else (at, at)
-        columns.put(layout.moved[i], low, high, 1.0)
+def _moved(mesh: PhaseMesh, first: int) -> Integers:
+    """(N + 1,) columns from `first` on of the breakpoints of moving intervals, -1 elsewhere."""
+    moved = np.full(mesh.intervals + 1, -1)
+    touched = np.flatnonzero(np.append(mesh.moving, False) | np.insert(mesh.moving, 0, False))
+    moved[touched] = first + np.arange(touched.size)
+    return moved

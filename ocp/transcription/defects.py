@@ -1,208 +1,287 @@
-"""The blocks of one phase: collocation, connections, extra points."""
+"""The blocks of one phase: dynamics and path constraints at points, and what joins the intervals.
+
+Each maker adds the rows that it takes to the map of the rows.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
-from ocp.mesh.mesh import Extra
-from ocp.problem.terms import Functional
-from ocp.transcription.kernel_builder import Context, Local, collocation_point, sample_point
+from ocp.arrays import Array, Integers
+from ocp.mesh.mesh import ExtraPoints
+from ocp.problem.functionals import Integral
+from ocp.transcription.columns import IntervalGroup, PhaseColumns
+from ocp.transcription.kernel_builder import (
+    KernelBuilder,
+    KernelContext,
+    collocation_point,
+    sample_point,
+)
 from ocp.transcription.kernels import Block, RowName
-from ocp.transcription.limits import Limits
-from ocp.transcription.path_constraints import Continuous
-from ocp.transcription.scaling import Scales
-from ocp.transcription.variables import PhaseLayout
+from ocp.transcription.path_constraints import PathConstraint
+from ocp.transcription.rows import PathRows, PhaseRows, Rows
 
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
-_SHORTEST = 0.02
+_SHORTEST = 0.02  # of its width on the mesh: the least length of an interval whose ends move
 
 
-def phase_blocks(
-    context: Context, layout: PhaseLayout, found: Sequence[Continuous], scales: Scales,
-    weights: Mapping[Functional, ca.SX], peak_ids: Mapping[Functional, int], rows: Limits,
-    extra: Sequence[Extra],
-) -> list[Block]:  # fmt: skip
-    """All blocks of a phase; takes their rows."""
-    totals = rows.take(layout.intervals, [(0.0, 0.0, 1.0)] * len(layout.integrals))
-    blocks = [
-        _collocation_block(context, layout, group, found, scales, weights, peak_ids, rows, totals)
-        for group in layout.groups
-    ]
-    blocks += _connection_blocks(context, layout, scales, rows, totals)
-    for points in (*boundary_points(layout, found), *extra):
-        for group in layout.groups:
-            here = np.isin(points.intervals, group.intervals)
-            if here.any():
-                blocks.append(_sample_block(
-                    context, layout, group, found, points.constraint, peak_ids, rows,
-                    points.intervals[here], points.tau[here]))  # fmt: skip
-    return blocks
+@dataclass(frozen=True, eq=False)
+class PhaseBlocks:
+    """Makes the blocks of one phase.
 
+    Attributes
+    ----------
+    context : KernelContext
+    index : int
+        Number of the phase.
+    constraints : tuple of PathConstraint
+        Of the phase.
+    weights : mapping of Integral to expression
+        Integrals that are summed up in the objective, with their weights there.
+    rows : Rows
+        The map that is being filled.
+    """
 
-def boundary_points(layout: PhaseLayout, found: Sequence[Continuous]) -> list[Extra]:
-    """The ends of the phase, where the scheme has no collocation point there."""
-    points = []
-    first, last = layout.groups[0].scheme.points[0], layout.groups[0].scheme.points[-1]
-    for i, constraint in enumerate(found):
-        if constraint.sampled and not constraint.is_equation:
-            if first != 0.0:
-                points.append(Extra(i, np.array([0]), np.array([0.0])))
-            if last != 1.0:
-                points.append(Extra(i, np.array([layout.intervals - 1]), np.array([1.0])))
-    return points
+    context: KernelContext
+    index: int
+    constraints: tuple[PathConstraint, ...]
+    weights: Mapping[Integral, ca.SX]
+    rows: Rows
 
+    @property
+    def columns(self) -> PhaseColumns:
+        """The unknowns of the phase."""
+        return self.context.columns.phases[self.index]
 
-def _collocation_block(
-    context: Context, layout: PhaseLayout, group: Any, found: Sequence[Continuous],
-    scales: Scales, weights: Mapping[Functional, ca.SX], peak_ids: Mapping[Functional, int],
-    rows: Limits, totals: Integers,
-) -> Block:  # fmt: skip
-    phase, method = layout.phase, group.scheme
-    local, point, quadrature = collocation_point(context, layout, group)
-    inlined = [f for f in weights if f.pieces[0][0] == phase.name]
-    sampled = [c for c in found if c.sampled]
-    n_x, n_w, n_q = len(layout.states), len(inlined), len(layout.integrals)
-    peaks = [_peak(c, local, peak_ids) for c in sampled]
-    sizes = context.scales(layout.states)
+    @property
+    def name(self) -> str:
+        """Name of the phase."""
+        return self.columns.phase.name
 
-    def build() -> tuple[Any, list[Any]]:
-        values = context.expressions(layout, point, [
-            *phase.dynamics.values(), *[f.pieces[0][1] for f in inlined],
-            *[f.pieces[0][1] for f in layout.integrals],
-            *[c.expression for c in sampled]])  # fmt: skip
-        rates, costs = values[:n_x], values[n_x : n_x + n_w]
-        chains, paths = values[n_x + n_w : n_x + n_w + n_q], values[n_x + n_w + n_q :]
-        measure = quadrature * point.length
-        objective = sum((weights[f] * measure * v for f, v in zip(inlined, costs, strict=True)),
-                        ca.SX(0)) / scales.objective  # fmt: skip
-        expressions = [
-            (point.rate_rows[j] - point.length * rates[j]) / sizes[j] for j in range(n_x)
+    def all(self, extra: Sequence[ExtraPoints]) -> Iterator[Block]:
+        """All blocks; path constraints at the points `extra` too."""
+        columns, limits = self.columns, self.rows.limits
+        own = PhaseRows(limits.take_equations(columns.intervals, len(columns.integrals)))
+        self.rows.phases.append(own)
+
+        for group in columns.groups:
+            yield self._collocation(group, own)
+        for group in columns.groups:
+            if not group.collocation.ends_on_support:
+                yield self._continuity(group, own)
+        if columns.integrals:
+            yield self._running_totals(own)
+        if columns.ends is not None:
+            yield self._duration(own)
+        if columns.mesh.moving.any():
+            yield self._breakpoints(own)
+
+        for points in (*self._ends_of_phase(), *extra):
+            for group in columns.groups:
+                here = np.isin(points.intervals, group.intervals)
+                if here.any():
+                    intervals, tau = points.intervals[here], points.tau[here]
+                    yield self._sampled(group, points.constraint, intervals, tau, own)
+
+    def _collocation(self, group: IntervalGroup, own: PhaseRows) -> Block:
+        """Dynamics, path constraints and integrands at the collocation points of a group."""
+        columns, context, scales = self.columns, self.context, self.context.scales
+        phase, rule = columns.phase, group.collocation
+        builder, point = collocation_point(context, columns, group)
+
+        summed = [f for f in self.weights if f.phase == phase.name]
+        sampled = [c for c in self.constraints if c.sampled]
+        peaks = [self._peak(c, builder) for c in sampled]
+        sizes = context.sizes(columns.states)
+        n_x, n_w, n_q = len(columns.states), len(summed), len(columns.integrals)
+
+        def build() -> tuple[Any, list[Any]]:
+            wanted = [
+                *phase.dynamics.values(),
+                *[f.expression for f in (*summed, *columns.integrals)],
+                *[c.expression for c in sampled],
+            ]
+            values = context.expressions(columns, point, wanted)
+            rates, costs = values[:n_x], values[n_x : n_x + n_w]
+            integrands, paths = values[n_x + n_w : n_x + n_w + n_q], values[n_x + n_w + n_q :]
+
+            measure = point.weight * point.length
+            terms = [self.weights[f] * measure * v for f, v in zip(summed, costs, strict=True)]
+            objective = sum(terms, ca.SX(0)) / scales.objective
+            defects = [(point.slope[j] - point.length * rates[j]) / sizes[j] for j in range(n_x)]
+            limited = [
+                _path_row(c, value, peak)
+                for c, value, peak in zip(sampled, paths, peaks, strict=True)
+            ]
+            increments = [
+                -measure * value / scales.functionals[f]
+                for f, value in zip(columns.integrals, integrands, strict=True)
+            ]
+            return objective, [*defects, *limited, *increments]
+
+        # every collocation point of an interval adds to the same row of a running total
+        limits = [(0.0, 0.0, 1.0)] * n_x + [(c.lower, c.upper, c.scale) for c in sampled]
+        taken = self.rows.limits.take(builder.instances, limits)
+        totals = np.repeat(own.totals[group.intervals], rule.degree, axis=0)
+
+        own.defects.append(taken[:, :n_x].reshape(-1, rule.degree, n_x))
+        intervals = np.repeat(group.intervals, rule.degree)
+        tau = np.tile(rule.points, group.intervals.size)
+        weights = np.tile(rule.weights, group.intervals.size)
+        numbers = [i for i, c in enumerate(self.constraints) if c.sampled]
+        for n, number in enumerate(numbers):
+            rows = taken[:, n_x + n]
+            own.path.append(PathRows(self.index, number, rows, intervals, tau, weights))
+
+        key = (rule.degree, group.moving)
+        label = self._collocation_label(group, sampled)
+        name = f"{phase.name}: collocation"
+        return builder.block(name, context, key, build, np.hstack([taken, totals]), label)
+
+    def _collocation_label(
+        self, group: IntervalGroup, sampled: Sequence[PathConstraint]
+    ) -> Callable[[int, int], RowName]:
+        columns, scales, rule = self.columns, self.context.scales, group.collocation
+        names = [
+            (f"dynamics of '{s.name}'", s.unit, scales.signals[s.name]) for s in columns.states
         ]
-        expressions += [_path_row(c, v, p) for c, v, p in zip(sampled, paths, peaks, strict=True)]
-        expressions += [
-            -measure * v / scales.functionals[f]
-            for f, v in zip(layout.integrals, chains, strict=True)
+        names += [(f"'{c.name}'", c.unit, c.scale) for c in sampled]
+        names += [
+            (f"integral '{f.name}'", f.unit, scales.functionals[f]) for f in columns.integrals
         ]
-        return objective, expressions
 
-    ids = rows.take(local.instances, [(0.0, 0.0, 1.0)] * n_x
-                    + [(c.lower, c.upper, c.scale) for c in sampled])  # fmt: skip
-    ids = np.hstack([ids, np.repeat(totals[group.intervals], method.degree, axis=0)])
-    label = _collocation_label(layout, group, sampled, scales)
-    return local.block(f"{phase.name}: collocation", context, (method.degree, group.moving), build,
-                       ids, label)  # fmt: skip
+        def label(instance: int, row: int) -> RowName:
+            interval, point = group.intervals[instance // rule.degree], instance % rule.degree
+            what, unit, size = names[row]
+            return self._row_name(what, interval, rule.points[point], unit, size)
+
+        return label
+
+    def _row_name(self, what: str, interval: int, tau: float, unit: str, size: float) -> RowName:
+        """The name of a row that belongs to a local time of an interval."""
+        left, right = self.columns.mesh.breakpoints[interval : interval + 2]
+        return RowName(what, self.name, left + tau * (right - left), unit, size)
+
+    def _peak(self, constraint: PathConstraint, builder: KernelBuilder) -> Any:
+        """The peak that bounds a constraint from above, 0 where there is none."""
+        if constraint.peak is None:
+            return 0
+        column = self.context.columns.peaks[constraint.peak]
+        return builder.variables(np.array([[column]]), [constraint.scale])
+
+    def _continuity(self, group: IntervalGroup, own: PhaseRows) -> Block:
+        """The right ends of intervals whose scheme has no support point there."""
+        columns, builder = self.columns, KernelBuilder(group.intervals.size)
+        n_x, s = len(columns.states), group.collocation.support.size
+        inside = group.support.reshape(builder.instances, -1)
+        values = builder.variables(inside, [1.0] * n_x * s)
+        end = builder.variables(columns.nodes[group.intervals + 1], [1.0] * n_x)
+        gap = end - ca.mtimes(ca.reshape(values, n_x, s), ca.DM(group.collocation.end))
+
+        rows = self.rows.limits.take_equations(builder.instances, n_x)
+        own.continuity.append(rows)
+        return self._joint(builder, "ends", (s,), gap, rows, RowName("continuity", self.name))
+
+    def _running_totals(self, own: PhaseRows) -> Block:
+        """Totals at the right end of each interval; the collocation adds the increments."""
+        columns, builder = self.columns, KernelBuilder(self.columns.intervals)
+        n_q = len(columns.integrals)
+        left = builder.variables(columns.totals[:-1], [1.0] * n_q)
+        right = builder.variables(columns.totals[1:], [1.0] * n_q)
+        name = RowName("an integral", self.name)
+        return self._joint(builder, "integrals", (), right - left, own.totals, name)
+
+    def _duration(self, own: PhaseRows) -> Block:
+        """The end is not before the start."""
+        builder = KernelBuilder(1)
+        assert self.columns.ends is not None
+        ends = builder.variables(self.columns.ends[None, :], [1.0, 1.0])
+        rows = self.rows.limits.take(1, [(0.0, np.inf, 1.0)])
+        own.duration = rows.ravel()
+        name = RowName("duration", self.name, None, "s", self.context.scales.time)
+        return self._joint(builder, "duration", (), ends[1] - ends[0], rows, name)
+
+    def _breakpoints(self, own: PhaseRows) -> Block:
+        """Intervals whose ends move keep a part of their width."""
+        columns = self.columns
+        moving = np.flatnonzero(columns.mesh.moving)
+        builder = KernelBuilder(moving.size)
+        ids = np.stack([columns.moved[moving], columns.moved[moving + 1]], axis=1)
+        sides = builder.variables(ids, [1.0, 1.0])
+        width = builder.data(np.diff(columns.mesh.breakpoints)[moving][:, None])
+
+        rows = self.rows.limits.take(moving.size, [(_SHORTEST, np.inf, 1.0)])
+        own.breakpoints = rows.ravel()
+        name = RowName("order of the breakpoints", self.name)
+        return self._joint(builder, "breakpoints", (), (sides[1] - sides[0]) / width, rows, name)
+
+    def _joint(
+        self,
+        builder: KernelBuilder,
+        what: str,
+        key: tuple[Any, ...],
+        expression: ca.SX,
+        rows: Integers,
+        name: RowName,
+    ) -> Block:
+        """A block of rows without objective that all have one name."""
+        build = partial(_rows_alone, expression)
+        return builder.block(
+            f"{self.name}: {what}", self.context, key, build, rows, lambda instance, row: name
+        )
+
+    def _ends_of_phase(self) -> list[ExtraPoints]:
+        """The ends of the phase, where the scheme has no collocation point there."""
+        rule, last = self.columns.groups[0].collocation, self.columns.intervals - 1
+        points = []
+        for number, constraint in enumerate(self.constraints):
+            if constraint.sampled and not constraint.is_equation:
+                if rule.points[0] != 0.0:
+                    points.append(ExtraPoints(number, np.array([0]), np.array([0.0])))
+                if rule.points[-1] != 1.0:
+                    points.append(ExtraPoints(number, np.array([last]), np.array([1.0])))
+        return points
+
+    def _sampled(
+        self,
+        group: IntervalGroup,
+        number: int,
+        intervals: Integers,
+        tau: Array,
+        own: PhaseRows,
+    ) -> Block:
+        """A path constraint at points between the collocation points of a group."""
+        context, columns, constraint = self.context, self.columns, self.constraints[number]
+        builder, point = sample_point(context, columns, group, intervals, tau)
+        peak = self._peak(constraint, builder)
+
+        def build() -> tuple[Any, list[Any]]:
+            (value,) = context.expressions(columns, point, [constraint.expression])
+            return 0, [_path_row(constraint, value, peak)]
+
+        def label(instance: int, row: int) -> RowName:
+            what = f"'{constraint.name}'"
+            unit, size = constraint.unit, constraint.scale
+            return self._row_name(what, intervals[instance], tau[instance], unit, size)
+
+        limits = [(constraint.lower, constraint.upper, constraint.scale)]
+        rows = self.rows.limits.take(builder.instances, limits)
+        no_weights = np.full(intervals.size, np.nan)
+        own.path.append(PathRows(self.index, number, rows[:, 0], intervals, tau, no_weights))
+        key = (number, group.collocation.degree, group.moving)
+        name = f"{self.name}: {constraint.name}"
+        return builder.block(name, context, key, build, rows, label)
 
 
-def _peak(constraint: Continuous, local: Local, peak_ids: Mapping[Functional, int]) -> Any:
-    """The peak that bounds a constraint from above, 0 where there is none."""
-    if constraint.peak is None:
-        return 0
-    return local.variables(np.array([[peak_ids[constraint.peak]]]), [constraint.scale])
-
-
-def _path_row(constraint: Continuous, value: ca.SX, peak: Any) -> ca.SX:
-    """The scaled row of a continuous constraint."""
+def _path_row(constraint: PathConstraint, value: ca.SX, peak: Any) -> ca.SX:
+    """The scaled row of a path constraint."""
     return (constraint.sign * value - peak) / constraint.scale
 
 
-def _collocation_label(
-    layout: PhaseLayout, group: Any, sampled: Sequence[Continuous], scales: Scales
-) -> Any:
-    degree, points, mesh = group.scheme.degree, group.scheme.points, layout.mesh
-    names = [(f"dynamics of '{s.name}'", s.unit, scales.signals[s.name]) for s in layout.states]
-    names += [(f"'{c.name}'", c.unit, c.scale) for c in sampled]
-    names += [(f"integral '{f.name}'", f.unit, scales.functionals[f]) for f in layout.integrals]
-
-    def label(instance: int, row: int) -> RowName:
-        k, j = group.intervals[instance // degree], instance % degree
-        left, right = mesh.breakpoints[k : k + 2]
-        what, unit, size = names[row]
-        return RowName(what, layout.phase.name, left + points[j] * (right - left), unit, size)
-
-    return label
-
-
-def _connection_blocks(
-    context: Context, layout: PhaseLayout, scales: Scales, rows: Limits, totals: Integers
-) -> list[Block]:
-    """Ends of intervals, running integrals and the order of the arc ends."""
-    blocks, phase = [], layout.phase
-    for group in layout.groups:
-        if not group.scheme.ends_on_support:
-            local = Local(group.intervals.size)
-            n_x, s = len(layout.states), group.scheme.support.size
-            values = local.variables(group.support.reshape(local.instances, -1), [1.0] * n_x * s)
-            end = local.variables(layout.nodes[group.intervals + 1], [1.0] * n_x)
-            gap = end - ca.mtimes(ca.reshape(values, n_x, s), ca.DM(group.scheme.end))
-            ids = rows.take(local.instances, [(0.0, 0.0, 1.0)] * n_x)
-            blocks.append(local.block(
-                f"{phase.name}: ends", context, (s,), partial(_rows_alone, gap), ids,
-                _simple_label("continuity", phase.name)))  # fmt: skip
-    if layout.integrals:
-        local, n_q = Local(layout.intervals), len(layout.integrals)
-        left = local.variables(layout.totals[:-1], [1.0] * n_q)
-        right = local.variables(layout.totals[1:], [1.0] * n_q)
-        blocks.append(local.block(
-            f"{phase.name}: integrals", context, (), partial(_rows_alone, right - left), totals,
-            _simple_label("an integral", phase.name)))  # fmt: skip
-    if layout.ends is not None:
-        local = Local(1)
-        ends = local.variables(layout.ends[None, :], [1.0, 1.0])
-        blocks.append(local.block(
-            f"{phase.name}: duration", context, (), partial(_rows_alone, ends[1] - ends[0]),
-            rows.take(1, [(0.0, np.inf, 1.0)]),
-            _simple_label("duration", phase.name, "s", scales.time)))  # fmt: skip
-    moving = np.flatnonzero(layout.mesh.moving)
-    if moving.size:
-        local = Local(moving.size)
-        sides = local.variables(
-            np.stack([layout.moved[moving], layout.moved[moving + 1]], axis=1), [1.0, 1.0]
-        )
-        width = local.data(np.diff(layout.mesh.breakpoints)[moving][:, None])
-        blocks.append(local.block(
-            f"{phase.name}: breakpoints", context, (),
-            partial(_rows_alone, (sides[1] - sides[0]) / width),
-            rows.take(moving.size, [(_SHORTEST, np.inf, 1.0)]),
-            _simple_label("order of the breakpoints", phase.name)))  # fmt: skip
-    return blocks
-
-
-def _rows_alone(rows: Any) -> tuple[Any, list[Any]]:
+def _rows_alone(rows: ca.SX) -> tuple[Any, list[Any]]:
     return 0, [rows]
-
-
-def _simple_label(what: str, phase: str, unit: str = "", size: float = 1.0) -> Any:
-    return lambda instance, row: RowName(what, phase, None, unit, size)
-
-
-def _sample_block(
-    context: Context, layout: PhaseLayout, group: Any, found: Sequence[Continuous],
-    index: int, peak_ids: Mapping[Functional, int], rows: Limits, intervals: Integers, tau: Array,
-) -> Block:  # fmt: skip
-    local, point = sample_point(context, layout, group, intervals, tau)
-    constraint = found[index]
-    peak = _peak(constraint, local, peak_ids)
-
-    def build() -> tuple[Any, list[Any]]:
-        (value,) = context.expressions(layout, point, [constraint.expression])
-        return 0, [_path_row(constraint, value, peak)]
-
-    ids = rows.take(local.instances, [(constraint.lower, constraint.upper, constraint.scale)])
-    points = layout.mesh.breakpoints
-
-    def label(instance: int, row: int) -> RowName:
-        k = intervals[instance]
-        at = points[k] + tau[instance] * (points[k + 1] - points[k])
-        return RowName(f"'{constraint.name}'", layout.phase.name, at, constraint.unit,
-                       constraint.scale)  # fmt: skip
-
-    key = (index, group.scheme.degree, group.moving)
-    name = f"{layout.phase.name}: {constraint.name}"
-    return local.block(name, context, key, build, ids, label)

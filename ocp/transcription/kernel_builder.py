@@ -1,4 +1,8 @@
-"""Local variables of a kernel, and the expressions of a phase at one point of an interval."""
+"""Kernels under construction: local variables, and the signals of a phase at points of intervals.
+
+A kernel is written once for all intervals of a group. Its local variables and its data are symbols;
+`KernelBuilder` collects them together with the columns and numbers of each instance.
+"""
 
 from __future__ import annotations
 
@@ -8,19 +12,63 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
-from ocp.numerics.schemes import bernstein, lagrange
-from ocp.problem.statement import Problem
-from ocp.problem.symbols import time
+from ocp.arrays import Array, Integers
+from ocp.numerics.interpolation import bernstein, lagrange
+from ocp.problem.problem import Problem
+from ocp.problem.symbols import TIME
+from ocp.transcription.columns import Columns, IntervalGroup, PhaseColumns
 from ocp.transcription.kernels import Block, Kernel, RowName
-from ocp.transcription.variables import Group, PhaseLayout
-
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
+from ocp.transcription.scaling import Scales
 
 
-class Local:
+@dataclass(frozen=True, eq=False)
+class KernelContext:
+    """What every kernel of a problem shares.
+
+    Attributes
+    ----------
+    kernels : dict
+        Those built so far. They depend on no mesh.
+    """
+
+    problem: Problem
+    scales: Scales
+    columns: Columns
+    kernels: dict[tuple[Any, ...], Kernel] = field(default_factory=dict, repr=False)
+
+    @property
+    def constants(self) -> ca.SX:
+        """Symbols of the named constants (n_k,)."""
+        return ca.vertcat(*[c.symbol for c in self.problem.constants], ca.SX(0, 1))
+
+    def sizes(self, signals: Sequence[Any]) -> list[float]:
+        """Typical sizes of signals."""
+        return [self.scales.signals[s.name] for s in signals]
+
+    def unknowns(self, builder: KernelBuilder) -> ca.SX:
+        """Static unknowns as local variables."""
+        if not self.problem.unknowns:
+            return ca.SX(0, 1)
+        sizes = [self.scales.unknowns[u.name] for u in self.problem.unknowns]
+        return builder.variables(self.columns.unknowns[None, :], sizes)
+
+    def expressions(
+        self, columns: PhaseColumns, point: Point, wanted: Sequence[Any]
+    ) -> list[ca.SX]:
+        """Expressions of the phase's signals at a point."""
+        if not wanted:
+            return []
+        signals = ca.vertcat(*[s.symbol for s in columns.signals], ca.SX(0, 1))
+        unknowns = ca.vertcat(*[u.symbol for u in self.problem.unknowns], ca.SX(0, 1))
+        stacked = ca.vertcat(*[ca.densify(ca.SX(expression)) for expression in wanted])
+        inputs = [signals, unknowns, TIME.symbol, self.constants]
+        function = ca.Function("expressions", inputs, [stacked])
+        values = function(point.signals, point.unknowns, point.time, self.constants)
+        return ca.vertsplit(values)
+
+
+class KernelBuilder:
     """Collects a kernel's local variables and data together with their instances."""
 
     def __init__(self, instances: int) -> None:
@@ -31,13 +79,13 @@ class Local:
         self._data: list[Array] = []
         self._inner: list[tuple[ca.SX, ca.SX]] = []
 
-    def variables(self, ids: Integers, scales: Sequence[float]) -> ca.SX:
+    def variables(self, ids: Integers, sizes: Sequence[float]) -> ca.SX:
         """Unscaled values of decision variables ``ids`` (instances, m)."""
-        ids = np.broadcast_to(ids, (self.instances, len(scales)))
-        w = ca.SX.sym("w", len(scales))
+        ids = np.broadcast_to(ids, (self.instances, len(sizes)))
+        w = ca.SX.sym("w", len(sizes))
         self._variables.append(w)
         self._columns.append(ids)
-        return w * ca.DM(np.asarray(scales, dtype=float)) if len(scales) else w
+        return w * ca.DM(np.asarray(sizes, dtype=float)) if len(sizes) else w
 
     def data(self, values: Array) -> ca.SX:
         """Symbols for numbers that differ from instance to instance, (instances, m)."""
@@ -47,7 +95,7 @@ class Local:
         self._data.append(values)
         return d
 
-    def absorb(self, other: Local) -> None:
+    def absorb(self, other: KernelBuilder) -> None:
         """Take over the variables and data of another kernel of as many instances."""
         self._variables += other._variables
         self._columns += other._columns
@@ -55,10 +103,10 @@ class Local:
         self._data += other._data
         self._inner += other._inner
 
-    def between(self, combined: ca.SX) -> ca.SX:
+    def combination(self, combined: ca.SX) -> ca.SX:
         """Symbols for combinations of variables, through which derivatives take the chain rule.
 
-        `combined` has to be linear in the variables; what is computed from few combinations of
+        `combined` has to be linear in the variables. What is computed from few combinations of
         many variables has few second derivatives of its own.
         """
         y = ca.SX.sym("y", combined.numel())
@@ -66,35 +114,38 @@ class Local:
         return y
 
     def block(
-        self, name: str, context: Context, key: tuple[Any, ...],
-        build: Callable[[], tuple[Any, Sequence[Any]]], ids: Integers,
+        self,
+        name: str,
+        context: KernelContext,
+        key: tuple[Any, ...],
+        build: Callable[[], tuple[Any, Sequence[Any]]],
+        rows: Integers,
         label: Callable[[int, int], RowName],
-    ) -> Block:  # fmt: skip
+    ) -> Block:
         """The finished block.
 
         Parameters
         ----------
         key : tells the kernel from the others of the context that have this name and size.
         build : gives objective and rows of the kernel; not called where it is known already.
+        rows : (instances, m) rows of the program.
         """
         empty = np.empty((self.instances, 0))
         columns = np.hstack([empty.astype(np.int64), *self._columns])
         data = np.hstack([empty, *self._data])
-        known = (name, *key, columns.shape[1], data.shape[1])
-        if known not in context.kernels:
-            context.kernels[known] = self._kernel(context, *build())
-        return Block(name, context.kernels[known], columns, data, ids, label, context.native)
+        whole_key = (name, *key, columns.shape[1], data.shape[1])
+        if whole_key not in context.kernels:
+            context.kernels[whole_key] = self._kernel(context, *build())
+        return Block(name, context.kernels[whole_key], columns, data, rows, label)
 
-    def _kernel(self, context: Context, objective: Any, rows: Sequence[Any]) -> Kernel:
+    def _kernel(self, context: KernelContext, objective: Any, rows: Sequence[Any]) -> Kernel:
         w, d, c = ca.vertcat(*self._variables), ca.vertcat(*self._symbols), context.constants
-        g = ca.vertcat(*rows) if rows else ca.SX(0, 1)
         f = ca.densify(ca.SX(objective))
+        g = ca.densify(ca.vertcat(*rows) if rows else ca.SX(0, 1))
         y = ca.vertcat(*[symbol for symbol, _ in self._inner], ca.SX(0, 1))
-        combined = ca.vertcat(*[value for _, value in self._inner], ca.SX(0, 1))
-        return Kernel(
-            ca.Function("outer", [w, y, d, c], ca.cse([f, ca.densify(g)])),
-            ca.Function("inner", [w, d], [ca.densify(combined)]),
-        )
+        combined = ca.densify(ca.vertcat(*[value for _, value in self._inner], ca.SX(0, 1)))
+        outer = ca.Function("outer", [w, y, d, c], ca.cse([f, g]))
+        return Kernel(outer, ca.Function("inner", [w, d], [combined]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,181 +156,153 @@ class Point:
     time: Any
     length: Any
     unknowns: ca.SX
-    rate_rows: Any = None
 
 
 @dataclass(frozen=True, eq=False)
-class Context:
-    """What every kernel of a problem shares.
+class CollocationPoint(Point):
+    """A collocation point.
 
     Attributes
     ----------
-    kernels : those built so far; they depend on no mesh.
-    native : whether their derivatives are compiled.
-    """
-
-    problem: Problem
-    signal_scales: Mapping[str, float]
-    unknown_ids: Integers
-    unknown_scales: tuple[float, ...]
-    time_scale: float
-    kernels: dict[tuple[Any, ...], Kernel] = field(default_factory=dict, repr=False)
-    native: bool = False
-
-    @property
-    def constants(self) -> ca.SX:
-        """Symbols of the named constants (n_k,)."""
-        return ca.vertcat(*[c.symbol for c in self.problem.constants], ca.SX(0, 1))
-
-    def scales(self, signals: Sequence[Any]) -> list[float]:
-        """Sizes of signals."""
-        return [self.signal_scales[s.name] for s in signals]
-
-    def unknowns(self, local: Local) -> ca.SX:
-        """Static unknowns as local variables."""
-        if not self.unknown_scales:
-            return ca.SX(0, 1)
-        return local.variables(self.unknown_ids[None, :], self.unknown_scales)
-
-    def expressions(self, layout: PhaseLayout, point: Point, wanted: Sequence[Any]) -> list[ca.SX]:
-        """Expressions of the phase's signals at a point."""
-        if not wanted:
-            return []
-        symbols = [s.symbol for s in layout.signals]
-        unknowns = [u.symbol for u in self.problem.unknowns]
-        f = ca.Function(
-            "at", [ca.vertcat(*symbols, ca.SX(0, 1)), ca.vertcat(*unknowns, ca.SX(0, 1)),
-                   time.symbol, self.constants],
-            [ca.vertcat(*[ca.densify(ca.SX(e)) for e in wanted])],
-        )  # fmt: skip
-        return ca.vertsplit(f(point.signals, point.unknowns, point.time, self.constants))
-
-
-def clock(
-    context: Context, layout: PhaseLayout, local: Local, group: Group, intervals: Integers,
-    tau: Array,
-) -> tuple[Any, Any]:  # fmt: skip
-    """Time and interval length at local times ``tau`` (instances,) of the group's intervals."""
-    points = layout.mesh.breakpoints
-    if layout.ends is None and not group.moving:  # all known: plain numbers
-        start, end = layout.fixed_times
-        h = np.diff(points)[intervals] * (end - start)
-        t = start + points[intervals] * (end - start) + tau * h
-        d = local.data(np.stack([t, h], axis=1))
-        return d[0], d[1]
-    if group.moving:
-        ids = np.stack([layout.moved[intervals], layout.moved[intervals + 1]], axis=1)
-        sides = local.variables(ids, [1.0, 1.0])
-        at = sides[0] + local.data(tau[:, None]) * (sides[1] - sides[0])
-        length = sides[1] - sides[0]
-    else:
-        d = local.data(np.stack([points[intervals] + tau * np.diff(points)[intervals],
-                                 np.diff(points)[intervals]], axis=1))  # fmt: skip
-        at, length = d[0], d[1]
-    if layout.ends is None:
-        begin: Any = layout.fixed_times[0]
-        span: Any = layout.fixed_times[1] - begin
-    else:
-        ends = local.variables(layout.ends[None, :], [context.time_scale] * 2)
-        begin, span = ends[0], ends[1] - ends[0]
-    return begin + at * span, length * span
-
-
-def collocation_point(
-    context: Context, layout: PhaseLayout, group: Group
-) -> tuple[Local, Point, Any]:
-    """Local expressions at the collocation points of a group; one instance a point.
-
-    Returns
-    -------
-    local, point
-        ``point.rate_rows`` is the derivative of the state polynomial times the interval length.
+    slope : (n_x,)
+        Derivative of the state polynomials by local time.
     weight : SX
         Quadrature weight of the point on [0, 1].
     """
-    method = group.scheme
-    m, s = group.intervals.size, method.degree
-    local = Local(m * s)
-    intervals, tau = np.repeat(group.intervals, s), np.tile(method.points, m)
-    others = np.array([[i for i in range(s + 1) if i != j] for j in method.own])
-    own = group.support[:, method.own, :].reshape(m * s, -1)
-    rest = group.support[:, others, :].reshape(m * s, -1)
-    n_x = len(layout.states)
-    scales = context.scales(layout.states)
-    x = local.variables(own, scales)
-    other = ca.reshape(local.variables(rest, scales * s), n_x, s)
-    slopes = np.hstack([
-        np.take_along_axis(method.derivative, method.own[:, None], axis=1),
-        np.take_along_axis(method.derivative, others, axis=1),
-    ])  # fmt: skip
-    d = local.data(np.tile(slopes, (m, 1)))
-    rate = d[0] * x + ca.mtimes(other, d[1:])
-    weight = local.data(np.tile(method.weights, m)[:, None])
-    controls = [
-        local.variables(layout.steps[intervals], context.scales(layout.constant)),
-        _linear(context, layout, local, intervals, tau),
-        _polynomial(context, layout, local, group, np.repeat(np.arange(m), s), tau),
-    ]
-    z = local.variables(group.algebraics.reshape(m * s, -1), context.scales(layout.algebraics))
-    t, h = clock(context, layout, local, group, intervals, tau)
-    point = Point(ca.vertcat(x, *controls, z), t, h, context.unknowns(local), rate)
-    return local, point, weight
+
+    slope: ca.SX
+    weight: ca.SX
+
+
+def collocation_point(
+    context: KernelContext, columns: PhaseColumns, group: IntervalGroup
+) -> tuple[KernelBuilder, CollocationPoint]:
+    """Local expressions at the collocation points of a group; one instance a point."""
+    rule = group.collocation
+    m, s = group.intervals.size, rule.degree
+    builder = KernelBuilder(m * s)
+    intervals, tau = np.repeat(group.intervals, s), np.tile(rule.points, m)
+    row = np.repeat(np.arange(m), s)
+
+    # the state at the point itself comes first, then those at the other support points
+    others = np.array([[i for i in range(s + 1) if i != j] for j in rule.own])
+    n_x, sizes = len(columns.states), context.sizes(columns.states)
+    x = builder.variables(group.support[:, rule.own, :].reshape(m * s, -1), sizes)
+    rest = builder.variables(group.support[:, others, :].reshape(m * s, -1), sizes * s)
+
+    slopes = np.hstack(
+        [
+            np.take_along_axis(rule.derivative, rule.own[:, None], axis=1),
+            np.take_along_axis(rule.derivative, others, axis=1),
+        ]
+    )
+    d = builder.data(np.tile(slopes, (m, 1)))
+    slope = d[0] * x + ca.mtimes(ca.reshape(rest, n_x, s), d[1:])
+    weight = builder.data(np.tile(rule.weights, m)[:, None])
+
+    controls = _controls(context, columns, builder, group, row, tau, lambda value: value)
+    algebraic_ids = group.algebraics.reshape(m * s, -1)
+    z = builder.variables(algebraic_ids, context.sizes(columns.algebraics))
+    t, h = _clock(context, columns, builder, group, intervals, tau)
+    signals = ca.vertcat(x, *controls, z)
+    return builder, CollocationPoint(signals, t, h, context.unknowns(builder), slope, weight)
 
 
 def sample_point(
-    context: Context, layout: PhaseLayout, group: Group, intervals: Integers, tau: Array
-) -> tuple[Local, Point]:
+    context: KernelContext,
+    columns: PhaseColumns,
+    group: IntervalGroup,
+    intervals: Integers,
+    tau: Array,
+) -> tuple[KernelBuilder, Point]:
     """Local expressions at arbitrary local times of some intervals of a group."""
-    method, n = group.scheme, intervals.size
-    local = Local(n)
+    rule, builder = group.collocation, KernelBuilder(intervals.size)
     row = np.searchsorted(group.intervals, intervals)
 
-    def interpolated(ids: Integers, signals: Sequence[Any], nodes: Array) -> Any:
+    def interpolated(ids: Integers, signals: Sequence[Any], support: Array) -> Any:
         if not signals:
             return ca.SX(0, 1)
-        return local.between(
-            _combined(local, ids[row], context.scales(signals), lagrange(nodes, tau))
-        )
+        sizes = context.sizes(signals)
+        return builder.combination(_combined(builder, ids[row], sizes, lagrange(support, tau)))
 
-    x = interpolated(group.support, layout.states, method.support)
-    controls = [
-        local.variables(layout.steps[intervals], context.scales(layout.constant)),
-        _linear(context, layout, local, intervals, tau),
-        local.between(_polynomial(context, layout, local, group, row, tau)),
-    ]
-    z = interpolated(group.algebraics, layout.algebraics, method.points)
-    t, h = clock(context, layout, local, group, intervals, tau)
-    return local, Point(ca.vertcat(x, *controls, z), t, h, context.unknowns(local))
+    x = interpolated(group.support, columns.states, rule.support)
+    controls = _controls(context, columns, builder, group, row, tau, builder.combination)
+    z = interpolated(group.algebraics, columns.algebraics, rule.points)
+    t, h = _clock(context, columns, builder, group, intervals, tau)
+    return builder, Point(ca.vertcat(x, *controls, z), t, h, context.unknowns(builder))
 
 
-def _polynomial(
-    context: Context, layout: PhaseLayout, local: Local, group: Group, row: Integers, tau: Array
-) -> Any:
-    """Polynomial controls from their Bernstein coefficients, in rows of the group."""
-    if not layout.polynomial:
-        return ca.SX(0, 1)
-    weights = bernstein(group.controls.shape[1], tau)
-    return _combined(local, group.controls[row], context.scales(layout.polynomial), weights)
+def _controls(
+    context: KernelContext,
+    columns: PhaseColumns,
+    builder: KernelBuilder,
+    group: IntervalGroup,
+    row: Integers,
+    tau: Array,
+    wrapped: Callable[[ca.SX], ca.SX],
+) -> list[ca.SX]:
+    """All controls from their Bernstein coefficients, in rows of the group.
+
+    What is combined of several coefficients is `wrapped`.
+    """
+    values = []
+    for members, table in zip(columns.control_sets, group.controls, strict=True):
+        count, sizes = table.shape[1], context.sizes(members.controls)
+        if count == 1:
+            values.append(builder.variables(table[row][:, 0], sizes))
+        else:
+            weights = bernstein(count, tau)
+            values.append(wrapped(_combined(builder, table[row], sizes, weights)))
+    return values
 
 
-def _combined(local: Local, ids: Integers, scales: Sequence[float], weights: Array) -> Any:
+def _combined(
+    builder: KernelBuilder, ids: Integers, sizes: Sequence[float], weights: Array
+) -> ca.SX:
     """Sums over unknowns ``ids`` (n, m, signals) weighted by numbers (n, m).
 
     Unknowns that have weight nowhere, as all but one at a support point, are left out.
     """
     used = np.any(weights != 0.0, axis=0)
     count = int(used.sum())
-    values = local.variables(ids[:, used].reshape(len(ids), -1), list(scales) * count)
-    return ca.mtimes(ca.reshape(values, len(scales), count), local.data(weights[:, used]))
+    values = builder.variables(ids[:, used].reshape(len(ids), -1), list(sizes) * count)
+    return ca.mtimes(ca.reshape(values, len(sizes), count), builder.data(weights[:, used]))
 
 
-def _linear(
-    context: Context, layout: PhaseLayout, local: Local, intervals: Integers, tau: Array
-) -> Any:
-    if not layout.linear:
-        return ca.SX(0, 1)
-    scales = context.scales(layout.linear)
-    left = local.variables(layout.ramps[intervals, 0], scales)
-    right = local.variables(layout.ramps[intervals, 1], scales)
-    d = local.data(np.stack([1.0 - tau, tau], axis=1))
-    return d[0] * left + d[1] * right
+def _clock(
+    context: KernelContext,
+    columns: PhaseColumns,
+    builder: KernelBuilder,
+    group: IntervalGroup,
+    intervals: Integers,
+    tau: Array,
+) -> tuple[Any, Any]:
+    """Time and interval length at local times ``tau`` (instances,) of the group's intervals."""
+    points = columns.mesh.breakpoints
+    left, width = points[intervals], np.diff(points)[intervals]
+
+    # all known: plain numbers
+    if columns.ends is None and not group.moving:
+        start, end = columns.fixed_times
+        h = width * (end - start)
+        t = start + left * (end - start) + tau * h
+        d = builder.data(np.stack([t, h], axis=1))
+        return d[0], d[1]
+
+    # where in the phase, as fractions of it
+    if group.moving:
+        ids = np.stack([columns.moved[intervals], columns.moved[intervals + 1]], axis=1)
+        sides = builder.variables(ids, [1.0, 1.0])
+        fraction = sides[0] + builder.data(tau[:, None]) * (sides[1] - sides[0])
+        length = sides[1] - sides[0]
+    else:
+        d = builder.data(np.stack([left + tau * width, width], axis=1))
+        fraction, length = d[0], d[1]
+
+    if columns.ends is None:
+        begin: Any = columns.fixed_times[0]
+        span: Any = columns.fixed_times[1] - begin
+    else:
+        ends = builder.variables(columns.ends[None, :], [context.scales.time] * 2)
+        begin, span = ends[0], ends[1] - ends[0]
+    return begin + fraction * span, length * span

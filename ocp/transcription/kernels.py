@@ -9,16 +9,14 @@ as for a thousand, but for the index lists.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
-Integers = NDArray[np.int64]
-Array = NDArray[np.float64]
+from ocp.arrays import Array, Integers
 
 
 @dataclass(frozen=True)
@@ -89,7 +87,6 @@ class Block:
     data : (n, n_d) numbers of each instance.
     rows : (n, m) rows of the constraint vector that each instance adds to.
     label : callable (instance, row) -> RowName
-    native : whether the derivatives are compiled.
     """
 
     name: str
@@ -98,7 +95,6 @@ class Block:
     data: Array
     rows: Integers
     label: Callable[[int, int], RowName]
-    native: bool = False
 
     @property
     def count(self) -> int:
@@ -108,7 +104,7 @@ class Block:
     @property
     def derivatives(self) -> KernelDerivatives:
         """Gradient, Jacobian and Hessian of the kernel."""
-        return differentiate(self.kernel, self.native)
+        return differentiate(self.kernel)
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,8 +126,8 @@ class KernelDerivatives:
 
 
 @lru_cache(maxsize=512)
-def differentiate(kernel: Kernel, native: bool = False) -> KernelDerivatives:
-    """Derivatives of a kernel with respect to its local variables, compiled if asked for.
+def differentiate(kernel: Kernel) -> KernelDerivatives:
+    """Derivatives of a kernel with respect to its local variables.
 
     With ``v = (w, y)`` and ``B = dv/dw``, a constant of w, a gradient is ``B^T f_v`` and a Hessian
     ``B^T L_vv B``.
@@ -141,24 +137,30 @@ def differentiate(kernel: Kernel, native: bool = False) -> KernelDerivatives:
     f, g = kernel.outer(w, y, d, c)
     sigma, lam = ca.SX.sym("sigma"), ca.SX.sym("lam", g.shape[0])
     v, b = ca.vertcat(w, y), ca.vertcat(ca.SX.eye(w.numel()), ca.jacobian(combined, w))
-    parts = [
-        f, g, ca.mtimes(ca.jacobian(f, v), b), ca.mtimes(ca.jacobian(g, v), b),
-        ca.triu(ca.mtimes([b.T, ca.hessian(sigma * f + ca.dot(lam, g), v)[0], b])),
-    ]  # fmt: skip
-    f, g, gradient, jacobian, hessian = ca.substitute(parts, [y], [combined])
-    made = KernelDerivatives(
-        ca.Function("objective", [w, d, c], [f]), ca.Function("rows", [w, d, c], [g]),
-        _function("gradient", [w, d, c], [f, gradient]), _places(gradient.sparsity())[1],
-        _function("jacobian", [w, d, c], [g, jacobian]), _places(jacobian.sparsity()),
-        _function("hessian", [w, d, c, sigma, lam], [hessian]), _places(hessian.sparsity()),
-    )  # fmt: skip
-    if not native:
-        return made
-    from ocp.native import compiled
 
-    names = ("objective", "rows", "gradient", "jacobian", "hessian")
-    parts = compiled([getattr(made, name) for name in names])
-    return replace(made, **dict(zip(names, parts, strict=True)))
+    # what is computed from few combinations y has few second derivatives: differentiate by (w, y)
+    # and go back to w by the constant matrix B
+    hessian = ca.hessian(sigma * f + ca.dot(lam, g), v)[0]
+    expressions = [
+        f,
+        g,
+        ca.mtimes(ca.jacobian(f, v), b),
+        ca.mtimes(ca.jacobian(g, v), b),
+        ca.triu(ca.mtimes([b.T, hessian, b])),
+    ]
+    f, g, gradient, jacobian, hessian = ca.substitute(expressions, [y], [combined])
+
+    inputs = [w, d, c]
+    return KernelDerivatives(
+        objective=ca.Function("objective", inputs, [f]),
+        rows=ca.Function("rows", inputs, [g]),
+        gradient=_function("gradient", inputs, [f, gradient]),
+        gradient_at=_places(gradient.sparsity())[1],
+        jacobian=_function("jacobian", inputs, [g, jacobian]),
+        jacobian_at=_places(jacobian.sparsity()),
+        hessian=_function("hessian", [*inputs, sigma, lam], [hessian]),
+        hessian_at=_places(hessian.sparsity()),
+    )
 
 
 def _function(name: str, inputs: list[Any], outputs: list[Any]) -> ca.Function:
@@ -191,49 +193,52 @@ class Program:
     @cached_property
     def oracle(self) -> ca.Function:
         """``(x, p) -> (f, g)``."""
-        x, p, made = self._applied
-        f = _total([m.mapped(m.parts.objective) for m in made if m.block.kernel.costs])
-        ruled = [m for m in made if m.block.rows.shape[1]]
-        g = self._stacked([m.mapped(m.parts.rows) for m in ruled], ruled)
+        x, p, instances = self._applied
+        costly = [i for i in instances if i.block.kernel.costs]
+        ruled = [i for i in instances if i.block.rows.shape[1]]
+        f = _total([i.mapped(i.parts.objective) for i in costly])
+        g = self._stacked([i.mapped(i.parts.rows) for i in ruled], ruled)
         return ca.Function("nlp", [x, p], [f, g], ["x", "p"], ["f", "g"])
 
     @cached_property
     def objective_gradient(self) -> ca.Function:
         """``(x, p) -> (f, df/dx)``."""
-        x, p, made = self._applied
-        costly = [m for m in made if m.block.kernel.costs]
-        found = [m.mapped(m.parts.gradient) for m in costly]
-        places = [m.block.columns[:, m.parts.gradient_at] for m in costly]
-        gradient = _scatter([nonzeros for _, nonzeros in found], places, self.variables)
-        outputs = [_total([f for f, _ in found]), gradient]
+        x, p, instances = self._applied
+        costly = [i for i in instances if i.block.kernel.costs]
+        values = [i.mapped(i.parts.gradient) for i in costly]
+        places = [i.block.columns[:, i.parts.gradient_at] for i in costly]
+        gradient = _scatter([nonzeros for _, nonzeros in values], places, self.variables)
+        outputs = [_total([f for f, _ in values]), gradient]
         return ca.Function("nlp_grad_f", [x, p], outputs, ["x", "p"], ["f", "grad_f_x"])
 
     @cached_property
     def constraint_jacobian(self) -> ca.Function:
         """``(x, p) -> (g, dg/dx)``."""
-        x, p, made = self._applied
-        ruled = [m for m in made if m.block.rows.shape[1]]
-        found = [m.mapped(m.parts.jacobian) for m in ruled]
+        x, p, instances = self._applied
+        ruled = [i for i in instances if i.block.rows.shape[1]]
+        values = [i.mapped(i.parts.jacobian) for i in ruled]
         jacobian = _sparse(
-            [nonzeros for _, nonzeros in found],
-            [m.block.rows[:, m.parts.jacobian_at[0]] for m in ruled],
-            [m.block.columns[:, m.parts.jacobian_at[1]] for m in ruled],
+            [nonzeros for _, nonzeros in values],
+            [i.block.rows[:, i.parts.jacobian_at[0]] for i in ruled],
+            [i.block.columns[:, i.parts.jacobian_at[1]] for i in ruled],
             (self.rows, self.variables),
         )
-        outputs = [self._stacked([g for g, _ in found], ruled), jacobian]
+        outputs = [self._stacked([g for g, _ in values], ruled), jacobian]
         return ca.Function("nlp_jac_g", [x, p], outputs, ["x", "p"], ["g", "jac_g_x"])
 
     @cached_property
     def lagrangian_hessian(self) -> ca.Function:
         """``(x, p, lam_f, lam_g) ->`` upper triangle of the Hessian of ``lam_f f + lam_g^T g``."""
-        x, p, made = self._applied
+        x, p, instances = self._applied
         sigma, lam = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", self.rows)
-        curved = [m for m in made if m.parts.hessian_at[0].size]
-        blocks = [m.block for m in curved]
+        curved = [i for i in instances if i.parts.hessian_at[0].size]
+        blocks = [i.block for i in curved]
         hessian = _sparse(
-            [m.mapped(m.parts.hessian, sigma, _gather(lam, m.block.rows)) for m in curved],
-            *_upper_places(blocks), (self.variables, self.variables), _diagonal_weights(blocks),
-        )  # fmt: skip
+            [i.mapped(i.parts.hessian, sigma, _gather(lam, i.block.rows)) for i in curved],
+            *_upper_places(blocks),
+            shape=(self.variables, self.variables),
+            weights=_diagonal_weights(blocks),
+        )
         names = ["x", "p", "lam_f", "lam_g"], ["triu_hess_gamma_x_x"]
         return ca.Function("nlp_hess_l", [x, p, sigma, lam], [hessian], *names)
 
@@ -241,11 +246,11 @@ class Program:
     def _applied(self) -> tuple[Any, Any, list[_Instances]]:
         """Symbols of x and p, and the blocks applied to them."""
         x, p = ca.MX.sym("x", self.variables), ca.MX.sym("p", self.constants)
-        made = [_Instances(b, _gather(x, b.columns), ca.DM(b.data.T), p) for b in self.blocks]
-        return x, p, made
+        instances = [_Instances(b, _gather(x, b.columns), ca.DM(b.data.T), p) for b in self.blocks]
+        return x, p, instances
 
     def _stacked(self, parts: list[Any], ruled: Sequence[_Instances]) -> Any:
-        return _scatter(parts, [m.block.rows for m in ruled], self.rows)
+        return _scatter(parts, [i.block.rows for i in ruled], self.rows)
 
 
 @dataclass(frozen=True, eq=False)
@@ -271,13 +276,13 @@ def evaluated(
     blocks: Sequence[Block], x: Array, constants: Array, rows: int
 ) -> tuple[float, Array]:
     """Objective and rows (rows,) of some blocks, from their kernels alone."""
-    objective, found = 0.0, np.zeros(rows)
+    objective, values = 0.0, np.zeros(rows)
     for block in blocks:
         f, g = block.kernel.whole(x[block.columns].T, block.data.T, constants)
         objective += float(ca.sum2(f))
         if block.rows.size:
-            np.add.at(found, block.rows, g.full().T)
-    return objective, found
+            np.add.at(values, block.rows, g.full().T)
+    return objective, values
 
 
 def _gather(vector: Any, places: Integers) -> Any:
@@ -298,6 +303,8 @@ def _scatter(parts: list[Any], places: list[Integers], size: int) -> Any:
         return ca.MX.zeros(size)
     flat = np.concatenate([place.ravel() for place in places])
     entries = ca.veccat(*parts)
+
+    # where every place is taken once, a permutation does and no matrix is needed
     if flat.size == size and np.array_equal(np.sort(flat), np.arange(size)):
         return entries[np.argsort(flat).tolist()]
     return ca.densify(ca.mtimes(_selection(flat, size, np.ones(flat.size)), entries))
@@ -317,9 +324,12 @@ def _sparse(
     column = np.concatenate([c.ravel() for c in columns])
     if row.size == 0:
         return ca.MX(*shape)
+
+    # the pattern in CasADi's order, column by column
     key, slot = np.unique(column * shape[0] + row, return_inverse=True)
     offsets = np.searchsorted(key // shape[0], np.arange(shape[1] + 1))
     pattern = ca.Sparsity(*shape, offsets.tolist(), (key % shape[0]).tolist())
+
     entries = ca.veccat(*parts)
     unit = weights is None or bool(np.all(weights == 1.0))
     if unit and key.size == row.size:
@@ -336,9 +346,10 @@ def _selection(places: Integers, size: int, weights: Array) -> ca.DM:
 
 
 def _upper_places(blocks: Sequence[Block]) -> tuple[list[Integers], list[Integers]]:
+    """Rows and columns of the Hessian's entries of each block, in the upper triangle."""
     rows, columns = [], []
     for block in blocks:
-        i, j = (block.columns[:, at] for at in block.derivatives.hessian_at)
+        i, j = (block.columns[:, local] for local in block.derivatives.hessian_at)
         rows.append(np.minimum(i, j))
         columns.append(np.maximum(i, j))
     return rows, columns

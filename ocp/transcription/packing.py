@@ -2,168 +2,198 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ocp.mesh.initial_guess import Start
-from ocp.mesh.trajectory import PhaseTrajectory, Piece, Trajectory
-from ocp.numerics.schemes import bernstein
+from ocp.arrays import Array, Integers
+from ocp.mesh.initial_guess import InitialGuess
+from ocp.mesh.trajectory import PhaseTrajectory, SignalGroup, SignalKind, Trajectory
+from ocp.numerics.interpolation import bernstein
+from ocp.numerics.piecewise_polynomial import (
+    Basis,
+    Bernstein,
+    Lagrange,
+    Piece,
+    PiecewisePolynomial,
+)
+from ocp.problem.functionals import Peak
+from ocp.problem.parameters import Parameters
+from ocp.transcription.columns import PhaseColumns
 from ocp.transcription.kernels import Block, evaluated
 from ocp.transcription.transcribe import Transcription
-from ocp.transcription.variables import Group, PhaseLayout
 
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
-_INSIDE = 1e-9
+_INSIDE = 1e-9  # of an interval: a value on the side of a breakpoint that belongs to the interval
 
 
 def decision_vector(
-    transcription: Transcription, start: Start, constants: Mapping[str, float]
+    transcription: Transcription, guess: InitialGuess, parameters: Parameters
 ) -> Array:
-    """Scaled decision vector that represents a start as well as the mesh allows."""
-    x = np.zeros(transcription.columns.count)
-    for layout in transcription.layouts:
-        _fill_phase(x, layout, start)
-    for unknown, column in zip(
-        transcription.problem.unknowns, transcription.unknown_ids, strict=True
-    ):
-        x[column] = start.unknowns[unknown.name]
-    x /= transcription.sizes
-    lower, upper = transcription.columns.evaluate(constants)
+    """Scaled decision vector (n,) that represents a guess as well as the mesh allows."""
+    columns = transcription.columns
+    x = np.zeros(columns.count)
+    for phase in columns.phases:
+        _fill_phase(x, phase, guess)
+    for unknown, column in zip(transcription.problem.unknowns, columns.unknowns, strict=True):
+        x[column] = guess.unknowns[unknown.name]
+    x /= columns.sizes
+
+    lower, upper = columns.limits.at(parameters)
     x = np.clip(x, lower, upper)
-    _fill_totals(x, transcription, constants)
-    for column in transcription.peak_ids.values():
-        x[column] = _peak(transcription, x, column, constants)
+    _fill_totals(x, transcription, parameters)
+    for peak, column in columns.peaks.items():
+        x[column] = _peak_value(transcription, x, peak, column, parameters)
     return np.asarray(np.clip(x, lower, upper))
 
 
-def _fill_totals(x: Array, transcription: Transcription, constants: Mapping[str, float]) -> None:
-    """Running totals that fit the start: with all totals zero their rows hold the increments."""
-    blocks = {block.name: block for block in transcription.blocks}
-    if not any(layout.integrals for layout in transcription.layouts):
-        return
-    rows = _rows(transcription, transcription.blocks, x, constants)
-    for layout in transcription.layouts:
-        if layout.integrals:
-            increments = -rows[blocks[f"{layout.phase.name}: integrals"].rows]
-            x[layout.totals[1:]] = np.cumsum(np.nan_to_num(increments), axis=0)
+def _fill_phase(x: Array, columns: PhaseColumns, guess: InitialGuess) -> None:
+    """Unscaled values of the unknowns of a phase."""
+    own, points = guess.phases[columns.phase.name], columns.mesh.breakpoints
+    for group in columns.groups:
+        rule = group.collocation
+        left = points[group.intervals, None]
+        width = np.diff(points)[group.intervals, None]
 
-
-def _fill_phase(x: Array, layout: PhaseLayout, start: Start) -> None:
-    own, points = start.phases[layout.phase.name], layout.mesh.breakpoints
-    for group in layout.groups:
-        left, width = points[group.intervals], np.diff(points)[group.intervals]
-        support = left[:, None] + np.clip(group.scheme.support, 0.0, 1.0) * width[:, None]
-        inner = left[:, None] + (0.5 + (group.scheme.points - 0.5) * (1 - _INSIDE)) * width[:, None]
+        support = left + np.clip(rule.support, 0.0, 1.0) * width
         values = own.at_fractions(support.ravel())
-        for j, state in enumerate(layout.states):
+        for j, state in enumerate(columns.states):
             x[group.support[:, :, j]] = values[state.name].reshape(support.shape)
+
+        # a control may jump at breakpoints: look at it a little inside the interval
+        for members, table in zip(columns.control_sets, group.controls, strict=True):
+            tau = _fitted_at(members.order, rule.points)
+            inner = left + (0.5 + (tau - 0.5) * (1.0 - _INSIDE)) * width
+            values = own.at_fractions(inner.ravel())
+            fit = np.linalg.pinv(bernstein(table.shape[1], tau))
+            for j, control in enumerate(members.controls):
+                x[table[:, :, j]] = values[control.name].reshape(inner.shape) @ fit.T
+
+        inner = left + (0.5 + (rule.points - 0.5) * (1.0 - _INSIDE)) * width
         values = own.at_fractions(inner.ravel())
-        basis = np.linalg.pinv(bernstein(group.controls.shape[1], group.scheme.points))
-        for j, control in enumerate(layout.polynomial):
-            x[group.controls[:, :, j]] = values[control.name].reshape(inner.shape) @ basis.T
-        for j, signal in enumerate(layout.algebraics):
+        for j, signal in enumerate(columns.algebraics):
             x[group.algebraics[:, :, j]] = values[signal.name].reshape(inner.shape)
+
     values = own.at_fractions(points)
-    for j, state in enumerate(layout.states):
-        x[layout.nodes[:, j]] = values[state.name]
-    inside = np.array([_INSIDE, 1.0 - _INSIDE])
-    ends = own.at_fractions((points[:-1, None] + inside * np.diff(points)[:, None]).ravel())
-    for j, control in enumerate(layout.linear):
-        x[layout.ramps[:, :, j]] = ends[control.name].reshape(-1, 2)
-    middle = own.at_fractions(0.5 * (points[:-1] + points[1:]))
-    for j, control in enumerate(layout.constant):
-        x[layout.steps[:, j]] = middle[control.name]
-    if layout.ends is not None:
-        x[layout.ends] = own.start, own.end
-    here = layout.moved >= 0
-    x[layout.moved[here]] = points[here]
+    for j, state in enumerate(columns.states):
+        x[columns.nodes[:, j]] = values[state.name]
+    if columns.ends is not None:
+        x[columns.ends] = own.start, own.end
+    here = columns.moved >= 0
+    x[columns.moved[here]] = points[here]
 
 
-def _peak(
-    transcription: Transcription, x: Array, column: int, constants: Mapping[str, float]
+def _fitted_at(order: int | None, points: Array) -> Array:
+    """Local times at which a guess determines the coefficients of a control, see `ControlSet`."""
+    if order is None:
+        return points
+    return np.array([0.5]) if order == 0 else np.array([0.0, 1.0])
+
+
+def _fill_totals(x: Array, transcription: Transcription, parameters: Parameters) -> None:
+    """Running totals that fit the guess: with all totals zero their rows hold the increments."""
+    phases = transcription.columns.phases
+    if not any(columns.integrals for columns in phases):
+        return
+    rows = _rows(transcription, transcription.blocks, x, parameters)
+    for columns, own in zip(phases, transcription.rows.phases, strict=True):
+        if columns.integrals:
+            increments = -rows[own.totals]
+            x[columns.totals[1:]] = np.cumsum(np.nan_to_num(increments), axis=0)
+
+
+def _peak_value(
+    transcription: Transcription, x: Array, peak: Peak, column: int, parameters: Parameters
 ) -> float:
-    """Largest value over the rows of a peak, a little above it: a feasible epigraph value."""
-    touching = [b for b in transcription.blocks if np.any(b.columns == column)]
+    """Largest value over the rows of a peak: the least value of its unknown that is feasible."""
+    touching = [block for block in transcription.blocks if np.any(block.columns == column)]
     trial = x.copy()
     trial[column] = 0.0
-    g = _rows(transcription, touching, trial, constants)
-    upper = transcription.rows.evaluate(constants)[1]
-    rows = _rows_of(touching, column)
-    tight = g[rows[upper[rows] == 0.0]]
-    return float(max(tight[np.isfinite(tight)], default=1.0))
+    values = _rows(transcription, touching, trial, parameters)
+    rows = [
+        part.rows
+        for part in transcription.rows.path
+        if transcription.constraints[part.phase][part.constraint].peak is peak
+    ]
+    heights = values[np.concatenate(rows)]
+    return float(max(heights[np.isfinite(heights)], default=1.0))
 
 
 def _rows(
-    transcription: Transcription, blocks: Sequence[Block], x: Array,
-    constants: Mapping[str, float],
-) -> Array:  # fmt: skip
+    transcription: Transcription, blocks: Sequence[Block], x: Array, parameters: Parameters
+) -> Array:
     """The constraint vector as far as some blocks make it up."""
-    values = np.array([constants[c.name] for c in transcription.problem.constants])
-    return evaluated(blocks, x, values, transcription.rows.count)[1]
+    return evaluated(blocks, x, parameters.vector, transcription.rows.count)[1]
 
 
-def _rows_of(blocks: Sequence[Block], column: int) -> Integers:
-    """The rows of some blocks that depend on an unknown."""
-    found = [np.empty(0, dtype=np.int64)]
-    for block in blocks:
-        own, local = block.kernel.pattern
-        found.append(block.rows[:, own][block.columns[:, local] == column])
-    return np.concatenate(found)
-
-
-def trajectory_of(
-    transcription: Transcription, x: Array, constants: Mapping[str, float]
-) -> Trajectory:
+def trajectory_of(transcription: Transcription, x: Array, parameters: Parameters) -> Trajectory:
     """The trajectory that a decision vector stands for."""
-    values = x * transcription.sizes
-    phases = tuple(_phase_trajectory(layout, values) for layout in transcription.layouts)
+    columns = transcription.columns
+    values = x * columns.sizes
+    phases = tuple(_phase_trajectory(phase, values, transcription) for phase in columns.phases)
     unknowns = {
-        u.name: float(values[column])
-        for u, column in zip(transcription.problem.unknowns, transcription.unknown_ids, strict=True)
+        unknown.name: float(values[column])
+        for unknown, column in zip(transcription.problem.unknowns, columns.unknowns, strict=True)
     }
-    peaks = tuple(float(values[column]) for column in transcription.peak_ids.values())
-    return Trajectory(phases, unknowns, dict(constants), peaks)
+    peaks = tuple(float(values[column]) for column in columns.peaks.values())
+    return Trajectory(phases, unknowns, dict(parameters.values), peaks)
 
 
-def _phase_trajectory(layout: PhaseLayout, values: Array) -> PhaseTrajectory:
-    mesh = layout.mesh
-    fractions, here = mesh.breakpoints.copy(), layout.moved >= 0
-    fractions[here] = values[layout.moved[here]]
-    if layout.ends is None:
-        begin, end = layout.fixed_times
-    else:
-        begin, end = values[layout.ends]
+def _phase_trajectory(
+    columns: PhaseColumns, values: Array, transcription: Transcription
+) -> PhaseTrajectory:
+    mesh = columns.mesh
+    fractions, here = mesh.breakpoints.copy(), columns.moved >= 0
+    fractions[here] = values[columns.moved[here]]
+    begin, end = columns.fixed_times if columns.ends is None else values[columns.ends]
     breakpoints = begin + fractions * (end - begin)
 
-    def piece(groups: Sequence[Group]) -> Piece:
-        order = np.argsort(np.concatenate([g.intervals for g in groups]))
+    def group(
+        kind: SignalKind, names: tuple[str, ...], tables: list[tuple[Integers, Basis, Integers]]
+    ) -> SignalGroup:
+        pieces = _pieces([(k, basis, values[ids]) for k, basis, ids in tables])
+        return SignalGroup(kind, names, PiecewisePolynomial(breakpoints, pieces))
 
-        def together(what: str) -> Any:
-            return np.concatenate([getattr(g, what) for g in groups])[order]
-
-        controls = values[together("controls")]
-        basis = bernstein(controls.shape[1], groups[0].scheme.points)
-        return Piece(
-            groups[0].scheme.degree, together("intervals"), values[together("support")],
-            np.einsum("qs,ksn->kqn", basis, controls), values[together("algebraics")],
-        )  # fmt: skip
-
-    by_degree: dict[int, list[Group]] = {}
-    for group in layout.groups:
-        by_degree.setdefault(group.scheme.degree, []).append(group)
-
-    def names(signals: Sequence[Any]) -> tuple[str, ...]:
-        return tuple(s.name for s in signals)
-
+    groups = [
+        group(
+            "state",
+            tuple(state.name for state in columns.states),
+            [
+                (g.intervals, Lagrange(tuple(g.collocation.support.tolist())), g.support)
+                for g in columns.groups
+            ],
+        )
+    ]
+    for i, members in enumerate(columns.control_sets):
+        names = tuple(control.name for control in members.controls)
+        tables = [
+            (g.intervals, Bernstein(g.controls[i].shape[1]), g.controls[i]) for g in columns.groups
+        ]
+        groups.append(group("control", names, tables))
+    if columns.algebraics:
+        names = tuple(signal.name for signal in columns.algebraics)
+        tables = [
+            (g.intervals, Lagrange(tuple(g.collocation.points.tolist())), g.algebraics)
+            for g in columns.groups
+        ]
+        groups.append(group("algebraic", names, tables))
     return PhaseTrajectory(
-        name=layout.phase.name, scheme=layout.groups[0].scheme.name, breakpoints=breakpoints,
-        states=names(layout.states), constant=names(layout.constant),
-        linear=names(layout.linear), polynomial=names(layout.polynomial),
-        algebraics=names(layout.algebraics),
-        steps=values[layout.steps], ramps=values[layout.ramps],
-        pieces=tuple(piece(groups) for groups in by_degree.values()),
-    )  # fmt: skip
+        name=columns.phase.name,
+        scheme=transcription.scheme,
+        breakpoints=breakpoints,
+        degrees=mesh.degrees,
+        groups=tuple(groups),
+    )
+
+
+def _pieces(tables: list[tuple[Integers, Basis, Array]]) -> tuple[Piece, ...]:
+    """One piece for each basis, whatever group its intervals belong to."""
+    by_basis: dict[Basis, list[tuple[Integers, Array]]] = {}
+    for intervals, basis, coefficients in tables:
+        by_basis.setdefault(basis, []).append((intervals, coefficients))
+    pieces = []
+    for basis, parts in by_basis.items():
+        intervals = np.concatenate([k for k, _ in parts])
+        coefficients = np.concatenate([c for _, c in parts])
+        order = np.argsort(intervals)
+        pieces.append(Piece(intervals[order], basis, coefficients[order]))
+    return tuple(pieces)

@@ -1,4 +1,4 @@
-"""Constraints that hold at all times of a phase: path bounds, signal bounds, peaks."""
+"""Path constraints: what holds at all times of a phase, be it stated as bound, peak or limit."""
 
 from __future__ import annotations
 
@@ -8,24 +8,30 @@ from typing import Any
 
 import casadi as ca
 
-from ocp.problem.statement import Problem
-from ocp.problem.symbols import is_number
-from ocp.problem.terms import Functional
+from ocp.problem.bounds import is_limited
+from ocp.problem.functionals import Peak
+from ocp.problem.problem import Problem
+from ocp.transcription.columns import PhaseColumns
 from ocp.transcription.scaling import Scales
-from ocp.transcription.variables import PhaseLayout
 
 
 @dataclass(frozen=True, eq=False)
-class Continuous:
+class PathConstraint:
     """``lower <= sign * expression - peak <= upper`` at all times of a phase.
 
     Attributes
     ----------
+    scale : float
+        Size by which its rows are divided [unit].
     sampled : bool
-        Whether the collocation points carry a row for it (bounds of signals are bounds of
-        unknowns there).
-    peak : Functional or None
+        Whether the collocation points carry a row for it. Bounds of signals are bounds of
+        unknowns there.
+    peak : Peak or None
         The peak that bounds the expression from above.
+    sign : float
+        -1 for the lower side of a peak of an absolute value.
+    is_equation : bool
+        Whether its limits agree.
     """
 
     name: str
@@ -35,32 +41,60 @@ class Continuous:
     upper: Any
     scale: float
     sampled: bool
-    peak: Functional | None = None
+    peak: Peak | None = None
     sign: float = 1.0
     is_equation: bool = False
 
 
-def continuous_constraints(
-    problem: Problem, layout: PhaseLayout, scales: Scales
-) -> tuple[Continuous, ...]:
-    """All constraints of a phase in continuous time, rows of the collocation points first."""
-    phase = layout.phase
-    found = [
-        Continuous(b.name, b.unit, b.expression, b.lower, b.upper,
-                   scales.bounds[phase.name, b.name], True, is_equation=b.is_equation)
+def path_constraints(
+    problem: Problem, columns: PhaseColumns, scales: Scales
+) -> tuple[PathConstraint, ...]:
+    """All path constraints of a phase, those with rows at the collocation points first."""
+    phase = columns.phase
+    constraints = [
+        PathConstraint(
+            name=b.name,
+            unit=b.unit,
+            expression=b.expression,
+            lower=b.lower,
+            upper=b.upper,
+            scale=scales.bounds[phase.name, b.name],
+            sampled=True,
+            is_equation=b.is_equation,
+        )
         for b in phase.bounds
-    ]  # fmt: skip
-    for f in problem.functionals:
-        for name, expression in f.pieces if f.kind == "peak" else ():
-            for sign in (1.0, -1.0) if f.absolute else (1.0,):
-                if name == phase.name:
-                    found.append(Continuous(
-                        f.name, f.unit, expression, -math.inf, 0.0, scales.functionals[f], True,
-                        f, sign))  # fmt: skip
-    for signal in (*layout.states, *layout.algebraics):
-        limits = (signal.lower, signal.upper)
-        if not all(is_number(v) and math.isinf(v) for v in limits):
-            found.append(Continuous(
-                signal.name, signal.unit, signal.symbol, *limits, scales.signals[signal.name],
-                False))  # fmt: skip
-    return tuple(found)
+    ]
+
+    constraints += [
+        PathConstraint(
+            name=peak.name,
+            unit=peak.unit,
+            expression=expression,
+            lower=-math.inf,
+            upper=0.0,
+            scale=scales.functionals[peak],
+            sampled=True,
+            peak=peak,
+            sign=sign,
+        )
+        for peak in problem.peaks
+        for name, expression in peak.pieces
+        for sign in peak.signs
+        if name == phase.name
+    ]
+
+    # controls need none: their Bernstein coefficients keep the bounds at all times
+    constraints += [
+        PathConstraint(
+            name=signal.name,
+            unit=signal.unit,
+            expression=signal.symbol,
+            lower=signal.lower,
+            upper=signal.upper,
+            scale=scales.signals[signal.name],
+            sampled=False,
+        )
+        for signal in (*columns.states, *columns.algebraics)
+        if is_limited(signal.lower, signal.upper)
+    ]
+    return tuple(constraints)

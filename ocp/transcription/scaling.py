@@ -14,18 +14,27 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
-from ocp.mesh.initial_guess import Start, evaluate_limit, signals_of
-from ocp.problem.statement import Phase, Problem
-from ocp.problem.symbols import Signal, Symbol, resolve, time
-from ocp.problem.terms import Functional
+from ocp.arrays import Array
+from ocp.mesh.initial_guess import InitialGuess
+from ocp.problem.functionals import (
+    BoundaryValue,
+    Functional,
+    Integral,
+    Peak,
+    PhaseTime,
+    PointValue,
+)
+from ocp.problem.parameters import Parameters
+from ocp.problem.phase import Phase
+from ocp.problem.problem import Problem
+from ocp.problem.symbols import TIME, Signal, Symbol, resolve
 
-Array = NDArray[np.float64]
-_FRACTIONS = np.linspace(0.0, 1.0, 17)
-_STEP = 0.5
-_OFF = 3.0
+_FRACTIONS = np.linspace(0.0, 1.0, 17)  # of a phase, at which a guess is looked at
+_STEP = 0.5  # of a signal's size, by which it is moved to see how far an expression moves
+_OFF = 3.0  # factor from which on a solved objective replaces the size taken from the guess
 _SOLVED = "value on an earlier mesh"
+_LONGEST = "longest duration of a phase in the guess"
 
 
 @dataclass(frozen=True)
@@ -50,36 +59,46 @@ class Scales:
     reasons: Mapping[tuple[str, Any], str] = field(default_factory=dict)
 
 
-def scales_of(problem: Problem, start: Start, constants: Mapping[str, float]) -> Scales:
-    """Scales of a problem around a start."""
-    signals, why = _signal_scales(problem, start, constants)
+def scales_of(problem: Problem, guess: InitialGuess, parameters: Parameters) -> Scales:
+    """Scales of a problem around a guess."""
+    signals, why = _signal_scales(problem, guess, parameters)
     reasons: dict[tuple[str, Any], str] = {("signal", name): text for name, text in why.items()}
+
     unknowns = {}
     for u in problem.unknowns:
-        unknowns[u.name], reasons["unknown", u.name] = _chosen(
-            u.scale, _size(start.unknowns[u.name]), "guess, or middle of its bounds")  # fmt: skip
-    duration = max(s.end - s.start for s in start.phases.values())
-    reasons["time", ""] = "longest duration of a phase in the guess"
-    probe = {
-        phase.name: _Probe(problem, phase, start, signals, unknowns, constants)
+        size = _size(guess.unknowns[u.name])
+        where = "guess, or middle of its bounds"
+        unknowns[u.name], reasons["unknown", u.name] = _chosen(u.scale, size, where)
+
+    duration = max(phase.end - phase.start for phase in guess.phases.values())
+    reasons["time", ""] = _LONGEST
+
+    # how far the expressions of each phase move around the guess
+    probes = {
+        phase.name: _Probe(problem, phase, guess, signals, unknowns, parameters)
         for phase in problem.phases
     }
     bounds = {}
     for phase in problem.phases:
         for b in phase.bounds:
             key = phase.name, b.name
-            bounds[key], reasons["bound", key] = _chosen(
-                b.scale, *probe[phase.name].variation(b.expression))  # fmt: skip
+            size, reason = probes[phase.name].variation(b.expression)
+            bounds[key], reasons["bound", key] = _chosen(b.scale, size, reason)
+
+    sizes = _FunctionalSizes(probes, duration)
     functionals = {}
     for f in problem.functionals:
-        functionals[f], reasons["number", f] = _chosen(
-            f.scale, *_functional_scale(f, probe, duration))  # fmt: skip
-    for b in (*problem.bounds, *problem.links):
-        bounds["", b.name], reasons["bound", ("", b.name)] = _chosen(
-            b.scale, *_terminal_scale(b.expression, functionals, unknowns, constants))  # fmt: skip
-    objective, reasons["objective", ""] = _chosen(
-        problem.scale, *_terminal_scale(problem.objective, functionals, unknowns, constants)
-    )
+        functionals[f], reasons["number", f] = _chosen(f.scale, *f.accept(sizes))
+
+    # numbers of the whole motion move with their functionals and unknowns
+    def moved(expression: ca.SX) -> tuple[float, str]:
+        return _boundary_variation(expression, functionals, unknowns, parameters)
+
+    for b in problem.boundary_constraints:
+        key = "", b.name
+        bounds[key], reasons["bound", key] = _chosen(b.scale, *moved(b.expression))
+    size, reason = moved(problem.objective)
+    objective, reasons["objective", ""] = _chosen(problem.scale, size, reason)
     return Scales(signals, unknowns, bounds, functionals, duration, objective, reasons)
 
 
@@ -87,7 +106,7 @@ def resized(scales: Scales, objective: float) -> Scales:
     """Scales with the objective's size taken from a solved value, where the guess's was far off.
 
     Tolerances of the solver are relative to the scaled objective: where the guess costs many times
-    the optimum, they would leave controls undetermined that cost little.  A stated size stays, and
+    the optimum, they would leave controls undetermined that cost little. A stated size stays, and
     so does one that has been taken from a value before.
     """
     reason = scales.reasons.get(("objective", ""))
@@ -98,62 +117,69 @@ def resized(scales: Scales, objective: float) -> Scales:
     return replace(scales, objective=size, reasons={**scales.reasons, ("objective", ""): _SOLVED})
 
 
-def _chosen(stated: float | None, found: float, reason: str) -> tuple[float, str]:
-    """A stated size, else one that was found, else 1; with its reason."""
+def _chosen(stated: float | None, size: float, reason: str) -> tuple[float, str]:
+    """A stated size, else one that was derived, else 1; with its reason."""
     if stated is not None:
         return stated, "stated"
-    if found > 0 and math.isfinite(found):
-        return found, reason
+    if size > 0 and math.isfinite(size):
+        return size, reason
     return 1.0, "nothing known"
 
 
 def _size(values: Any) -> float:
-    finite = np.abs(np.asarray(values, dtype=float))
-    finite = finite[np.isfinite(finite)]
+    """Largest finite absolute value, 0 if there is none."""
+    magnitudes = np.abs(np.asarray(values, dtype=float))
+    finite = magnitudes[np.isfinite(magnitudes)]
     return float(finite.max()) if finite.size else 0.0
 
 
 def _signal_scales(
-    problem: Problem, start: Start, constants: Mapping[str, float]
+    problem: Problem, guess: InitialGuess, parameters: Parameters
 ) -> tuple[dict[str, float], dict[str, str]]:
+    """Sizes of all signals, with reasons; a signal of several phases has its largest."""
     scales: dict[str, float] = {}
     reasons: dict[str, str] = {}
     for phase in problem.phases:
-        values = start.phases[phase.name].at_fractions(_FRACTIONS)
-        for signal in signals_of(problem, phase):
-            size, reason = _own_scale(signal, phase, values[signal.name], constants)
+        values = guess.phases[phase.name].at_fractions(_FRACTIONS)
+        for signal in problem.signals(phase):
+            size, reason = _own_scale(signal, phase, values[signal.name], parameters)
             if size > scales.get(signal.name, 0.0):
                 scales[signal.name], reasons[signal.name] = size, reason
+
     for phase in problem.phases:
-        duration = start.phases[phase.name].end - start.phases[phase.name].start
+        duration = guess.phases[phase.name].end - guess.phases[phase.name].start
         _along_dynamics(phase, duration, scales, reasons)
+
     for phase in problem.phases:
-        for signal in signals_of(problem, phase):
+        for signal in problem.signals(phase):
             if signal.name not in scales:
                 scales[signal.name], reasons[signal.name] = 1.0, "nothing known"
     return scales, reasons
 
 
 def _own_scale(
-    signal: Signal, phase: Phase, guess: Array, constants: Mapping[str, float]
+    signal: Signal, phase: Phase, guess: Array, parameters: Parameters
 ) -> tuple[float, str]:
+    """Size of a signal by what is said of it alone; 0 if nothing is."""
     if signal.scale is not None:
         return signal.scale, "stated"
-    ends = [v.get(signal) for v in (phase.initial, phase.final)]
-    numbers = [evaluate_limit(v, constants) for v in ends if v is not None and v is not False
-               and not isinstance(v, tuple)]  # fmt: skip
+    ends = [values.get(signal) for values in (phase.initial, phase.final)]
+    numbers = [
+        parameters.limit(value)
+        for value in ends
+        if value is not None and value is not False and not isinstance(value, tuple)
+    ]
     if max(_size(guess), _size(numbers)) > 0:
         inner, outer = (_size(guess), "guess"), (_size(numbers), "boundary values")
         return inner if inner[0] > outer[0] else outer
-    limits = [evaluate_limit(v, constants) for v in (signal.lower, signal.upper)]
-    size = _size(limits)
+    size = _size(parameters.pair(signal))
     return size, "bounds" if size > 0 else ""
 
 
 def _along_dynamics(
     phase: Phase, duration: float, scales: dict[str, float], reasons: dict[str, str]
 ) -> None:
-    """Pass sizes down and up chains of derivatives."""
+    """Pass sizes down and up where the rate of a state is another signal itself."""
     links = [
         (state.name, symbol.name)
         for state, rate in phase.dynamics.items()
@@ -161,6 +187,9 @@ def _along_dynamics(
         for symbol in resolve(rate, "a derivative")
         if isinstance(symbol, Signal)
     ]
+
+    # a motion from rest to rest over a distance of 1 in a time of 1 has a mean speed of 1 and a
+    # peak of about 2
     for _ in links:
         for state, rate in links:
             if state in scales and rate not in scales:
@@ -174,39 +203,46 @@ def _along_dynamics(
 
 
 class _Probe:
-    """Evaluates expressions of one phase around its start."""
+    """Evaluates expressions of one phase around its guess."""
 
     def __init__(
-        self, problem: Problem, phase: Phase, start: Start,
-        scales: Mapping[str, float], unknowns: Mapping[str, float],
-        constants: Mapping[str, float],
-    ) -> None:  # fmt: skip
-        own = start.phases[phase.name]
+        self,
+        problem: Problem,
+        phase: Phase,
+        guess: InitialGuess,
+        scales: Mapping[str, float],
+        unknowns: Mapping[str, float],
+        parameters: Parameters,
+    ) -> None:
+        own = guess.phases[phase.name]
         values = own.at_fractions(_FRACTIONS)
         self.duration = own.end - own.start
-        self.symbols: list[Symbol] = [*signals_of(problem, phase), *problem.unknowns]
-        centre = [values[s.name] if isinstance(s, Signal)
-                  else np.full(_FRACTIONS.size, start.unknowns[s.name])
-                  for s in self.symbols]  # fmt: skip
-        sizes = [scales[s.name] if isinstance(s, Signal) else unknowns[s.name]
-                 for s in self.symbols]  # fmt: skip
-        rows = [np.array(centre)]
+        self.symbols: list[Symbol] = [*problem.signals(phase), *problem.unknowns]
+        centre, sizes = [], []
+        for s in self.symbols:
+            if isinstance(s, Signal):
+                centre.append(values[s.name])
+                sizes.append(scales[s.name])
+            else:
+                centre.append(np.full(_FRACTIONS.size, guess.unknowns[s.name]))
+                sizes.append(unknowns[s.name])
+
+        # the guess itself, then the guess with one symbol moved after the other
+        tables = [np.array(centre)]
         for i, size in enumerate(sizes):
             moved = np.array(centre)
             moved[i] += _STEP * size
-            rows.append(moved)
-        self.points = np.hstack(rows)
-        self.times = np.tile(own.start + _FRACTIONS * self.duration, len(rows))
-        self.constants = problem.constants
-        self.values = [constants[c.name] for c in problem.constants]
+            tables.append(moved)
+        self.points = np.hstack(tables)
+        self.times = np.tile(own.start + _FRACTIONS * self.duration, len(tables))
+        self.constants = ca.vertcat(*[c.symbol for c in problem.constants], ca.SX(0, 1))
+        self.values = parameters.vector
 
     def _evaluate(self, expression: ca.SX) -> Array:
-        inputs = [s.symbol for s in self.symbols]
-        f = ca.Function(
-            "probe", [ca.vertcat(*inputs), time.symbol, *[c.symbol for c in self.constants]],
-            [expression],
-        )  # fmt: skip
-        out = f(self.points, self.times[None, :], *self.values)
+        """The expression at the guess and at each moved one, (1 + symbols, fractions)."""
+        symbols = ca.vertcat(*[s.symbol for s in self.symbols])
+        function = ca.Function("probe", [symbols, TIME.symbol, self.constants], [expression])
+        out = function(self.points, self.times[None, :], self.values)
         return out.full().reshape(-1, _FRACTIONS.size)
 
     def variation(self, expression: ca.SX) -> tuple[float, str]:
@@ -219,50 +255,64 @@ class _Probe:
         return moves[worst], f"moves so far with '{self.symbols[worst].name}'"
 
     def size(self, expression: ca.SX) -> tuple[float, str]:
-        """Largest value at the start, or the variation where that is next to nothing."""
+        """Largest value at the guess, or the variation where that is next to nothing."""
         size, (variation, reason) = _size(self._evaluate(expression)[0]), self.variation(expression)
         return (size, "value at the guess") if size > 0.01 * variation else (variation, reason)
 
 
-def _functional_scale(
-    f: Functional, probes: Mapping[str, _Probe], duration: float
-) -> tuple[float, str]:
-    if f.kind in ("start time", "end time"):
-        return duration, "longest duration of a phase in the guess"
-    if f.kind == "integral":
-        found = [(probes[n].size(e), probes[n].duration) for n, e in f.pieces]
-        return max((size * span, f"{why}, times the duration") for (size, why), span in found)
-    if f.kind == "peak":
-        return max(probes[n].size(e) for n, e in f.pieces)
-    return max(probes[n].variation(e) for n, e in f.pieces)
+@dataclass(frozen=True, eq=False)
+class _FunctionalSizes:
+    """Typical sizes of functionals with their reasons, one method a kind."""
+
+    probes: Mapping[str, _Probe]
+    duration: float
+
+    def integral(self, functional: Integral) -> tuple[float, str]:
+        """Size of the integrand times the duration."""
+        probe = self.probes[functional.phase]
+        size, reason = probe.size(functional.expression)
+        return size * probe.duration, f"{reason}, times the duration"
+
+    def peak(self, functional: Peak) -> tuple[float, str]:
+        """The largest size over the phases."""
+        return max(self.probes[name].size(e) for name, e in functional.pieces)
+
+    def boundary_value(self, functional: BoundaryValue) -> tuple[float, str]:
+        """How far the expression moves."""
+        return self.probes[functional.phase].variation(functional.expression)
+
+    def point_value(self, functional: PointValue) -> tuple[float, str]:
+        """How far the expression moves."""
+        return self.probes[functional.phase].variation(functional.expression)
+
+    def phase_time(self, functional: PhaseTime) -> tuple[float, str]:
+        """The longest duration."""
+        return self.duration, _LONGEST
 
 
-def _terminal_scale(
+def _boundary_variation(
     expression: ca.SX,
     functionals: Mapping[Functional, float],
     unknowns: Mapping[str, float],
-    constants: Mapping[str, float],
+    parameters: Parameters,
 ) -> tuple[float, str]:
-    """How far a terminal expression moves when its numbers move by their sizes, and with which."""
+    """How far a boundary expression moves when its numbers move by their sizes, and with which."""
     symbols = resolve(expression, "the objective")
-    centre = [_terminal_value(s, functionals, unknowns, constants) for s in symbols]
-    f = ca.Function("terminal", [s.symbol for s in symbols], [expression])
-    base, moves = float(f(*centre)), []
+    centre = []
+    for symbol in symbols:
+        if isinstance(symbol, Functional):
+            centre.append(functionals[symbol])
+        elif symbol.name in unknowns:
+            centre.append(unknowns[symbol.name])
+        else:
+            centre.append(parameters.values[symbol.name])
+
+    function = ca.Function("boundary", [s.symbol for s in symbols], [expression])
+    base, moves = float(function(*centre)), []
     for i, symbol in enumerate(symbols):
         if isinstance(symbol, Functional) or symbol.name in unknowns:
             shifted = list(centre)
             shifted[i] *= 1.0 + _STEP
-            change = abs(float(f(*shifted)) - base) / _STEP
+            change = abs(float(function(*shifted)) - base) / _STEP
             moves.append((change, f"moves so far with '{symbol.name}'"))
     return max([m for m in moves if math.isfinite(m[0])], default=(0.0, ""))
-
-
-def _terminal_value(
-    symbol: Symbol,
-    functionals: Mapping[Functional, float],
-    unknowns: Mapping[str, float],
-    constants: Mapping[str, float],
-) -> float:
-    if isinstance(symbol, Functional):
-        return functionals[symbol]
-    return unknowns[symbol.name] if symbol.name in unknowns else constants[symbol.name]

@@ -2,42 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any
 
-import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from ocp.arrays import Array
 from ocp.mesh.mesh import Mesh, with_points
-from ocp.numerics.schemes import SchemeName
-from ocp.problem.statement import Problem
-from ocp.problem.symbols import Between, Constant, ControlShape, resolve
-from ocp.problem.terms import Functional
-from ocp.transcription.boundary import terminal_block
-from ocp.transcription.columns import columns_of
-from ocp.transcription.condense import condense
-from ocp.transcription.condensed import Condensed
-from ocp.transcription.defects import phase_blocks
-from ocp.transcription.kernel_builder import Context
+from ocp.numerics.schemes import Scheme
+from ocp.problem.functionals import PointValue
+from ocp.problem.parameters import Parameters
+from ocp.problem.problem import Problem
+from ocp.problem.symbols import Between, ControlShape
+from ocp.transcription.boundary import boundary_block, inline_weights
+from ocp.transcription.columns import Columns, PhaseColumns, columns_of
+from ocp.transcription.defects import PhaseBlocks
+from ocp.transcription.kernel_builder import KernelContext
 from ocp.transcription.kernels import Block, Program
-from ocp.transcription.limits import Limits
-from ocp.transcription.path_constraints import Continuous, continuous_constraints
+from ocp.transcription.path_constraints import PathConstraint, path_constraints
+from ocp.transcription.rows import Rows
 from ocp.transcription.scaling import Scales
-from ocp.transcription.variables import PhaseLayout, lay_out
-
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 
-@dataclass(frozen=True)
-class Method:
-    """How signals are discretised."""
+@dataclass(frozen=True, eq=False)
+class ProgramLimits:
+    """Scaled lower and upper limits of a program, at values of the constants.
 
-    scheme: SchemeName = "radau"
-    control_shape: ControlShape = "automatic"
+    Attributes
+    ----------
+    columns, rows : (lower, upper)
+        Of the unknowns (n,) and of the rows (m,).
+    """
+
+    columns: tuple[Array, Array]
+    rows: tuple[Array, Array]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,125 +44,129 @@ class Transcription:
 
     Attributes
     ----------
-    columns, rows : bounds of the unknowns and of the constraint rows.
-    sizes : (n,) scale of each unknown.
-    peak_ids : unknown of each peak.
-    kernels : see `Context`.
+    problem, mesh, scheme, controls, scales
+        What it was made of; `controls` is the shape of controls that do not state their own.
+    columns, rows
+        Where each unknown and each row is, see `Columns` and `Rows`.
+    constraints : one tuple of PathConstraint a phase
+    program : Program
+    kernels : dict
+        The kernels, by what tells them apart. They serve on other meshes, too.
     """
 
     problem: Problem
     mesh: Mesh
-    method: Method
+    scheme: Scheme
+    controls: ControlShape
     scales: Scales
-    layouts: tuple[PhaseLayout, ...]
-    constraints: tuple[tuple[Continuous, ...], ...]
-    blocks: tuple[Block, ...]
+    columns: Columns
+    rows: Rows
+    constraints: tuple[tuple[PathConstraint, ...], ...]
     program: Program
-    columns: Limits
-    rows: Limits
-    sizes: Array
-    unknown_ids: Integers
-    peak_ids: Mapping[Functional, int] = field(default_factory=dict)
     kernels: dict[tuple[Any, ...], Any] = field(default_factory=dict, repr=False)
 
-    @cached_property
-    def condensed(self) -> Condensed:
-        """The program as a solver gets it."""
-        symbols = ca.vertcat(*[c.symbol for c in self.problem.constants], ca.SX(0, 1))
-        return condense(self.blocks, self.layouts, self.program, self.columns, self.sizes,
-                        symbols, self.kernels)  # fmt: skip
+    @property
+    def blocks(self) -> tuple[Block, ...]:
+        """The blocks of the program."""
+        return self.program.blocks
+
+    @property
+    def phases(self) -> tuple[PhaseColumns, ...]:
+        """The unknowns of each phase."""
+        return self.columns.phases
+
+    def limits(self, parameters: Parameters) -> ProgramLimits:
+        """Limits of unknowns and rows."""
+        return ProgramLimits(self.columns.limits.at(parameters), self.rows.limits.at(parameters))
 
 
 def transcribe(
-    problem: Problem, mesh: Mesh, method: Method, scales: Scales,
-    known: Transcription | None = None, native: bool = False,
-) -> Transcription:  # fmt: skip
+    problem: Problem,
+    mesh: Mesh,
+    scheme: Scheme,
+    controls: ControlShape,
+    scales: Scales,
+    known: Transcription | None = None,
+) -> Transcription:
     """Build the nonlinear program of a problem on a mesh.
 
     Parameters
     ----------
-    known : a transcription on another mesh, whose kernels are used again where problem, method
-        and scales are the same.
-    native : whether the functions are compiled to machine code.
+    controls : shape of controls that do not state their own.
+    known : a transcription on another mesh, whose kernels are used again where problem, scheme,
+        controls and scales are the same.
 
     Raises
     ------
     StatementError
-        When the statement cannot be transcribed, or not be compiled.
+        When the statement cannot be transcribed.
     """
     mesh = with_instants(problem, mesh)
+
+    # integrals that are not summed up in the objective are running totals
     weights = inline_weights(problem)
-    layouts, first = [], 0
-    for phase, phase_mesh in zip(problem.phases, mesh.phases, strict=True):
-        chained = tuple(
-            f for f in problem.functionals
-            if f.kind == "integral" and f.pieces[0][0] == phase.name and f not in weights
-        )  # fmt: skip
-        layouts.append(
-            lay_out(problem, phase, phase_mesh, method.scheme, method.control_shape, chained, first)
-        )
-        first = layouts[-1].stop
-    unknown_ids = first + np.arange(len(problem.unknowns))
-    first += unknown_ids.size
-    peaks = [f for f in problem.functionals if f.kind == "peak"]
-    peak_ids = {f: first + i for i, f in enumerate(peaks)}
-    context = Context(
-        problem, scales.signals, unknown_ids,
-        tuple(scales.unknowns[u.name] for u in problem.unknowns), scales.time,
-        _known_kernels(problem, method, scales, known), native,
-    )  # fmt: skip
-    constraints = tuple(continuous_constraints(problem, lay, scales) for lay in layouts)
-    columns = columns_of(problem, layouts, unknown_ids, peak_ids, scales, first + len(peaks))
-    rows, blocks = Limits(), []
-    for layout, found, extra in zip(layouts, constraints, mesh.extra, strict=True):
-        blocks += phase_blocks(context, layout, found, scales, weights, peak_ids, rows, extra)
-    blocks.append(terminal_block(context, layouts, scales, weights, peak_ids, rows))
-    program = Program(tuple(blocks), columns.limits.count, rows.count, len(problem.constants))
+    totals = {
+        phase.name: tuple(f for f in problem.integrals(phase.name) if f not in weights)
+        for phase in problem.phases
+    }
+    columns = columns_of(problem, mesh, scheme, controls, totals, scales)
+
+    kernels = {} if known is None else _usable_kernels(known, problem, scheme, controls, scales)
+    context = KernelContext(problem, scales, columns, kernels)
+    constraints = tuple(path_constraints(problem, phase, scales) for phase in columns.phases)
+
+    # the blocks fill the map of the rows
+    rows, blocks = Rows(), []
+    for i, extra in enumerate(mesh.extra):
+        blocks += PhaseBlocks(context, i, constraints[i], weights, rows).all(extra)
+    blocks.append(boundary_block(context, weights, rows))
+
+    program = Program(tuple(blocks), columns.count, rows.count, len(problem.constants))
     return Transcription(
-        problem, mesh, method, scales, tuple(layouts), constraints, tuple(blocks), program,
-        columns.limits, rows, columns.sizes, unknown_ids, peak_ids,
-        context.kernels,
-    )  # fmt: skip
+        problem=problem,
+        mesh=mesh,
+        scheme=scheme,
+        controls=controls,
+        scales=scales,
+        columns=columns,
+        rows=rows,
+        constraints=constraints,
+        program=program,
+        kernels=kernels,
+    )
 
 
-def _known_kernels(
-    problem: Problem, method: Method, scales: Scales, known: Transcription | None
+def _usable_kernels(
+    known: Transcription,
+    problem: Problem,
+    scheme: Scheme,
+    controls: ControlShape,
+    scales: Scales,
 ) -> dict[tuple[Any, ...], Any]:
     """The kernels of a transcription of the same problem, none where it is another one."""
-    if known is None or known.problem is not problem or known.scales is not scales:
-        return {}
-    return known.kernels if known.method == method else {}
+    same = known.problem is problem and known.scales is scales
+    return known.kernels if same and (known.scheme, known.controls) == (scheme, controls) else {}
 
 
 def with_instants(problem: Problem, mesh: Mesh) -> Mesh:
     """The mesh with a breakpoint at every instant that `Phase.at` names."""
     phases = []
     for phase, phase_mesh in zip(problem.phases, mesh.phases, strict=True):
-        instants = [f.at for f in problem.functionals
-                    if f.kind == "value" and f.pieces[0][0] == phase.name]  # fmt: skip
+        instants = [
+            f.instant
+            for f in problem.functionals
+            if isinstance(f, PointValue) and f.phase == phase.name
+        ]
         if instants and not isinstance(phase.start, Between) and not isinstance(phase.end, Between):
-            span = phase.end - phase.start
-            fractions = (np.array(instants, dtype=float) - phase.start) / span
+            fractions = (np.array(instants) - phase.start) / (phase.end - phase.start)
             phase_mesh = with_points(phase_mesh, fractions)
         phases.append(phase_mesh)
+
     if all(a is b for a, b in zip(phases, mesh.phases, strict=True)):
         return mesh
-    if any(mesh.extra):
-        same = [a.intervals == b.intervals for a, b in zip(phases, mesh.phases, strict=True)]
-        if all(same):
-            return mesh
+
+    # extra points count by interval: they stay right only where no interval was added
+    same = all(a.intervals == b.intervals for a, b in zip(phases, mesh.phases, strict=True))
+    if same and any(mesh.extra):
+        return mesh
     return Mesh(tuple(phases))
-
-
-def inline_weights(problem: Problem) -> dict[Functional, ca.SX]:
-    """Weights of the integrals that enter the objective linearly and nothing else."""
-    elsewhere = {s for b in (*problem.bounds, *problem.links)
-                 for s in resolve(b.expression, b.name)}  # fmt: skip
-    weights = {}
-    for f in problem.functionals:
-        if f.kind == "integral" and f not in elsewhere:
-            weight = ca.jacobian(problem.objective, f.symbol)
-            symbols = resolve(weight, "a weight")
-            if all(isinstance(s, Constant) for s in symbols):
-                weights[f] = ca.densify(weight)
-    return weights

@@ -1,0 +1,87 @@
+"""An iterate: a point of a transcribed problem, with the multipliers that a solver found there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+from ocp.arrays import Array
+from ocp.mesh.mesh import Mesh
+from ocp.mesh.trajectory import Trajectory
+from ocp.nlp.result import NlpResult
+from ocp.numerics.schemes import Scheme
+from ocp.problem.parameters import Parameters, parameters_of
+from ocp.problem.problem import Problem
+from ocp.problem.symbols import ControlShape
+from ocp.transcription.packing import trajectory_of
+from ocp.transcription.scaling import Scales
+from ocp.transcription.transcribe import Transcription, transcribe
+
+
+@dataclass(frozen=True, eq=False)
+class Iterate:
+    """Unknowns and multipliers of a problem on a mesh.
+
+    Attributes
+    ----------
+    problem, mesh, scheme, controls, scales
+        What the program was made of.
+    trajectory : Trajectory
+        What the unknowns stand for.
+    objective : float
+        As it was stated, minimised or maximised [unit of the objective].
+    x, bound_multipliers : (n,)
+        Unknowns, and multipliers of their bounds; scaled, in CasADi's sign, ``L = f + lam^T g``.
+    row_multipliers : (m,)
+        Multipliers of the rows, likewise.
+    built : Transcription or None
+        The program, if it is there already. It is built on first use otherwise.
+    """
+
+    problem: Problem
+    mesh: Mesh
+    scheme: Scheme
+    controls: ControlShape
+    scales: Scales
+    trajectory: Trajectory
+    objective: float
+    x: Array
+    bound_multipliers: Array
+    row_multipliers: Array
+    built: Transcription | None = field(default=None, repr=False)
+
+    @cached_property
+    def transcription(self) -> Transcription:
+        """The program."""
+        if self.built is not None:
+            return self.built
+        return transcribe(self.problem, self.mesh, self.scheme, self.controls, self.scales)
+
+    @cached_property
+    def parameters(self) -> Parameters:
+        """The constants of the problem, and its limits at their values."""
+        return parameters_of(self.problem, self.trajectory.constants)
+
+    def with_multipliers(self, bounds: Array, rows: Array) -> Iterate:
+        """The same point with other multipliers."""
+        return replace(
+            self, bound_multipliers=bounds, row_multipliers=rows, built=self.transcription
+        )
+
+
+def iterate_of(transcription: Transcription, result: NlpResult, parameters: Parameters) -> Iterate:
+    """What a solver found for a transcribed problem."""
+    problem, scales = transcription.problem, transcription.scales
+    return Iterate(
+        problem=problem,
+        mesh=transcription.mesh,
+        scheme=transcription.scheme,
+        controls=transcription.controls,
+        scales=scales,
+        trajectory=trajectory_of(transcription, result.x, parameters),
+        objective=problem.sense * result.objective * scales.objective,
+        x=result.x,
+        bound_multipliers=result.bound_multipliers,
+        row_multipliers=result.row_multipliers,
+        built=transcription,
+    )

@@ -1,0 +1,258 @@
+"""Phases: stretches of time with one set of dynamics, and the links between them.
+
+Nothing here is numerical: a ``Phase`` holds expressions of declared symbols.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, TypeVar
+
+import casadi as ca
+import numpy as np
+
+from ocp.errors import StatementError
+from ocp.problem.bounds import Bound, checked_bounds
+from ocp.problem.functionals import (
+    BoundaryValue,
+    Functional,
+    Integral,
+    Peak,
+    PhaseTime,
+    PointValue,
+)
+from ocp.problem.symbols import Between, Signal, State, Symbol, resolve, scalar
+from ocp.problem.validation import check_phase
+
+Kind = TypeVar("Kind", bound=Functional)
+Guess = Any  # number, (first, last), callable of time, or (times, values)
+
+
+@dataclass(frozen=True, eq=False)
+class Phase:
+    """A stretch of time with one set of dynamics.
+
+    Parameters
+    ----------
+    name : str
+    dynamics : mapping of State to expression
+        Time derivative of each state [unit of the state / s].
+    initial, final : mapping of State to number, expression of constants or (lower, upper)
+        Boundary values. A state left out is free.
+    start, end : number or Between
+        Initial and final time [s].
+    bounds : sequence of Bound or of relations such as ``x <= 2``
+        Path constraints. Those whose limits agree are algebraic equations, imposed at the
+        collocation points, and the mesh is refined until they hold between these too.
+    guess : mapping of Signal to guess
+        A number, a pair (first, last), a callable of time (vectorised), or (times, values).
+
+    Raises
+    ------
+    StatementError
+        When something is missing, misspelt or contradicts itself.
+    """
+
+    name: str
+    dynamics: Mapping[State, Any]
+    initial: Mapping[State, Any] = field(default_factory=dict)
+    final: Mapping[State, Any] = field(default_factory=dict)
+    start: float | Between = 0.0
+    end: float | Between = 1.0
+    bounds: Sequence[Bound] = ()
+    guess: Mapping[Signal, Guess] = field(default_factory=dict)
+
+    # expressions hold bare symbols only: this keeps the functionals behind them alive
+    _functionals: list[Functional] = field(init=False, repr=False, default_factory=list)
+
+    def __post_init__(self) -> None:
+        derivatives = {}
+        for state, rate in self.dynamics.items():
+            if not isinstance(state, State):
+                raise StatementError(
+                    f"the dynamics of phase '{self.name}' name {state!r}, which is no State"
+                )
+            derivatives[state] = scalar(rate, f"the derivative of '{state.name}'")
+        object.__setattr__(self, "dynamics", derivatives)
+        object.__setattr__(self, "bounds", checked_bounds(self.bounds, f"phase '{self.name}'"))
+        check_phase(self)
+
+    @cached_property
+    def symbols(self) -> tuple[Symbol, ...]:
+        """All declared symbols the phase's expressions depend on, in order of appearance."""
+        symbols: dict[Symbol, None] = {}
+        for state, rate in self.dynamics.items():
+            symbols[state] = None
+            where = f"the derivative of '{state.name}' in '{self.name}'"
+            symbols.update(dict.fromkeys(resolve(rate, where)))
+        for bound in self.bounds:
+            for expression in (bound.expression, bound.lower, bound.upper):
+                where = f"the bound '{bound.name}' in '{self.name}'"
+                symbols.update(dict.fromkeys(resolve(expression, where)))
+        return tuple(symbols)
+
+    @property
+    def states(self) -> tuple[State, ...]:
+        """The states, in the order of the dynamics."""
+        return tuple(self.dynamics)
+
+    @property
+    def has_fixed_times(self) -> bool:
+        """Whether both times are given numbers."""
+        return not isinstance(self.start, Between) and not isinstance(self.end, Between)
+
+    def integral(
+        self, expression: Any, name: str = "integral", unit: str = "1", scale: float | None = None
+    ) -> Integral:
+        """Integral of an expression over the phase [unit]."""
+        piece, symbols = self._piece(expression, name)
+        return self._kept(Integral(name, unit, piece, symbols, scale))
+
+    def at_start(self, expression: Any) -> BoundaryValue:
+        """Value of an expression at the start of the phase."""
+        name = f"start of {self.name}"
+        return self._kept(BoundaryValue(name, "1", *self._piece(expression, name), end="start"))
+
+    def at_end(self, expression: Any) -> BoundaryValue:
+        """Value of an expression at the end of the phase."""
+        name = f"end of {self.name}"
+        return self._kept(BoundaryValue(name, "1", *self._piece(expression, name), end="end"))
+
+    def at(self, instant: float, expression: Any) -> PointValue:
+        """Value of an expression at a given time [s] inside a phase of fixed times.
+
+        Raises
+        ------
+        StatementError
+            When a time of the phase is free, or the instant lies outside.
+        """
+        if isinstance(self.start, Between) or isinstance(self.end, Between):
+            raise StatementError(
+                f"a value at {instant} s needs fixed times, but phase '{self.name}' has a free "
+                "one; split the phase there"
+            )
+        if not self.start <= instant <= self.end:
+            raise StatementError(
+                f"{instant} s lies outside phase '{self.name}' ({self.start} to {self.end} s)"
+            )
+        name = f"value at {instant} s"
+        return self._kept(PointValue(name, "1", *self._piece(expression, name), instant=instant))
+
+    def misfit(self, expression: Any, times: Any, values: Any, weights: Any = 1.0) -> ca.SX:
+        """Weighted sum of squared differences between an expression and data.
+
+        Parameters
+        ----------
+        times, values : (m,)
+            Data, times inside a phase of fixed times [s].
+        weights : number or (m,)
+
+        Raises
+        ------
+        StatementError
+            When there are not as many values as times, or a time lies outside.
+        """
+        t, data = np.atleast_1d(times).astype(float), np.atleast_1d(values).astype(float)
+        if t.shape != data.shape or t.ndim != 1 or np.shape(weights) not in ((), t.shape):
+            raise StatementError(
+                f"data of phase '{self.name}' have {t.size} times, {data.size} values and "
+                f"{np.size(weights)} weights; give as many values as times, and one weight or as "
+                "many"
+            )
+        w = np.broadcast_to(np.asarray(weights, dtype=float), t.shape)
+        squares = [
+            float(w[i]) * (self.at(float(t[i]), expression) - float(data[i])) ** 2
+            for i in range(t.size)
+        ]
+        return ca.SX(sum(squares))
+
+    @cached_property
+    def start_time(self) -> PhaseTime:
+        """The initial time [s]."""
+        name = f"start of {self.name}"
+        return self._kept(PhaseTime(name, "s", *self._piece(0, name), end="start"))
+
+    @cached_property
+    def end_time(self) -> PhaseTime:
+        """The final time [s]."""
+        name = f"end of {self.name}"
+        return self._kept(PhaseTime(name, "s", *self._piece(0, name), end="end"))
+
+    @property
+    def duration(self) -> ca.SX:
+        """Final minus initial time [s]."""
+        return self.end_time - self.start_time
+
+    def peak(self, expression: Any, **options: Any) -> Peak:
+        """Largest value of an expression over this phase, see `peak`."""
+        return peak((self, expression), **options)
+
+    def _piece(
+        self, expression: Any, name: str
+    ) -> tuple[tuple[tuple[str, ca.SX], ...], tuple[Symbol, ...]]:
+        """The one piece of a functional, and the symbols it depends on."""
+        sx = scalar(expression, f"the {name}")
+        return ((self.name, sx),), resolve(sx, f"the {name}")
+
+    def _kept(self, functional: Kind) -> Kind:
+        self._functionals.append(functional)
+        return functional
+
+
+def peak(
+    *pieces: tuple[Phase, Any],
+    name: str = "peak",
+    unit: str = "1",
+    absolute: bool = False,
+    scale: float | None = None,
+) -> Peak:
+    """Largest value of expressions over all times of their phases.
+
+    Parameters
+    ----------
+    *pieces : (Phase, expression)
+        The peak is the largest over all of them.
+    absolute : bool
+        Take the largest absolute value.
+    scale : float or None
+        Typical size [unit]. It is derived from the guess if None.
+
+    Raises
+    ------
+    StatementError
+        When there is no piece.
+    """
+    if not pieces:
+        raise StatementError(f"the peak '{name}' has no (phase, expression) piece; give one")
+    where = f"the peak '{name}'"
+    expressions = tuple((phase.name, scalar(expression, where)) for phase, expression in pieces)
+    symbols = dict.fromkeys(s for _, expression in expressions for s in resolve(expression, where))
+    functional = Peak(name, unit, expressions, tuple(symbols), scale, absolute=absolute)
+    for phase, _ in pieces:
+        phase._functionals.append(functional)
+    return functional
+
+
+def joined(
+    first: Phase, second: Phase, jump: Mapping[State, Any] | None = None
+) -> tuple[Bound, ...]:
+    """Links that make time and shared states continuous from one phase to the next.
+
+    Parameters
+    ----------
+    jump : mapping of State to expression of the first phase's signals, optional
+        The value right after the instant, where it differs from the value right before.
+    """
+    pair = f"from {first.name} to {second.name}"
+    gap = second.start_time - first.end_time
+    links = [Bound(f"time {pair}", gap, "s", lower=0, upper=0)]
+
+    after = dict(jump or {})
+    for state in second.states:
+        if state in first.dynamics or state in after:
+            before = after.get(state, state)
+            step = second.at_start(state) - first.at_end(before)
+            links.append(Bound(f"{state.name} {pair}", step, state.unit, lower=0, upper=0))
+    return tuple(links)

@@ -1,0 +1,283 @@
+"""Checks of a statement, each with a sentence that names the thing, the value and the remedy.
+
+`check_phase` and `check_problem` run when a statement is made. `check_values` runs before a solve,
+when the values of the constants are known.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import casadi as ca
+
+from ocp.errors import StatementError, StatementWarning
+from ocp.problem.bounds import is_limited
+from ocp.problem.functionals import Functional
+from ocp.problem.symbols import (
+    Between,
+    Constant,
+    Signal,
+    State,
+    Symbol,
+    Time,
+    Unknown,
+    check_interval,
+    is_number,
+    is_real,
+    resolve,
+)
+
+if TYPE_CHECKING:
+    from ocp.problem.parameters import Parameters
+    from ocp.problem.phase import Phase
+    from ocp.problem.problem import Problem
+
+
+def check_phase(phase: Phase) -> None:
+    """StatementError unless times, boundary values and expressions of a phase make sense."""
+    _check_times(phase)
+    _check_boundary(phase, "initial", phase.initial)
+    _check_boundary(phase, "final", phase.final)
+
+    for symbol in phase.symbols:
+        if isinstance(symbol, State) and symbol not in phase.dynamics:
+            raise StatementError(
+                f"phase '{phase.name}' uses the state '{symbol.name}' but has no dynamics for "
+                "it; add its derivative"
+            )
+        if isinstance(symbol, Functional):
+            raise StatementError(
+                f"phase '{phase.name}' uses '{symbol.name}', a number of the whole motion, in "
+                "its own expressions; bring it in as an Unknown linked by a Bound"
+            )
+
+
+def _check_times(phase: Phase) -> None:
+    for what, value in (("start", phase.start), ("end", phase.end)):
+        if not isinstance(value, Between) and not (is_real(value) and math.isfinite(value)):
+            raise StatementError(
+                f"the {what} of phase '{phase.name}' is {value!r}; give a finite number of "
+                "seconds or Between(lower, upper)"
+            )
+    first = phase.start.lower if isinstance(phase.start, Between) else phase.start
+    last = phase.end.upper if isinstance(phase.end, Between) else phase.end
+    if not last > first:
+        raise StatementError(
+            f"phase '{phase.name}' ends at {last} s, not after its start at {first} s"
+        )
+
+
+def _check_boundary(phase: Phase, what: str, values: Mapping[State, Any]) -> None:
+    """Boundary values are of states of the phase, inside their bounds, and known beforehand."""
+    for state, value in values.items():
+        if state not in phase.dynamics:
+            raise StatementError(
+                f"phase '{phase.name}' has an {what} value for "
+                f"'{getattr(state, 'name', state)}' but no dynamics for it; add its derivative"
+            )
+        pair = value if isinstance(value, tuple) else (value, value)
+        if len(pair) != 2:
+            raise StatementError(
+                f"the {what} value of '{state.name}' is {value!r}; give a number or a pair "
+                "(lower, upper)"
+            )
+        check_interval(f"{what} {state.name}", *pair)
+
+        # expressions of constants are checked when their values are known, by `check_values`
+        low, high = pair
+        below = is_number(high) and is_number(state.lower) and high < state.lower
+        above = is_number(low) and is_number(state.upper) and low > state.upper
+        if below or above:
+            raise StatementError(
+                f"the {what} value {value} of '{state.name}' lies outside its bounds "
+                f"[{state.lower}, {state.upper}]; change one of them"
+            )
+        for limit in pair:
+            _check_limit(limit, f"the {what} value of '{state.name}'")
+
+
+def _check_limit(value: Any, what: str) -> None:
+    """StatementError if a limit depends on anything but constants."""
+    for symbol in resolve(value, what):
+        if not isinstance(symbol, Constant):
+            raise StatementError(
+                f"{what} depends on '{symbol.name}'; limits are numbers or expressions of "
+                "Constants: bring the rest into the expression that is bounded"
+            )
+
+
+def check_problem(problem: Problem) -> None:
+    """StatementError unless names are unique and terminal expressions are of numbers."""
+    if not problem.phases:
+        raise StatementError(f"problem '{problem.name}' has no phase; give at least one")
+    _check_names(problem)
+
+    for symbol in problem.boundary_symbols:
+        if isinstance(symbol, (Signal, Time)):
+            raise StatementError(
+                f"the objective or a bound of problem '{problem.name}' uses the signal "
+                f"'{symbol.name}' as if it were a number; wrap it in at_start, at_end, at, "
+                "integral or peak of a phase"
+            )
+    if not any(isinstance(s, (Functional, Unknown)) for s in resolve(problem.objective, "it")):
+        raise StatementError(
+            f"the objective of problem '{problem.name}' is a fixed number; minimise a value of "
+            "the motion, such as an integral, a peak or an end time"
+        )
+
+    names = {phase.name for phase in problem.phases}
+    for functional in problem.functionals:
+        for phase_name, _ in functional.pieces:
+            if phase_name not in names:
+                raise StatementError(
+                    f"'{functional.name}' belongs to phase '{phase_name}', which problem "
+                    f"'{problem.name}' does not have; add the phase"
+                )
+
+    for symbol in [s for s in problem.symbols if isinstance(s, (Signal, Unknown))]:
+        _check_limit(symbol.lower, f"the lower bound of '{symbol.name}'")
+        _check_limit(symbol.upper, f"the upper bound of '{symbol.name}'")
+    path = [bound for phase in problem.phases for bound in phase.bounds]
+    for bound in (*problem.boundary_constraints, *path):
+        _check_limit(bound.lower, f"the lower limit of '{bound.name}'")
+        _check_limit(bound.upper, f"the upper limit of '{bound.name}'")
+    _check_peaks(problem)
+
+
+def _check_names(problem: Problem) -> None:
+    """StatementError if two phases, signals, numbers or bounds of a problem share a name."""
+    signals = [s.name for s in problem.symbols if isinstance(s, Signal)]
+    numbers = [s.name for s in problem.symbols if isinstance(s, (Unknown, Constant))]
+    kinds = [
+        ("phase", [phase.name for phase in problem.phases]),
+        ("signal", signals),
+        ("unknown or constant", numbers),
+        ("bound or link", [bound.name for bound in problem.boundary_constraints]),
+        *(("bound of one phase", [b.name for b in phase.bounds]) for phase in problem.phases),
+    ]
+    for what, names in kinds:
+        twice = {name for name in names if names.count(name) > 1}
+        if twice:
+            raise StatementError(
+                f"problem '{problem.name}' has more than one {what} called '{sorted(twice)[0]}'; "
+                "rename one of them"
+            )
+
+
+def _check_peaks(problem: Problem) -> None:
+    """StatementError if a problem gains from a larger peak, which has no limit from above.
+
+    A peak is an unknown that the expression must not exceed, so it can only be pressed down.
+    """
+    terms = [(problem.objective, "the objective", True, False)]
+    terms += [
+        (b.expression, f"the bound '{b.name}'", is_limited(b.upper), is_limited(b.lower))
+        for b in problem.boundary_constraints
+    ]
+    for peak in problem.peaks:
+        for expression, what, upper, lower in terms:
+            slope = ca.jacobian(expression, peak.symbol)
+            if slope.nnz() == 0 or not slope.is_constant():
+                continue
+            if (lower and float(slope) > 0) or (upper and float(slope) < 0):
+                raise StatementError(
+                    f"{what} asks for a large peak '{peak.name}'; a peak can be limited from above "
+                    "and minimised only"
+                )
+
+
+def check_values(problem: Problem, parameters: Parameters) -> None:
+    """Check all limits at the values of the constants, and that every state has a use.
+
+    Raises
+    ------
+    StatementError
+        When two limits cross, a boundary value lies outside its state's bounds, or a guess is of
+        a signal that its phase does not have.
+
+    Warns
+    -----
+    StatementWarning
+        When a state has dynamics but nothing depends on it.
+    """
+    for what, lower, upper in _limits(problem):
+        low, high = parameters.limit(lower), parameters.limit(upper)
+        if low > high:
+            raise StatementError(
+                f"{what} cross{_at(parameters)}: lower {low:g} is above upper {high:g}; change one "
+                "of them"
+            )
+
+    for phase in problem.phases:
+        for what, values in (("initial", phase.initial), ("final", phase.final)):
+            for state, value in values.items():
+                _check_inside(phase, what, state, value, parameters)
+        _check_guess(problem, phase)
+        for state in _unused(problem, phase):
+            warnings.warn(
+                f"nothing depends on the state '{state.name}' of phase '{phase.name}': it is "
+                "carried along without effect; bound it, use it or take it out",
+                StatementWarning,
+                stacklevel=3,
+            )
+
+
+def _limits(problem: Problem) -> Iterator[tuple[str, Any, Any]]:
+    """All pairs of limits, with what they are limits of."""
+    for symbol in problem.symbols:
+        if isinstance(symbol, (Signal, Unknown)):
+            yield f"the bounds of '{symbol.name}'", symbol.lower, symbol.upper
+    for phase in problem.phases:
+        for bound in phase.bounds:
+            yield f"the limits of '{bound.name}' in '{phase.name}'", bound.lower, bound.upper
+        for what, values in (("initial", phase.initial), ("final", phase.final)):
+            for state, value in values.items():
+                if isinstance(value, tuple):
+                    yield f"the {what} values of '{state.name}' in '{phase.name}'", *value
+    for bound in problem.boundary_constraints:
+        yield f"the limits of '{bound.name}'", bound.lower, bound.upper
+
+
+def _check_inside(
+    phase: Phase, what: str, state: State, value: Any, parameters: Parameters
+) -> None:
+    pair = value if isinstance(value, tuple) else (value, value)
+    low, high = (parameters.limit(limit) for limit in pair)
+    lower, upper = parameters.pair(state)
+    if low > upper or high < lower:
+        given = f"{low:g}" if low == high else f"({low:g}, {high:g})"
+        raise StatementError(
+            f"the {what} value {given} of '{state.name}' in phase '{phase.name}' lies outside its "
+            f"bounds [{lower:g}, {upper:g}]{_at(parameters)}; change one of them"
+        )
+
+
+def _at(parameters: Parameters) -> str:
+    listed = ", ".join(f"{name} = {value:g}" for name, value in parameters.values.items())
+    return f" at {listed}" if listed else ""
+
+
+def _check_guess(problem: Problem, phase: Phase) -> None:
+    known = {*phase.states, *problem.signals(phase)}
+    for signal in phase.guess:
+        if signal not in known:
+            raise StatementError(
+                f"phase '{phase.name}' has a guess for '{getattr(signal, 'name', signal)}', which "
+                "its dynamics, bounds and objective do not use; take it out or use it"
+            )
+
+
+def _unused(problem: Problem, phase: Phase) -> list[State]:
+    """States with dynamics that no other dynamics, bound, end value or functional depends on."""
+    used: set[Symbol] = set(phase.final)
+    for state, rate in phase.dynamics.items():
+        used.update(s for s in resolve(rate, "a derivative") if s is not state)
+    for bound in phase.bounds:
+        used.update(resolve(bound.expression, bound.name))
+    for functional in problem.functionals:
+        used.update(functional.symbols)
+    free = [state for state in phase.states if state not in used]
+    return [state for state in free if not is_limited(state.lower, state.upper)]

@@ -1,0 +1,99 @@
+"""The map of the rows: what each row of the constraint vector stands for.
+
+It is filled while the blocks of the program are made, so that nobody else has to know in which
+order that happens.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ocp.arrays import Array, Integers
+from ocp.transcription.limits import Limits
+
+
+@dataclass(frozen=True, eq=False)
+class PathRows:
+    """Rows of one path constraint: points of intervals at which it is imposed.
+
+    Attributes
+    ----------
+    phase, constraint : int
+        Indices of the phase and of its path constraint.
+    rows, intervals, tau : (m,)
+        Row, interval and local time of each point.
+    weights : (m,)
+        Quadrature weights on [0, 1]; nan at points added between the collocation points.
+    """
+
+    phase: int
+    constraint: int
+    rows: Integers
+    intervals: Integers
+    tau: Array
+    weights: Array
+
+    @property
+    def at_collocation_points(self) -> bool:
+        """Whether the points are collocation points, so that multipliers are densities in time."""
+        return bool(np.isfinite(self.weights).all())
+
+
+@dataclass(eq=False)
+class PhaseRows:
+    """Rows of one phase.
+
+    Attributes
+    ----------
+    defects : list of (m, s, n_x)
+        Dynamics at the collocation points of each group of intervals.
+    totals : (N, n_q)
+        Running totals of the integrals over each interval.
+    path : list of PathRows
+    continuity : list of (m, n_x)
+        Right ends of the intervals of each group whose scheme does not end on a support point.
+    duration : (1,) or (0,)
+        The order of the phase's times, where one is free.
+    breakpoints : (k,)
+        The order of breakpoints that may move.
+    """
+
+    totals: Integers
+    defects: list[Integers] = field(default_factory=list)
+    path: list[PathRows] = field(default_factory=list)
+    continuity: list[Integers] = field(default_factory=list)
+    duration: Integers = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    breakpoints: Integers = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+
+
+@dataclass(eq=False)
+class Rows:
+    """All rows of a program.
+
+    Attributes
+    ----------
+    boundary : (n,)
+        Bounds and links of the problem, in the order of `Problem.boundary_constraints`.
+    """
+
+    limits: Limits = field(default_factory=Limits)
+    phases: list[PhaseRows] = field(default_factory=list)
+    boundary: Integers = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+
+    @property
+    def count(self) -> int:
+        """Number of rows."""
+        return self.limits.count
+
+    @property
+    def path(self) -> Iterator[PathRows]:
+        """Rows of the path constraints of all phases."""
+        for phase in self.phases:
+            yield from phase.path
+
+    def of_constraint(self, phase: int, constraint: int) -> list[PathRows]:
+        """Rows of one path constraint of a phase."""
+        return [part for part in self.phases[phase].path if part.constraint == constraint]
