@@ -62,18 +62,19 @@ def to_bernstein(basis: Basis) -> Array:
     if isinstance(basis, Bernstein):
         return np.eye(basis.count)
     points = _chebyshev(basis.count)
-    return np.linalg.solve(bernstein(basis.count, points), basis.values(points))
+    return np.asarray(np.linalg.solve(bernstein(basis.count, points), basis.values(points)))
 
 
 @lru_cache(maxsize=256)
 def to_powers(basis: Basis) -> Array:
     """Matrix (count, count) from the coefficients of a basis to those of powers of local time."""
     points = _chebyshev(basis.count)
-    return np.linalg.solve(np.vander(points, increasing=True), basis.values(points))
+    vandermonde = np.vander(points, increasing=True)
+    return np.asarray(np.linalg.solve(vandermonde, basis.values(points)))
 
 
 def _chebyshev(count: int) -> Array:
-    """Extrema of Chebyshev's polynomial on [0, 1], at which a change of basis is well conditioned."""
+    """Extrema of Chebyshev's polynomial on [0, 1]: a change of basis is well conditioned there."""
     return np.asarray(0.5 - 0.5 * np.cos(np.pi * np.arange(count) / max(count - 1, 1)))
 
 
@@ -151,7 +152,7 @@ class PiecewisePolynomial:
         return rates / np.diff(self.breakpoints)[intervals][:, None]
 
     def at(self, times: Array) -> Array:
-        """Values at times (m,) [s], shape (m, n); a breakpoint belongs to the interval on its right."""
+        """Values at times (m,) [s], shape (m, n); a breakpoint belongs to its right."""
         return self.value(*located(self.breakpoints, times))
 
     def ends(self) -> Array:

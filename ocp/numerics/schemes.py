@@ -1,10 +1,10 @@
 """Collocation schemes, each determined by its collocation points on [0, 1].
 
 On an interval of length ``h`` a state is the polynomial through ``s + 1`` support points, the first
-at 0. Its derivative meets the dynamics at the ``s`` collocation points. Radau IIA, Gauss and Lobatto
-IIIA of every degree are of this kind. So are the trapezoidal rule and Hermite-Simpson, which are
-Lobatto IIIA of two and three points (Hairer, Norsett, Wanner, "Solving Ordinary Differential
-Equations I", theorem II.7.7 and section II.7). Orders on smooth problems:
+at 0. Its derivative meets the dynamics at the ``s`` collocation points. Radau IIA, Gauss and
+Lobatto IIIA of every degree are of this kind. So are the trapezoidal rule and Hermite-Simpson,
+which are Lobatto IIIA of two and three points (Hairer, Norsett, Wanner, "Solving Ordinary
+Differential Equations I", theorem II.7.7 and section II.7). Orders on smooth problems:
 
 ===================================================  ======================  =====================
 scheme of s points                                   end state and optimum   controls and costates
@@ -132,15 +132,19 @@ class Scheme:
     informative_multipliers: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        if not isinstance(self.degree, Integral) or self.degree < self.least_degree:
+        degree: object = self.degree
+        if not isinstance(degree, Integral) or self.degree < self.least_degree:
             raise StatementError(
                 f"{self.name} has {self.degree!r} points in an interval; give a whole number of at "
                 f"least {self.least_degree}"
             )
 
     def at(self, degree: int) -> Collocation:
-        """The numbers of the scheme with `degree` collocation points."""
-        return _collocation(type(self), int(degree))
+        """The numbers of the scheme with `degree` collocation points.
+
+        A rule of fixed degree has the same numbers whatever is asked for.
+        """
+        return _collocation(self.name, self.degree if self.fixed_degree else int(degree))
 
     @classmethod
     def points_and_order(cls, degree: int) -> tuple[Array, int]:
@@ -234,12 +238,13 @@ def _check_fixed(scheme: Scheme, degree: int) -> None:
     if scheme.degree != degree:
         raise StatementError(
             f"{scheme.name} always has {degree} points in an interval, got {scheme.degree!r}; "
-            "leave the degree out"
+            "leave it out"
         )
 
 
 @lru_cache(maxsize=256)
-def _collocation(scheme: type[Scheme], degree: int) -> Collocation:
+def _collocation(name: str, degree: int) -> Collocation:
+    scheme = next(scheme for scheme in SCHEMES.values() if scheme.name == name)
     points, order = scheme.points_and_order(degree)
 
     if points[0] == 0.0:

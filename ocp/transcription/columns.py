@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -204,7 +205,7 @@ def columns_of(
 
     unknowns = first + np.arange(len(problem.unknowns))
     first += unknowns.size
-    peaks = {peak: first + i for i, peak in enumerate(problem.peaks)}
+    peaks = {peak: int(first + i) for i, peak in enumerate(problem.peaks)}
     count = first + len(peaks)
 
     filled = _Filled(count)
@@ -215,9 +216,9 @@ def columns_of(
         filled.times(columns, scales)
     for unknown, column in zip(problem.unknowns, unknowns, strict=True):
         filled.put(column, unknown.lower, unknown.upper, scales.unknowns[unknown.name])
-    for peak, column in peaks.items():
+    for peak, place in peaks.items():
         least = 0.0 if peak.absolute else -np.inf
-        filled.put(column, least, np.inf, scales.functionals[peak])
+        filled.put(place, least, np.inf, scales.functionals[peak])
     return Columns(tuple(phases), unknowns, peaks, filled.sizes, filled.limits)
 
 
@@ -228,7 +229,7 @@ class _Filled:
         self.limits = Limits(count)
         self.sizes: Array = np.ones(count)
 
-    def put(self, ids: Integers | int, lower: object, upper: object, size: float) -> None:
+    def put(self, ids: Any, lower: object, upper: object, size: float) -> None:
         """Bounds, in the user's unit, and size of some unknowns."""
         self.limits.bound(ids, lower, upper, size)
         self.sizes[np.asarray(ids).ravel()] = size

@@ -6,7 +6,7 @@ A kernel is written once for all intervals of a group. Its local variables and i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 

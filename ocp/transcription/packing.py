@@ -8,7 +8,7 @@ import numpy as np
 
 from ocp.arrays import Array, Integers
 from ocp.mesh.initial_guess import InitialGuess
-from ocp.mesh.trajectory import PhaseTrajectory, SignalGroup, SignalKind, Trajectory
+from ocp.mesh.trajectory import PhaseTrajectory, SignalGroup, Trajectory
 from ocp.numerics.interpolation import bernstein
 from ocp.numerics.piecewise_polynomial import (
     Basis,
@@ -19,6 +19,7 @@ from ocp.numerics.piecewise_polynomial import (
 )
 from ocp.problem.functionals import Peak
 from ocp.problem.parameters import Parameters
+from ocp.problem.symbols import Signal
 from ocp.transcription.columns import PhaseColumns
 from ocp.transcription.kernels import Block, evaluated
 from ocp.transcription.transcribe import Transcription
@@ -147,35 +148,22 @@ def _phase_trajectory(
     begin, end = columns.fixed_times if columns.ends is None else values[columns.ends]
     breakpoints = begin + fractions * (end - begin)
 
-    def group(
-        kind: SignalKind, names: tuple[str, ...], tables: list[tuple[Integers, Basis, Integers]]
-    ) -> SignalGroup:
+    def polynomial(tables: Sequence[tuple[Integers, Basis, Integers]]) -> PiecewisePolynomial:
         pieces = _pieces([(k, basis, values[ids]) for k, basis, ids in tables])
-        return SignalGroup(kind, names, PiecewisePolynomial(breakpoints, pieces))
+        return PiecewisePolynomial(breakpoints, pieces)
 
-    groups = [
-        group(
-            "state",
-            tuple(state.name for state in columns.states),
-            [
-                (g.intervals, Lagrange(tuple(g.collocation.support.tolist())), g.support)
-                for g in columns.groups
-            ],
-        )
-    ]
+    states = [(g.intervals, _lagrange(g.collocation.support), g.support) for g in columns.groups]
+    groups = [SignalGroup("state", _names(columns.states), polynomial(states))]
     for i, members in enumerate(columns.control_sets):
-        names = tuple(control.name for control in members.controls)
-        tables = [
+        controls = [
             (g.intervals, Bernstein(g.controls[i].shape[1]), g.controls[i]) for g in columns.groups
         ]
-        groups.append(group("control", names, tables))
+        groups.append(SignalGroup("control", _names(members.controls), polynomial(controls)))
     if columns.algebraics:
-        names = tuple(signal.name for signal in columns.algebraics)
-        tables = [
-            (g.intervals, Lagrange(tuple(g.collocation.points.tolist())), g.algebraics)
-            for g in columns.groups
+        algebraics = [
+            (g.intervals, _lagrange(g.collocation.points), g.algebraics) for g in columns.groups
         ]
-        groups.append(group("algebraic", names, tables))
+        groups.append(SignalGroup("algebraic", _names(columns.algebraics), polynomial(algebraics)))
     return PhaseTrajectory(
         name=columns.phase.name,
         scheme=transcription.scheme,
@@ -183,6 +171,14 @@ def _phase_trajectory(
         degrees=mesh.degrees,
         groups=tuple(groups),
     )
+
+
+def _names(signals: Sequence[Signal]) -> tuple[str, ...]:
+    return tuple(signal.name for signal in signals)
+
+
+def _lagrange(support: Array) -> Lagrange:
+    return Lagrange(tuple(support.tolist()))
 
 
 def _pieces(tables: list[tuple[Integers, Basis, Array]]) -> tuple[Piece, ...]:

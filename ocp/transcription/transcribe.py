@@ -116,7 +116,8 @@ def transcribe(
     constraints = tuple(path_constraints(problem, phase, scales) for phase in columns.phases)
 
     # the blocks fill the map of the rows
-    rows, blocks = Rows(), []
+    rows = Rows()
+    blocks: list[Block] = []
     for i, extra in enumerate(mesh.extra):
         blocks += PhaseBlocks(context, i, constraints[i], weights, rows).all(extra)
     blocks.append(boundary_block(context, weights, rows))

@@ -17,8 +17,14 @@ from ocp import (
     scaling_report,
     solve,
 )
-from ocp.mesh.initial_guess import start_of
+from ocp.mesh.initial_guess import initial_guess
+from ocp.problem.parameters import parameters_of
 from ocp.transcription.scaling import resized, scales_of
+
+
+def scales_around_the_guess(problem):
+    parameters = parameters_of(problem)
+    return scales_of(problem, initial_guess(problem, parameters), parameters)
 
 
 def transfer(length, second):
@@ -58,7 +64,7 @@ def test_least_time_in_any_units(length, second):
 
 def test_sizes_follow_the_chain_of_derivatives():
     problem, _ = transfer(1e-3, 1e6)
-    scales = scales_of(problem, start_of(problem, {}), {})
+    scales = scales_around_the_guess(problem)
     assert scales.signals["x"] == pytest.approx(3e-3)
     # twice the distance over the duration, twice the speed over the duration
     assert scales.signals["v"] == pytest.approx(2 * 3e-3 / 2e6)
@@ -71,7 +77,7 @@ def test_a_stated_size_wins():
     x, u = State("x", scale=7.0), Control("u", lower=-2, upper=5)
     phase = Phase("move", {x: 3 * u}, initial={x: 1}, final={x: 2})
     problem = Problem("stated", [phase], minimise=phase.integral(u**2))
-    scales = scales_of(problem, start_of(problem, {}), {})
+    scales = scales_around_the_guess(problem)
     assert scales.signals == {"x": 7.0, "u": 5.0}
     assert scales.reasons["signal", "x"] == "stated"
     assert scales.reasons["signal", "u"] == "bounds"
@@ -125,14 +131,14 @@ def test_the_objectives_size_follows_a_value_that_is_far_from_the_guesses():
     x, u = State("x"), Control("u")
     move = Phase("move", {x: u}, {x: 0}, {x: 1}, end=1, guess={u: 100})
     problem = Problem("move", [move], minimise=move.integral(u**2))
-    first = scales_of(problem, start_of(problem, {}, None), {})
+    first = scales_around_the_guess(problem)
     assert first.objective > 100
     after = resized(first, 1.0)
     assert after.objective == pytest.approx(max(1.0, 1e-3 * first.objective))
     assert resized(after, 1e-9) is after  # once
     assert resized(first, 0.5 * first.objective) is first  # near enough
     stated = dataclasses.replace(problem, scale=1e4)
-    kept = scales_of(stated, start_of(stated, {}, None), {})
+    kept = scales_around_the_guess(stated)
     assert resized(kept, 1.0) is kept
     found = solve(problem)
     assert found.objective == pytest.approx(1.0, rel=1e-6)

@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ocp import StatementError
-from ocp.numerics.schemes import derivative_matrix, lagrange, quadrature_weights, scheme
+from ocp.numerics.interpolation import derivative_matrix, lagrange, quadrature_weights
+from ocp.numerics.schemes import HermiteSimpson, Lobatto, Radau, Trapezoid, scheme_named
 
 ALL = [
     *[("radau", s) for s in range(2, 9)],
@@ -23,7 +24,7 @@ ROUND_OFF = 1e-12
 
 @pytest.mark.parametrize(("name", "degree"), ALL)
 def test_quadrature_is_exact_up_to_the_order_and_no_further(name, degree):
-    method = scheme(name, degree)
+    method = scheme_named(name, degree).at(degree)
     for power in range(method.order):
         assert method.weights @ method.points**power == pytest.approx(
             1 / (power + 1), abs=ROUND_OFF
@@ -35,7 +36,7 @@ def test_quadrature_is_exact_up_to_the_order_and_no_further(name, degree):
 
 @pytest.mark.parametrize(("name", "degree"), ALL)
 def test_points_lie_inside_and_increase(name, degree):
-    method = scheme(name, degree)
+    method = scheme_named(name, degree).at(degree)
     assert method.points.shape == method.weights.shape == (method.degree,)
     assert method.support.shape == method.end.shape == (method.degree + 1,)
     assert np.all(np.diff(method.points) > 0)
@@ -49,7 +50,7 @@ def test_points_lie_inside_and_increase(name, degree):
 
 @pytest.mark.parametrize(("name", "degree"), ALL)
 def test_derivative_and_end_value_are_exact_for_the_state_polynomial(name, degree):
-    method = scheme(name, degree)
+    method = scheme_named(name, degree).at(degree)
     for power in range(method.degree + 1):
         values = method.support**power
         slope = power * method.points ** max(power - 1, 0)
@@ -63,12 +64,14 @@ def test_derivative_and_end_value_are_exact_for_the_state_polynomial(name, degre
 def test_points_agree_with_casadi(ours, theirs, degree):
     # CasADi tabulates its points to 16 digits
     np.testing.assert_allclose(
-        scheme(ours, degree).points, ca.collocation_points(degree, theirs), atol=1e-15
+        scheme_named(ours, degree).at(degree).points,
+        ca.collocation_points(degree, theirs),
+        atol=1e-15,
     )
 
 
 def test_named_schemes_are_the_textbook_ones():
-    trapezoid, simpson = scheme("trapezoid", 7), scheme("hermite-simpson", 7)
+    trapezoid, simpson = Trapezoid().at(7), HermiteSimpson().at(7)
     assert trapezoid.order == 2
     assert simpson.order == 4
     np.testing.assert_allclose(trapezoid.points, [0, 1], atol=0)
@@ -78,17 +81,27 @@ def test_named_schemes_are_the_textbook_ones():
 
 
 def test_two_radau_points_are_a_third_and_one():
-    np.testing.assert_allclose(scheme("radau", 2).points, [1 / 3, 1], rtol=1e-15)
-    np.testing.assert_allclose(scheme("radau", 2).weights, [3 / 4, 1 / 4], rtol=1e-14)
+    np.testing.assert_allclose(Radau().at(2).points, [1 / 3, 1], rtol=1e-15)
+    np.testing.assert_allclose(Radau().at(2).weights, [3 / 4, 1 / 4], rtol=1e-14)
 
 
 @pytest.mark.parametrize(
     ("name", "degree", "words"),
-    [("euler", 1, "euler.*choose radau"), ("lobatto", 1, "at least 2.*got 1"), ("radau", 0, "1")],
+    [("euler", 1, "euler.*choose one of radau"), ("lobatto", 1, "1 points.*at least 2")],
 )
 def test_impossible_schemes_are_refused(name, degree, words):
     with pytest.raises(StatementError, match=words):
-        scheme(name, degree)
+        scheme_named(name, degree)
+
+
+def test_degrees_that_a_rule_does_not_have_are_refused():
+    with pytest.raises(StatementError, match=r"0 points.*at least 1"):
+        Radau(0)
+    with pytest.raises(StatementError, match=r"radau has 2\.5 points.*whole number"):
+        Radau(2.5)
+    with pytest.raises(StatementError, match=r"trapezoid always has 2 points.*leave it out"):
+        Trapezoid(4)
+    assert Lobatto(3).at(3).points == pytest.approx(HermiteSimpson().at(3).points)
 
 
 supports = st.lists(st.integers(0, 40), min_size=2, max_size=8, unique=True).map(

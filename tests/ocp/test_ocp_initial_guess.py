@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 from ocp import Control, Mesh, Phase, Problem, Settings, State, Unknown, solve
-from ocp.mesh.initial_guess import start_of
+from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import PhaseMesh, uniform
+from ocp.numerics.schemes import Gauss, HermiteSimpson, Radau
+from ocp.problem.parameters import parameters_of
 from ocp.transcription.packing import decision_vector, trajectory_of
 from ocp.transcription.scaling import scales_of
-from ocp.transcription.transcribe import Method, transcribe
+from ocp.transcription.transcribe import transcribe
 
 START, END = 2.0, 6.0
 FRACTIONS = np.linspace(0.0, 1.0, 9)
@@ -18,11 +20,21 @@ TIMES = START + FRACTIONS * (END - START)
 def guessed(guess, shape="polynomial"):
     x, v = State("x"), State("v", lower=-50, upper=50)
     u, k = Control("u", shape=shape), Unknown("k", lower=1, upper=3, guess=2.5)
+    named = {"x": x, "v": v, "u": u}
     phase = Phase(
-        "move", {x: v, v: k * u}, initial={x: 1.0}, final={x: 3.0}, start=START, end=END,
-        guess={{"x": x, "v": v, "u": u}[name]: value for name, value in guess.items()},
-    )  # fmt: skip
+        "move",
+        {x: v, v: k * u},
+        initial={x: 1.0},
+        final={x: 3.0},
+        start=START,
+        end=END,
+        guess={named[name]: value for name, value in guess.items()},
+    )
     return Problem("guessed", [phase], minimise=phase.integral(u**2) + k)
+
+
+def stated(problem):
+    return initial_guess(problem, parameters_of(problem))
 
 
 FORMS = {
@@ -37,26 +49,29 @@ FORMS = {
 @pytest.mark.parametrize("form", FORMS)
 def test_each_form_of_guess(form):
     guess, expected = FORMS[form]
-    start = start_of(guessed({"v": guess}), {})
+    start = stated(guessed({"v": guess}))
     np.testing.assert_allclose(start.phases["move"].at_fractions(FRACTIONS)["v"], expected)
     assert start.unknowns == {"k": 2.5}
 
 
 def test_without_a_guess_boundary_values_are_joined():
-    values = start_of(guessed({}), {}).phases["move"].at_fractions(FRACTIONS)
+    values = stated(guessed({})).phases["move"].at_fractions(FRACTIONS)
     np.testing.assert_allclose(values["x"], 1 + 2 * FRACTIONS)
     np.testing.assert_allclose(values["v"], 0.0, atol=0)
 
 
 @pytest.mark.parametrize("shape", ["linear", "polynomial"])
-@pytest.mark.parametrize("name", ["radau", "gauss", "hermite-simpson"])
-def test_a_decision_vector_holds_the_guess(name, shape):
+@pytest.mark.parametrize("scheme", [Radau(), Gauss(), HermiteSimpson()])
+def test_a_decision_vector_holds_the_guess(scheme, shape):
     guess = {"x": lambda t: 1 + (t - 2) ** 2 / 8, "v": lambda t: t / 4, "u": (2.0, 5.0)}
     problem = guessed(guess, shape)
-    start = start_of(problem, {})
-    mesh = Mesh((PhaseMesh(np.array([0, 0.2, 0.7, 1]), np.array([3, 5, 3]), (1,)),))
-    made = transcribe(problem, mesh, Method(name), scales_of(problem, start, {}))
-    back = trajectory_of(made, decision_vector(made, start, {}), {}).phases[0]
+    parameters, start = parameters_of(problem), stated(problem)
+    degrees = [3, 3, 3] if scheme.fixed_degree else [3, 5, 3]
+    mesh = Mesh((PhaseMesh(np.array([0, 0.2, 0.7, 1]), np.array(degrees), (1,)),))
+    scales = scales_of(problem, start, parameters)
+    made = transcribe(problem, mesh, scheme, "automatic", scales)
+    x = decision_vector(made, start, parameters)
+    back = trajectory_of(made, x, parameters).phases[0]
     np.testing.assert_allclose(back.breakpoints, [2.0, 2.8, 4.8, 6.0], rtol=1e-14)
     values = back.at_fractions(FRACTIONS)
     # polynomials of the guess lie in the space; controls are read 1e-9 inside their interval

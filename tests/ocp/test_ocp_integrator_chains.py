@@ -4,7 +4,22 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from ocp import Algebraic, Constant, Control, Phase, Problem, Settings, State, solve, time
+from ocp import (
+    TIME,
+    Algebraic,
+    Constant,
+    Control,
+    FixedMesh,
+    Gauss,
+    Lobatto,
+    Phase,
+    Problem,
+    Radau,
+    Settings,
+    State,
+    Trapezoid,
+    solve,
+)
 from ocp.problem.integrator_chains import chain_length, exact_degree, first_degree, shape_of
 
 
@@ -28,23 +43,23 @@ def test_lengths_of_chains():
 def test_automatic_is_linear_only_where_that_is_exact():
     x, v, a, u = State("x"), State("v"), State("a"), Control("u")
     p = phase({x: v, v: a, a: u})
-    assert shape_of(u, p, "automatic", "radau", 4) == "linear"
-    assert shape_of(u, p, "automatic", "radau", 3) == "polynomial"
-    assert shape_of(u, p, "automatic", "trapezoid", 2) == "polynomial"
-    assert shape_of(u, p, "constant", "radau", 4) == "constant"
+    assert shape_of(u, p, "automatic", Radau(), 4) == "linear"
+    assert shape_of(u, p, "automatic", Radau(), 3) == "polynomial"
+    assert shape_of(u, p, "automatic", Trapezoid(), 2) == "polynomial"
+    assert shape_of(u, p, "constant", Radau(), 4) == "constant"
     stated = Control("u", shape="polynomial")
-    assert shape_of(stated, phase({x: v, v: stated}), "linear", "radau", 4) == "polynomial"
+    assert shape_of(stated, phase({x: v, v: stated}), "linear", Radau(), 4) == "polynomial"
 
 
-@pytest.mark.parametrize("scheme", ["radau", "gauss", "lobatto"])
+@pytest.mark.parametrize("scheme", [Radau(), Gauss(), Lobatto()])
 def test_the_chain_is_integrated_without_error_on_any_mesh(scheme):
     x, v, a, u = State("x"), State("v"), State("a"), Control("u", lower=-60, upper=60)
     move = Phase("move", {x: v, v: a, a: u}, {x: 0, v: 0, a: 0}, {x: 1, v: 0, a: 0}, end=1)
     found = solve(
         Problem("jerk", [move], minimise=move.integral(u**2)),
-        settings=Settings(scheme=scheme, intervals=7, refine=False),
+        settings=Settings(scheme=scheme, intervals=7, refinement=FixedMesh()),
     )
-    assert max(r.dynamics_error for r in found.record) <= 1e-12
+    assert max(r.dynamics_error for r in found.mesh_iterations) <= 1e-12
     # u = 60 - 360 t + 360 t^2 costs 720; a linear control on 7 intervals costs a little more
     assert 720 <= found.objective <= 720 * 1.01
     ends = np.array([found.sample(s, [1.0])[0] for s in (x, v, a)])
@@ -55,23 +70,23 @@ def test_degrees_that_are_exact():
     x, v, u = State("x"), State("v"), Control("u")
     two = {"constant": 2, "linear": 3, "polynomial": None}
     for shape, degree in two.items():
-        assert degree_of({x: v, v: u}, control_shape=shape) == degree
+        assert degree_of({x: v, v: u}, controls=shape) == degree
     assert degree_of({x: v, v: u}) == 3  # automatic: linear
-    assert degree_of({x: v**2, v: 3 * u}, control_shape="constant") == 3
-    assert degree_of({x: v * time, v: u + time}, control_shape="constant") == 4
-    assert degree_of({x: v, v: u - x}, control_shape="constant") is None  # feeds back
-    assert degree_of({x: ca.sin(v), v: u}, control_shape="constant") is None
+    assert degree_of({x: v**2, v: 3 * u}, controls="constant") == 3
+    assert degree_of({x: v * TIME, v: u + TIME}, controls="constant") == 4
+    assert degree_of({x: v, v: u - x}, controls="constant") is None  # feeds back
+    assert degree_of({x: ca.sin(v), v: u}, controls="constant") is None
     z = Algebraic("z")
-    assert degree_of({x: z, v: u}, control_shape="constant") is None
+    assert degree_of({x: z, v: u}, controls="constant") is None
 
 
-def degree_of(rates, **settings):
+def degree_of(rates, controls="automatic"):
     p = phase(rates)
     problem = Problem("p", p, minimise=p.at_end(next(iter(rates))))
-    return exact_degree(problem, p, Settings(**settings))
+    return exact_degree(problem, p, Radau(), controls, highest_degree=8)
 
 
-@pytest.mark.parametrize("scheme", ["radau", "gauss", "lobatto"])
+@pytest.mark.parametrize("scheme", [Radau(), Gauss(), Lobatto()])
 def test_the_degree_of_the_first_mesh_suffices_for_a_long_chain(scheme):
     # the last of six integrators of a constant is t^6 / 720: degree 4, the default, misses it
     states = [State(f"x{i}") for i in range(6)]
@@ -79,10 +94,10 @@ def test_the_degree_of_the_first_mesh_suffices_for_a_long_chain(scheme):
     p = Phase("chain", dict(zip(states, [u, *states], strict=False)), dict.fromkeys(states, 0))
     found = solve(
         Problem("far", p, maximise=p.at_end(states[-1])),
-        settings=Settings(scheme=scheme, intervals=3, refine=False),
+        settings=Settings(scheme=scheme, intervals=3, refinement=FixedMesh()),
     )
     assert found.objective == pytest.approx(1 / 720, rel=1e-8)
-    assert found.record[0].dynamics_error <= 1e-13
+    assert found.mesh_iterations[0].dynamics_error <= 1e-13
     assert set(found.trajectory.phases[0].degrees) == {6}
     assert found.verification.miss <= 1e-12
 
@@ -91,7 +106,7 @@ def test_the_degree_is_not_raised_beyond_the_highest():
     x, v, u = State("x"), State("v"), Control("u", shape="constant")
     p = phase({x: v**9, v: u})
     problem = Problem("p", p, minimise=p.at_end(x))
-    assert exact_degree(problem, p, Settings()) == 10
-    assert first_degree(problem, p, Settings()) == 4
-    assert first_degree(problem, p, Settings(highest_degree=10)) == 10
-    assert first_degree(problem, p, Settings(scheme="trapezoid", highest_degree=10)) == 4
+    assert exact_degree(problem, p, Radau(), "automatic", 8) == 10
+    assert first_degree(problem, p, Radau(), "automatic", 8) == 4
+    assert first_degree(problem, p, Radau(), "automatic", 10) == 10
+    assert first_degree(problem, p, Trapezoid(), "automatic", 10) == 2

@@ -7,11 +7,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ocp import Between, Bound, Control, Mesh, Phase, Problem, State, Unknown
-from ocp.mesh.initial_guess import start_of
-from ocp.mesh.mesh import Extra, PhaseMesh, uniform
+from ocp.mesh.initial_guess import initial_guess
+from ocp.mesh.mesh import ExtraPoints, PhaseMesh, uniform
+from ocp.numerics.schemes import Gauss, HermiteSimpson, Lobatto, Radau
+from ocp.problem.parameters import parameters_of
 from ocp.transcription.kernels import Block, Kernel, Program
 from ocp.transcription.scaling import scales_of
-from ocp.transcription.transcribe import Method, transcribe
+from ocp.transcription.transcribe import transcribe
 
 ROUND_OFF = 1e-13  # the same sums in another order
 
@@ -65,10 +67,12 @@ def compare(blocks, variables, rows, seed=1):
     at, dual = random.uniform(-1, 1, variables), random.uniform(-1, 1, rows)
     expected = [v.full() for v in own(at, 0.7, 1.3, dual)]
     found = [
-        program.oracle(at, 0.7)[0], program.oracle(at, 0.7)[1],
-        program.objective_gradient(at, 0.7)[1], program.constraint_jacobian(at, 0.7)[1],
+        program.oracle(at, 0.7)[0],
+        program.oracle(at, 0.7)[1],
+        program.objective_gradient(at, 0.7)[1],
+        program.constraint_jacobian(at, 0.7)[1],
         program.lagrangian_hessian(at, 0.7, 1.3, dual),
-    ]  # fmt: skip
+    ]
     names = ("f", "g", "gradient", "Jacobian", "Hessian")
     for what, ours, theirs in zip(names, found, expected, strict=True):
         np.testing.assert_allclose(
@@ -118,26 +122,26 @@ def small_problem():
     steps, mass = Control("steps", shape="constant"), Unknown("mass", lower=0.5, upper=2)
     ramp = Control("ramp", shape="linear")
     rates = {x: v * ca.cos(x), v: (u + steps * ramp) / mass - 0.1 * v**2}
-    first = Phase(
-        "first", rates, initial={x: 0, v: 1}, end=Between(0.5, 2),
-        bounds=[Bound("power", u * v, upper=5)],
-    )  # fmt: skip
+    power = Bound("power", u * v, upper=5)
+    first = Phase("first", rates, initial={x: 0, v: 1}, end=Between(0.5, 2), bounds=[power])
     second = Phase("second", rates, final={x: 1}, start=Between(0.5, 2), end=3)
     effort = first.integral(u**2 + steps**2 + ramp**2)
     link = Bound("link", second.at_start(x) - first.at_end(x), lower=0, upper=0)
-    return Problem(
-        "small", [first, second],
-        minimise=effort + second.integral(u**2 * x) ** 2 + first.peak(v**2) + mass * first.end_time,
-        links=[link],
-    )  # fmt: skip
+    costs = effort + second.integral(u**2 * x) ** 2 + first.peak(v**2) + mass * first.end_time
+    return Problem("small", [first, second], minimise=costs, links=[link])
 
 
-@pytest.mark.parametrize("name", ["radau", "gauss", "lobatto", "hermite-simpson"])
-def test_a_transcribed_problem_has_the_derivatives_that_casadi_finds(name):
+def scales_around_the_guess(problem):
+    parameters = parameters_of(problem)
+    return scales_of(problem, initial_guess(problem, parameters), parameters)
+
+
+@pytest.mark.parametrize("scheme", [Radau(), Gauss(), Lobatto(), HermiteSimpson()])
+def test_a_transcribed_problem_has_the_derivatives_that_casadi_finds(scheme):
     problem = small_problem()
     meshes = (PhaseMesh(np.array([0, 0.3, 0.5, 1]), np.array([3, 4, 3]), (1,)), uniform(2, 3))
-    scales = scales_of(problem, start_of(problem, {}), {})
-    program = transcribe(problem, Mesh(meshes), Method(name), scales).program
+    scales = scales_around_the_guess(problem)
+    program = transcribe(problem, Mesh(meshes), scheme, "automatic", scales).program
     x, p = ca.MX.sym("x", program.variables), ca.MX.sym("p", 0)
     f, g = program.oracle(x, p)
     sigma, lam = ca.MX.sym("sigma"), ca.MX.sym("lam", program.rows)
@@ -145,11 +149,12 @@ def test_a_transcribed_problem_has_the_derivatives_that_casadi_finds(name):
     own = ca.Function("own", [x, sigma, lam], [ca.gradient(f, x), ca.jacobian(g, x), hessian])
     random = np.random.default_rng(5)
     at, dual = random.uniform(0.2, 1, program.variables), random.uniform(-1, 1, program.rows)
-    for ours, theirs in zip(
-        [program.objective_gradient(at, [])[1], program.constraint_jacobian(at, [])[1],
-         program.lagrangian_hessian(at, [], 1.3, dual)],
-        own(at, 1.3, dual), strict=True,
-    ):  # fmt: skip
+    found = [
+        program.objective_gradient(at, [])[1],
+        program.constraint_jacobian(at, [])[1],
+        program.lagrangian_hessian(at, [], 1.3, dual),
+    ]
+    for ours, theirs in zip(found, own(at, 1.3, dual), strict=True):
         # entries up to 1e3, added up in another order
         np.testing.assert_allclose(ours.full(), theirs.full(), rtol=1e-11, atol=1e-11)
 
@@ -161,29 +166,32 @@ def nodes(function):
 
 def test_expressions_do_not_grow_with_the_number_of_intervals():
     problem = small_problem()
-    scales = scales_of(problem, start_of(problem, {}), {})
+    scales = scales_around_the_guess(problem)
 
     def sizes(intervals):
         mesh = Mesh((uniform(intervals, 3), uniform(intervals, 3)))
-        found = transcribe(problem, mesh, Method(), scales)
+        found = transcribe(problem, mesh, Radau(), "automatic", scales)
         program = found.program
         assert program.variables > 10 * intervals
-        return (
-            [nodes(b.kernel.whole) for b in found.blocks],
-            [nodes(b.derivatives.hessian) for b in found.blocks],
-            [nodes(f) for f in (program.oracle, program.objective_gradient,
-                                program.constraint_jacobian, program.lagrangian_hessian)],
-        )  # fmt: skip
+        wholes = [nodes(b.kernel.whole) for b in found.blocks]
+        hessians = [nodes(b.derivatives.hessian) for b in found.blocks]
+        functions = (
+            program.oracle,
+            program.objective_gradient,
+            program.constraint_jacobian,
+            program.lagrangian_hessian,
+        )
+        return wholes, hessians, [nodes(f) for f in functions]
 
     assert sizes(5) == sizes(200)
 
 
-@pytest.mark.parametrize("name", ["radau", "gauss"])
-def test_kernels_of_another_mesh_give_the_same_program(name):
+@pytest.mark.parametrize("scheme", [Radau(), Gauss()])
+def test_kernels_of_another_mesh_give_the_same_program(scheme):
     problem = small_problem()
-    scales = scales_of(problem, start_of(problem, {}), {})
+    scales = scales_around_the_guess(problem)
     points = np.array([0, 0.3, 0.5, 1])
-    extra = ((Extra(0, np.array([0, 2]), np.array([0.3, 0.7])),), ())
+    extra = ((ExtraPoints(0, np.array([0, 2]), np.array([0.3, 0.7])),), ())
     meshes = [
         Mesh((uniform(4, 3), uniform(3, 3))),
         Mesh((PhaseMesh(points, np.array([3, 4, 3]), (1,)), uniform(2, 4)), extra),
@@ -191,25 +199,26 @@ def test_kernels_of_another_mesh_give_the_same_program(name):
     ]
     known = None
     for mesh in meshes:
-        known = transcribe(problem, mesh, Method(name), scales, known)
-        fresh = transcribe(problem, mesh, Method(name), scales).program
+        known = transcribe(problem, mesh, scheme, "automatic", scales, known)
+        fresh = transcribe(problem, mesh, scheme, "automatic", scales).program
         random = np.random.default_rng(5)
         at, dual = random.uniform(0.2, 1, fresh.variables), random.uniform(-1, 1, fresh.rows)
         arguments = [(at, []), (at, []), (at, []), (at, [], 1.3, dual)]
-        for attribute, values in zip(
-            ("oracle", "objective_gradient", "constraint_jacobian", "lagrangian_hessian"),
-            arguments, strict=True,
-        ):  # fmt: skip
+        names = ("oracle", "objective_gradient", "constraint_jacobian", "lagrangian_hessian")
+        for attribute, values in zip(names, arguments, strict=True):
             ours, theirs = getattr(known.program, attribute), getattr(fresh, attribute)
             for a, b in zip(ours.call(list(values)), theirs.call(list(values)), strict=True):
                 np.testing.assert_array_equal(a.full(), b.full())
-    assert transcribe(problem, meshes[0], Method(name), scales, known).kernels is known.kernels
+    again = transcribe(problem, meshes[0], scheme, "automatic", scales, known)
+    assert again.kernels is known.kernels
 
 
 def test_kernels_of_other_scales_are_not_used():
     problem = small_problem()
     mesh = Mesh((uniform(2, 3), uniform(2, 3)))
-    found = [scales_of(problem, start_of(problem, {}), {}) for _ in range(2)]
-    first = transcribe(problem, mesh, Method(), found[0])
-    assert transcribe(problem, mesh, Method(), found[1], first).kernels is not first.kernels
-    assert transcribe(problem, mesh, Method("gauss"), found[0], first).kernels is not first.kernels
+    scales, others = (scales_around_the_guess(problem) for _ in range(2))
+    first = transcribe(problem, mesh, Radau(), "automatic", scales)
+    rescaled = transcribe(problem, mesh, Radau(), "automatic", others, first)
+    assert rescaled.kernels is not first.kernels
+    other_scheme = transcribe(problem, mesh, Gauss(), "automatic", scales, first)
+    assert other_scheme.kernels is not first.kernels

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ocp import Algebraic, Bound, Constant, Control, Phase, Problem, Settings, State, solve, time
-from ocp.numerics.polynomials import largest, polynomial_degree
-from ocp.numerics.schemes import bernstein
+from ocp import TIME, Algebraic, Bound, Constant, Control, Phase, Problem, Settings, State, solve
+from ocp.numerics.interpolation import bernstein
+from ocp.numerics.polynomial_expressions import largest, polynomial_degree
 
 x, u, k = ca.SX.sym("x"), ca.SX.sym("u"), ca.SX.sym("k")
 
@@ -52,7 +52,7 @@ def ride(**settings):
     ceiling = Constant("ceiling", "1", 1 / 9)
     bounds = [
         Bound("height", position + 0 * speed, upper=ceiling),
-        Bound("product", position * speed * (1 + time), upper=1.0, lower=-1.0),
+        Bound("product", position * speed * (1 + TIME), upper=1.0, lower=-1.0),
         Bound("wave", ca.sin(position), upper=1.0),
     ]
     phase = Phase(
