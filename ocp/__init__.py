@@ -2,6 +2,12 @@
 
 State a problem with `State`, `Control`, `Phase` and `Problem`, hand it to `solve`, and read the
 `Solution`, which has been refined, replayed by another integrator and checked between its points.
+
+The rooms: `problem` (what the user states), `numerics` (schemes, polynomials, integrators), `mesh`
+(meshes, trajectories, guesses), `transcription` (the nonlinear program), `nlp` (its solvers),
+`optimality` (costates, multipliers, the Hamiltonian), `refinement` (the next mesh), `verification`
+(replay, bounds between the points, certificate), `solution` (what is returned, stored and drawn)
+and `analysis` (sensitivities, several starts, relaxation, families). `solve` leads through them.
 """
 
 from importlib import import_module
@@ -26,13 +32,21 @@ from ocp.errors import (
 )
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
-from ocp.nlp.ipopt import IpoptOptions
-from ocp.problem.statement import Phase, Problem, joined, peak, with_objective
-from ocp.problem.symbols import Algebraic, Between, Constant, Control, State, Unknown, time
-from ocp.problem.terms import Bound, Functional
+from ocp.nlp.ipopt import Ipopt
+from ocp.nlp.solver import NlpSolver
+from ocp.numerics.schemes import Gauss, HermiteSimpson, Lobatto, Radau, Trapezoid
+from ocp.problem.bounds import Bound
+from ocp.problem.functionals import Functional
+from ocp.problem.phase import Phase, joined, peak
+from ocp.problem.problem import Problem, with_objective
+from ocp.problem.symbols import TIME, Algebraic, Between, Constant, Control, State, Unknown
+from ocp.refinement.accuracy import Accuracy
+from ocp.refinement.mesh_iteration import MeshIteration
+from ocp.refinement.policy import AdaptiveMesh, FixedMesh, RefinementPolicy
 from ocp.settings import Settings
-from ocp.solution.solution import Round, Solution, Verification
+from ocp.solution.solution import Solution
 from ocp.solve import collocate, solve
+from ocp.verification.verify import Verification
 
 if TYPE_CHECKING:
     from ocp.analysis.homotopy import Homotopy, homotopy
@@ -41,43 +55,116 @@ if TYPE_CHECKING:
     from ocp.analysis.one_sided import ActiveSetWarning, Sided
     from ocp.analysis.parametric import Prepared, prepare
     from ocp.analysis.relaxation import Relaxation, Relaxed, relaxed
+    from ocp.analysis.scaling_report import scaling_report
     from ocp.solution.storage import load, save
-    from ocp.transcription.scaling_report import scaling_report
     from ocp.verification.certificate import Certificate, Tolerances, certify
 
-# what a solve does not need is loaded when it is asked for
+# what a solve does not need is loaded when it is asked for: a third of the time of `import ocp`
 _LATER = {
-    "verification.certificate": ("Certificate", "Tolerances", "certify"),
     "analysis.homotopy": ("Homotopy", "homotopy"),
-    "analysis.relaxation": ("Relaxation", "Relaxed", "relaxed"),
     "analysis.lexicographic": ("solve_lexicographic",),
     "analysis.multistart": ("Audit", "Optimum", "audit"),
     "analysis.one_sided": ("ActiveSetWarning", "Sided"),
     "analysis.parametric": ("Prepared", "prepare"),
-    "transcription.scaling_report": ("scaling_report",),
+    "analysis.relaxation": ("Relaxation", "Relaxed", "relaxed"),
+    "analysis.scaling_report": ("scaling_report",),
     "solution.storage": ("load", "save"),
+    "verification.certificate": ("Certificate", "Tolerances", "certify"),
 }
 _MODULES = {name: module for module, names in _LATER.items() for name in names}
 
+# names that were changed, and what to write instead
+_FORMER = {
+    "time": "write TIME",
+    "IpoptOptions": "write Ipopt",
+    "Round": "write MeshIteration",
+}
+
 __all__ = [
-    "ActiveSetWarning", "Algebraic", "Audit", "Between", "Bound", "BudgetSpent", "Certificate",
-    "Collapsed", "Constant", "Control", "Functional", "Homotopy", "HomotopyStopped", "Infeasible",
-    "Interrupted", "InvalidNumber", "IpoptOptions", "IterationLimit", "Mesh", "NumericalTrouble",
-    "OcpError", "Optimum", "Overdetermined", "Phase", "PhaseTrajectory", "Prepared", "Problem",
-    "Relaxation", "Relaxed", "Round", "Settings", "Sided", "Solution", "SolveFailed", "State",
-    "StatementError", "StatementWarning", "Tolerances", "Trajectory", "Unbounded", "Unknown",
-    "Unverified", "Verification", "audit", "certify", "collocate", "homotopy", "joined", "load",
-    "peak", "prepare", "relaxed", "save", "scaling_report", "solve", "solve_lexicographic", "time",
+    "TIME",
+    "Accuracy",
+    "ActiveSetWarning",
+    "AdaptiveMesh",
+    "Algebraic",
+    "Audit",
+    "Between",
+    "Bound",
+    "BudgetSpent",
+    "Certificate",
+    "Collapsed",
+    "Constant",
+    "Control",
+    "FixedMesh",
+    "Functional",
+    "Gauss",
+    "HermiteSimpson",
+    "Homotopy",
+    "HomotopyStopped",
+    "Infeasible",
+    "Interrupted",
+    "InvalidNumber",
+    "Ipopt",
+    "IterationLimit",
+    "Lobatto",
+    "Mesh",
+    "MeshIteration",
+    "NlpSolver",
+    "NumericalTrouble",
+    "OcpError",
+    "Optimum",
+    "Overdetermined",
+    "Phase",
+    "PhaseTrajectory",
+    "Prepared",
+    "Problem",
+    "Radau",
+    "RefinementPolicy",
+    "Relaxation",
+    "Relaxed",
+    "Settings",
+    "Sided",
+    "Solution",
+    "SolveFailed",
+    "State",
+    "StatementError",
+    "StatementWarning",
+    "Tolerances",
+    "Trajectory",
+    "Trapezoid",
+    "Unbounded",
+    "Unknown",
+    "Unverified",
+    "Verification",
+    "audit",
+    "certify",
+    "collocate",
+    "homotopy",
+    "joined",
+    "load",
+    "peak",
+    "prepare",
+    "relaxed",
+    "save",
+    "scaling_report",
+    "solve",
+    "solve_lexicographic",
     "with_objective",
-]  # fmt: skip
+]
 
 
 def __getattr__(name: str) -> Any:
     """A name whose module is loaded on first use."""
-    if name not in _MODULES:
-        raise AttributeError(f"module 'ocp' has no attribute {name!r}")
-    found = globals()[name] = getattr(import_module(f"ocp.{_MODULES[name]}"), name)
-    return found
+    if name in _MODULES:
+        value = globals()[name] = getattr(import_module(f"ocp.{_MODULES[name]}"), name)
+        return value
+    if name == "__version__":
+        from importlib.metadata import version  # reads a file, which an import need not wait for
+
+        return version("antenna-ocp")
+    if name in _FORMER:
+        # an AttributeError would be replaced by Python's own words in `from ocp import ...`
+        raise ImportError(f"ocp has no '{name}' any more; {_FORMER[name]} instead")
+    raise AttributeError(f"module 'ocp' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:
