@@ -22,6 +22,17 @@ ControlShape = Literal["constant", "linear", "polynomial", "automatic"]
 _DECLARED: WeakValueDictionary[int, Symbol] = WeakValueDictionary()
 
 
+class Relation(ca.SX):
+    """A comparison of a symbol, such as ``x <= 2``, for the bounds of a phase or problem."""
+
+    def __bool__(self) -> bool:
+        raise StatementError(
+            f"the relation '{str(self).strip('()')}' is neither true nor false before the problem "
+            "is solved; give bounds one by one ([-1 <= x, x <= 1] instead of -1 <= x <= 1), and "
+            "write ca.if_else(x <= 1, this, that) instead of if"
+        )
+
+
 class Symbol(ca.GenericExpressionCommon):
     """Something with a name and a unit that takes part in expressions."""
 
@@ -38,6 +49,24 @@ class Symbol(ca.GenericExpressionCommon):
     def __pos__(self) -> Self:
         return self
 
+    def __lt__(self, other: Any) -> Any:
+        return _relation(super().__lt__(other))
+
+    def __le__(self, other: Any) -> Any:
+        return _relation(super().__le__(other))
+
+    def __gt__(self, other: Any) -> Any:
+        return _relation(super().__gt__(other))
+
+    def __ge__(self, other: Any) -> Any:
+        return _relation(super().__ge__(other))
+
+    def __eq__(self, other: object) -> Any:
+        return _relation(super().__eq__(other))
+
+    def __ne__(self, other: object) -> Any:
+        return _relation(super().__ne__(other))
+
     __hash__ = object.__hash__
 
     def _declare(self) -> None:
@@ -51,6 +80,12 @@ class Symbol(ca.GenericExpressionCommon):
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         return self
+
+
+def _relation(comparison: Any) -> Any:
+    """What CasADi made of a comparison, with a truth value that explains itself."""
+    symbolic = isinstance(comparison, ca.SX) and not comparison.is_constant()
+    return Relation(comparison) if symbolic else comparison
 
 
 @dataclass(frozen=True, eq=False)

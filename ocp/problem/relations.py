@@ -1,0 +1,124 @@
+"""Bounds written as relations: ``x <= 2``, ``ca.sin(q) >= 0``, ``x == v``.
+
+CasADi turns a relation between symbols into an expression whose value is 0 or 1.  Its last
+operation tells the relation, and the operands of that are its two sides.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import casadi as ca
+
+from ocp.errors import StatementError
+from ocp.numerics.expression_graph import ExpressionGraph, graph_of
+from ocp.problem.bounds import Bound
+from ocp.problem.display import text_of
+from ocp.problem.functionals import BoundaryValue, PointValue
+from ocp.problem.symbols import Constant, Symbol, resolve, scalar
+
+_SIGNS = {ca.OP_LE: "<=", ca.OP_LT: "<=", ca.OP_EQ: "=="}
+_MIRRORED = {"<=": ">=", ">=": "<=", "==": "=="}
+_WRITE = "write a relation such as x <= 2, or Bound(name, expression, unit, lower, upper)"
+_LONGEST_NAME = 80
+
+
+def bound_of(relation: Any, where: str) -> Bound:
+    """The bound that a relation means; ``<`` means the same as ``<=``.
+
+    A side that depends on nothing but constants is the limit.  Where both sides vary, their
+    difference is bounded by zero.  Name and unit are derived from the sides.
+
+    Parameters
+    ----------
+    where : such as "phase 'travel'", for messages.
+
+    Raises
+    ------
+    StatementError
+        When it is no relation, or one that always or never holds.
+    """
+    left, right, sign = _sides(relation, where)
+    if _is_limit(left):
+        # CasADi turns x >= 2 into 2 <= x
+        left, right, sign = right, left, _MIRRORED[sign]
+    name = f"{text_of(left, _LONGEST_NAME)} {sign} {text_of(right, _LONGEST_NAME)}"
+    if _is_limit(left):
+        raise StatementError(
+            f"the bound '{name}' of {where} relates numbers and constants only; bound a signal, "
+            "an unknown or a value of the motion"
+        )
+
+    expression, limit = (left, _limit(right)) if _is_limit(right) else (left - right, 0.0)
+    return Bound(
+        name,
+        expression,
+        unit=_unit(left) or _unit(right) or "1",
+        lower=-math.inf if sign == "<=" else limit,
+        upper=math.inf if sign == ">=" else limit,
+    )
+
+
+def _sides(relation: Any, where: str) -> tuple[ca.SX, ca.SX, str]:
+    """Both sides of a relation and its sign; StatementError if it is none."""
+    if not isinstance(relation, (ca.SX, Symbol)):
+        raise StatementError(f"a bound of {where} is {relation!r}; {_WRITE}")
+    expression = scalar(relation, f"a bound of {where}")
+    resolve(expression, f"a bound of {where}")
+    if expression.is_constant():
+        raise StatementError(
+            f"a bound of {where} {'always' if float(expression) else 'never'} holds, whatever the "
+            "values in it; remove it or mend it"
+        )
+    sign = None if expression.is_symbolic() else _SIGNS.get(expression.op())
+    if sign is None:
+        text = text_of(expression)
+        if not expression.is_symbolic() and expression.op() == ca.OP_AND:
+            raise StatementError(
+                f"a bound of {where} joins two relations: '{text}'; give each as an entry of its "
+                "own"
+            )
+        raise StatementError(f"a bound of {where} is '{text}', which is no relation; {_WRITE}")
+    return expression.dep(0), expression.dep(1), sign
+
+
+def _is_limit(side: ca.SX) -> bool:
+    return all(isinstance(symbol, Constant) for symbol in resolve(side, "a side of a relation"))
+
+
+def _limit(side: ca.SX) -> Any:
+    return float(side) if side.is_constant() else side
+
+
+def _unit(side: ca.SX) -> str | None:
+    """The unit of a side: None if it is a number, "1" where it cannot be told from its symbols."""
+    symbols = resolve(side, "a side of a relation")
+    graph = graph_of([side], [symbol.symbol for symbol in symbols])
+    return _unit_of(graph, [_symbol_unit(symbol) for symbol in symbols], graph.results[0])
+
+
+def _symbol_unit(symbol: Symbol) -> str | None:
+    if isinstance(symbol, (BoundaryValue, PointValue)):
+        return _unit(symbol.expression)  # of which it is the value
+    return symbol.unit
+
+
+def _unit_of(graph: ExpressionGraph, units: list[str | None], position: int) -> str | None:
+    """The unit of one instruction's result."""
+    instruction = graph.instructions[position]
+    operands = instruction.operands
+    if instruction.operation == "number":
+        return None
+    if instruction.operation == "symbol":
+        return units[operands[0]]
+    if instruction.operation in ("neg", "fabs", "twice"):
+        return _unit_of(graph, units, operands[0])
+    first, *others = (_unit_of(graph, units, i) for i in operands)
+    if instruction.operation in ("add", "sub", "fmin", "fmax", "hypot"):
+        return first if others[0] in (None, first) else others[0] if first is None else "1"
+    if instruction.operation in ("mul", "div") and others[0] in (None, "1"):
+        return first
+    if instruction.operation == "mul" and first in (None, "1"):
+        return others[0]
+    return "1"
