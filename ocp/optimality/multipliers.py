@@ -1,52 +1,23 @@
 """Multipliers of a solved program in the user's units and names.
 
-Convention: with ``J`` as it is minimised (the negative of what is maximised), the Lagrangian is
-``J + sum mu . expression``, so a multiplier is positive where an upper limit holds the optimum
-back and negative where a lower one does, and ``dJ/dlimit = -mu`` for either.  The solver's
-multiplier ``nu`` of a row ``expression / scale`` gives ``mu = nu * objective scale / scale``.
-Dynamics have costates instead, see `ocp.optimality.costates`.
+With ``J`` as it is minimised (the negative of what is maximised), the Lagrangian is ``J + sum mu .
+expression``. A multiplier is positive where an upper limit holds the optimum back and negative
+where a lower one does, and ``dJ/dlimit = -mu`` for either. The solver's multiplier ``nu`` of a row
+``expression / scale`` gives ``mu = nu * objective scale / scale``. Dynamics have costates instead,
+see `ocp.optimality.costates`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
-from ocp.mesh.mesh import Mesh
-from ocp.mesh.trajectory import Trajectory
-from ocp.nlp.ipopt import NlpResult
+from ocp.arrays import Array
 from ocp.optimality.costates import PhaseCostates, costates
-from ocp.problem.statement import Problem
-from ocp.transcription.defects import boundary_points
-from ocp.transcription.scaling import Scales
-from ocp.transcription.transcribe import Method, Transcription, transcribe
-
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
-
-
-@dataclass(frozen=True, eq=False)
-class PathRows:
-    """The rows of one continuous constraint: points of intervals at which it is imposed.
-
-    Attributes
-    ----------
-    phase, constraint : indices of the phase and of its continuous constraint.
-    weights : (m,) quadrature weights on [0, 1]; nan at points added between collocation points.
-    """
-
-    phase: int
-    constraint: int
-    rows: Integers
-    intervals: Integers
-    tau: Array
-    weights: Array
+from ocp.optimality.iterate import Iterate
+from ocp.transcription.rows import PathRows
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,11 +26,17 @@ class PathMultiplier:
 
     Attributes
     ----------
-    times : (m,) where it is imposed [s].
-    masses : (m,) multipliers, unit of the objective per unit of the expression.
-    densities : (m,) masses per second: divided by step and quadrature weight at collocation
-        points, nan at points added between them.
-    sign : -1 for the lower side of a peak of an absolute value.
+    name, phase : str
+    is_peak : bool
+    sign : float
+        -1 for the lower side of a peak of an absolute value.
+    times : (m,)
+        Where it is imposed [s].
+    masses : (m,)
+        Multipliers [unit of the objective / unit of the expression].
+    densities : (m,)
+        Masses per second: divided by step and quadrature weight at collocation points, nan at
+        points added between them.
     """
 
     name: str
@@ -77,116 +54,84 @@ class Multipliers:
 
     Attributes
     ----------
-    costates : of each phase, functions of time.
-    terminal : of the problem's bounds and links, by name.
-    paths : of the phases' bounds and peaks.
+    costates : tuple of PhaseCostates
+        Of each phase, functions of time.
+    boundary : dict of str to float
+        Of the problem's bounds and links, by name.
+    paths : tuple of PathMultiplier
+        Of the phases' bounds and peaks.
     """
 
     costates: tuple[PhaseCostates, ...]
-    terminal: dict[str, float]
+    boundary: dict[str, float]
     paths: tuple[PathMultiplier, ...]
 
 
-@dataclass(frozen=True, eq=False)
-class SolvedProgram:
-    """What it takes to build a solved program again: numbers, and the problem itself.
-
-    Attributes
-    ----------
-    x, bound_multipliers, row_multipliers : scaled, as the solver left them.
-    """
-
-    problem: Problem
-    mesh: Mesh
-    method: Method
-    scales: Scales
-    x: Array
-    bound_multipliers: Array
-    row_multipliers: Array
-
-    @cached_property
-    def transcription(self) -> Transcription:
-        """The program, built on first use."""
-        return transcribe(self.problem, self.mesh, self.method, self.scales)
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {k: v for k, v in self.__dict__.items() if k != "transcription"}
+def multipliers(iterate: Iterate) -> Multipliers:
+    """Costates, multipliers of bounds and links, and those of path bounds and peaks."""
+    return Multipliers(costates(iterate), boundary_multipliers(iterate), _path_multipliers(iterate))
 
 
-def solved_program(transcription: Transcription, result: NlpResult) -> SolvedProgram:
-    """Keep a solved transcription."""
-    t = transcription
-    made = SolvedProgram(t.problem, t.mesh, t.method, t.scales, result.x,
-                         result.bound_multipliers, result.row_multipliers)  # fmt: skip
-    made.__dict__["transcription"] = transcription
-    return made
-
-
-def multipliers(solved: SolvedProgram, trajectory: Trajectory) -> Multipliers:
-    """Unscaled multipliers by name."""
-    made, nu = solved.transcription, solved.row_multipliers
-    bounds = (*solved.problem.bounds, *solved.problem.links)
-    rows = made.blocks[-1].rows[0] if bounds else []
-    size = solved.scales.objective
-    terminal = {
-        b.name: float(nu[row] * size / solved.scales.bounds["", b.name])
-        for b, row in zip(bounds, rows, strict=True)
+def boundary_multipliers(iterate: Iterate) -> dict[str, float]:
+    """Multipliers of the problem's bounds and links, by name."""
+    problem, scales = iterate.problem, iterate.scales
+    scaled = iterate.row_multipliers[iterate.transcription.rows.boundary]
+    return {
+        bound.name: float(multiplier * scales.objective / scales.bounds["", bound.name])
+        for bound, multiplier in zip(problem.boundary_constraints, scaled, strict=True)
     }
+
+
+def _path_multipliers(iterate: Iterate) -> tuple[PathMultiplier, ...]:
+    """One for each path bound and each side of a peak, in the order of time."""
     parts: dict[tuple[int, int], list[PathRows]] = {}
-    for part in path_rows(made):
-        parts.setdefault((part.phase, part.constraint), []).append(part)
-    paths = []
-    for (i, j), found in parts.items():
-        own, constraint = trajectory.phases[i], made.constraints[i][j]
-        k = np.concatenate([p.intervals for p in found])
-        tau, weights = (np.concatenate([getattr(p, n) for p in found]) for n in ("tau", "weights"))
-        masses = nu[np.concatenate([p.rows for p in found])] * size / constraint.scale
-        steps = np.diff(own.breakpoints)[k]
-        times = own.breakpoints[k] + tau * steps
+    for rows in iterate.transcription.rows.path:
+        parts.setdefault((rows.phase, rows.constraint), []).append(rows)
+
+    found = []
+    for (phase_index, constraint_index), rows_of_groups in parts.items():
+        phase = iterate.trajectory.phases[phase_index]
+        constraint = iterate.transcription.constraints[phase_index][constraint_index]
+
+        # collocation points of all groups, and added points
+        intervals = np.concatenate([rows.intervals for rows in rows_of_groups])
+        tau = np.concatenate([rows.tau for rows in rows_of_groups])
+        weights = np.concatenate([rows.weights for rows in rows_of_groups])
+        scaled = np.concatenate([iterate.row_multipliers[rows.rows] for rows in rows_of_groups])
+
+        masses = scaled * iterate.scales.objective / constraint.scale
+        steps = np.diff(phase.breakpoints)[intervals]
+        times = phase.breakpoints[intervals] + tau * steps
         order = np.argsort(times, kind="stable")
-        paths.append(PathMultiplier(
-            constraint.name, own.name, constraint.peak is not None, constraint.sign,
-            times[order], masses[order], (masses / (weights * steps))[order]))  # fmt: skip
-    return Multipliers(costates(made, nu), terminal, tuple(paths))
+        found.append(
+            PathMultiplier(
+                name=constraint.name,
+                phase=phase.name,
+                is_peak=constraint.peak is not None,
+                sign=constraint.sign,
+                times=times[order],
+                masses=masses[order],
+                densities=(masses / (weights * steps))[order],
+            )
+        )
+    return tuple(found)
 
 
-def path_rows(transcription: Transcription) -> Iterator[PathRows]:
-    """Rows of all continuous constraints, in the order in which `transcribe` took them."""
-    blocks = iter(transcription.blocks)
-    for i, (layout, found, extra) in enumerate(
-        zip(transcription.layouts, transcription.constraints, transcription.mesh.extra, strict=True)
-    ):
-        sampled = [j for j, c in enumerate(found) if c.sampled]
-        for group in layout.groups:
-            s, m = group.scheme.degree, group.intervals.size
-            block = next(blocks)
-            for n, j in enumerate(sampled):
-                yield PathRows(
-                    i, j, block.rows[:, len(layout.states) + n], np.repeat(group.intervals, s),
-                    np.tile(group.scheme.points, m), np.tile(group.scheme.weights, m))  # fmt: skip
-        connections = sum(not group.scheme.ends_on_support for group in layout.groups)
-        connections += bool(layout.integrals) + (layout.ends is not None)
-        connections += bool(layout.mesh.moving.any())
-        for _ in range(connections):
-            next(blocks)
-        for points in (*boundary_points(layout, found), *extra):
-            for group in layout.groups:
-                here = np.isin(points.intervals, group.intervals)
-                if here.any():
-                    yield PathRows(
-                        i, points.constraint, next(blocks).rows[:, 0], points.intervals[here],
-                        points.tau[here], np.full(int(here.sum()), np.nan))  # fmt: skip
-
-
-def column_multipliers(solved: SolvedProgram, constants: dict[str, float]) -> Array:
-    """Scaled multipliers of the unknowns' bounds.
+def column_multipliers(iterate: Iterate) -> Array:
+    """Scaled multipliers of the unknowns' bounds, shape (n,).
 
     Those of fixed unknowns, which the solver takes out of the program, follow from stationarity.
     """
-    made = solved.transcription
-    values = ca.DM([constants[c.name] for c in solved.problem.constants] or ca.DM(0, 1))
-    gradient = np.array(made.program.objective_gradient(solved.x, values)[1]).ravel()
-    jacobian = made.program.constraint_jacobian(solved.x, values)[1]
-    gradient += np.array(ca.mtimes(jacobian.T, ca.DM(solved.row_multipliers))).ravel()
-    lower, upper = made.columns.evaluate(constants)
-    return np.where(lower == upper, -gradient, solved.bound_multipliers)
+    transcription, constants = iterate.transcription, iterate.parameters.vector
+    program = transcription.program
+    gradient = np.array(program.objective_gradient(iterate.x, constants)[1]).ravel()
+    jacobian = program.constraint_jacobian(iterate.x, constants)[1]
+    gradient += np.array(ca.mtimes(jacobian.T, ca.DM(iterate.row_multipliers))).ravel()
+
+    lower, upper = transcription.columns.limits.at(iterate.parameters)
+    return np.where(lower == upper, -gradient, iterate.bound_multipliers)
+
+
+def all_multipliers(iterate: Iterate) -> Array:
+    """Scaled multipliers of the rows, then of the unknowns' bounds, shape (rows + n,)."""
+    return np.concatenate([iterate.row_multipliers, column_multipliers(iterate)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +11,7 @@ import casadi as ca
 
 from ocp.problem.bounds import is_limited
 from ocp.problem.functionals import Peak
+from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
 from ocp.transcription.columns import PhaseColumns
 from ocp.transcription.scaling import Scales
@@ -44,6 +46,12 @@ class PathConstraint:
     peak: Peak | None = None
     sign: float = 1.0
     is_equation: bool = False
+
+    def limits(self, parameters: Parameters, peaks: Mapping[Peak, float]) -> tuple[float, float]:
+        """Lower and upper limit of ``sign * expression``, at given values of the peaks."""
+        if self.peak is not None:
+            return -math.inf, peaks[self.peak]
+        return parameters.pair(self)
 
 
 def path_constraints(

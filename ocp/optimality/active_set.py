@@ -1,0 +1,151 @@
+"""The active set: which limits a solution touches, and which of them press.
+
+A limit is *touched* where a value is close to it. It *presses* where its multiplier is more than
+what the solver's barrier leaves everywhere. At an ordinary optimum the two are the same. They
+differ where a limit is about to enter or to leave the active set.
+
+How close is close depends on what is concluded from it. The constants below are all that the engine
+uses, each with its reason. They count on a barrier parameter of about 1e-10 to 1e-12, which IPOPT
+reaches at the default tolerance: distance times multiplier of a limit, both scaled, are about that
+parameter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocp.arrays import Array, Flags
+from ocp.numerics.piecewise_polynomial import PiecewisePolynomial
+from ocp.optimality.iterate import Iterate
+
+# Part of a signal's size, or of its range, within which a value is at its bound. A bound that
+# presses is met to 1e-8 or better. One that is touched without pressing is met to the square root
+# of the barrier parameter. What stays farther away than that stays away on purpose.
+AT = 1e-5
+
+# Part of a signal's size, or of its range, within which a value may be at its bound between
+# samples. For conclusions that only hold off the bounds, so that a false alarm costs nothing.
+CLOSE = 1e-3
+
+# Scaled distance of a row or an unknown from a limit that is touched, whether it presses or not.
+# It is ten times the square root of a barrier parameter of 1e-10.
+TOUCHED = 1e-4
+
+# Scaled distance at which the multiplier of a limit is free to be any number of its sign. Limits
+# with a scaled multiplier above 1e-4 are met that closely; a smaller one counts as none.
+MULTIPLIER_FREE = 1e-6
+
+# Part of the largest multiplier of the same limit, from which on the limit presses. Where it does
+# not, the barrier leaves about 1e-10 over the scaled distance.
+PRESSING = 1e-6
+
+# Part of the largest multiplier of all paths and states, from which on one of them shapes the
+# costates. Coarser than `PRESSING`, because small multipliers bend costates only a little.
+ACTING = 1e-4
+
+
+def at_limit(values: Array, limit: float, margin: float) -> Flags:
+    """Whether values are within a margin of a limit; none is, if the limit is infinite."""
+    return np.asarray(np.abs(values - limit) <= margin)
+
+
+def share_at_limit(polynomial: PiecewisePolynomial, limit: float, margin: float) -> Array:
+    """The part of an interval's coefficients that are at a limit, shape (N,).
+
+    Parameters
+    ----------
+    polynomial : PiecewisePolynomial
+        With one component. A share of one means, for a Bernstein basis, that the signal is at its
+        limit all through the interval.
+    limit, margin : float
+        In the unit of the signal.
+    """
+    shares = np.zeros(polynomial.intervals)
+    for piece in polynomial.pieces:
+        at = at_limit(piece.coefficients[:, :, 0], limit, margin)
+        shares[piece.intervals] = at.mean(axis=1)
+    return shares
+
+
+@dataclass(frozen=True, eq=False)
+class LimitDistances:
+    """Scaled distances of a program's rows and unknowns from their limits.
+
+    Attributes
+    ----------
+    lower, upper : (rows + unknowns,)
+        Rows first. Negative where a limit is violated, infinite where there is none.
+    """
+
+    lower: Array
+    upper: Array
+
+    def touching(self, closeness: float) -> tuple[Flags, Flags]:
+        """Which lower and which upper limits are closer than a scaled distance."""
+        return self.lower <= closeness, self.upper <= closeness
+
+    @property
+    def violation(self) -> float:
+        """Largest violation of any limit, 0 if there is none."""
+        return max(0.0, -float(self.lower.min()), -float(self.upper.min()))
+
+
+def limit_distances(iterate: Iterate) -> LimitDistances:
+    """How far the rows and unknowns of an iterate are from their limits."""
+    transcription, parameters = iterate.transcription, iterate.parameters
+    rows = np.array(transcription.program.oracle(iterate.x, parameters.vector)[1]).ravel()
+    values = np.concatenate([rows, iterate.x])
+
+    limits = transcription.limits(parameters)
+    lower, upper = np.hstack([limits.rows, limits.columns])
+    return LimitDistances(values - lower, upper - values)
+
+
+def pressing(multipliers: Array, part: float, largest: float | None = None) -> Flags:
+    """Whether multipliers are more than a part of the largest, which is theirs if not given."""
+    sizes = np.abs(multipliers)
+    return np.asarray(sizes > part * (sizes.max(initial=0.0) if largest is None else largest))
+
+
+def path_forces(iterate: Iterate, index: int) -> dict[int, Array]:
+    """How strongly each path constraint of a phase presses in each interval.
+
+    Returns
+    -------
+    dict of int to (N,)
+        Sums of the absolute scaled multipliers, by the number of the path constraint.
+    """
+    intervals = iterate.transcription.columns.phases[index].intervals
+    forces: dict[int, Array] = {}
+    for path in iterate.transcription.rows.phases[index].path:
+        force = forces.setdefault(path.constraint, np.zeros(intervals))
+        np.add.at(force, path.intervals, np.abs(iterate.row_multipliers[path.rows]))
+    return forces
+
+
+def acting_intervals(iterate: Iterate) -> tuple[Flags, ...]:
+    """Intervals of each phase in which a path constraint, a peak or a state's bound acts, (N,).
+
+    Their multipliers sit at points, so that the costates between them say little of the controls.
+    """
+    transcription = iterate.transcription
+    phases = transcription.columns.phases
+    forces = [np.zeros(phase.intervals) for phase in phases]
+
+    # rows of paths and peaks
+    for force, rows in zip(forces, transcription.rows.phases, strict=True):
+        for path in rows.path:
+            np.maximum.at(force, path.intervals, np.abs(iterate.row_multipliers[path.rows]))
+
+    # bounds of the states; multipliers of fixed ones are no densities in time
+    lower, upper = transcription.columns.limits.at(iterate.parameters)
+    bounds = np.where(lower < upper, np.abs(iterate.bound_multipliers), 0.0)
+    for force, phase in zip(forces, phases, strict=True):
+        for group in phase.groups:
+            held = bounds[group.support].max(axis=(1, 2))
+            force[group.intervals] = np.maximum(force[group.intervals], held)
+
+    largest = max(float(force.max(initial=0.0)) for force in forces)
+    return tuple(pressing(force, ACTING, largest) for force in forces)
