@@ -1,5 +1,7 @@
 """Proof that an answer is right, by means that share nothing with the solver.
 
-`simulation` replays the controls by another integrator, `bernstein_bounds` bounds a constraint
-between the points, `verify` gives the verdict, and `certificate` tests the optimality conditions.
+`simulation` drives the stated dynamics with the controls by another integrator, restarted where
+`error_growth` says that it has to be. `bernstein_bounds` bounds a constraint between the points,
+and `verify` gives the verdict. `certificate` tests the optimality conditions too, among them the
+minimum principle of `minimum_principle`, which is judged strictly away from `active_set_changes`.
 """

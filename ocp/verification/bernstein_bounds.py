@@ -1,46 +1,48 @@
 """Rigorous bounds between the points, where a constraint is a polynomial of time.
 
-In an interval states, polynomial controls and algebraic signals are polynomials of local time.  An
-expression that only adds and multiplies them is one too, of a known degree, and a polynomial lies
-between its least and largest Bernstein coefficient.  Halving the interval where the two are apart
-brings the bound as close to the maximum as wanted (Farouki, "The Bernstein polynomial basis: a
-centennial retrospective", Computer Aided Geometric Design 29, 2012).
+In an interval all signals are polynomials of local time. An expression that only adds and
+multiplies them is one too, of a known degree, and a polynomial lies between its least and largest
+Bernstein coefficient. Halving the interval where the two are apart brings the bound as close to the
+maximum as wanted (Farouki, "The Bernstein polynomial basis: a centennial retrospective", Computer
+Aided Geometric Design 29, 2012).
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
-import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from ocp.arrays import Array, Integers
 from ocp.mesh.evaluation import Evaluator
-from ocp.mesh.initial_guess import evaluate_limit, signals_of
 from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
-from ocp.numerics.polynomials import largest, polynomial_degree
-from ocp.numerics.schemes import bernstein
-from ocp.problem.symbols import time
-from ocp.problem.terms import Functional
-from ocp.transcription.path_constraints import Continuous
+from ocp.numerics.piecewise_polynomial import Lagrange, to_bernstein
+from ocp.numerics.polynomial_expressions import largest, polynomial_degree
+from ocp.problem.functionals import Peak
+from ocp.problem.symbols import TIME
+from ocp.transcription.path_constraints import PathConstraint
 
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
-_HIGHEST = 24  # degree; the change of basis amplifies round-off by about 2^degree
-_CLOSE = 1e-10  # bound minus maximum, relative to the size of the constraint
+# The change of basis amplifies round-off by about 2^degree: at 24, to 2e-9 of the largest value
+_HIGHEST_DEGREE = 24
+
+# Bound minus maximum, relative to the size of the constraint: far below any tolerance on a path
+_CLOSE = 1e-10
 
 
 @dataclass(frozen=True)
 class Margin:
-    """How far a continuous constraint is exceeded, relative to its size; negative if it is kept.
+    """How far a path constraint is exceeded, relative to its size; negative if it is kept.
 
     Attributes
     ----------
-    dense : the largest value found by dense evaluation.
-    rigorous : a bound that no instant exceeds, round-off included; None where the expression is
-        no polynomial of time (of a degree up to 24).
+    phase, name : str
+    dense : float
+        The largest value found by dense evaluation.
+    rigorous : float or None
+        A bound that no instant exceeds, round-off included. None where the expression is no
+        polynomial of time, or one of a degree above 24.
     """
 
     phase: str
@@ -50,51 +52,72 @@ class Margin:
 
 
 def rigorous_excess(
-    evaluator: Evaluator, trajectory: Trajectory, phase: str, constraint: Continuous,
-    peaks: dict[Functional, float],
-) -> float | None:  # fmt: skip
-    """A bound on how far a constraint is exceeded in a phase, relative to its size, or None.
+    evaluator: Evaluator,
+    trajectory: Trajectory,
+    phase: str,
+    constraint: PathConstraint,
+    peaks: Mapping[Peak, float],
+) -> float | None:
+    """A bound on how far a constraint is exceeded in a phase, or None where there is none.
 
-    The size is the largest of its limits and of its values on the trajectory.
+    It is relative to the size of the constraint: the largest of its limits and of its values on the
+    trajectory. It is infinite where a value is not finite.
+
+    Parameters
+    ----------
+    peaks : mapping of Peak to float
+        Their values, which bound the constraints that belong to them.
     """
-    own = trajectory.phase(phase)
-    lower, upper = (evaluate_limit(v, trajectory.constants)
-                    for v in (constraint.lower, constraint.upper))  # fmt: skip
-    if constraint.peak is not None:
-        upper = peaks[constraint.peak]
-    sampled = []
-    for piece in own.pieces:
-        degree = _degree(evaluator, own, constraint.expression, piece.degree)
-        if degree is None or degree > _HIGHEST:
+    motion = trajectory.phase(phase)
+    parts = []
+    for orders, intervals in _intervals_by_orders(motion).items():
+        degree = _degree(evaluator, motion, constraint, orders)
+        if degree is None or degree > _HIGHEST_DEGREE:
             return None
-        sampled.append(
-            (constraint.sign * _sampled(evaluator, trajectory, phase, constraint.expression,
-                                        piece.intervals, degree), _change(degree))
-        )  # fmt: skip
-    largest_value = max(float(np.abs(values).max()) for values, _ in sampled)
+        nodes = _nodes(degree)
+        values = _sampled(evaluator, trajectory, phase, constraint, intervals, nodes)
+        parts.append((values, to_bernstein(Lagrange(tuple(nodes.tolist())))))
+
+    largest_value = max(float(np.abs(values).max()) for values, _ in parts)
     if not math.isfinite(largest_value):
         return math.inf
-    size = max([abs(v) for v in (lower, upper) if math.isfinite(v)] + [largest_value]) or 1.0
+    limits = constraint.limits(evaluator.parameters(trajectory), peaks)
+    size = max([abs(limit) for limit in limits if math.isfinite(limit)] + [largest_value]) or 1.0
+
     worst = -math.inf
-    for values, change in sampled:
+    for values, change in parts:
+        # round-off of the coefficients
         noise = np.finfo(float).eps * np.abs(change).sum(axis=1).max() * largest_value
-        for limit, sign in ((upper, 1.0), (lower, -1.0)):
+        for limit, sign in zip(limits, (-1.0, 1.0), strict=True):
             if math.isfinite(limit):
-                found = largest(sign * (values @ change.T - limit), _CLOSE * size)
-                worst = max(worst, float(found.max()) + noise)
+                bounds = largest(sign * (values @ change.T - limit), _CLOSE * size)
+                worst = max(worst, float(bounds.max()) + noise)
     return float(worst / size)
 
 
+def _intervals_by_orders(motion: PhaseTrajectory) -> dict[tuple[int, ...], Integers]:
+    """Intervals (m,) in which the signals have the same orders, by the orders of each group."""
+    table = np.column_stack([group.polynomial.orders for group in motion.groups])
+    intervals: dict[tuple[int, ...], list[int]] = {}
+    for number, orders in enumerate(table.tolist()):
+        intervals.setdefault(tuple(orders), []).append(number)
+    return {orders: np.array(numbers) for orders, numbers in intervals.items()}
+
+
 def _degree(
-    evaluator: Evaluator, own: PhaseTrajectory, expression: ca.SX, degree: int
+    evaluator: Evaluator,
+    motion: PhaseTrajectory,
+    constraint: PathConstraint,
+    orders: tuple[int, ...],
 ) -> int | None:
-    """Degree of an expression in the intervals of a degree of the state polynomials."""
-    kinds = [(own.states, degree), (own.constant, 0), (own.linear, 1),
-             (own.polynomial, degree - 1), (own.algebraics, degree - 1)]  # fmt: skip
-    by_name = {name: of for names, of in kinds for name in names}
-    signals = signals_of(evaluator.problem, evaluator.phase_of(own.name))
-    symbols = [*(s.symbol for s in signals), time.symbol]
-    return polynomial_degree(expression, symbols, [*(by_name[s.name] for s in signals), 1])
+    """Degree of a constraint where the groups of signals have these orders."""
+    symbols = {s.name: s.symbol for s in evaluator.problem.signals(evaluator.phase(motion.name))}
+    names = motion.signals
+    degrees = [
+        order for group, order in zip(motion.groups, orders, strict=True) for _ in group.names
+    ]
+    polynomials = [*(symbols[name] for name in names), TIME.symbol]
+    return polynomial_degree(constraint.expression, polynomials, [*degrees, 1])
 
 
 def _nodes(degree: int) -> Array:
@@ -102,16 +125,15 @@ def _nodes(degree: int) -> Array:
     return np.asarray(0.5 - 0.5 * np.cos(np.pi * np.arange(degree + 1) / max(degree, 1)))
 
 
-def _change(degree: int) -> Array:
-    """From values at the nodes to Bernstein coefficients, (degree + 1, degree + 1)."""
-    return np.asarray(np.linalg.inv(bernstein(degree + 1, _nodes(degree))))
-
-
 def _sampled(
-    evaluator: Evaluator, trajectory: Trajectory, phase: str, expression: Any,
-    intervals: Integers, degree: int,
-) -> Array:  # fmt: skip
-    """Values at the nodes of some intervals, shape (m, degree + 1)."""
-    k, tau = np.repeat(intervals, degree + 1), np.tile(_nodes(degree), intervals.size)
-    values = evaluator.values(trajectory, phase, [expression], k, tau)
-    return np.asarray(values.reshape(intervals.size, degree + 1))
+    evaluator: Evaluator,
+    trajectory: Trajectory,
+    phase: str,
+    constraint: PathConstraint,
+    intervals: Integers,
+    nodes: Array,
+) -> Array:
+    """Values of a constraint at local times of some intervals, shape (m, nodes)."""
+    k, tau = np.repeat(intervals, nodes.size), np.tile(nodes, intervals.size)
+    values = evaluator.values(trajectory, phase, [constraint.expression], k, tau)
+    return np.asarray(constraint.sign * values.reshape(intervals.size, nodes.size))

@@ -1,54 +1,77 @@
-"""Independent replay: the controls of a solution drive the stated dynamics again.
+"""Independent simulation: the controls of a solution drive the stated dynamics again.
 
-The replay starts at the initial state; its steps begin anew at the breakpoints, where the controls
-may jump.  Where the motion amplifies errors more than `ocp.verification.error_growth.MOST` times,
-the replay is
-restarted from the solution's state, per phase or within one, and says so.  It uses the integrator
-of `ocp.numerics.extrapolation` and its own compiled copy of the dynamics, unscaled and straight
-from the
-statement.
+It starts at the initial state. Its steps begin anew at the breakpoints, where the controls may
+jump. Where the motion amplifies errors more than `ocp.verification.error_growth.MOST` times, it is
+restarted from the solution's state, per phase or within one, and says so. It uses the integrator of
+`ocp.numerics.extrapolation` and its own compiled copy of the dynamics, unscaled and straight from
+the statement.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
-from ocp.mesh.initial_guess import signals_of
-from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
+from ocp.arrays import Array, Integers
+from ocp.mesh.trajectory import PhaseTrajectory, SignalGroup, Trajectory
 from ocp.numerics.extrapolation import accumulated, extrapolated_step
-from ocp.numerics.schemes import lagrange, scheme
-from ocp.problem.statement import Phase, Problem
-from ocp.problem.symbols import time
+from ocp.numerics.piecewise_polynomial import Lagrange, Piece, PiecewisePolynomial
+from ocp.problem.phase import Phase
+from ocp.problem.problem import Problem
+from ocp.problem.symbols import TIME
 from ocp.verification.error_growth import MOST, growth, segments, transitions
 
-Array = NDArray[np.float64]
+# Steps of an interval in the first run, and samples of an interval that are kept: their polynomial
+# of degree 8 follows the motion as closely as the integrator of order 8 does.
 _SAMPLES = 8
-_MOST = 4096
+
+# Steps of an interval beyond which halving them ends, whatever their estimated error.
+_MOST_STEPS = 4096
+
+# Estimated error of a step relative to the states' sizes. Thousands of steps, amplified a hundred
+# times, then stay below the default tolerance of 1e-6 for the missed end state.
+STEP_TOLERANCE = 1e-11
+
+# Relative distance within which the ends of two phases are the same instant, and that within which
+# a state is continuous there. The links are met to the solver's tolerance, not to rounding.
+_SAME_INSTANT = 1e-9
+_SAME_STATE = 1e-7
+
+# Instructions beyond which the dynamics are called and not written out in every substep, because
+# building the step would take longer than the calls
+_LONG = 2000
 
 
 @dataclass(frozen=True, eq=False)
-class PhaseReplay:
-    """Replayed states of one phase.
+class SimulatedPhase:
+    """Simulated states of one phase.
 
     Attributes
     ----------
-    times : (N, m + 1) times in each interval, both ends included [s].
-    states : (N, m + 1, n_x) replayed states.
-    miss : (n_x,) replayed end minus the solution's end, the largest of all segments.
-    amplification : factor by which an error of the states can grow over the phase.
-    restarts : how often the replay was set back to the solution's state for that reason, at the
-        start of the phase included.
-    worst : (n_x,) largest distance from the solution at any sample.
+    name : str
+    state_names : tuple of str
+    times : (N, m + 1)
+        Times in each interval, both ends included [s].
+    states : (N, m + 1, n_x)
+        Simulated states at these times.
+    miss : (n_x,)
+        Simulated end minus the solution's end, the largest of all segments.
+    worst : (n_x,)
+        Largest distance from the solution at any sample.
     error : float
         Largest estimated error of a step relative to the states' sizes.
+    amplification : float
+        Factor by which an error of the states can grow over the phase.
+    restarts : int
+        How often the simulation was set back to the solution's state for that reason, at the start
+        of the phase included.
     """
 
     name: str
-    states_names: tuple[str, ...]
+    state_names: tuple[str, ...]
     times: Array
     states: Array
     miss: Array
@@ -59,219 +82,260 @@ class PhaseReplay:
 
 
 @dataclass(frozen=True, eq=False)
-class Replay:
-    """Replays of all phases."""
+class SimulatedMotion:
+    """Simulations of all phases.
 
-    phases: tuple[PhaseReplay, ...]
-    sizes: dict[str, float] = field(default_factory=dict)
+    Attributes
+    ----------
+    phases : tuple of SimulatedPhase
+    sizes : mapping of str to float
+        Typical sizes of the states, by name.
+    """
+
+    phases: tuple[SimulatedPhase, ...]
+    sizes: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def miss(self) -> float:
         """Largest miss of an end state relative to the state's size."""
-        return max(self._relative(p, p.miss) for p in self.phases)
+        return max(self._relative(phase, phase.miss) for phase in self.phases)
 
     @property
     def worst(self) -> float:
         """Largest distance from the solution relative to the state's size."""
-        return max(self._relative(p, p.worst) for p in self.phases)
+        return max(self._relative(phase, phase.worst) for phase in self.phases)
+
+    @property
+    def error(self) -> float:
+        """Largest estimated error of a step relative to the states' sizes."""
+        return max(phase.error for phase in self.phases)
 
     @property
     def amplification(self) -> float:
         """Largest factor by which the motion of a phase amplifies errors."""
-        return max(p.amplification for p in self.phases)
+        return max(phase.amplification for phase in self.phases)
 
     @property
     def restarts(self) -> int:
-        """How often the replay was set back to the solution because of the amplification."""
-        return sum(p.restarts for p in self.phases)
+        """How often the simulation was set back to the solution because of the amplification."""
+        return sum(phase.restarts for phase in self.phases)
 
-    def _relative(self, phase: PhaseReplay, values: Array) -> float:
-        sizes = np.array([self.sizes[name] for name in phase.states_names])
+    def _relative(self, phase: SimulatedPhase, values: Array) -> float:
+        sizes = np.array([self.sizes[name] for name in phase.state_names])
         return float(np.max(np.abs(values) / sizes))
 
 
-def replay(
-    problem: Problem, trajectory: Trajectory, sizes: dict[str, float], tolerance: float = 1e-11
-) -> Replay:  # fmt: skip
-    """Replay all phases, each from where the one before it arrived.
+def simulate(
+    problem: Problem,
+    trajectory: Trajectory,
+    sizes: Mapping[str, float],
+    tolerance: float = STEP_TOLERANCE,
+) -> SimulatedMotion:
+    """Simulate all phases, each from where the one before it arrived.
 
-    A state passes on the miss of the phase before it where the solution is continuous there.
+    A phase passes its miss on to the next one where the solution is continuous there.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        The solution, whose controls, times and initial state are taken.
+    sizes : mapping of str to float
+        Typical sizes of the states by name, to which errors are relative.
+    tolerance : float
+        Of the estimated error of a step.
     """
-    done: list[PhaseReplay] = []
+    phases: list[SimulatedPhase] = []
     grown = 1.0  # by how much an error of the last restart has been amplified since
-    for phase in problem.phases:
-        own = trajectory.phase(phase.name)
-        rate = _dynamics(problem, phase, own, trajectory)
-        scale = np.array([sizes[name] for name in own.states])
-        phi = transitions(rate, own, scale)
-        factor = growth(phi)
-        grown *= factor
-        restarted = bool(done) and grown > MOST
+    for statement in problem.phases:
+        phase = trajectory.phase(statement.name)
+        rate = _dynamics(problem, statement, phase, trajectory)
+        phase_sizes = np.array([sizes[name] for name in phase.states])
+        transition = transitions(rate, phase, phase_sizes)
+        amplification = growth(transition)
+
+        # go on from the phase before, unless errors have grown too much since the last restart
+        grown *= amplification
+        restarted = bool(phases) and grown > MOST
         if restarted:
-            grown = factor
-        carried = np.zeros(scale.size) if restarted or not done else _carried(
-            own, trajectory, done[-1])  # fmt: skip
-        parts = [_replay_segment(rate, own, here, carried if here.start == 0 else 0.0 * carried,
-                                 scale, tolerance) for here in segments(phi)]  # fmt: skip
-        done.append(_joined(own, parts, factor, restarted))
-    return Replay(tuple(done), sizes)
+            grown = amplification
+        offset = np.zeros(phase_sizes.size)
+        if phases and not restarted:
+            offset = _passed_on(trajectory.phase(phases[-1].name), phases[-1], phase)
+
+        parts = []
+        for segment in segments(transition):
+            start = offset if segment.start == 0 else np.zeros_like(offset)
+            parts.append(_simulated_segment(rate, phase, segment, start, phase_sizes, tolerance))
+        joined = _joined(parts)
+        restarts = len(parts) - 1 + restarted
+        phases.append(replace(joined, amplification=amplification, restarts=restarts))
+    return SimulatedMotion(tuple(phases), dict(sizes))
 
 
-def _carried(own: PhaseTrajectory, trajectory: Trajectory, before: PhaseReplay) -> Array:
-    previous = trajectory.phase(before.name)
-    last = previous.local(np.array([len(previous.breakpoints) - 2]), np.array([1.0]))[0]
-    first = own.local(np.array([0]), np.array([0.0]))[0]
-    carried = np.zeros(len(own.states))
-    if not np.isclose(previous.end, own.start, rtol=1e-9, atol=1e-12):
-        return carried
-    for j, name in enumerate(own.states):
-        if name in previous.states:
-            i = previous.states.index(name)
-            if np.isclose(last[i], first[j], rtol=1e-7, atol=1e-9):
-                carried[j] = before.miss[i]
-    return carried
+def _passed_on(before: PhaseTrajectory, simulated: SimulatedPhase, after: PhaseTrajectory) -> Array:
+    """By how much the states of a phase start beside the solution, (n_x,)."""
+    offset = np.zeros(len(after.states))
+    if not np.isclose(before.end, after.start, rtol=_SAME_INSTANT, atol=1e-3 * _SAME_INSTANT):
+        return offset
+
+    last = before.state_polynomial.ends()[-1, 1]
+    first = after.state_polynomial.ends()[0, 0]
+    for j, name in enumerate(after.states):
+        if name in before.states:
+            i = before.states.index(name)
+            # a state that jumps at the link starts where the solution says
+            if np.isclose(last[i], first[j], rtol=_SAME_STATE, atol=1e-2 * _SAME_STATE):
+                offset[j] = simulated.miss[i]
+    return offset
 
 
-def _replay_segment(
-    rate: ca.Function, own: PhaseTrajectory, here: slice, carried: Array, scale: Array,
+def _simulated_segment(
+    rate: ca.Function,
+    phase: PhaseTrajectory,
+    segment: slice,
+    offset: Array,
+    sizes: Array,
     tolerance: float,
-) -> PhaseReplay:  # fmt: skip
-    """Replay some intervals from the solution's state plus `carried`, in steps as needed."""
-    k, n_x = np.arange(here.start, here.stop), len(own.states)
-    start = own.local(k[:1], np.array([0.0]))[0, :n_x] + carried
+) -> SimulatedPhase:
+    """Simulate some intervals from the solution's state plus an offset, in steps as needed."""
+    intervals = np.arange(segment.start, segment.stop)
+    start = phase.state_polynomial.value(intervals[:1], np.array([0.0]))[0] + offset
+
     steps = _SAMPLES
-    while True:
-        states, error = _march(rate, own, here, start, scale, steps)
-        if error <= tolerance or 2 * steps > _MOST:
-            break
+    states, error = _march(rate, phase, intervals, start, sizes, steps)
+    while error > tolerance and 2 * steps <= _MOST_STEPS:
         steps *= 2
+        states, error = _march(rate, phase, intervals, start, sizes, steps)
     states = states[:, :: steps // _SAMPLES]
+
+    # beside the solution at the same times
     tau = np.linspace(0.0, 1.0, _SAMPLES + 1)
-    times = own.breakpoints[k, None] + tau * np.diff(own.breakpoints)[k, None]
-    planned = own.local(np.repeat(k, tau.size), np.tile(tau, k.size))[:, :n_x]
-    gap = states - planned.reshape(states.shape)
-    worst = np.abs(gap).reshape(-1, n_x).max(axis=0)
-    return PhaseReplay(own.name, own.states, times, states, gap[-1, -1], worst, error)
-
-
-def _joined(
-    own: PhaseTrajectory, parts: list[PhaseReplay], factor: float, restarted: bool
-) -> PhaseReplay:
-    """The segments of one phase as one."""
-    misses = np.array([p.miss for p in parts])
-    largest = np.argmax(np.abs(misses), axis=0)
-    return PhaseReplay(
-        own.name, own.states, np.concatenate([p.times for p in parts]),
-        np.concatenate([p.states for p in parts]), misses[largest, np.arange(largest.size)],
-        np.max([p.worst for p in parts], axis=0), max(p.error for p in parts), factor,
-        len(parts) - 1 + restarted,
-    )  # fmt: skip
-
-
-def _dynamics(
-    problem: Problem, phase: Phase, own: PhaseTrajectory, trajectory: Trajectory
-) -> ca.Function:
-    """``(x, u, t) -> f`` with unknowns and constants put in; u are all signals but the states."""
-    named = {s.name: s for s in signals_of(problem, phase)}
-    x = [named[name].symbol for name in own.states]
-    u = [named[name].symbol for name in own.signals[len(own.states) :]]
-    fixed = [s.symbol for s in (*problem.unknowns, *problem.constants)]
-    values = [trajectory.unknowns[s.name] for s in problem.unknowns]
-    values += [trajectory.constants[s.name] for s in problem.constants]
-    rates = ca.vertcat(*phase.dynamics.values())
-    if fixed:
-        rates = ca.substitute(rates, ca.vertcat(*fixed), ca.DM(values))
-    empty = ca.SX(0, 1)
-    return ca.Function(
-        "dynamics", [ca.vertcat(*x), ca.vertcat(*u, empty), time.symbol], ca.cse([rates])
+    left, width = phase.breakpoints[intervals, None], np.diff(phase.breakpoints)[intervals, None]
+    solved = phase.state_polynomial.value(
+        np.repeat(intervals, tau.size), np.tile(tau, intervals.size)
+    )
+    distance = states - solved.reshape(states.shape)
+    return SimulatedPhase(
+        name=phase.name,
+        state_names=phase.states,
+        times=left + tau * width,
+        states=states,
+        miss=distance[-1, -1],
+        worst=np.abs(distance).max(axis=(0, 1)),
+        error=error,
     )
 
 
+def _joined(parts: Sequence[SimulatedPhase]) -> SimulatedPhase:
+    """The segments of one phase as one."""
+    misses = np.array([part.miss for part in parts])
+    largest = np.argmax(np.abs(misses), axis=0)
+    return replace(
+        parts[0],
+        times=np.concatenate([part.times for part in parts]),
+        states=np.concatenate([part.states for part in parts]),
+        miss=misses[largest, np.arange(largest.size)],
+        worst=np.max([part.worst for part in parts], axis=0),
+        error=max(part.error for part in parts),
+    )
+
+
+def _dynamics(
+    problem: Problem, statement: Phase, phase: PhaseTrajectory, trajectory: Trajectory
+) -> ca.Function:
+    """``(x, u, t) -> f`` with unknowns and constants put in; u are all signals but the states."""
+    symbols = {signal.name: signal.symbol for signal in problem.signals(statement)}
+    x = [symbols[name] for name in phase.states]
+    u = [symbols[name] for name in phase.signals[len(phase.states) :]]
+
+    rates = ca.vertcat(*statement.dynamics.values())
+    numbers = [s.symbol for s in (*problem.unknowns, *problem.constants)]
+    values = [trajectory.unknowns[s.name] for s in problem.unknowns]
+    values += [trajectory.constants[s.name] for s in problem.constants]
+    if numbers:
+        rates = ca.substitute(rates, ca.vertcat(*numbers), ca.DM(values))
+    inputs = [ca.vertcat(*x), ca.vertcat(*u, ca.SX(0, 1)), TIME.symbol]
+    return ca.Function("dynamics", inputs, ca.cse([rates]))
+
+
 def _march(
-    rate: ca.Function, own: PhaseTrajectory, here: slice, start: Array, scale: Array, steps: int
+    rate: ca.Function,
+    phase: PhaseTrajectory,
+    intervals: Integers,
+    start: Array,
+    sizes: Array,
+    steps: int,
 ) -> tuple[Array, float]:
     """States (m, steps + 1, n_x) of a march with equal steps in some intervals, and its error."""
-    inputs, degree = _inputs(own)
-    inputs = inputs[here]
-    n_x, n_u, count = len(start), inputs.shape[1], inputs.shape[0]
-    step = _step(rate, n_x, n_u, degree)
-    per_step = np.repeat(inputs.reshape(count, -1), steps, axis=0)
-    lengths = np.repeat(np.diff(own.breakpoints)[here], steps)
-    data = np.column_stack([
-        per_step, np.repeat(own.breakpoints[:-1][here], steps), lengths,
-        np.tile(np.arange(steps) / steps, count), np.full(count * steps, 1.0 / steps),
-    ])  # fmt: skip
+    powers, count = _input_powers(phase)[intervals], intervals.size
+    step = _step(rate, len(start), *powers.shape[1:])
+
+    # one row a step: coefficients of the inputs, start and length of its interval, local times
+    data = np.column_stack(
+        [
+            np.repeat(powers.reshape(count, -1), steps, axis=0),
+            np.repeat(phase.breakpoints[intervals], steps),
+            np.repeat(np.diff(phase.breakpoints)[intervals], steps),
+            np.tile(np.arange(steps) / steps, count),
+            np.full(count * steps, 1.0 / steps),
+        ]
+    )
     with np.errstate(all="ignore"):
         ends, errors = accumulated(step, count * steps)(start, data.T)
     ends, errors = np.array(ends).T, np.array(errors).T
+
+    # an interval's last state is the first one of the next
     joints = np.vstack([start, ends])
-    states = np.stack([
-        joints[i : i + (count - 1) * steps + 1 : steps] for i in range(steps + 1)
-    ], axis=1)  # fmt: skip
-    relative = np.abs(errors) / scale
+    rows = np.arange(count)[:, None] * steps + np.arange(steps + 1)
+    relative = np.abs(errors) / sizes
     error = float(relative.max()) if np.all(np.isfinite(relative)) else np.inf
-    return states, error
+    return joints[rows], error
 
 
-def _step(rate: ca.Function, n_x: int, n_u: int, degree: int) -> ca.Function:
-    kind = ca.SX if rate.n_instructions() < 2000 else ca.MX
-    x, data = kind.sym("x", n_x), kind.sym("data", n_u * degree + 4)
-    table = ca.reshape(data[: n_u * degree], degree, n_u)
-    t, h, tau, span = ca.vertsplit(data[n_u * degree :])
+def _step(rate: ca.Function, n_x: int, n_u: int, count: int) -> ca.Function:
+    """One step ``(x, data) -> (end, error)``, with inputs of `count` powers of local time."""
+    kind = ca.SX if rate.n_instructions() < _LONG else ca.MX
+    x, data = kind.sym("x", n_x), kind.sym("data", n_u * count + 4)
+    table = ca.reshape(data[: n_u * count], count, n_u)
+    t, h, tau, span = ca.vertsplit(data[n_u * count :])
 
     def slope(state: object, local: object) -> object:
         u = kind(0, 1)
         if n_u:
-            s = tau + local
-            value = table[degree - 1, :]
-            for i in range(degree - 2, -1, -1):
-                value = value * s + table[i, :]
-            u = value.T
+            # Horner's rule, all inputs at once
+            row = table[count - 1, :]
+            for i in range(count - 2, -1, -1):
+                row = row * (tau + local) + table[i, :]
+            u = row.T
         return h * rate(state, u, t + (tau + local) * h)
 
     return ca.Function("step", [x, data], list(extrapolated_step(slope, x, span)))
 
 
-def _inputs(own: PhaseTrajectory) -> tuple[Array, int]:
-    """Power coefficients in local time of all signals but the states, (N, n_u, degree)."""
-    count = len(own.breakpoints) - 1
-    highest = max(int(own.degrees.max()) if own.polynomial or own.algebraics else 1,
-                  2 if own.linear else 1)  # fmt: skip
-    n_c, n_l, n_p = len(own.constant), len(own.linear), len(own.polynomial)
-    table = np.zeros((count, n_c + n_l + n_p + len(own.algebraics), highest))
-    table[:, :n_c, 0] = own.steps
-    if n_l:
-        table[:, n_c : n_c + n_l, 0] = own.ramps[:, 0]
-        table[:, n_c : n_c + n_l, 1] = own.ramps[:, 1] - own.ramps[:, 0]
-    if own.polynomial or own.algebraics:
-        for piece in own.pieces:
-            points = scheme(own.scheme, piece.degree).points
-            powers = np.linalg.inv(np.vander(points, increasing=True))
-            values = np.concatenate([piece.controls, piece.algebraics], axis=2)
-            table[piece.intervals, n_c + n_l :, : piece.degree] = np.einsum(
-                "ps,ksn->knp", powers, values)  # fmt: skip
-    return table, highest
+def _input_powers(phase: PhaseTrajectory) -> Array:
+    """Coefficients of powers of local time of all signals but the states, (N, n_u, count)."""
+    tables = [group.polynomial.powers() for group in phase.groups if group.kind != "state"]
+    count = max((table.shape[2] for table in tables), default=1)
+    padded = [np.zeros((phase.intervals, 0, count))]
+    for table in tables:
+        padded.append(np.zeros((*table.shape[:2], count)))
+        padded[-1][:, :, : table.shape[2]] = table
+    return np.concatenate(padded, axis=1)
 
 
-def replayed(trajectory: Trajectory, replays: Replay) -> Trajectory:
-    """The trajectory with the replayed states in place of the solved ones.
+def replayed(trajectory: Trajectory, simulated: SimulatedMotion) -> Trajectory:
+    """The trajectory with the simulated states in place of the solved ones.
 
-    In every interval the states are the polynomial of degree `_SAMPLES` through the replay.
+    In every interval the states are the polynomial through the samples of the simulation.
     """
+    basis = Lagrange(tuple(np.linspace(0.0, 1.0, _SAMPLES + 1).tolist()))
     phases = []
-    for own, done in zip(trajectory.phases, replays.phases, strict=True):
-        method = scheme("radau", _SAMPLES)
-        samples = np.linspace(0.0, 1.0, _SAMPLES + 1)
-        states = np.einsum("sm,kmn->ksn", lagrange(samples, method.support), done.states)
-        count = len(own.breakpoints) - 1
-        k = np.repeat(np.arange(count), _SAMPLES)
-        values = own.local(k, np.tile(method.points, count)).reshape(count, _SAMPLES, -1)
-        n_s = len(own.states) + len(own.constant) + len(own.linear)
-        controls = values[:, :, n_s : n_s + len(own.polynomial)]
-        algebraics = values[:, :, n_s + len(own.polynomial) :]
-        piece = replace(
-            own.pieces[0], degree=_SAMPLES, intervals=np.arange(count), states=states,
-            controls=controls, algebraics=algebraics,
-        )  # fmt: skip
-        phases.append(replace(own, scheme="radau", pieces=(piece,)))
+    for phase, simulated_phase in zip(trajectory.phases, simulated.phases, strict=True):
+        piece = Piece(np.arange(phase.intervals), basis, simulated_phase.states)
+        polynomial = PiecewisePolynomial(phase.breakpoints, (piece,))
+        states = SignalGroup("state", phase.states, polynomial)
+
+        # the degree tells those who look between the points how densely to look
+        degrees = np.full(phase.intervals, _SAMPLES)
+        phases.append(replace(phase, degrees=degrees, groups=(states, *phase.groups[1:])))
     return replace(trajectory, phases=tuple(phases))

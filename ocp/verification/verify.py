@@ -1,84 +1,195 @@
-"""The verdict on a solved round: what its replay and its values between the points say."""
+"""The verdict on an iterate: what its simulation and its values between the points say."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from ocp.mesh.evaluation import Evaluator
-from ocp.mesh.initial_guess import evaluate_limit
 from ocp.mesh.trajectory import Trajectory
-from ocp.problem.terms import Functional
-from ocp.refinement.between import dense_peak
-from ocp.refinement.error_estimate import Assessment, assess
-from ocp.settings import Settings
-from ocp.solution.solution import Verification
-from ocp.transcription.transcribe import Transcription
+from ocp.optimality.iterate import Iterate
+from ocp.problem.functionals import Peak
+from ocp.refinement.accuracy import Accuracy
+from ocp.refinement.error_estimate import MotionErrors, dense_peak
 from ocp.verification.bernstein_bounds import Margin, rigorous_excess
-from ocp.verification.simulation import Replay
+from ocp.verification.simulation import SimulatedMotion, replayed
 
-_SLACK = 10.0  # a replay may exceed what the solve was held to by this factor
+# A replay may exceed by this factor what the solve was held to: errors of the intervals add up on
+# the way to its end.
+_SLACK = 10.0
+
+# Part of the objective's scale below which its value is next to nothing, so that a difference is
+# not relative to it.
+_LEAST_OBJECTIVE = 1e-3
+
+
+@dataclass(frozen=True)
+class Verification:
+    """What the independent simulation and the evaluation between the points found.
+
+    Attributes
+    ----------
+    miss : float
+        Replayed end state minus the solution's, relative to the states' sizes.
+    excess : float
+        Largest excess of a path constraint or bound of the replayed motion, relative.
+    peaks : tuple of (name, reported value, dense value of the replayed motion)
+    objective, replayed_objective : float
+        As the solver reports it, and of the replayed motion.
+    integrator_error : float
+        Largest estimated error of a step of the replay, relative to the states' sizes.
+    passed : bool
+        Whether all tolerances are met.
+    reasons : tuple of str
+        Why they are not.
+    seconds : float
+        Spent on replay and evaluation.
+    margins : tuple of Margin
+        Of every path constraint, bound of a state or algebraic signal and peak, along the solution
+        between its points.
+    amplification : float
+        Factor by which the motion amplifies errors.
+    restarts : int
+        How often the replay was set back to the solution because this factor is too large.
+    """
+
+    miss: float
+    excess: float
+    peaks: tuple[tuple[str, float, float], ...]
+    objective: float
+    replayed_objective: float
+    integrator_error: float
+    passed: bool
+    reasons: tuple[str, ...] = ()
+    seconds: float = 0.0
+    margins: tuple[Margin, ...] = ()
+    amplification: float = 1.0
+    restarts: int = 0
 
 
 def verify(
-    settings: Settings, transcription: Transcription, trajectory: Trajectory, done: Replay,
-    again: Trajectory, evaluator: Evaluator, objective: float,
-) -> Verification:  # fmt: skip
-    """Check a trajectory and its replay against everything that the problem states."""
-    problem = transcription.problem
-    own, found = (
-        assess(transcription, t, evaluator, settings.path_tolerance) for t in (trajectory, again)
+    iterate: Iterate, simulated: SimulatedMotion, accuracy: Accuracy, evaluator: Evaluator
+) -> Verification:
+    """Check an iterate and its replay against everything that the problem states.
+
+    ======================  ==================  ==================================================
+    what is compared        at most             why
+    ======================  ==================  ==================================================
+    missed end state        ``replay``          the promise that a user builds on, with no slack
+    excess of the replay    10 ``path``         the solution's own excess, and what its error in
+                                                the dynamics adds to it
+    rigorous bound          10 ``path``         the solution's own excess, and a bound that is not
+                                                the maximum itself
+    error of the dynamics   10 ``dynamics``     it is met in the intervals that refinement looks
+                                                at; without refinement it tells a coarse mesh
+    replayed objective      10 ``replay``       relative to the objective, or to 1e-3 of its scale:
+                                                all states act on it with their misses
+    bounds and links        10 ``replay``       relative to the largest of value, limits and scale:
+                                                as the objective
+    ======================  ==================  ==================================================
+
+    Parameters
+    ----------
+    simulated : SimulatedMotion
+        Of the iterate's trajectory.
+    accuracy : Accuracy
+        What was asked for, see the table. All of it is relative.
+    """
+    problem, trajectory = iterate.problem, iterate.trajectory
+    replay = replayed(trajectory, simulated)
+    errors = MotionErrors(iterate.transcription, trajectory, evaluator)
+    replay_errors = MotionErrors(iterate.transcription, replay, evaluator)
+    margins = _margins(iterate, errors, evaluator)
+
+    # the objective with peaks as they are between the points
+    peaks = {peak: dense_peak(evaluator, replay, peak) for peak in problem.peaks}
+    objective = problem.sense * evaluator.number(replay, problem.objective, peaks)
+
+    excess = replay_errors.worst_excess
+    reasons = (
+        _over(
+            simulated.miss,
+            accuracy.replay,
+            "the replay misses the end state by {} of its size",
+        ),
+        _over(
+            excess,
+            _SLACK * accuracy.path,
+            "a path constraint or peak of the replay is exceeded by {} of its size",
+        ),
+        _over(
+            errors.worst_dynamics,
+            _SLACK * accuracy.dynamics,
+            "the dynamics, an integral or an equation is off by {} between the points",
+        ),
+        _over(
+            abs(objective - iterate.objective) / objective_size(iterate),
+            _SLACK * accuracy.replay,
+            "the objective of the replay differs from the solver's by {} of its size",
+        ),
+        *_over_rigorously(margins, accuracy),
+        *_over_at_boundary(iterate, replay, accuracy, evaluator, peaks),
     )
-    peaks = {f: dense_peak(evaluator, again, f) for f in transcription.peak_ids}
-    replayed = problem.sense * evaluator.number(again, problem.objective, peaks)
-    size = max(abs(objective), 1e-3 * transcription.scales.objective)
-    margins = _margins(transcription, trajectory, evaluator, own)
-    reasons = [
-        _over(done.miss, settings.replay_tolerance,
-              "the replay misses the end state by {} of its size"),
-        _over(found.excess, _SLACK * settings.path_tolerance,
-              "a path constraint or peak of the replay is exceeded by {} of its size"),
-        _over(own.dynamics, _SLACK * settings.dynamics_tolerance,
-              "the dynamics, an integral or an equation is off by {} between the points"),
-        _over(abs(replayed - objective) / size, _SLACK * settings.replay_tolerance,
-              "the objective of the replay differs from the solver's by {} of its size"),
-        *[_over(m.rigorous or 0.0, _SLACK * settings.path_tolerance,
-                f"by its bound '{m.name}' in phase '{m.phase}' may be exceeded by {{}} of its size")
-          for m in margins],
-        *_terminal(settings, transcription, again, evaluator, peaks),
-    ]  # fmt: skip
-    given = tuple(reason for reason in reasons if reason)
-    listed = tuple(
-        (f.name, value, peaks[f])
-        for f, value in zip(transcription.peak_ids, trajectory.peaks, strict=True)
-    )
+    failed = tuple(reason for reason in reasons if reason)
     return Verification(
-        done.miss, found.excess, listed, objective, replayed,
-        max(p.error for p in done.phases), not given, given, margins=margins,
-        amplification=done.amplification, restarts=done.restarts,
-    )  # fmt: skip
-
-
-def _margins(
-    transcription: Transcription, trajectory: Trajectory, evaluator: Evaluator, found: Assessment
-) -> tuple[Margin, ...]:
-    """Dense and rigorous excess of all continuous constraints but equations."""
-    peaks = dict(zip(transcription.peak_ids, trajectory.peaks, strict=True))
-    margins = []
-    for layout, assessed, constraints in zip(
-        transcription.layouts, found.phases, transcription.constraints, strict=True
-    ):
-        phase = layout.phase.name
-        for dense, c in zip(assessed.excess, constraints, strict=True):
-            if not c.is_equation:
-                bound = rigorous_excess(evaluator, trajectory, phase, c, peaks)
-                margins.append(Margin(phase, c.name, float(dense.values.max()), bound))
-    return tuple(margins)
+        miss=simulated.miss,
+        excess=excess,
+        peaks=tuple(
+            (peak.name, reported, peaks[peak])
+            for peak, reported in zip(problem.peaks, trajectory.peaks, strict=True)
+        ),
+        objective=iterate.objective,
+        replayed_objective=objective,
+        integrator_error=simulated.error,
+        passed=not failed,
+        reasons=failed,
+        margins=margins,
+        amplification=simulated.amplification,
+        restarts=simulated.restarts,
+    )
 
 
 def unverified(objective: float) -> Verification:
     """What stands where no verification was asked for."""
     nan = float("nan")
     return Verification(nan, nan, (), objective, nan, nan, False, ("verify=False",))
+
+
+def objective_size(iterate: Iterate) -> float:
+    """What differences of the objective are relative to: its value, if that is not next to none."""
+    return max(abs(iterate.objective), _LEAST_OBJECTIVE * iterate.scales.objective)
+
+
+def boundary_excesses(
+    iterate: Iterate, trajectory: Trajectory, evaluator: Evaluator, peaks: Mapping[Peak, float]
+) -> Iterator[tuple[str, float]]:
+    """Names of the problem's bounds and links, and how far a motion exceeds them, relative.
+
+    The size of each is the largest of its value, its limits and its scale.
+    """
+    parameters = evaluator.parameters(trajectory)
+    for bound in iterate.problem.boundary_constraints:
+        value = evaluator.number(trajectory, bound.expression, peaks)
+        lower, upper = parameters.pair(bound)
+        finite = [abs(limit) for limit in (lower, upper) if np.isfinite(limit)]
+        size = max(abs(value), *finite, iterate.scales.bounds["", bound.name])
+        yield bound.name, max(value - upper, lower - value) / size
+
+
+def _margins(iterate: Iterate, errors: MotionErrors, evaluator: Evaluator) -> tuple[Margin, ...]:
+    """Dense and rigorous excess of all path constraints but equations."""
+    trajectory, constraints = iterate.trajectory, iterate.transcription.constraints
+    peaks = dict(zip(iterate.problem.peaks, trajectory.peaks, strict=True))
+    margins = []
+    for phase, of_phase, excess in zip(trajectory.phases, constraints, errors.excess, strict=True):
+        for constraint, dense in zip(of_phase, excess, strict=True):
+            if not constraint.is_equation:
+                bound = rigorous_excess(evaluator, trajectory, phase.name, constraint, peaks)
+                largest = float(dense.values.max())
+                margins.append(Margin(phase.name, constraint.name, largest, bound))
+    return tuple(margins)
 
 
 def _over(value: float, allowed: float, words: str) -> str:
@@ -88,20 +199,23 @@ def _over(value: float, allowed: float, words: str) -> str:
     return words.format(f"{value:.2e}") + f" (tolerance {allowed:.0e})"
 
 
-def _terminal(
-    settings: Settings, transcription: Transcription, again: Trajectory, evaluator: Evaluator,
-    peaks: dict[Functional, float],
-) -> list[str]:  # fmt: skip
+def _over_rigorously(margins: tuple[Margin, ...], accuracy: Accuracy) -> Iterator[str]:
+    for margin in margins:
+        where = f"'{margin.name}' in phase '{margin.phase}'"
+        yield _over(
+            margin.rigorous or 0.0,
+            _SLACK * accuracy.path,
+            f"by its bound {where} may be exceeded by {{}} of its size",
+        )
+
+
+def _over_at_boundary(
+    iterate: Iterate,
+    replay: Trajectory,
+    accuracy: Accuracy,
+    evaluator: Evaluator,
+    peaks: Mapping[Peak, float],
+) -> Iterator[str]:
     """Bounds and links of the problem that the replay does not meet."""
-    reasons, problem = [], transcription.problem
-    for bound in (*problem.bounds, *problem.links):
-        value = evaluator.number(again, bound.expression, peaks)
-        lower, upper = (evaluate_limit(v, again.constants) for v in (bound.lower, bound.upper))
-        size = max(
-            abs(value), *[abs(v) for v in (lower, upper) if np.isfinite(v)],
-            transcription.scales.bounds["", bound.name],
-        )  # fmt: skip
-        excess = max(value - upper, lower - value) / size
-        reasons.append(_over(excess, _SLACK * settings.replay_tolerance,
-                             f"'{bound.name}' is exceeded by {{}} of its size"))  # fmt: skip
-    return reasons
+    for name, excess in boundary_excesses(iterate, replay, evaluator, peaks):
+        yield _over(excess, _SLACK * accuracy.replay, f"'{name}' is exceeded by {{}} of its size")

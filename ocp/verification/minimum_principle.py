@@ -1,0 +1,275 @@
+"""The minimum principle along a solved phase: what the Hamiltonian does there.
+
+At an optimum the Hamiltonian is constant where time does not enter. Its slope by the controls,
+``H_u + sum mu c_u``, vanishes, or presses a control against its bound. Its curvature by a free
+control is not negative (Bryson and Ho, "Applied Optimal Control", ch. 2 and 3).
+
+Integrals over an interval use the points and weights of the collocation, where the costates are
+given. For a control that is constant in an interval, the interval mean of the slope must vanish.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocp.arrays import Array, Flags, Integers
+from ocp.mesh.evaluation import Evaluator
+from ocp.mesh.trajectory import PhaseTrajectory
+from ocp.optimality.active_set import AT, CLOSE, at_limit, share_at_limit
+from ocp.optimality.costates import PhaseCostates
+from ocp.optimality.hamiltonian import Hamiltonian, HamiltonianValues, hamiltonian_of
+from ocp.optimality.iterate import Iterate
+from ocp.problem.functionals import PointValue
+from ocp.transcription.columns import PhaseColumns
+from ocp.verification.active_set_changes import active_set_changes
+
+# Samples of an interval in which a control has to stay off its bounds to be called free
+_SAMPLES = 9
+
+
+@dataclass(frozen=True, eq=False)
+class MinimumPrinciple:
+    """What the Hamiltonian of one phase does, in numbers.
+
+    Attributes
+    ----------
+    name : str
+        Of the phase.
+    autonomous : bool
+        Whether time does not enter the phase, so that the Hamiltonian is constant.
+    mean : float
+        Of the Hamiltonian over the phase [unit of the objective / s].
+    ends : (2,)
+        Its values at the first and last instant.
+    size : float
+        Mean of ``|L| + sum |lambda_i f_i|``, to which the following are relative.
+    drift : float
+        Mean over time of how far its interval means are from their own mean. At instants that
+        `Phase.at` names it may jump, so that each stretch between them has a mean of its own.
+    drift_between_changes : float
+        Largest range of its interval means between two changes of the active set.
+    slopes : (N, n_u)
+        Interval means of its slope by the controls, projected on the controls' bounds, relative to
+        the mean size of the terms that make them up.
+    mean_slope : float
+        Largest mean over time of ``|slopes|``.
+    slope_between_changes : float
+        Largest of ``|slopes|`` in intervals that are not at a change of the active set.
+    changes : (N,)
+        Intervals that hold a change of the active set or are next to one.
+    share_of_changes : float
+        The part of the duration that these take.
+    concavity : float
+        Largest negative curvature by a free control, relative to its mean size. It is nan where
+        path constraints limit the controls, whose share it lacks.
+    """
+
+    name: str
+    autonomous: bool
+    mean: float
+    ends: Array
+    size: float
+    drift: float
+    drift_between_changes: float
+    slopes: Array
+    mean_slope: float
+    slope_between_changes: float
+    changes: Flags
+    share_of_changes: float
+    concavity: float
+
+
+def minimum_principle(
+    iterate: Iterate, evaluator: Evaluator, costates: PhaseCostates, index: int
+) -> MinimumPrinciple:
+    """Evaluate the Hamiltonian of phase number `index`.
+
+    Parameters
+    ----------
+    costates : PhaseCostates
+        Of the phase; what is tested, together with the iterate.
+    """
+    trajectory, phase = iterate.trajectory, iterate.trajectory.phases[index]
+    hamiltonian = hamiltonian_of(evaluator, iterate.transcription, index)
+    steps = np.diff(phase.breakpoints)
+    duration = steps.sum()
+
+    # at the collocation points, and as means over the intervals
+    points = _collocation_points(iterate.transcription.columns.phases[index])
+    values = hamiltonian.along(evaluator, trajectory, costates, points.intervals, points.tau)
+    means = points.means(values.value)
+    sizes = points.means(np.abs(values.terms))
+    size = float(sizes.sum(axis=1) @ steps / duration) or 1.0
+    slopes = _with_paths(
+        (points.means(values.slope), points.means(values.slope_size)),
+        iterate,
+        evaluator,
+        hamiltonian,
+        costates,
+        index,
+    )
+    slopes = _projected(iterate, hamiltonian, phase, slopes)
+
+    first_and_last = np.array([0, phase.intervals - 1])
+    ends = hamiltonian.along(
+        evaluator, trajectory, costates, first_and_last, np.array([0.0, 1.0])
+    ).value
+
+    stretches = _stretches(iterate, phase)
+    drift = float(np.abs(means - _means_of_stretches(means, steps, stretches)) @ steps / duration)
+    changes = active_set_changes(iterate, index)
+    return MinimumPrinciple(
+        name=phase.name,
+        autonomous=hamiltonian.autonomous,
+        mean=float(means @ steps / duration),
+        ends=ends,
+        size=size,
+        drift=drift / size,
+        drift_between_changes=_range_between(means, changes, stretches) / size,
+        slopes=slopes,
+        mean_slope=float((np.abs(slopes).T @ steps).max(initial=0.0) / duration),
+        slope_between_changes=float(np.abs(slopes[~changes]).max(initial=0.0)),
+        changes=changes,
+        share_of_changes=float(steps[changes].sum() / duration),
+        concavity=_concavity(
+            values, hamiltonian, _free(iterate, hamiltonian, index)[points.intervals]
+        ),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _CollocationPoints:
+    """All collocation points of a phase of `count` intervals, (m,) each."""
+
+    intervals: Integers
+    tau: Array
+    weights: Array
+    count: int
+
+    def means(self, values: Array) -> Array:
+        """Means over each interval of values (m, ...) at the points, (N, ...)."""
+        means = np.zeros((self.count, *values.shape[1:]))
+        np.add.at(means, self.intervals, (self.weights * values.T).T)
+        return means
+
+
+def _collocation_points(columns: PhaseColumns) -> _CollocationPoints:
+    intervals, tau, weights = [], [], []
+    for group in columns.groups:
+        rule, count = group.collocation, group.intervals.size
+        intervals.append(np.repeat(group.intervals, rule.degree))
+        tau.append(np.tile(rule.points, count))
+        weights.append(np.tile(rule.weights, count))
+    return _CollocationPoints(
+        np.concatenate(intervals), np.concatenate(tau), np.concatenate(weights), columns.intervals
+    )
+
+
+def _with_paths(
+    slopes_and_sizes: tuple[Array, Array],
+    iterate: Iterate,
+    evaluator: Evaluator,
+    hamiltonian: Hamiltonian,
+    costates: PhaseCostates,
+    index: int,
+) -> Array:
+    """Interval means of ``H_u + sum mu c_u`` relative to the mean size of its terms, (N, n_u).
+
+    Parameters
+    ----------
+    slopes_and_sizes : tuple of (N, n_u)
+        Interval means of ``H_u`` and of the size of its terms.
+    """
+    slopes, sizes = (table.copy() for table in slopes_and_sizes)
+    trajectory = iterate.trajectory
+    steps = np.diff(trajectory.phases[index].breakpoints)
+
+    # multipliers of path constraints are masses at points: divided by the step, interval means
+    for path in iterate.transcription.rows.phases[index].path:
+        constraint = iterate.transcription.constraints[index][path.constraint]
+        if not constraint.sampled:
+            continue
+        masses = iterate.row_multipliers[path.rows] * iterate.scales.objective / constraint.scale
+        at_rows = hamiltonian.along(evaluator, trajectory, costates, path.intervals, path.tau)
+        by_control = at_rows.path_slope[:, hamiltonian.paths.index(path.constraint)]
+        share = (masses / steps[path.intervals])[:, None] * by_control
+        np.add.at(slopes, path.intervals, share)
+        np.add.at(sizes, path.intervals, np.abs(share))
+
+    typical = sizes.T @ steps / steps.sum()
+    return np.asarray(slopes / np.where(typical > 0, typical, 1.0))
+
+
+def _projected(
+    iterate: Iterate, hamiltonian: Hamiltonian, phase: PhaseTrajectory, slopes: Array
+) -> Array:
+    """Zero where a control touches the bound against which the slope presses it."""
+    projected = slopes.copy()
+    for j, control in enumerate(hamiltonian.controls):
+        margin = AT * iterate.scales.signals[control.name]
+        polynomial = phase.polynomial(control.name)
+        at_lower, at_upper = (
+            share_at_limit(polynomial, limit, margin) > 0.0
+            for limit in iterate.parameters.pair(control)
+        )
+        pressed = (at_lower & (slopes[:, j] > 0)) | (at_upper & (slopes[:, j] < 0))
+        projected[pressed, j] = 0.0
+    return projected
+
+
+def _stretches(iterate: Iterate, phase: PhaseTrajectory) -> Integers:
+    """Number of the stretch between instants that `Phase.at` names, of each interval, (N,)."""
+    instants = {
+        functional.instant
+        for functional in iterate.problem.functionals
+        if isinstance(functional, PointValue) and functional.phase == phase.name
+    }
+    middle = 0.5 * (phase.breakpoints[:-1] + phase.breakpoints[1:])
+    return np.searchsorted(np.array(sorted(instants), dtype=float), middle)
+
+
+def _means_of_stretches(means: Array, steps: Array, stretches: Integers) -> Array:
+    """Mean over the stretch that each interval is in, (N,)."""
+    total, length = np.bincount(stretches, means * steps), np.bincount(stretches, steps)
+    return np.asarray((total / np.where(length > 0, length, 1.0))[stretches])
+
+
+def _range_between(means: Array, changes: Flags, stretches: Integers) -> float:
+    """Largest range over runs of intervals without changes of the active set or instants."""
+    runs = (np.cumsum(changes) + stretches * (changes.size + 1))[~changes]
+    kept = means[~changes]
+    return max((float(np.ptp(kept[runs == run])) for run in set(runs.tolist())), default=0.0)
+
+
+def _free(iterate: Iterate, hamiltonian: Hamiltonian, index: int) -> Flags:
+    """Whether each control stays off its bounds all through an interval, (N, n_u)."""
+    phase = iterate.trajectory.phases[index]
+    intervals = np.repeat(np.arange(phase.intervals), _SAMPLES)
+    tau = np.tile(np.linspace(0.0, 1.0, _SAMPLES), phase.intervals)
+
+    free = np.ones((phase.intervals, len(hamiltonian.controls)), dtype=bool)
+    for j, control in enumerate(hamiltonian.controls):
+        margin = CLOSE * iterate.scales.signals[control.name]
+        values = phase.polynomial(control.name).value(intervals, tau).reshape(-1, _SAMPLES)
+        for limit in iterate.parameters.pair(control):
+            free[:, j] &= ~at_limit(values, limit, margin).any(axis=1)
+    return free
+
+
+def _concavity(values: HamiltonianValues, hamiltonian: Hamiltonian, free: Flags) -> float:
+    """Largest negative eigenvalue of ``H_uu`` of the free controls, relative to its mean size.
+
+    Parameters
+    ----------
+    free : (m, n_u)
+        Whether each control is free at the instants of the values.
+    """
+    if not hamiltonian.controls:
+        return 0.0
+    if hamiltonian.limits_controls.any() or not np.isfinite(values.curvature).all():
+        return float("nan")
+    blocks = values.curvature * (free[:, :, None] & free[:, None, :])
+    size = float(np.abs(values.curvature).mean()) or 1.0
+    return max(0.0, -float(np.linalg.eigvalsh(blocks).min(initial=0.0))) / size
