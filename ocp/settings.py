@@ -4,75 +4,132 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from numbers import Integral
-from typing import Literal
+from numbers import Integral, Real
+from typing import Any, get_args
 
 from ocp.errors import StatementError
-from ocp.nlp.ipopt import IpoptOptions
-from ocp.numerics.schemes import SchemeName
+from ocp.keywords import checked_keywords
+from ocp.nlp.ipopt import Ipopt
+from ocp.nlp.solver import NlpSolver
+from ocp.numerics.schemes import SCHEMES, Radau, Scheme
 from ocp.problem.symbols import ControlShape
+from ocp.refinement.accuracy import Accuracy
+from ocp.refinement.policy import AdaptiveMesh, RefinementPolicy
+
+_GONE = "leave it out: it was not faster than IPOPT with the kernels as they are"
 
 
+def _refine(value: Any) -> str:
+    return "leave it out: meshes adapt by default" if value else "write refinement=FixedMesh()"
+
+
+_FORMER = {
+    "degree": "write scheme=Radau({value})",
+    "control_shape": "write controls={value}",
+    "refine": _refine,
+    "dynamics_tolerance": "write accuracy=Accuracy(dynamics={value})",
+    "path_tolerance": "write accuracy=Accuracy(path={value})",
+    "objective_tolerance": "write accuracy=Accuracy(objective={value})",
+    "replay_tolerance": "write accuracy=Accuracy(replay={value})",
+    "rounds": "write refinement=AdaptiveMesh(rounds={value})",
+    "most_intervals": "write refinement=AdaptiveMesh(most_intervals={value})",
+    "highest_degree": "write refinement=AdaptiveMesh(highest_degree={value})",
+    "move_breakpoints": "write refinement=AdaptiveMesh(move_breakpoints={value})",
+    "ipopt": "write solver=Ipopt(...)",
+    "compile": _GONE,
+}
+
+
+@checked_keywords(_FORMER)
 @dataclass(frozen=True)
 class Settings:
     """How to discretise, refine, solve and verify.
 
-    Attributes
+    Parameters
     ----------
-    scheme, degree, intervals : transcription and the uniform mesh of the first round (per phase);
-        the degree is raised where a higher one integrates the dynamics exactly.
-    control_shape : of controls that do not state their own.
-    refine : whether to adapt the mesh.
-    dynamics_tolerance : integrated residual of the dynamics per interval, relative.
-    path_tolerance : excess of peaks, path constraints and bounds between the points, relative.
-    objective_tolerance : relative change of the optimum in the last refinement of the controls.
-    replay_tolerance : miss of the replayed end state, relative.
-    rounds, most_intervals : limits of the adaptation.
-    solver : "ipopt", or "fatrop" with IPOPT wherever fatrop fails or has too many intervals; the
-        record of the rounds says what ran.
-    iterations, seconds : budget of all rounds together, None for no limit.  When it is used up,
-        the best round that holds between its points is verified and returned.
-    verify : whether to replay and check the answer; without, the verdict is "unverified".
-    compile : whether to compile the model's functions to machine code: pays for large right-hand
-        sides on thousands of intervals; needs a C compiler, and keeps what it made for next time.
+    scheme : Scheme
+        Collocation scheme and degree of the first mesh. The degree is raised where a higher one
+        integrates the dynamics exactly.
+    intervals : int
+        Of the uniform first mesh, in each phase.
+    controls : str
+        Shape of controls that do not state their own: "constant", "linear", "polynomial" or
+        "automatic".
+    refinement : RefinementPolicy
+        How the mesh adapts: `AdaptiveMesh` or `FixedMesh`, or a policy of one's own.
+    solver : NlpSolver
+        Of the nonlinear programs: `Ipopt`, or a solver of one's own.
+    accuracy : Accuracy
+        What refinement and verification allow.
+    verify : bool
+        Whether to replay and check the answer; without, the verdict is "unverified".
+    iterations : int, optional
+        Budget of all mesh rounds together, None for no limit. When it is used up, the best round
+        that holds between its points is verified and returned.
+    seconds : float, optional
+        The same in time [s].
+
+    Raises
+    ------
+    StatementError
+        For a value that makes no sense, or a keyword that is none.
     """
 
-    scheme: SchemeName = "radau"
-    degree: int = 4
+    scheme: Scheme = field(default_factory=Radau)
     intervals: int = 20
-    control_shape: ControlShape = "automatic"
-    refine: bool = True
-    dynamics_tolerance: float = 1e-7
-    path_tolerance: float = 1e-7
-    objective_tolerance: float = 1e-6
-    replay_tolerance: float = 1e-6
-    rounds: int = 25
-    most_intervals: int = 4000
-    highest_degree: int = 8
-    move_breakpoints: bool = True
-    solver: Literal["ipopt", "fatrop"] = "ipopt"
+    controls: ControlShape = "automatic"
+    refinement: RefinementPolicy = field(default_factory=AdaptiveMesh)
+    solver: NlpSolver = field(default_factory=Ipopt)
+    accuracy: Accuracy = field(default_factory=Accuracy)
+    verify: bool = True
     iterations: int | None = None
     seconds: float | None = None
-    verify: bool = True
-    compile: bool = False
-    ipopt: IpoptOptions = field(default_factory=IpoptOptions)
 
     def __post_init__(self) -> None:
-        for name in ("degree", "intervals", "rounds", "most_intervals", "highest_degree"):
-            value = getattr(self, name)
-            if not isinstance(value, Integral) or value < 1:
-                raise StatementError(f"the setting '{name}' is {value!r}; give a positive integer")
-        if self.solver not in ("ipopt", "fatrop"):
-            raise StatementError(f"the setting 'solver' is {self.solver!r}; choose ipopt or fatrop")
+        _check_scheme(self.scheme)
+        if not isinstance(self.intervals, Integral) or self.intervals < 1:
+            raise StatementError(
+                f"the setting 'intervals' is {self.intervals!r}; give a positive integer"
+            )
+
+        _check_choice("controls", self.controls, get_args(ControlShape))
+        _check_kind(
+            "refinement", self.refinement, RefinementPolicy, "AdaptiveMesh() or FixedMesh()"
+        )
+        if self.solver == "fatrop":
+            raise StatementError(f"the setting 'solver' is 'fatrop'; {_GONE}")
+        _check_kind("solver", self.solver, NlpSolver, "Ipopt()")
+        _check_kind("accuracy", self.accuracy, Accuracy, "Accuracy()")
+
         for name in ("iterations", "seconds"):
             value = getattr(self, name)
-            if value is not None and not (math.isfinite(value) and value > 0):
+            if value is not None and not (_is_number(value) and value > 0):
                 raise StatementError(
                     f"the budget '{name}' is {value!r}; give a positive number, or None for none"
                 )
-        for name in ("dynamics", "path", "objective", "replay"):
-            value = getattr(self, f"{name}_tolerance")
-            if not (math.isfinite(value) and value > 0):
-                raise StatementError(
-                    f"the setting '{name}_tolerance' is {value!r}; give a positive number"
-                )
+
+
+def _check_scheme(scheme: Any) -> None:
+    if isinstance(scheme, Scheme) and type(scheme) is not Scheme:
+        return
+    remedy = f"give one of {', '.join(f'{name}()' for name in SCHEMES)}"
+    if isinstance(scheme, type) and issubclass(scheme, Scheme):
+        remedy = f"write {scheme.__name__}()"
+    for name, kind in SCHEMES.items():
+        if scheme in (kind.name, name):
+            remedy = f"write scheme={name}()"
+    raise StatementError(f"the setting 'scheme' is {scheme!r}; {remedy}")
+
+
+def _check_choice(name: str, value: Any, known: tuple[str, ...]) -> None:
+    if value not in known:
+        raise StatementError(f"the setting '{name}' is {value!r}; choose one of {', '.join(known)}")
+
+
+def _check_kind(name: str, value: Any, kind: Any, examples: str) -> None:
+    if isinstance(value, type) or not isinstance(value, kind):
+        raise StatementError(f"the setting '{name}' is {value!r}; give {examples}")
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, Real) and math.isfinite(value)

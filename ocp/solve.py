@@ -2,45 +2,44 @@
 
 from __future__ import annotations
 
-import dataclasses
 import time as clock
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 from ocp.errors import Interrupted, StatementError, Unverified
-from ocp.mesh.evaluation import Evaluator
+from ocp.keywords import checked_keywords
 from ocp.mesh.mesh import Mesh, uniform
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.failures import collapsed, failure
-from ocp.nlp.retries import solve_round
-from ocp.optimality.multipliers import multipliers, solved_program
-from ocp.optimality.warm_start import Origin
+from ocp.optimality.iterate import Iterate
+from ocp.optimality.multipliers import multipliers
 from ocp.problem.integrator_chains import first_degree
-from ocp.problem.sense import check_sense
-from ocp.problem.statement import Problem
+from ocp.problem.parameters import parameters_of
+from ocp.problem.phase import Phase
+from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
-from ocp.refinement.budget import Budget
-from ocp.refinement.loop import (
-    Ending,
-    Progress,
-    Solved,
-    Task,
-    best,
-    budget_error,
-    holds,
-    listener,
-    method_of,
-    solve_rounds,
-)
+from ocp.problem.validation import check_values
+from ocp.progress import Progress, shown
+from ocp.refinement.loop import MeshSolver, Refinement, Start, budget_error, refine
+from ocp.refinement.mesh_iteration import SolvedMesh, best_of
 from ocp.settings import Settings
-from ocp.solution.solution import Solution, Verification
+from ocp.solution.solution import Solution
 from ocp.transcription.packing import trajectory_of
-from ocp.verification.simulation import Replay, replay, replayed
-from ocp.verification.verify import unverified, verify
+from ocp.verification.simulation import SimulatedMotion, replayed, simulate
+from ocp.verification.verify import Verification, unverified, verify
 
+# Every interval can meet its tolerance while their errors add up to a miss of the replayed end
+# state. The tolerance is then made stricter by this factor, so many times at most.
+_STRICTER = 30.0
 _STRICTER_GOES = 3
 
+# A bound is met where the gap is below ten times the tolerance on the objective. Bounds that are
+# computed themselves are not better than the second number.
+_BOUND_MET = 1e-5
 
+
+@checked_keywords()
 def solve(
     problem: Problem,
     *,
@@ -49,14 +48,17 @@ def solve(
     mesh: Mesh | None = None,
     constants: Mapping[Constant, float] | None = None,
     bound: float | None = None,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
 ) -> Solution:
     """Solve an optimal control problem and verify the answer.
 
     Parameters
     ----------
+    problem : Problem
+    settings : Settings, optional
+        How to discretise, refine, solve and verify.
     guess : Solution or Trajectory, optional
-        Where to start instead of the guess in the statement; its mesh may differ.  A solution of
+        Where to start instead of the guess in the statement; its mesh may differ. A solution of
         the same problem (for other `constants`, say) gives its multipliers and its scales too,
         and on its own mesh its nonlinear program, which then is not built again.
     mesh : Mesh, optional
@@ -65,8 +67,13 @@ def solve(
         Values that replace those of the statement.
     bound : float, optional
         A proven bound of the optimum: a lower one when minimising, an upper one when maximising.
-    progress : callable, optional
-        Receives one line of text per iteration.
+    progress : bool or callable, optional
+        True for one live line on the terminal; a callable receives one line of text per iteration.
+
+    Returns
+    -------
+    Solution
+        Refined, replayed by another integrator, and checked between its points.
 
     Raises
     ------
@@ -82,157 +89,217 @@ def solve(
         The user stopped the solve.
     """
     settings = settings or Settings()
+    check_arguments(problem, settings, guess, mesh)
     if mesh is None:
         mesh = guess.mesh if isinstance(guess, Solution) else first_mesh(problem, settings)
-    origin = origin_of(problem, settings, guess)
-    return solve_from(origin, problem, settings, mesh, constants, bound, progress)
+    parameters = parameters_of(problem, constants)
+    start = start_from(problem, settings, guess)
+    with shown(progress) as say:
+        return solve_from(MeshSolver.of(problem, settings, parameters, say), start, mesh, bound)
 
 
 def solve_from(
-    origin: Origin, problem: Problem, settings: Settings, mesh: Mesh,
-    constants: Mapping[Constant, float] | None = None, bound: float | None = None,
-    progress: Progress | None = None,
-) -> Solution:  # fmt: skip
-    """`solve` from a given origin and mesh."""
-    budget, values = Budget.of(settings), constant_values(problem, constants)
-    check_sense(problem, values)
-    task = Task(problem, settings, values, Evaluator(problem), budget, bound, progress)
-    strict, checking = settings, 0.0
+    meshes: MeshSolver, start: Start, mesh: Mesh, bound: float | None = None
+) -> Solution:
+    """`solve` from a given start and mesh."""
+    settings, accuracy = meshes.settings, meshes.settings.accuracy
+    check_values(meshes.problem, meshes.parameters)
+    refinement, checking = Refinement((), (), "tolerances"), 0.0
+
     for _ in range(_STRICTER_GOES):
-        rounds, ending = solve_rounds(task, strict, origin, mesh)
-        last = best(rounds, strict)
-        if ending == "budget" and not holds(last, strict):
-            raise budget_error(task, last.trajectory, last)
-        checked = _checked(task, last)
-        checking += checked.verification.seconds
-        if not (settings.refine and settings.verify) or task.spent:
+        refinement = refine(meshes, start, mesh, accuracy, refinement.rounds)
+        last = best_of(refinement.solved, accuracy)
+        if refinement.ending == "budget" and not last.holds(accuracy):
+            raise budget_error(meshes, refinement.rounds, last.iterate.trajectory, last)
+
+        checked = _checked(meshes, last.iterate)
+        checking += checked.seconds
+        if not (settings.refinement.adapts and settings.verify) or meshes.spent(refinement.rounds):
             break
-        if checked.replay.miss <= settings.replay_tolerance:
+        if checked.motion.miss <= settings.accuracy.replay:
             break
-        # every interval meets its tolerance, yet their errors add up to a miss
-        strict = dataclasses.replace(strict, dynamics_tolerance=strict.dynamics_tolerance / 30.0)
-        mesh, origin = last.transcription.mesh, last.origin
-    verification = dataclasses.replace(checked.verification, seconds=checking)
-    return _finished(task, last, dataclasses.replace(checked, verification=verification), ending)
+        accuracy = replace(accuracy, dynamics=accuracy.dynamics / _STRICTER)
+        mesh, start = last.mesh, last.iterate
+
+    return _solution(meshes, refinement, last, replace(checked, seconds=checking), bound)
 
 
+@checked_keywords()
 def collocate(
-    problem: Problem, *, settings: Settings | None = None, guess: Trajectory | None = None,
-    mesh: Mesh | None = None, progress: Progress | None = None,
-) -> tuple[Trajectory, float]:  # fmt: skip
-    """Solve on one mesh and return what IPOPT found, neither refined nor verified.
+    problem: Problem,
+    *,
+    settings: Settings | None = None,
+    guess: Trajectory | None = None,
+    mesh: Mesh | None = None,
+    progress: Progress | bool | None = None,
+) -> tuple[Trajectory, float]:
+    """Solve on one mesh and return what the solver found, neither refined nor verified.
 
     For callers who replay the answer on models of their own; others want `solve`. Arguments and
     errors are those of `solve`.
 
     Returns
     -------
-    The trajectory and the objective's value.
+    trajectory : Trajectory
+    objective : float
+        Its value [unit of the objective].
     """
-    settings, values, origin = settings or Settings(), constant_values(problem, None), Origin(guess)
-    task = Task(problem, settings, values, Evaluator(problem), Budget.of(settings), None, progress)
-    mesh = mesh or first_mesh(problem, settings)
-    made = origin.transcription(problem, mesh, method_of(settings), values, settings.compile)
-    result = solve_round(made, origin, values, settings, task.budget, 0, listener(made, task))
-    found = trajectory_of(made, result.x, values)
+    settings = settings or Settings()
+    check_arguments(problem, settings, guess, mesh)
+    parameters = parameters_of(problem)
+    with shown(progress) as say:
+        meshes = MeshSolver.of(problem, settings, parameters, say)
+        program = meshes.first_program(guess, mesh or first_mesh(problem, settings))
+        result = meshes.solve(program, guess, settings.solver)
+
+    trajectory = trajectory_of(program, result.x, parameters)
     if result.outcome == "interrupted":
-        raise Interrupted(f"'{problem.name}' was stopped", found, None, None)
+        raise Interrupted(f"'{problem.name}' was stopped", trajectory, None, None)
     if result.outcome != "solved":
-        raise failure(made, result, made.rows.evaluate(values), found)
-    return found, problem.sense * result.objective * made.scales.objective
+        raise failure(program, result, parameters, trajectory)
+    return trajectory, problem.sense * result.objective * program.scales.objective
 
 
-@dataclass(frozen=True, eq=False)
-class _Checked:
-    """The replay of a round and what it says."""
-
-    replay: Replay
-    replayed: Trajectory
-    verification: Verification
-
-
-def _checked(task: Task, last: Solved) -> _Checked:
-    if not task.settings.verify:
-        return _Checked(Replay(()), last.trajectory, unverified(last.objective))
-    before = clock.perf_counter()
-    done = replay(task.problem, last.trajectory, dict(last.transcription.scales.signals))
-    again = replayed(last.trajectory, done)
-    found = verify(task.settings, last.transcription, last.trajectory, done, again,
-                   task.evaluator, last.objective)  # fmt: skip
-    seconds = clock.perf_counter() - before
-    return _Checked(done, again, dataclasses.replace(found, seconds=seconds))
-
-
-def constant_values(problem: Problem, changed: Mapping[Constant, float] | None) -> dict[str, float]:
-    """Values of the constants by name, those that are changed in their place."""
-    values = {c.name: float(c.value) for c in problem.constants}
-    for constant, value in (changed or {}).items():
-        if constant.name not in values:
-            raise StatementError(
-                f"problem '{problem.name}' does not use the constant '{constant.name}'"
-            )
-        values[constant.name] = float(value)
-    return values
+def check_arguments(problem: Any, settings: Any, guess: Any, mesh: Any) -> None:
+    """StatementError unless the arguments of a verb are of the right kinds."""
+    if isinstance(problem, Phase):
+        name = problem.name
+        raise StatementError(
+            f"'{name}' is a phase without an objective; write Problem('{name}', phase, "
+            "minimise=...)"
+        )
+    for what, value, kinds, remedy in (
+        ("the problem", problem, (Problem,), "give a Problem"),
+        ("settings", settings, (Settings,), "write Settings(...)"),
+        ("mesh", mesh, (Mesh, type(None)), "give a Mesh, such as solution.mesh"),
+        (
+            "guess",
+            guess,
+            (Solution, Trajectory, type(None)),
+            "give a Solution or a Trajectory; guesses of single signals belong to Phase(guess=...)",
+        ),
+    ):
+        if not isinstance(value, kinds):
+            raise StatementError(f"{what} is of type {type(value).__name__}; {remedy}")
 
 
-def origin_of(problem: Problem, settings: Settings, guess: Solution | Trajectory | None) -> Origin:
+def start_from(problem: Problem, settings: Settings, guess: Solution | Trajectory | None) -> Start:
     """Where to start; with multipliers if the guess is a solution of the very problem."""
     if not isinstance(guess, Solution):
-        return Origin(guess)
-    program = guess.program
-    if program is None or program.problem is not problem or program.method != method_of(settings):
-        return Origin(guess.trajectory)
-    return Origin(guess.trajectory, program)
+        return guess
+    iterate = guess.iterate
+    if iterate is None or iterate.problem is not problem:
+        return guess.trajectory
+    same_scheme = type(iterate.scheme) is type(settings.scheme)
+    same = same_scheme and iterate.controls == settings.controls
+    return iterate if same else guess.trajectory
 
 
 def first_mesh(problem: Problem, settings: Settings) -> Mesh:
     """The uniform mesh of a first round."""
-    return Mesh(tuple(
-        uniform(settings.intervals, first_degree(problem, phase, settings))
+    highest = settings.refinement.highest_degree
+    degrees = [
+        first_degree(problem, phase, settings.scheme, settings.controls, highest)
         for phase in problem.phases
-    ))  # fmt: skip
+    ]
+    return Mesh(tuple(uniform(settings.intervals, degree) for degree in degrees))
 
 
-def _finished(task: Task, last: Solved, checked: _Checked, ending: Ending) -> Solution:
-    if error := collapsed(last.transcription, last.trajectory):
+@dataclass(frozen=True, eq=False)
+class _Checked:
+    """The replay of an iterate and what it says.
+
+    Attributes
+    ----------
+    motion : SimulatedMotion
+    replayed : Trajectory
+    verification : Verification
+    seconds : float
+        That this took [s].
+    """
+
+    motion: SimulatedMotion
+    replayed: Trajectory
+    verification: Verification
+    seconds: float
+
+
+def _checked(meshes: MeshSolver, iterate: Iterate) -> _Checked:
+    """Replay an iterate and check it, unless the settings say not to."""
+    if not meshes.settings.verify:
+        nothing = SimulatedMotion(())
+        return _Checked(nothing, iterate.trajectory, unverified(iterate.objective), 0.0)
+    begin = clock.perf_counter()
+    motion = simulate(meshes.problem, iterate.trajectory, dict(iterate.scales.signals))
+    verification = verify(iterate, motion, meshes.settings.accuracy, meshes.evaluator)
+    again = replayed(iterate.trajectory, motion)
+    return _Checked(motion, again, verification, clock.perf_counter() - begin)
+
+
+def _solution(
+    meshes: MeshSolver,
+    refinement: Refinement,
+    last: SolvedMesh,
+    checked: _Checked,
+    bound: float | None,
+) -> Solution:
+    """The solution, or the error of an answer that takes no time or does not pass."""
+    settings, iterate = meshes.settings, last.iterate
+    if error := collapsed(iterate.transcription, iterate.trajectory):
         raise error
-    program = solved_program(last.transcription, last.result)
-    verdict = _verdict(task, last.objective)
-    if short := _short(task, last, ending):
-        verdict += f"; {short}"
+
+    verdict = "unverified"
+    if checked.verification.passed:
+        verdict = _verdict(meshes, last.objective, bound)
+        if shortfall := _shortfall(meshes, refinement, last):
+            verdict += f"; {shortfall}"
     solution = Solution(
-        task.problem, last.objective, last.trajectory, checked.replayed, checked.replay,
-        checked.verification, last.transcription.mesh, tuple(task.record),
-        verdict if checked.verification.passed else "unverified", task.evaluator,
-        clock.perf_counter() - task.budget.begin, multipliers(program, last.trajectory), program,
-    )  # fmt: skip
-    if not checked.verification.passed and task.settings.refine and task.settings.verify:
-        ended = f" when the budget of {task.budget} was used up" if ending == "budget" else ""
+        problem=meshes.problem,
+        objective=last.objective,
+        trajectory=iterate.trajectory,
+        replayed=checked.replayed,
+        replay=checked.motion,
+        verification=replace(checked.verification, seconds=checked.seconds),
+        mesh=last.mesh,
+        mesh_iterations=refinement.rounds,
+        verdict=verdict,
+        evaluator=meshes.evaluator,
+        seconds=meshes.budget.elapsed,
+        multipliers=multipliers(iterate),
+        iterate=iterate,
+    )
+
+    # on a mesh that stays the user wants to see what it gives
+    if not checked.verification.passed and settings.refinement.adapts and settings.verify:
+        ended = refinement.ending == "budget"
+        when = f" when the budget of {meshes.budget} was used up" if ended else ""
         raise Unverified(
-            f"the answer for '{task.problem.name}' did not pass its verification{ended}: "
-            + "; ".join(checked.verification.reasons) + "; loosen the tolerance named, allow more "
-            "rounds or intervals, or look at the unverified answer in error.iterate",
-            solution)  # fmt: skip
+            f"the answer for '{meshes.problem.name}' did not pass its verification{when}: "
+            + "; ".join(checked.verification.reasons)
+            + "; loosen the tolerance named, allow more rounds or intervals, or look at the "
+            "unverified answer in error.iterate",
+            solution,
+        )
     return solution
 
 
-def _short(task: Task, last: Solved, ending: Ending) -> str:
+def _shortfall(meshes: MeshSolver, refinement: Refinement, last: SolvedMesh) -> str:
     """Why the refinement ended short of its tolerances, if it did."""
-    if ending == "budget":
-        return f"the budget of {task.budget} ended the refinement"
-    if not task.settings.refine or ending == "tolerances":
+    if refinement.ending == "budget":
+        return f"the budget of {meshes.budget} ended the refinement"
+    if not meshes.settings.refinement.adapts or refinement.ending == "tolerances":
         return ""
-    gain = last.assessment.gain
-    found = f"finer controls promise a gain of {gain:.0e}"
-    if gain <= task.settings.objective_tolerance:
-        found = "the errors between the points were not all below tolerance"
-    where = f"{len(task.record)} mesh rounds" if ending == "rounds" else "a mesh that failed"
-    return f"refinement ended after {where}, when {found}"
+    state = f"finer controls promise a gain of {last.errors.gain:.0e}"
+    if last.errors.gain <= meshes.settings.accuracy.objective:
+        state = "the errors between the points were not all below tolerance"
+    ended_by_rounds = refinement.ending == "rounds"
+    where = f"{len(refinement.rounds)} mesh rounds" if ended_by_rounds else "a mesh that failed"
+    return f"refinement ended after {where}, when {state}"
 
 
-def _verdict(task: Task, objective: float) -> str:
-    if task.bound is not None:
-        gap = abs(objective - task.bound) / max(abs(task.bound), 1e-300)
-        if gap <= max(10 * task.settings.objective_tolerance, 1e-5):
+def _verdict(meshes: MeshSolver, objective: float, bound: float | None) -> str:
+    if bound is not None:
+        gap = abs(objective - bound) / max(abs(bound), 1e-300)
+        if gap <= max(10 * meshes.settings.accuracy.objective, _BOUND_MET):
             return f"global: bound met (gap {gap:.1e})"
     return "local: best of 1 start"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ocp.arrays import Array
 from ocp.errors import (
     Collapsed,
     Infeasible,
@@ -18,18 +18,32 @@ from ocp.errors import (
     Unbounded,
 )
 from ocp.mesh.trajectory import Trajectory
-from ocp.nlp.ipopt import NlpResult
+from ocp.nlp.result import NlpResult
+from ocp.problem.parameters import Parameters
 from ocp.transcription.kernels import RowName
-from ocp.transcription.transcribe import Transcription
+from ocp.transcription.transcribe import ProgramLimits, Transcription
 
-Array = NDArray[np.float64]
-_NO_TIME = 1e-6  # of the guessed duration, below which a motion takes no time
-_RUNAWAY = 1e7  # typical sizes of the objective, beyond which it counts as unbounded
+# part of the guessed duration below which a motion takes no time
+_NO_TIME = 1e-6
+# typical sizes of the objective beyond which it counts as unbounded
+_RUNAWAY = 1e7
+# Scaled. A thousand times what IPOPT is held to, so that nothing is named that is met.
+_VIOLATED = 1e-7
+# as many violated constraints as a sentence holds
+_MOST_NAMED = 3
 
 
 @dataclass(frozen=True)
 class Violation:
-    """One violated row: what it is, by how much of its typical size, and the sign of it."""
+    """One violated row.
+
+    Attributes
+    ----------
+    row : RowName
+        What it is.
+    amount : float
+        By how much it is violated, as a part of its typical size.
+    """
 
     row: RowName
     amount: float
@@ -41,73 +55,110 @@ class Violation:
         if row.phase:
             text += f" in phase '{row.phase}'"
         if row.at is not None:
-            own = iterate.phase(row.phase)
-            text += f" at {own.start + row.at * (own.end - own.start):.3g} s"
+            motion = iterate.phase(row.phase)
+            text += f" at {motion.start + row.at * (motion.end - motion.start):.3g} s"
         unit = "" if row.unit in ("", "1") else f" {row.unit}"
         return f"{text} is off by {self.amount * row.size:.3g}{unit}"
 
 
 def violations(
-    transcription: Transcription, rows: Array, limits: tuple[Array, Array], most: int = 3
+    transcription: Transcription, rows: Array, limits: tuple[Array, Array]
 ) -> list[Violation]:
-    """The worst violated rows relative to their sizes, one a kind."""
+    """The worst violated rows relative to their sizes, one a kind of row.
+
+    Parameters
+    ----------
+    rows : (m,)
+        Scaled values of the constraint rows.
+    limits : (lower, upper), (m,) each
+        Scaled.
+    """
     excess = np.maximum(np.maximum(rows - limits[1], limits[0] - rows), 0.0)
     excess = np.where(np.isfinite(excess), excess, np.inf)
+
     found: list[Violation] = []
     for block in transcription.blocks:
         if block.rows.size == 0:
             continue
-        own = excess[block.rows]
-        for row in range(own.shape[1]):
-            worst = int(np.argmax(own[:, row]))
-            if own[worst, row] > 1e-7:
-                found.append(Violation(block.label(worst, row), float(own[worst, row])))
-    return sorted(found, key=lambda v: -v.amount)[:most]
+        by_instance = excess[block.rows]
+        for kind, worst in enumerate(np.argmax(by_instance, axis=0).tolist()):
+            amount = float(by_instance[worst, kind])
+            if amount > _VIOLATED:
+                found.append(Violation(block.label(worst, kind), amount))
+    return sorted(found, key=lambda violation: -violation.amount)[:_MOST_NAMED]
 
 
 def failure(
-    transcription: Transcription, result: NlpResult, limits: tuple[Array, Array],
-    iterate: Trajectory,
-) -> SolveFailed:  # fmt: skip
-    """The error that a failed solve raises, naming its worst constraints."""
-    name, count = transcription.problem.name, result.iterations
-    if result.outcome == "invalid number":
-        from ocp.nlp.non_finite import undefined
+    transcription: Transcription, result: NlpResult, parameters: Parameters, iterate: Trajectory
+) -> SolveFailed:
+    """The error that a failed solve raises, naming its worst constraints.
 
-        found = undefined(transcription.problem, iterate)
+    Parameters
+    ----------
+    result : NlpResult
+        Of the solver that failed.
+    parameters : Parameters
+        The problem's constants.
+    iterate : Trajectory
+        Where it ended.
+    """
+    name, count = transcription.problem.name, result.iterations
+
+    if result.outcome == "invalid number":
+        from ocp.nlp.non_finite import non_finite_value  # only when something is wrong
+
+        found = non_finite_value(transcription.problem, iterate)
         what = found or "a derivative of the problem is NaN or infinite"
         return InvalidNumber(
             f"'{name}': {what}; start from a guess where everything is finite, or bound the "
-            "signals that lead there", iterate)  # fmt: skip
+            "signals that lead there",
+            iterate,
+        )
+
     if result.outcome == "unbounded" or abs(result.objective) > _RUNAWAY:
         value = transcription.problem.sense * result.objective * transcription.scales.objective
         return Unbounded(
             f"the objective of '{name}' ran away to {value:.1e} in {count} iterations: it seems "
-            "unbounded; bound what it depends on", iterate)  # fmt: skip
-    worst = violations(transcription, result.rows, limits)
-    listed = "; ".join(v.words(iterate) for v in worst)
+            "unbounded; bound what it depends on",
+            iterate,
+        )
+
+    limits = transcription.limits(parameters)
+    worst = violations(transcription, result.rows, limits.rows)
+    listed = "; ".join(violation.words(iterate) for violation in worst)
+    in_brackets = f" ({listed})" if worst else ""
+
     if result.outcome == "budget":
         return IterationLimit(
-            f"'{name}' used up its budget of iterations or seconds after {count} "
-            f"iterations{' (' + listed + ')' if worst else ''}; raise the budget, give a better "
-            "guess or check the scales", iterate)  # fmt: skip
-    free, equations = _counted(transcription, limits, iterate)
+            f"'{name}' used up its budget of iterations or seconds after {count} iterations"
+            f"{in_brackets}; raise the budget, give a better guess or check the scales",
+            iterate,
+        )
+
+    free, equations = _counted(limits)
     if result.outcome == "overdetermined" or (result.outcome == "infeasible" and equations > free):
+        missed = f" and meets not all of them{in_brackets}" if worst else ""
         return Overdetermined(
-            f"'{name}' has {equations} equations for {free} free unknowns on its mesh"
-            f"{' and meets not all of them (' + listed + ')' if worst else ''}: more is "
-            "prescribed than the controls and unknowns can bring about; take back a boundary "
-            "value, a link or an equation, or add a control", iterate)  # fmt: skip
+            f"'{name}' has {equations} equations for {free} free unknowns on its mesh{missed}: "
+            "more is prescribed than the controls and unknowns can bring about; take back a "
+            "boundary value, a link or an equation, or add a control",
+            iterate,
+        )
+
     if result.outcome == "infeasible" and worst:
         return Infeasible(
             f"no motion was found that meets all constraints of '{name}'; worst: {listed}; "
             f"{_remedy(worst)} or start from another guess; ocp.relaxed(problem) finds the "
-            "smallest relaxation", iterate)  # fmt: skip
+            "smallest relaxation",
+            iterate,
+        )
+
     return NumericalTrouble(
         f"IPOPT got into numerical trouble on '{name}' after {count} iterations "
-        f"('{result.status}'), {'with ' + listed if worst else 'all constraints met'}; state "
+        f"('{result.status}'), {f'with {listed}' if worst else 'all constraints met'}; state "
         "sizes by `scale`, give a better guess, or bound what the objective depends on",
-        iterate)  # fmt: skip
+        iterate,
+    )
 
 
 def _remedy(worst: list[Violation]) -> str:
@@ -117,20 +168,20 @@ def _remedy(worst: list[Violation]) -> str:
     return "relax one of these"
 
 
-def _counted(
-    transcription: Transcription, limits: tuple[Array, Array], iterate: Trajectory
-) -> tuple[int, int]:
+def _counted(limits: ProgramLimits) -> tuple[int, int]:
     """Numbers of free unknowns and of equations."""
-    lower, upper = transcription.columns.evaluate(iterate.constants)
-    return int((lower < upper).sum()), int((limits[0] == limits[1]).sum())
+    free = limits.columns[0] < limits.columns[1]
+    equations = limits.rows[0] == limits.rows[1]
+    return int(free.sum()), int(equations.sum())
 
 
 def collapsed(transcription: Transcription, trajectory: Trajectory) -> Collapsed | None:
     """The error of a motion that takes no time, or None."""
-    duration = sum(own.end - own.start for own in trajectory.phases)
+    duration = sum(phase.end - phase.start for phase in trajectory.phases)
     if duration > _NO_TIME * transcription.scales.time:
         return None
     return Collapsed(
         f"the motion of '{transcription.problem.name}' shrinks to {duration:.1e} s: nothing in "
         "the statement needs time; prescribe where the motion ends, or a least duration",
-        trajectory)  # fmt: skip
+        trajectory,
+    )

@@ -1,7 +1,7 @@
 """Ctrl-C during a solve, noted and acted on between two iterations of the solver.
 
-CasADi takes an interrupt that arrives in its own code for a failure of the solver; here the signal
-only leaves a note, so that it ends neither lost nor mistaken.
+CasADi takes an interrupt that arrives in its own code for a failure of the solver. Here the signal
+only leaves a note, so that it is neither lost nor mistaken.
 """
 
 from __future__ import annotations
@@ -17,7 +17,15 @@ from typing import Any
 
 @dataclass
 class Interrupts:
-    """Whether the user has asked to stop; a second time at once, whatever is lost."""
+    """Whether the user has asked to stop. A second time stops at once, whatever is lost.
+
+    Attributes
+    ----------
+    before : object
+        The handler of the signal that was there before.
+    asked : bool
+        Whether the signal has come.
+    """
 
     before: Any = None
     asked: bool = False
@@ -36,16 +44,20 @@ def noted_interrupts() -> Iterator[Interrupts]:
 
     A handler that is not Python's own is told as well, so that blocks can be nested.
     """
-    found = Interrupts()
+    interrupts = Interrupts()
     if threading.current_thread() is not threading.main_thread():
-        yield found  # signals reach the main thread only
+        # signals reach the main thread only
+        yield interrupts
         return
-    found.before = signal.getsignal(signal.SIGINT)
-    around = getattr(found.before, "__self__", None)
-    if isinstance(around, Interrupts):  # noted in a block around this one
-        found.asked = around.asked
-    signal.signal(signal.SIGINT, found._note)
+
+    interrupts.before = signal.getsignal(signal.SIGINT)
+    around = getattr(interrupts.before, "__self__", None)
+    if isinstance(around, Interrupts):
+        # noted in a block around this one
+        interrupts.asked = around.asked
+
+    signal.signal(signal.SIGINT, interrupts._note)
     try:
-        yield found
+        yield interrupts
     finally:
-        signal.signal(signal.SIGINT, found.before)
+        signal.signal(signal.SIGINT, interrupts.before)

@@ -3,113 +3,137 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from ocp.arrays import Array, Integers
 from ocp.mesh.evaluation import Evaluator
 from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
-from ocp.numerics.schemes import scheme
-from ocp.problem.statement import Phase, Problem
+from ocp.problem.functionals import Functional, Integral
+from ocp.problem.phase import Phase
+from ocp.problem.problem import Problem
 from ocp.problem.symbols import Symbol, Time, resolve
-from ocp.problem.terms import Functional
 
-Array = NDArray[np.float64]
 _LONGEST = 60  # letters of an expression in a message
 
 
-def undefined(problem: Problem, trajectory: Trajectory) -> str:
-    """The first expression that is not finite along a trajectory, in words; "" if all are."""
-    evaluator = Evaluator(problem)
+def non_finite_value(problem: Problem, trajectory: Trajectory) -> str:
+    """The first expression that is not finite along a trajectory, in words; "" if all are.
+
+    Values come before derivatives, and phases before the numbers of the whole motion.
+    """
     for derivative in (False, True):
+        search = _Search(problem, trajectory, Evaluator(problem), derivative)
         for phase in problem.phases:
-            own = trajectory.phase(phase.name)
-            k, tau = _points(own)
-            for what, expression in _expressions(problem, phase):
-                found = _first(evaluator, trajectory, phase, expression, k, tau, derivative)
-                if found:
-                    return f"{what} in phase '{phase.name}' {found}"
-        found = _terminal(problem, trajectory, evaluator, derivative)
-        if found:
+            if found := search.along_phase(phase):
+                return found
+        if found := search.of_numbers():
             return found
     return ""
 
 
-def _points(own: PhaseTrajectory) -> tuple[NDArray[np.int64], Array]:
-    """Both ends and all collocation points of a phase, in order."""
-    k, tau = [np.array([0, len(own.breakpoints) - 2])], [np.array([0.0, 1.0])]
-    for piece in own.pieces:
-        points = scheme(own.scheme, piece.degree).points
-        k.append(np.repeat(piece.intervals, points.size))
-        tau.append(np.tile(points, piece.intervals.size))
-    intervals, local = np.concatenate(k), np.concatenate(tau)
-    order = np.lexsort((local, intervals))
-    return intervals[order], local[order]
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """The search for a value that is not finite, or for such a derivative."""
+
+    problem: Problem
+    trajectory: Trajectory
+    evaluator: Evaluator
+    derivative: bool
+
+    def along_phase(self, phase: Phase) -> str:
+        """The first expression of a phase that is not finite, in words."""
+        intervals, tau = _points(self.trajectory.phase(phase.name))
+        for what, expression in _expressions(self.problem, phase):
+            if found := self._first(phase, expression, intervals, tau):
+                return f"{what} in phase '{phase.name}' {found}"
+        return ""
+
+    def _first(self, phase: Phase, expression: ca.SX, intervals: Integers, tau: Array) -> str:
+        """The first of some points at which an expression is not finite, in words."""
+        symbols = resolve(expression, "an expression")
+        entries = self._entries(expression, symbols)
+        if not entries:
+            return ""
+        motion = self.trajectory.phase(phase.name)
+        values = self.evaluator.values(self.trajectory, phase.name, entries, intervals, tau)
+        bad = np.argwhere(~np.isfinite(values))
+        if not bad.size:
+            return ""
+
+        point, entry = (int(i) for i in bad[0])
+        interval, local = intervals[[point]], tau[[point]]
+
+        def number(part: Any) -> float:
+            found = self.evaluator.values(self.trajectory, phase.name, [part], interval, local)
+            return float(found[0, 0])
+
+        steps = np.diff(motion.breakpoints)[interval]
+        time = float((motion.breakpoints[interval] + local * steps)[0])
+        known = [_value(s, number(s)) for s in symbols if not isinstance(s, Time)]
+        return self._words(_culprit(entries[entry], number), f" at {time:.3g} s", known)
+
+    def of_numbers(self) -> str:
+        """The objective, a bound or a link that is not finite, in words."""
+        peaks = dict(zip(self.problem.peaks, self.trajectory.peaks, strict=True))
+
+        def number(part: Any) -> float:
+            return self.evaluator.number(self.trajectory, part, peaks)
+
+        stated = [("the objective", self.problem.objective)]
+        stated += [(f"'{b.name}'", b.expression) for b in self.problem.boundary_constraints]
+        for what, expression in stated:
+            symbols = resolve(expression, what)
+            for entry in self._entries(expression, symbols):
+                if not np.isfinite(number(entry)):
+                    known = [_value(s, number(s)) for s in symbols]
+                    return f"{what} {self._words(_culprit(entry, number), '', known)}"
+        return ""
+
+    def _entries(self, expression: ca.SX, symbols: tuple[Symbol, ...]) -> list[ca.SX]:
+        """The expression, or its derivatives with respect to its symbols."""
+        if not self.derivative:
+            return [expression]
+        slopes = ca.gradient(expression, ca.vertcat(*[s.symbol for s in symbols], ca.SX(0, 1)))
+        return [slopes[i] for i in range(slopes.shape[0])]
+
+    def _words(self, culprit: str, when: str, known: list[str]) -> str:
+        what = "is NaN or infinite"
+        if self.derivative:
+            what = "has a derivative that is NaN or infinite"
+        part = f" (in {culprit})" if culprit else ""
+        where = f", where {', '.join(known)}" if known else ""
+        return f"{what}{when}{part}{where}"
+
+
+def _points(motion: PhaseTrajectory) -> tuple[Integers, Array]:
+    """Intervals and local times of both ends and all collocation points of a phase, in order."""
+    intervals, tau = [np.array([0, motion.intervals - 1])], [np.array([0.0, 1.0])]
+    for degree in sorted(set(motion.degrees.tolist())):
+        here = np.flatnonzero(motion.degrees == degree)
+        points = motion.scheme.at(degree).points
+        intervals.append(np.repeat(here, points.size))
+        tau.append(np.tile(points, here.size))
+
+    k, local = np.concatenate(intervals), np.concatenate(tau)
+    in_time = np.lexsort((local, k))
+    return k[in_time], local[in_time]
 
 
 def _expressions(problem: Problem, phase: Phase) -> Iterator[tuple[str, ca.SX]]:
+    """What is evaluated along a phase, with its name in messages."""
     for state, rate in phase.dynamics.items():
         yield f"the derivative of '{state.name}'", rate
     for bound in phase.bounds:
         yield f"'{bound.name}'", bound.expression
-    for f in problem.functionals:
-        for name, expression in f.pieces if f.kind in ("integral", "peak") else ():
+    for functional in (*problem.integrals(phase.name), *problem.peaks):
+        what = "integrand of" if isinstance(functional, Integral) else "peak"
+        for name, expression in functional.pieces:
             if name == phase.name:
-                yield (
-                    f"the {'integrand of' if f.kind == 'integral' else 'peak'} '{f.name}'",
-                    expression,
-                )
-
-
-def _first(
-    evaluator: Evaluator, trajectory: Trajectory, phase: Phase, expression: ca.SX,
-    k: NDArray[np.int64], tau: Array, derivative: bool,
-) -> str:  # fmt: skip
-    """The first point at which an expression (or its derivative) is not finite, in words."""
-    symbols = resolve(expression, "an expression")
-
-    def values(what: list[Any], where: slice = slice(None)) -> Array:
-        return evaluator.values(trajectory, phase.name, what, k[where], tau[where])
-
-    wanted = _gradient(expression, symbols) if derivative else [expression]
-    bad = np.argwhere(~np.isfinite(values(wanted))) if wanted else np.empty((0, 2))
-    if not bad.size:
-        return ""
-    n, entry = (int(i) for i in bad[0])
-    here, own = slice(n, n + 1), trajectory.phase(phase.name)
-    time = own.breakpoints[k[n]] + tau[n] * np.diff(own.breakpoints)[k[n]]
-    culprit = _culprit(wanted[entry], lambda e: float(values([e], here)[0, 0]))
-    known = [s for s in symbols if not isinstance(s, Time)]
-    at = [_value(s, float(values([s], here)[0, 0])) for s in known]
-    return _words(derivative, culprit, f" at {time:.3g} s", at)
-
-
-def _terminal(
-    problem: Problem, trajectory: Trajectory, evaluator: Evaluator, derivative: bool
-) -> str:
-    """The objective, a bound or a link that is not finite, in words."""
-    peaks = dict(zip([f for f in problem.functionals if f.kind == "peak"], trajectory.peaks,
-                     strict=True))  # fmt: skip
-    stated = [("the objective", problem.objective)]
-    stated += [(f"'{b.name}'", b.expression) for b in (*problem.bounds, *problem.links)]
-    for what, expression in stated:
-        symbols = resolve(expression, what)
-
-        def number(e: Any) -> float:
-            return evaluator.number(trajectory, e, peaks)
-
-        for entry in _gradient(expression, symbols) if derivative else [expression]:
-            if not np.isfinite(number(entry)):
-                at = [_value(s, number(s)) for s in symbols]
-                return f"{what} {_words(derivative, _culprit(entry, number), '', at)}"
-    return ""
-
-
-def _gradient(expression: ca.SX, symbols: tuple[Symbol, ...]) -> list[ca.SX]:
-    slopes = ca.gradient(expression, ca.vertcat(*[s.symbol for s in symbols], ca.SX(0, 1)))
-    return [slopes[i] for i in range(slopes.shape[0])]
+                yield f"the {what} '{functional.name}'", expression
 
 
 def _culprit(expression: ca.SX, number: Callable[[ca.SX], float]) -> str:
@@ -125,12 +149,5 @@ def _culprit(expression: ca.SX, number: Callable[[ca.SX], float]) -> str:
 
 def _value(symbol: Symbol, value: float) -> str:
     unit = "" if symbol.unit in ("", "1") else f" {symbol.unit}"
-    name = symbol.name if not isinstance(symbol, Functional) else f"'{symbol.name}'"
+    name = f"'{symbol.name}'" if isinstance(symbol, Functional) else symbol.name
     return f"{name} = {value:.4g}{unit}"
-
-
-def _words(derivative: bool, culprit: str, when: str, at: list[str]) -> str:
-    what = "has a derivative that is NaN or infinite" if derivative else "is NaN or infinite"
-    part = f" (in {culprit})" if culprit else ""
-    where = f", where {', '.join(at)}" if at else ""
-    return f"{what}{when}{part}{where}"

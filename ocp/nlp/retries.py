@@ -1,77 +1,69 @@
-"""The runs of IPOPT that one mesh round may take."""
+"""The attempts at one nonlinear program: other options and other starts where the first fail."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-import numpy as np
+from ocp.nlp.budget import Budget
+from ocp.nlp.result import NlpResult
+from ocp.nlp.solver import NlpSolver, StartingPoint
 
-from ocp.mesh.initial_guess import start_of
-from ocp.nlp.ipopt import Duals, IpoptOptions, Listener, NlpResult, run
-from ocp.optimality.warm_start import Origin
-from ocp.refinement.budget import Budget
-from ocp.settings import Settings
-from ocp.transcription.packing import decision_vector
-from ocp.transcription.transcribe import Transcription
+# A warm start from the mesh round before takes some dozens of iterations. Near a degenerate optimum
+# it can wander from there for a thousand, where another line search or a start without multipliers
+# ends soon.
+_PATIENCE = 300
 
-_PATIENCE = 300  # iterations of a warm start from the round before
+Run = Callable[[NlpSolver, StartingPoint], NlpResult]
 
 
-def solve_round(
-    transcription: Transcription, origin: Origin, constants: Mapping[str, float],
-    settings: Settings, budget: Budget, before: int, listener: Listener | None = None,
-) -> NlpResult:  # fmt: skip
-    """Solve one transcription; what every attempt took is counted.
-
-    Fatrop comes first where it was asked for.  With known multipliers the first attempt of IPOPT
-    is a warm start; in later rounds one that takes long has lost its way, and is made once more
-    with another line search.  If it fails, and without multipliers, the start is primal: under
-    the user's options in the first round, with a monotone barrier, which strays less from a good
-    start, in later ones, and under the user's options if that fails too.
+def with_retries(
+    run: Run, solver: NlpSolver, start: StartingPoint, budget: Budget, before: int
+) -> NlpResult:
+    """Solve one program by as many attempts as it takes; what every attempt took is counted.
 
     Parameters
     ----------
-    before : iterations of the rounds before this one; 0 for the first.
+    run : callable
+        Runs a solver from a starting point.
+    solver : NlpSolver
+        As the user chose it.
+    start : StartingPoint
+        Where the first attempt starts.
+    budget : Budget
+        Of all attempts, those of earlier mesh rounds included.
+    before : int
+        Iterations of the mesh rounds before this one; 0 for the first.
     """
-    start = start_of(transcription.problem, constants, origin.trajectory)
-    x0 = decision_vector(transcription, start, constants)
-    if origin.program is not None and origin.program.transcription is transcription:
-        x0 = origin.program.x  # to the last digit, which its multipliers belong to
-    parameters = np.array([constants[c.name] for c in transcription.problem.constants])
-    limits = transcription.columns.evaluate(constants), transcription.rows.evaluate(constants)
-    if settings.solver == "fatrop":
-        from ocp.fatrop import run_fatrop
-
-        options = budget.within(settings.ipopt, before)
-        fast = run_fatrop(transcription, x0, *limits, parameters, options)
-        if fast is not None:
-            return fast
     iterations, seconds = 0, 0.0
-    small = transcription.condensed
-    known = origin.duals(transcription)
-    known = None if known is None else small.duals(known, x0, parameters)
-    for choice, duals in _attempts(known, settings.ipopt, before == 0):
-        allowed = budget.within(choice, before + iterations)
-        result = run(small.program, x0[small.columns], *small.limits(*limits), parameters,
-                     allowed, listener=listener, multipliers=duals)  # fmt: skip
+    for choice, point in _attempts(solver, start, first=before == 0):
+        result = run(budget.within(choice, before + iterations), point)
         iterations, seconds = iterations + result.iterations, seconds + result.seconds
         if result.outcome in ("solved", "interrupted") or budget.spent(before + iterations):
             break
-    result = small.expanded(result, limits[0], parameters)
     return replace(result, iterations=iterations, seconds=seconds)
 
 
 def _attempts(
-    duals: Duals | None, options: IpoptOptions, first: bool
-) -> Iterator[tuple[IpoptOptions, Duals | None]]:
-    """Options and multipliers of the attempts, in order."""
-    if duals is not None and first:
-        yield options, duals
-    elif duals is not None:
-        short = replace(options, max_iterations=min(options.max_iterations, _PATIENCE))
-        yield short, duals
-        yield replace(short, line_search="cg-penalty"), duals
+    solver: NlpSolver, start: StartingPoint, first: bool
+) -> Iterator[tuple[NlpSolver, StartingPoint]]:
+    """Solvers and starting points of the attempts, in order.
+
+    With known multipliers the first attempt is a warm start. In later mesh rounds one that takes
+    long has lost its way, and is made once more with other options. Then follow starts without
+    multipliers, in later mesh rounds first with the options that stray less from a good start.
+    """
+    bare = start.without_multipliers()
+
+    if start.warm and first:
+        yield solver, start
+    elif start.warm:
+        patient = solver.within(_PATIENCE, float("inf"))
+        yield patient, start
+        for other in patient.alternatives(warm=True):
+            yield other, start
+
     if not first:
-        yield replace(options, barrier="monotone"), None
-    yield options, None
+        for other in solver.alternatives(warm=False):
+            yield other, bare
+    yield solver, bare

@@ -1,53 +1,253 @@
-"""What is wrong with a solved mesh round between its points."""
+"""What is wrong with a solved mesh between its points: dynamics, constraints, peaks, controls."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ocp.arrays import Array, Flags, Integers
 from ocp.mesh.evaluation import Evaluator
-from ocp.mesh.initial_guess import evaluate_limit
-from ocp.mesh.mesh import Extra
-from ocp.mesh.trajectory import Trajectory
-from ocp.nlp.ipopt import Duals
-from ocp.optimality.control_gain import gains, hamiltonian
-from ocp.optimality.costates import PhaseCostates, costates
-from ocp.optimality.multipliers import path_rows
-from ocp.refinement.between import (
-    Extremes,
-    constraint_excess,
-    dynamics_error,
-    equation_error,
-    quadrature_error,
-)
-from ocp.refinement.switch_detection import Jump, control_errors, control_samples, jumps, saturated
+from ocp.mesh.mesh import ExtraPoints
+from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
+from ocp.numerics.extrema import Extremes, dense_grid, maxima
+from ocp.numerics.schemes import Collocation, Gauss
+from ocp.optimality.active_set import acting_intervals
+from ocp.optimality.control_gain import gains
+from ocp.optimality.iterate import Iterate
+from ocp.problem.functionals import Integral, Peak
+from ocp.problem.parameters import Parameters
+from ocp.refinement.accuracy import Accuracy
+from ocp.refinement.switch_detection import Jump, control_errors, control_jumps, saturated
+from ocp.transcription.path_constraints import PathConstraint
 from ocp.transcription.transcribe import Transcription
 
-Array = NDArray[np.float64]
+# part of a control's range that its shape may be off by before the control counts as rough: what a
+# finer smooth control would gain is the square of it, a tenth of the tolerance on the objective
 _SMOOTH = 3e-4
-_ACTING = 1e-4  # of the largest multiplier
-_MANY_EXTRA = 4  # added points, beyond which a rough control needs shorter intervals
-_MOST_EXTRA = 10  # beyond which any control does
-_COARSE = 1e-3  # relative excess, beyond which an interval is too long for its constraint
+
+# Added points that an interval may hold before it is split instead. Where the control is smooth a
+# leak is closed by more points: each split would open new leaks.
+_MOST_EXTRA_WHERE_ROUGH = 4
+_MOST_EXTRA = 10
+
+# relative excess beyond which an interval is too long for its constraint: a solver leaps between
+# the added points over a ridge as steep as that
+_COARSE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class PhaseAssessment:
-    """Errors of one phase, per interval.
+class MotionErrors:
+    """How far a motion is off between its points, whether it is a solution or its replay.
 
     Attributes
     ----------
-    dynamics : (N,) relative errors of the dynamics, the integrals and the equations.
-    gain : (N,) what a finer control could gain, relative to the objective, to first order, where
-        the control is rough.
-    switching : (N,) the same wherever it is.
-    excess : one `Extremes` a continuous constraint, relative to its size on the trajectory.
-    jumps : found jumps of the controls.
-    crowded : (N,) whether a constraint is exceeded although several extra points hold it already.
-    coarse : (N,) whether one is exceeded by so much that the interval is too long for it.
+    transcription : Transcription
+        What the motion is held to: dynamics, constraints, scales.
+    trajectory : Trajectory
+        The motion.
+    evaluator : Evaluator
+        Of the problem.
+    """
+
+    transcription: Transcription
+    trajectory: Trajectory
+    evaluator: Evaluator
+
+    @cached_property
+    def excess(self) -> tuple[tuple[Extremes, ...], ...]:
+        """How far the constraints of each phase are exceeded in each interval, relative.
+
+        One `Extremes` a path constraint, minus infinity for equations. The size of a constraint is
+        the largest of its limits and of its values on the trajectory. Values are exact where a
+        constraint is exceeded or about to be, and where it is closest to that.
+        """
+        return tuple(
+            self._excess_of_phase(motion, constraints)
+            for motion, constraints in zip(
+                self.trajectory.phases, self.transcription.constraints, strict=True
+            )
+        )
+
+    @cached_property
+    def dynamics(self) -> tuple[Array, ...]:
+        """Errors of dynamics, integrals and equations in each interval of each phase, (N,) each."""
+        errors = []
+        for index, motion in enumerate(self.trajectory.phases):
+            parts = (
+                self._dynamics_error(motion),
+                self._quadrature_error(motion),
+                self._equation_error(motion, self.transcription.constraints[index]),
+            )
+            errors.append(np.maximum.reduce(parts))
+        return tuple(errors)
+
+    @property
+    def worst_excess(self) -> float:
+        """Largest excess of a path constraint, relative; 0 where there is none."""
+        values = [float(e.values.max()) for phase in self.excess for e in phase]
+        return max(values, default=0.0)
+
+    @property
+    def worst_dynamics(self) -> float:
+        """Largest error of dynamics, integrals and equations in an interval, relative."""
+        return max(float(errors.max()) for errors in self.dynamics)
+
+    @cached_property
+    def _parameters(self) -> Parameters:
+        return self.evaluator.parameters(self.trajectory)
+
+    @cached_property
+    def _peaks(self) -> dict[Peak, float]:
+        return dict(zip(self.transcription.problem.peaks, self.trajectory.peaks, strict=True))
+
+    def _excess_of_phase(
+        self, motion: PhaseTrajectory, constraints: Sequence[PathConstraint]
+    ) -> tuple[Extremes, ...]:
+        limited = [c for c in constraints if not c.is_equation]
+        samples = _samples(self.evaluator, self.trajectory, motion, [c.expression for c in limited])
+        found = iter(
+            self._excess_of(motion, c, values) for c, values in zip(limited, samples, strict=True)
+        )
+        nothing = Extremes(np.full(motion.intervals, -np.inf), np.full(motion.intervals, 0.5))
+        return tuple(nothing if c.is_equation else next(found) for c in constraints)
+
+    def _excess_of(
+        self, motion: PhaseTrajectory, constraint: PathConstraint, samples: Array
+    ) -> Extremes:
+        """Excess of one constraint from its values on the dense grid, (N, m)."""
+        lower = self._parameters.limit(constraint.lower)
+        upper = self._parameters.limit(constraint.upper)
+        if constraint.peak is not None:
+            upper = self._peaks[constraint.peak]
+        size = max((abs(v) for v in (lower, upper) if np.isfinite(v)), default=0.0)
+
+        def beyond(values: Array) -> Array:
+            nonlocal size
+            size = max(size, float(np.abs(values[np.isfinite(values)]).max(initial=0.0)))
+            signed = constraint.sign * values
+            return np.asarray(np.maximum(signed - upper, lower - signed))
+
+        def sampled(intervals: Integers, tau: Array) -> Array:
+            return beyond(self._values(motion, constraint.expression, intervals, tau))
+
+        found = maxima(sampled, beyond(samples), _grid(motion), level=0.0)
+        return Extremes(found.values / (size or 1.0), found.tau)
+
+    def _equation_error(
+        self, motion: PhaseTrajectory, constraints: Sequence[PathConstraint]
+    ) -> Array:
+        """How far equations are off in each interval, the largest relative to its scale, (N,)."""
+        equations = [c for c in constraints if c.is_equation]
+        expressions = [c.expression for c in equations]
+        samples = _samples(self.evaluator, self.trajectory, motion, expressions)
+        worst = np.zeros(motion.intervals)
+
+        for equation, values in zip(equations, samples, strict=True):
+            wanted = self._parameters.limit(equation.upper)
+
+            def off(
+                intervals: Integers,
+                tau: Array,
+                expression: Any = equation.expression,
+                wanted: float = wanted,
+            ) -> Array:
+                return np.abs(self._values(motion, expression, intervals, tau) - wanted)
+
+            found = maxima(off, np.abs(values - wanted), _grid(motion), level=-np.inf)
+            worst = np.maximum(worst, found.values / equation.scale)
+        return worst
+
+    def _dynamics_error(self, motion: PhaseTrajectory) -> Array:
+        """Integrated residual of the dynamics relative to the sizes of the states, (N,).
+
+        The residual ``|x' - f|`` of the collocation polynomial is integrated by Gauss quadrature of
+        two points more than the degree (Betts, "Practical Methods for Optimal Control", sec. 4.7).
+        """
+        rates = list(self.evaluator.phase(motion.name).dynamics.values())
+        sizes = np.array([self.transcription.scales.signals[name] for name in motion.states])
+        nodes = Gauss().at(int(motion.degrees.max()) + 2)
+        intervals, tau = _every_interval(motion, nodes.points)
+
+        stated = self.evaluator.values(self.trajectory, motion.name, rates, intervals, tau)
+        residual = np.abs(motion.rates(intervals, tau) - stated) / sizes
+        residual = residual.reshape(motion.intervals, nodes.degree, -1)
+
+        steps = np.diff(motion.breakpoints)
+        error = np.einsum("kqs,q->ks", residual, nodes.weights) * steps[:, None]
+        return _finite_or_infinite(error.max(axis=1))
+
+    def _quadrature_error(self, motion: PhaseTrajectory) -> Array:
+        """Error of the scheme's quadrature relative to the sizes of the integrals, (N,).
+
+        The reference is Gauss quadrature of three points more than the degree. The size of an
+        integral is its own value where that is more than its scale.
+        """
+        integrals: list[Integral] = list(self.transcription.problem.integrals(motion.name))
+        if not integrals:
+            return np.zeros(motion.intervals)
+        sizes = [self.transcription.scales.functionals[f] for f in integrals]
+        expressions = [f.expression for f in integrals]
+        error = np.zeros((motion.intervals, len(integrals)))
+        totals = np.zeros(len(integrals))
+
+        for degree in sorted(set(motion.degrees.tolist())):
+            here = np.flatnonzero(motion.degrees == degree)
+            width = np.diff(motion.breakpoints)[here, None]
+            by_scheme, by_reference = (
+                self._integrated(motion, expressions, here, rule) * width
+                for rule in (motion.scheme.at(degree), Gauss().at(degree + 3))
+            )
+            error[here] = np.abs(by_scheme - by_reference)
+            totals += by_reference.sum(axis=0)
+
+        relative = error / np.maximum(sizes, np.abs(totals))
+        return _finite_or_infinite(relative.max(axis=1))
+
+    def _integrated(
+        self,
+        motion: PhaseTrajectory,
+        expressions: list[Any],
+        intervals: Integers,
+        rule: Collocation,
+    ) -> Array:
+        """Means of expressions over intervals (m,) by a quadrature rule, (m, n)."""
+        k, tau = np.repeat(intervals, rule.degree), np.tile(rule.points, intervals.size)
+        values = self.evaluator.values(self.trajectory, motion.name, expressions, k, tau)
+        values = values.reshape(intervals.size, rule.degree, len(expressions))
+        return np.asarray(np.einsum("kqi,q->ki", values, rule.weights))
+
+    def _values(
+        self, motion: PhaseTrajectory, expression: Any, intervals: Integers, tau: Array
+    ) -> Array:
+        values = self.evaluator.values(self.trajectory, motion.name, [expression], intervals, tau)
+        return values.ravel()
+
+
+@dataclass(frozen=True, eq=False)
+class PhaseErrors:
+    """Errors of one phase of a solved mesh, per interval.
+
+    Attributes
+    ----------
+    dynamics : (N,)
+        Relative errors of the dynamics, the integrals and the equations.
+    gain : (N,)
+        What a finer control could gain, relative to the objective, to first order, where the
+        control is rough.
+    switching : (N,)
+        The same wherever it is.
+    excess : tuple of Extremes
+        Excess of each path constraint, relative to its size on the trajectory.
+    jumps : tuple of Jump
+        Jumps of the controls.
+    crowded : (N,)
+        Whether a constraint is exceeded although several added points hold it already.
+    coarse : (N,)
+        Whether one is exceeded by so much that the interval is too long for it.
     """
 
     dynamics: Array
@@ -55,136 +255,137 @@ class PhaseAssessment:
     switching: Array
     excess: tuple[Extremes, ...]
     jumps: tuple[Jump, ...]
-    crowded: NDArray[np.bool_]
-    coarse: NDArray[np.bool_]
+    crowded: Flags
+    coarse: Flags
 
 
 @dataclass(frozen=True, eq=False)
-class Assessment:
-    """Errors of a solved mesh round between its points."""
+class MeshErrors:
+    """Errors of a solved mesh between its points."""
 
-    phases: tuple[PhaseAssessment, ...]
+    phases: tuple[PhaseErrors, ...]
 
     @property
     def dynamics(self) -> float:
         """Largest error of the dynamics."""
-        return max(float(p.dynamics.max()) for p in self.phases)
+        return max(float(phase.dynamics.max()) for phase in self.phases)
 
     @property
     def excess(self) -> float:
-        """Largest excess of a continuous constraint."""
-        return max((float(e.values.max()) for p in self.phases for e in p.excess), default=0.0)
+        """Largest excess of a path constraint; 0 where there is none."""
+        values = [float(e.values.max()) for phase in self.phases for e in phase.excess]
+        return max(values, default=0.0)
 
     @property
     def gain(self) -> float:
         """What finer controls could still gain, relative to the objective, to first order."""
-        return sum(float(p.gain.sum()) for p in self.phases)
+        return sum(float(phase.gain.sum()) for phase in self.phases)
+
+    @property
+    def worst(self) -> float:
+        """What is wrong with the mesh, or what a better one gains, whichever is more."""
+        return max(self.gain, self.excess, self.dynamics)
 
 
-def assess(
-    transcription: Transcription, trajectory: Trajectory, evaluator: Evaluator,
-    tolerance: float, duals: Duals | None = None, objective: float = 1.0,
-) -> Assessment:  # fmt: skip
-    """Evaluate a round's solution between its points; gains need its multipliers.
+def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) -> MeshErrors:
+    """Evaluate a solved mesh between its points."""
+    motion_errors = MotionErrors(iterate.transcription, iterate.trajectory, evaluator)
+    acting = acting_intervals(iterate)
+    phases = []
 
-    `tolerance` says what counts as an excess of a continuous constraint.
-    """
-    adjoints = costates(transcription, duals.rows) if duals is not None else None
-    pressed = _pressed(transcription, duals, trajectory) if duals is not None else None
-    return Assessment(tuple(
-        _assess_phase(transcription, trajectory, evaluator, i, tolerance,
-                      adjoints[i] if adjoints is not None else None,
-                      pressed[i] if pressed is not None else None, objective)
-        for i in range(len(transcription.layouts))
-    ))  # fmt: skip
+    for index, motion in enumerate(iterate.trajectory.phases):
+        gain = gains(iterate, evaluator, index)
+        gain = gain / max(abs(iterate.objective), 1e-3 * iterate.scales.objective)
 
-
-def _assess_phase(
-    transcription: Transcription, trajectory: Trajectory, evaluator: Evaluator, index: int,
-    tolerance: float, adjoints: PhaseCostates | None, pressed: NDArray[np.bool_] | None,
-    objective: float,
-) -> PhaseAssessment:  # fmt: skip
-    layout, mesh = transcription.layouts[index], transcription.mesh.phases[index]
-    own = trajectory.phase(layout.phase.name)
-    peaks = dict(zip(transcription.peak_ids, trajectory.peaks, strict=True))
-    constraints = transcription.constraints[index]
-    limited = iter(
-        constraint_excess(
-            evaluator, trajectory, own.name, [c for c in constraints if not c.is_equation], peaks
+        # Where a control is smooth and a constraint acts, the gain is noise: multipliers of the
+        # constraint sit at points, so that the costates between them say little of the controls.
+        rough = _rough(iterate, index) | ~acting[index]
+        excess = motion_errors.excess[index]
+        over = [e.values > _COARSE for e in excess]
+        phases.append(
+            PhaseErrors(
+                dynamics=motion_errors.dynamics[index],
+                gain=np.where(rough, gain, 0.0),
+                switching=gain,
+                excess=excess,
+                jumps=tuple(control_jumps(motion)),
+                crowded=_crowded(iterate.mesh.extra[index], excess, rough, accuracy.path),
+                coarse=np.any([np.zeros_like(rough), *over], axis=0),
+            )
         )
-    )
-    excess = tuple(
-        _nothing(mesh.intervals) if c.is_equation else next(limited) for c in constraints
-    )
-    fractions = (own.breakpoints - own.start) / (own.end - own.start)
-    found = [jump for j in range(len(own.controls))
-             for jump in jumps(*control_samples(own, j), fractions)]  # fmt: skip
-    gain, rough = np.zeros(mesh.intervals), np.zeros(mesh.intervals, dtype=bool)
-    if adjoints is not None and pressed is not None:
-        slopes = evaluator.kept(
-            ("hamiltonian", own.name, own.signals), lambda: hamiltonian(transcription, layout)
+    return MeshErrors(tuple(phases))
+
+
+def dense_peak(evaluator: Evaluator, trajectory: Trajectory, peak: Peak) -> float:
+    """A peak evaluated between the points, over all its phases."""
+    highest = -np.inf
+    for name, expression in peak.pieces:
+        motion = trajectory.phase(name)
+
+        def sized(values: Array) -> Array:
+            return np.abs(values) if peak.absolute else values
+
+        def sampled(
+            intervals: Integers, tau: Array, name: str = name, expression: Any = expression
+        ) -> Array:
+            values = evaluator.values(trajectory, name, [expression], intervals, tau)
+            return sized(values.ravel())
+
+        (samples,) = _samples(evaluator, trajectory, motion, [expression])
+        found = maxima(sampled, sized(samples), _grid(motion))
+        highest = max(highest, float(found.values.max()))
+    return highest
+
+
+def _rough(iterate: Iterate, index: int) -> Flags:
+    """Intervals in which a control is not resolved, or stays on a bound that it should leave."""
+    motion, mesh = iterate.trajectory.phases[index], iterate.mesh.phases[index]
+    controls = iterate.transcription.columns.phases[index].controls
+    limits = {
+        control.name: (
+            iterate.parameters.limit(control.lower),
+            iterate.parameters.limit(control.upper),
         )
-        gain = gains(transcription, trajectory, adjoints, layout, slopes)
-        gain /= max(abs(objective), 1e-3 * transcription.scales.objective)
-        limits = {c.name: (evaluate_limit(c.lower, trajectory.constants),
-                           evaluate_limit(c.upper, trajectory.constants))
-                  for c in slopes.controls}  # fmt: skip
-        rough = (control_errors(own, mesh, limits) >= _SMOOTH) | saturated(own, limits) | ~pressed
-    sizes = [transcription.scales.signals[s.name] for s in layout.states]
-    equations = [c for c in constraints if c.is_equation]
-    error = np.maximum.reduce([
-        dynamics_error(evaluator, trajectory, own.name, sizes),
-        _integrals_error(transcription, trajectory, evaluator, own.name),
-        equation_error(evaluator, trajectory, own.name, equations),
-    ])  # fmt: skip
-    return PhaseAssessment(
-        error, np.where(rough, gain, 0.0), gain, excess, tuple(found),
-        _crowded(transcription.mesh.extra[index], excess, rough, tolerance),
-        np.any([np.zeros_like(rough), *(e.values > _COARSE for e in excess)], axis=0),
-    )  # fmt: skip
-
-
-def _pressed(
-    transcription: Transcription, duals: Duals, trajectory: Trajectory
-) -> list[NDArray[np.bool_]]:
-    """Intervals of each phase, (N,), on which a path constraint, a peak or a state's bound acts.
-
-    Its multipliers sit at points, so that the costates between them say little of the controls.
-    """
-    force = [np.zeros(layout.intervals) for layout in transcription.layouts]
-    for part in path_rows(transcription):
-        np.maximum.at(force[part.phase], part.intervals, np.abs(duals.rows[part.rows]))
-    lower, upper = transcription.columns.evaluate(trajectory.constants)
-    bounds = np.where(lower < upper, np.abs(duals.columns), 0.0)
-    for own, layout in zip(force, transcription.layouts, strict=True):
-        for group in layout.groups:
-            held = bounds[group.support].max(axis=(1, 2))
-            own[group.intervals] = np.maximum(own[group.intervals], held)
-    largest = max(float(own.max(initial=0.0)) for own in force)
-    return [own > _ACTING * largest for own in force]
-
-
-def _integrals_error(
-    transcription: Transcription, trajectory: Trajectory, evaluator: Evaluator, phase: str
-) -> Array:
-    """Error of the integrals over a phase in each interval, (N,)."""
-    integrals = [f for f in transcription.problem.functionals
-                 if f.kind == "integral" and f.pieces[0][0] == phase]  # fmt: skip
-    sizes = [transcription.scales.functionals[f] for f in integrals]
-    return quadrature_error(evaluator, trajectory, integrals, phase, sizes)
+        for control in controls
+    }
+    return (control_errors(motion, mesh) >= _SMOOTH) | saturated(motion, limits)
 
 
 def _crowded(
-    extra: Sequence[Extra], excess: Sequence[Extremes], rough: NDArray[np.bool_], tolerance: float
-) -> NDArray[np.bool_]:
-    """Intervals in which further extra points would not do."""
+    extra: Sequence[ExtraPoints], excess: Sequence[Extremes], rough: Flags, tolerance: float
+) -> Flags:
+    """Intervals in which further added points would not do."""
     crowded = np.zeros(rough.size, dtype=bool)
-    for e in extra:
-        held = np.bincount(e.intervals, minlength=rough.size)
-        over = excess[e.constraint].values > tolerance
-        crowded |= (held > np.where(rough, _MANY_EXTRA, _MOST_EXTRA)) & over
+    most = np.where(rough, _MOST_EXTRA_WHERE_ROUGH, _MOST_EXTRA)
+    for points in extra:
+        held = np.bincount(points.intervals, minlength=rough.size)
+        over = excess[points.constraint].values > tolerance
+        crowded |= (held > most) & over
     return crowded
 
 
-def _nothing(intervals: int) -> Extremes:
-    return Extremes(np.full(intervals, -np.inf), np.full(intervals, 0.5))
+def _grid(motion: PhaseTrajectory) -> Array:
+    return dense_grid(int(motion.degrees.max()))
+
+
+def _every_interval(motion: PhaseTrajectory, tau: Array) -> tuple[Integers, Array]:
+    """Local times (m,) in each interval: intervals and local times, (N m,) each."""
+    intervals = np.repeat(np.arange(motion.intervals), tau.size)
+    return intervals, np.tile(tau, motion.intervals)
+
+
+def _samples(
+    evaluator: Evaluator,
+    trajectory: Trajectory,
+    motion: PhaseTrajectory,
+    expressions: Sequence[Any],
+) -> list[Array]:
+    """Values of expressions on the dense grid of every interval, all at once, (N, m) each."""
+    intervals, tau = _every_interval(motion, _grid(motion))
+    values = evaluator.values(trajectory, motion.name, expressions, intervals, tau)
+    return [column.reshape(motion.intervals, -1) for column in values.T]
+
+
+def _finite_or_infinite(error: Array) -> Array:
+    """What is not a number counts as infinite."""
+    return np.where(np.isfinite(error), error, np.inf)

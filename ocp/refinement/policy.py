@@ -1,73 +1,316 @@
-"""Mesh refinement: from what is wrong between the points to the next mesh."""
+"""Refinement policies: from what is wrong with a solved mesh to the next mesh.
+
+A policy of one's own is an object with the members of `RefinementPolicy`, handed over as
+``Settings(refinement=...)``. `AdaptiveMesh` is the default, `FixedMesh` solves once.
+"""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from numbers import Integral
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ocp.mesh.mesh import Extra, Mesh, PhaseMesh, distinct
-from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
-from ocp.refinement.error_estimate import Assessment, PhaseAssessment
+from ocp.arrays import Array, Flags, Integers
+from ocp.errors import StatementError
+from ocp.keywords import checked_keywords
+from ocp.mesh.mesh import ExtraPoints, Mesh, PhaseMesh, bisected, distinct
+from ocp.mesh.trajectory import PhaseTrajectory
+from ocp.refinement.accuracy import Accuracy
+from ocp.refinement.error_estimate import MeshErrors, PhaseErrors
 from ocp.refinement.switch_detection import settled, with_jumps
-from ocp.settings import Settings
-from ocp.transcription.transcribe import Transcription
 
-Array = NDArray[np.float64]
+if TYPE_CHECKING:
+    from ocp.refinement.mesh_iteration import SolvedMesh
+
+# times the tolerance on the dynamics, beyond which an interval is cut in four and not in two
 _FAR = 1e4
-_MOST = 0.8
+# An interval that keeps this part of its width beside a new bracket still stands for itself.
+_WHOLE = 0.8
+# Where a constraint leaks it is held at the leak and at both sides of it, in parts of the interval:
+# a leak that is held at one point only moves to the side.
 _AROUND = np.array([-0.15, 0.0, 0.15])
+# Intervals that share this part of the tolerance on the objective need no finer control.
+_LEFT_ALONE = 0.25
+# nor does one that gains less than this part of what the worst one gains
+_LEAST_GAIN = 1e-3
+# of the phase: narrower intervals are not cut
+_NARROWEST = 1e-7
+# of an interval: points closer than this are one
+_SAME_POINT = 1e-6
 
 
-def next_mesh(
-    transcription: Transcription, trajectory: Trajectory, assessment: Assessment,
-    settings: Settings, resolve_controls: bool,
-) -> Mesh | None:  # fmt: skip
-    """A better mesh, or None when the assessment meets all tolerances."""
-    phases, extras, changed = [], [], False
-    least = _worthwhile(assessment, settings.objective_tolerance) if resolve_controls else np.inf
-    for i, (mesh, found) in enumerate(
-        zip(transcription.mesh.phases, assessment.phases, strict=True)
-    ):
-        own = trajectory.phases[i]
-        base, pressed = settled(mesh, own) if mesh.movable else (mesh, False)
-        marks = _marks(base, _onto(base, own, found), settings, np.inf if pressed else least)
-        jumped = _with_jumps(base, mesh, found, settings)
-        refined = _refined(jumped or base, base, marks, settings)
-        points = _points(transcription.mesh.extra[i], mesh, base, refined, found, settings)
-        changed |= pressed or not _equal(refined, base)
-        changed |= any(float(e.values.max()) > settings.path_tolerance for e in found.excess)
-        phases.append(refined)
-        extras.append(points)
-    if not changed:
+@runtime_checkable
+class RefinementPolicy(Protocol):
+    """What `ocp.solve` asks of a policy."""
+
+    @property
+    def adapts(self) -> bool:
+        """Whether it ever changes a mesh; an answer on a mesh that stays is returned as it is."""
+        ...
+
+    @property
+    def rounds(self) -> int:
+        """Most meshes that are solved."""
+        ...
+
+    @property
+    def highest_degree(self) -> int:
+        """Highest degree of an interval, to which the first mesh may be raised too."""
+        ...
+
+    def next_mesh(self, solved: Sequence[SolvedMesh], accuracy: Accuracy) -> Mesh | None:
+        """The mesh after those solved so far, or None when the last one is good enough."""
+        ...
+
+    def after_failure(
+        self, solved: Sequence[SolvedMesh], failed: Mesh, accuracy: Accuracy
+    ) -> tuple[RefinementPolicy, Mesh] | None:
+        """Policy and mesh to go on with where the solver failed on a mesh; None to end there."""
+        ...
+
+
+@checked_keywords()
+@dataclass(frozen=True)
+class FixedMesh:
+    """No refinement: the first mesh is solved once.
+
+    Parameters
+    ----------
+    highest_degree : int
+        To which the degree of the first mesh may be raised where that integrates the dynamics
+        exactly.
+    """
+
+    highest_degree: int = 8
+
+    adapts: ClassVar[bool] = False
+    rounds: ClassVar[int] = 1
+
+    def next_mesh(self, solved: Sequence[SolvedMesh], accuracy: Accuracy) -> Mesh | None:
+        """None, whatever was solved."""
         return None
-    if all(_equal(a, b) for a, b in zip(phases, transcription.mesh.phases, strict=True)):
-        phases = [mesh.frozen() for mesh in phases]  # only points are missing: hold still
-    return Mesh(tuple(phases), tuple(extras))
+
+    def after_failure(
+        self, solved: Sequence[SolvedMesh], failed: Mesh, accuracy: Accuracy
+    ) -> tuple[RefinementPolicy, Mesh] | None:
+        """None: there is no other mesh."""
+        return None
 
 
-def _worthwhile(assessment: Assessment, tolerance: float) -> float:
+@checked_keywords()
+@dataclass(frozen=True)
+class AdaptiveMesh:
+    """Meshes that adapt until all tolerances are met.
+
+    Errors of the dynamics raise the degree of an interval, or split it. Jumps of controls are put
+    in brackets, in which a breakpoint may move. Controls are refined where the Hamiltonian promises
+    a gain, not where they look rough. A constraint that leaks between the points is imposed at the
+    leak too.
+
+    Parameters
+    ----------
+    rounds : int
+        Most meshes that are solved.
+    most_intervals : int
+        Of a phase.
+    highest_degree : int
+        Of an interval.
+    move_breakpoints : bool
+        Whether breakpoints may move onto the jumps of controls.
+
+    Raises
+    ------
+    StatementError
+        For a number that is no positive integer.
+    """
+
+    rounds: int = 25
+    most_intervals: int = 4000
+    highest_degree: int = 8
+    move_breakpoints: bool = True
+
+    adapts: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        for name in ("rounds", "most_intervals", "highest_degree"):
+            value = getattr(self, name)
+            if not isinstance(value, Integral) or value < 1:
+                raise StatementError(
+                    f"the number '{name}' of an adaptive mesh is {value!r}; give a positive integer"
+                )
+
+    def next_mesh(self, solved: Sequence[SolvedMesh], accuracy: Accuracy) -> Mesh | None:
+        """A better mesh, or None when the last one meets all tolerances."""
+        last = solved[-1]
+        informative = last.iterate.scheme.informative_multipliers
+        converged = _controls_converged(solved, accuracy, informative)
+        following = self._adapted(last, accuracy, resolve_controls=not converged)
+
+        if following is None and not converged and not informative:
+            # the multipliers of these schemes meet the minimum principle on any mesh: compare two
+            return bisected(last.mesh, self.most_intervals)
+        return following
+
+    def after_failure(
+        self, solved: Sequence[SolvedMesh], failed: Mesh, accuracy: Accuracy
+    ) -> tuple[RefinementPolicy, Mesh] | None:
+        """Hold breakpoints that led the solver astray still; go on from the last solved mesh."""
+        if not any(phase.movable for phase in failed.phases):
+            return None
+        still = replace(self, move_breakpoints=False)
+        following = still._adapted(solved[-1], accuracy, resolve_controls=True) or solved[-1].mesh
+        frozen = tuple(phase.frozen() for phase in following.phases)
+        return still, Mesh(frozen, following.extra)
+
+    def _adapted(
+        self, last: SolvedMesh, accuracy: Accuracy, *, resolve_controls: bool
+    ) -> Mesh | None:
+        """A better mesh, or None when the errors meet all tolerances."""
+        least = _least_gain(last.errors, accuracy.objective) if resolve_controls else np.inf
+        steps = [
+            _PhaseStep.of(last, index, self, accuracy, least)
+            for index in range(len(last.mesh.phases))
+        ]
+        if not any(step.changes for step in steps):
+            return None
+
+        phases = [step.refined for step in steps]
+        if all(_equal(new, old) for new, old in zip(phases, last.mesh.phases, strict=True)):
+            # only points are missing: hold still
+            phases = [mesh.frozen() for mesh in phases]
+        return Mesh(tuple(phases), tuple(step.extra_points() for step in steps))
+
+
+def _controls_converged(
+    solved: Sequence[SolvedMesh], accuracy: Accuracy, informative: bool
+) -> bool:
+    """Whether finer controls have changed the objective by less than its tolerance."""
+    pairs = list(itertools.pairwise(solved))
+    if not informative:
+        # a change that was small once says nothing later
+        pairs = pairs[-1:]
+    return any(
+        after.finer and after.change_since(before) <= accuracy.objective for before, after in pairs
+    )
+
+
+def _least_gain(errors: MeshErrors, tolerance: float) -> float:
     """The gain from which on an interval is refined: the rest together stays below tolerance."""
-    gain = np.sort(np.concatenate([p.gain for p in assessment.phases]))
-    if gain.sum() <= tolerance:
+    gains = np.sort(np.concatenate([phase.gain for phase in errors.phases]))
+    if gains.sum() <= tolerance:
         return float(np.inf)
-    kept = np.searchsorted(np.cumsum(gain), 0.25 * tolerance, side="right")
-    return float(max(gain[kept], 1e-3 * gain[-1]))
+    kept = np.searchsorted(np.cumsum(gains), _LEFT_ALONE * tolerance, side="right")
+    return float(max(gains[kept], _LEAST_GAIN * gains[-1]))
 
 
-def _with_jumps(
-    base: PhaseMesh, mesh: PhaseMesh, found: PhaseAssessment, settings: Settings
-) -> PhaseMesh | None:
-    """Brackets around the jumps that are worth it."""
-    points, least = mesh.breakpoints, 0.5 * settings.objective_tolerance
+@dataclass(frozen=True, eq=False)
+class _PhaseStep:
+    """One phase from its solved mesh to the next.
+
+    Attributes
+    ----------
+    mesh : PhaseMesh
+        As it was solved, its breakpoints where they began.
+    base : PhaseMesh
+        The same with its breakpoints where the optimiser left them.
+    pressed : bool
+        Whether a movable breakpoint wants to go further.
+    refined : PhaseMesh
+        The next one.
+    errors : PhaseErrors
+        On `mesh`.
+    extra : tuple of ExtraPoints
+        On `mesh`.
+    tolerance : float
+        On the excess of constraints.
+    """
+
+    mesh: PhaseMesh
+    base: PhaseMesh
+    pressed: bool
+    refined: PhaseMesh
+    errors: PhaseErrors
+    extra: tuple[ExtraPoints, ...]
+    tolerance: float
+
+    @classmethod
+    def of(
+        cls, last: SolvedMesh, index: int, policy: AdaptiveMesh, accuracy: Accuracy, least: float
+    ) -> _PhaseStep:
+        """The step of phase number `index`; `least` is the gain that an interval is refined for."""
+        mesh, errors = last.mesh.phases[index], last.errors.phases[index]
+        motion = last.iterate.trajectory.phases[index]
+        base, pressed = settled(mesh, motion) if mesh.movable else (mesh, False)
+
+        # While a breakpoint is still on its way, gains are those of a control that will change.
+        marks = _Marks.of(
+            base,
+            _gathered(errors, motion, base),
+            tolerance=accuracy.dynamics,
+            highest=0 if last.iterate.scheme.fixed_degree else policy.highest_degree,
+            least_gain=np.inf if pressed else least,
+        )
+        worth = _worthwhile_jumps(mesh, errors, accuracy.objective)
+        bracketed = with_jumps(base, worth, policy.move_breakpoints) or base
+        refined = marks.refine(bracketed, base, policy.most_intervals)
+        extra = last.mesh.extra[index]
+        return cls(mesh, base, pressed, refined, errors, extra, accuracy.path)
+
+    @property
+    def changes(self) -> bool:
+        """Whether there is anything to solve again for."""
+        leaks = any(float(e.values.max()) > self.tolerance for e in self.errors.excess)
+        return self.pressed or leaks or not _equal(self.refined, self.base)
+
+    def extra_points(self) -> tuple[ExtraPoints, ...]:
+        """Old added points, carried over, and new ones wherever a constraint leaks."""
+        same = self.base.intervals == self.mesh.intervals
+        before = self.base.breakpoints if same else self.mesh.breakpoints
+        width = np.diff(before)
+
+        fractions: dict[int, list[float]] = {}
+        for points in self.extra:
+            places = before[points.intervals] + points.tau * width[points.intervals]
+            fractions.setdefault(points.constraint, []).extend(places)
+        for constraint, excess in enumerate(self.errors.excess):
+            # a crowded interval is split instead
+            leaks = np.flatnonzero((excess.values > self.tolerance) & ~self.errors.crowded)
+            if leaks.size:
+                tau = np.clip(excess.tau[leaks][:, None] + _AROUND, 0.0, 1.0)
+                places = (before[leaks][:, None] + tau * width[leaks][:, None]).ravel()
+                fractions.setdefault(constraint, []).extend(places)
+
+        return tuple(
+            _extra_points(constraint, distinct(np.array(places)), self.refined)
+            for constraint, places in fractions.items()
+            if places
+        )
+
+
+def _extra_points(constraint: int, fractions: Array, mesh: PhaseMesh) -> ExtraPoints:
+    """Points of a mesh at fractions of the phase; one of several that lie on top of each other."""
+    intervals = np.searchsorted(mesh.breakpoints, fractions, side="right") - 1
+    intervals = np.clip(intervals, 0, mesh.intervals - 1)
+    tau = (fractions - mesh.breakpoints[intervals]) / np.diff(mesh.breakpoints)[intervals]
+
+    repeated = (np.diff(intervals) == 0) & (np.diff(tau) < _SAME_POINT)
+    keep = np.concatenate([[True], ~repeated])
+    return ExtraPoints(constraint, intervals[keep], np.clip(tau[keep], 0.0, 1.0))
+
+
+def _worthwhile_jumps(mesh: PhaseMesh, errors: PhaseErrors, tolerance: float) -> list[Any]:
+    """Jumps whose place matters for the objective."""
+    points = mesh.breakpoints
     worth = []
-    for jump in found.jumps:
-        bracket = (points[1:] > jump.first) & (points[:-1] < jump.last)
-        if found.switching[bracket].max(initial=0.0) >= least:
+    for jump in errors.jumps:
+        around = (points[1:] > jump.first) & (points[:-1] < jump.last)
+        if errors.switching[around].max(initial=0.0) >= 0.5 * tolerance:
             worth.append(jump)
-    return with_jumps(base, worth, settings.move_breakpoints)
+    return worth
 
 
 def _equal(a: PhaseMesh, b: PhaseMesh) -> bool:
@@ -78,110 +321,99 @@ def _equal(a: PhaseMesh, b: PhaseMesh) -> bool:
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Marks:
-    split: NDArray[np.bool_]
-    forced: NDArray[np.bool_]
-    far: NDArray[np.bool_]
-    raised: NDArray[np.int64]
+def _gathered(errors: PhaseErrors, motion: PhaseTrajectory, base: PhaseMesh) -> PhaseErrors:
+    """Errors on a mesh that lacks some of the motion's breakpoints."""
+    if base.intervals == errors.dynamics.size:
+        return errors
+    middle = 0.5 * (motion.breakpoints[:-1] + motion.breakpoints[1:])
+    fractions = (middle - motion.start) / (motion.end - motion.start)
+    parent = np.searchsorted(base.breakpoints, fractions) - 1
 
-
-def _onto(base: PhaseMesh, own: PhaseTrajectory, found: PhaseAssessment) -> PhaseAssessment:
-    """The assessment on a mesh that lacks some of the trajectory's breakpoints."""
-    if base.intervals == found.dynamics.size:
-        return found
-    middle = 0.5 * (own.breakpoints[:-1] + own.breakpoints[1:])
-    parent = np.searchsorted(base.breakpoints, (middle - own.start) / (own.end - own.start)) - 1
-
-    def gathered(values: Array | NDArray[np.bool_], gather: np.ufunc) -> Array:
+    def gathered(values: Array | Flags, gather: np.ufunc) -> Array:
         result = np.zeros(base.intervals)
         gather.at(result, parent, values)
         return result
 
     return replace(
-        found, dynamics=gathered(found.dynamics, np.maximum), gain=gathered(found.gain, np.add),
-        crowded=gathered(found.crowded, np.maximum) > 0,
-        coarse=gathered(found.coarse, np.maximum) > 0,
-    )  # fmt: skip
+        errors,
+        dynamics=gathered(errors.dynamics, np.maximum),
+        gain=gathered(errors.gain, np.add),
+        crowded=gathered(errors.crowded, np.maximum) > 0,
+        coarse=gathered(errors.coarse, np.maximum) > 0,
+    )
 
 
-def _marks(
-    mesh: PhaseMesh, found: PhaseAssessment, settings: Settings, least: float
-) -> _Marks:  # fmt: skip
-    """Intervals to split, in two or (far off) four, and degrees to raise the others to.
+@dataclass(frozen=True, eq=False)
+class _Marks:
+    """What is to happen to each interval of a mesh, (N,) each.
 
-    Forced are those split for their dynamics, because they hold enough extra points or because
-    they are too long for a constraint.
+    Attributes
+    ----------
+    split : whether it is cut.
+    forced : whether it is cut whatever the breakpoints do: for its dynamics, because it holds
+        enough added points, or because it is too long for a constraint.
+    far : whether it is cut in four.
+    degrees : to which its degree is raised.
     """
-    ratio = found.dynamics / settings.dynamics_tolerance
-    degrees = mesh.degrees.astype(float)
-    wanted = np.ceil(degrees + np.log(np.maximum(ratio, 1.0)) / np.log(degrees + 1.0))
-    fixed_degree = settings.scheme in ("trapezoid", "hermite-simpson")
-    high = (wanted > settings.highest_degree) | fixed_degree
-    forced = ((ratio > 1.0) & high) | found.crowded | found.coarse
-    split = forced.copy()
-    raised = np.where((ratio > 1.0) & ~high, wanted, degrees).astype(np.int64)
-    split |= found.gain >= least
-    wide = np.diff(mesh.breakpoints) > 1e-7
-    far = high & (ratio > _FAR)
-    return _Marks(split & wide, forced & wide, far & wide, raised)
 
+    split: Flags
+    forced: Flags
+    far: Flags
+    degrees: Integers
 
-def _refined(
-    mesh: PhaseMesh, base: PhaseMesh, marks: _Marks | None, settings: Settings
-) -> PhaseMesh:
-    """Split and raise marked intervals; those that a jump already replaced are left alone."""
-    if marks is None or not (marks.split.any() or np.any(marks.raised != base.degrees)):
-        return mesh
-    middle = 0.5 * (mesh.breakpoints[:-1] + mesh.breakpoints[1:])
-    parent = np.clip(np.searchsorted(base.breakpoints, middle) - 1, 0, base.intervals - 1)
-    known = np.isin(mesh.breakpoints, base.breakpoints, assume_unique=True)
-    whole = np.diff(mesh.breakpoints) >= _MOST * np.diff(base.breakpoints)[parent]
-    untouched = (known[:-1] & known[1:]) | (whole & (known[:-1] | known[1:]))
-    split = marks.split[parent] & untouched & ~(mesh.moving & ~marks.forced[parent])
-    if mesh.intervals + 3 * split.sum() > settings.most_intervals:
-        split[:] = False
-    far = split & (marks.far[parent])
-    width = np.diff(mesh.breakpoints)
-    quarters = np.concatenate([mesh.breakpoints[:-1][far] + q * width[far] for q in (0.25, 0.75)])
-    points = np.sort(np.concatenate([mesh.breakpoints, middle[split], quarters]))
-    parents = np.searchsorted(mesh.breakpoints, points[:-1], side="right") - 1
-    degrees = np.where(untouched, marks.raised[parent], mesh.degrees)[parents]
-    movable = tuple(int(np.searchsorted(points, mesh.breakpoints[i])) for i in mesh.movable)
-    return PhaseMesh(points, degrees, movable)
+    @classmethod
+    def of(
+        cls,
+        mesh: PhaseMesh,
+        errors: PhaseErrors,
+        *,
+        tolerance: float,
+        highest: int,
+        least_gain: float,
+    ) -> _Marks:
+        """Marks from the errors; degrees are not raised above `highest`."""
+        ratio = errors.dynamics / tolerance
+        degrees = mesh.degrees.astype(float)
 
+        # the error falls by about the degree with every point more
+        wanted = np.ceil(degrees + np.log(np.maximum(ratio, 1.0)) / np.log(degrees + 1.0))
+        too_high = wanted > highest
+        forced = ((ratio > 1.0) & too_high) | errors.crowded | errors.coarse
+        raised = np.where((ratio > 1.0) & ~too_high, wanted, degrees).astype(np.int64)
 
-def _points(
-    extra: Sequence[Extra], mesh: PhaseMesh, base: PhaseMesh, refined: PhaseMesh,
-    found: PhaseAssessment, settings: Settings,
-) -> tuple[Extra, ...]:  # fmt: skip
-    """Old extra points, carried over, and a new one wherever a constraint is exceeded."""
-    old = base.breakpoints if base.intervals == mesh.intervals else mesh.breakpoints
-    carried = []
-    fractions: dict[int, list[float]] = {}
-    for e in extra:
-        at = old[e.intervals] + e.tau * np.diff(old)[e.intervals]
-        fractions.setdefault(e.constraint, []).extend(at)
-    for c, excess in enumerate(found.excess):
-        over = np.flatnonzero((excess.values > settings.path_tolerance) & ~found.crowded)
-        if over.size:
-            around = np.clip(excess.tau[over][:, None] + _AROUND, 0.0, 1.0)
-            at = (old[over][:, None] + around * np.diff(old)[over][:, None]).ravel()
-            fractions.setdefault(c, []).extend(at)
-    for c, values in fractions.items():
-        at = distinct(np.array(values))
-        k = np.clip(np.searchsorted(refined.breakpoints, at, side="right") - 1, 0,
-                    refined.intervals - 1)  # fmt: skip
-        tau = (at - refined.breakpoints[k]) / np.diff(refined.breakpoints)[k]
-        keep = _spread(k, tau)
-        carried.append(Extra(c, k[keep], np.clip(tau[keep], 0.0, 1.0)))
-    return tuple(carried)
+        wide = np.diff(mesh.breakpoints) > _NARROWEST
+        return cls(
+            split=(forced | (errors.gain >= least_gain)) & wide,
+            forced=forced & wide,
+            far=too_high & (ratio > _FAR) & wide,
+            degrees=raised,
+        )
 
+    def refine(self, mesh: PhaseMesh, base: PhaseMesh, most_intervals: int) -> PhaseMesh:
+        """Cut and raise the intervals of a mesh; those that a bracket replaced are left alone.
 
-def _spread(intervals: NDArray[np.int64], tau: Array) -> NDArray[np.bool_]:
-    """Keep one of several points of an interval that lie almost on top of each other."""
-    keep = np.ones(tau.size, dtype=bool)
-    for i in range(1, tau.size):
-        close = intervals[i] == intervals[i - 1] and tau[i] - tau[i - 1] < 1e-6
-        keep[i] = not close
-    return keep
+        The marks are those of `base`; `mesh` is the same with brackets around jumps.
+        """
+        if not (self.split.any() or np.any(self.degrees != base.degrees)):
+            return mesh
+        points, width = mesh.breakpoints, np.diff(mesh.breakpoints)
+        middle = 0.5 * (points[:-1] + points[1:])
+        parent = np.searchsorted(base.breakpoints, middle) - 1
+        parent = np.clip(parent, 0, base.intervals - 1)
+
+        old = np.isin(points, base.breakpoints, assume_unique=True)
+        whole = width >= _WHOLE * np.diff(base.breakpoints)[parent]
+        untouched = (old[:-1] & old[1:]) | (whole & (old[:-1] | old[1:]))
+
+        # beside a movable breakpoint only what has to be cut
+        split = self.split[parent] & untouched & ~(mesh.moving & ~self.forced[parent])
+        if mesh.intervals + 3 * split.sum() > most_intervals:
+            split[:] = False
+        far = split & self.far[parent]
+
+        quarters = [points[:-1][far] + part * width[far] for part in (0.25, 0.75)]
+        refined = np.sort(np.concatenate([points, middle[split], *quarters]))
+        parents = np.searchsorted(points, refined[:-1], side="right") - 1
+        degrees = np.where(untouched, self.degrees[parent], mesh.degrees)[parents]
+        movable = tuple(int(np.searchsorted(refined, points[i])) for i in mesh.movable)
+        return PhaseMesh(refined, degrees, movable)

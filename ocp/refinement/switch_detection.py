@@ -1,34 +1,59 @@
-"""Jumps of controls: where they are, and meshes whose breakpoints can move onto them."""
+"""Jumps of controls: where they are, and meshes whose breakpoints can move onto them.
+
+A switch of a control inside an interval shows as a steep step between two samples of the control.
+It is located by the area under the control, which the optimiser gets right before the switch is
+resolved, and put in a bracket of fixed breakpoints with a movable one between them. In a bracket a
+breakpoint cannot wander, nor drag others along.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import comb
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ocp.arrays import Array, Flags, Integers
 from ocp.mesh.mesh import PhaseMesh, distinct
 from ocp.mesh.trajectory import PhaseTrajectory
-from ocp.numerics.schemes import scheme
+from ocp.numerics.piecewise_polynomial import PiecewisePolynomial
+from ocp.numerics.schemes import Collocation
+from ocp.optimality.active_set import CLOSE, share_at_limit
 
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
+# A step between two samples counts as a jump from this part of the control's range on, and goes on
+# while the steps have its sign and at least a third of this.
 _STEEP = 0.15
-_BRACKET = 0.15
+_CONTINUED = 0.3 * _STEEP
+# It is a slope and no jump if it takes more than so many steps, or if a step beside it in the same
+# direction is more than this part of it.
+_MOST_STEPS = 4
 _NEIGHBOUR = 0.25
-_LONGEST = 4
+# Half the width of a bracket as a part of the width within which the jump may lie: narrow enough
+# that its ends need not move, wide enough that the optimum is inside.
+_BRACKET = 0.15
+# A breakpoint moves on only while the control jumps at it by this part of its range.
 _FLAT = 0.02
-_LEVEL, _NEAR = 1e-5, 1e-3
-_VANISHED = 1e-7
+# Of its width before: an interval this narrow is pressed together by a movable breakpoint.
 _PRESSED = 0.03
+# Of the phase: an interval this narrow is none.
+_VANISHED = 1e-7
+# rounding of fractions of the phase
+_SAME = 1e-12
 
 
 @dataclass(frozen=True)
 class Jump:
-    """A jump between two samples of a control, located so that the control's area is kept.
+    """A jump between two samples of a control.
 
-    Times are fractions of the phase; `first` and `last` are the samples around it.
+    Attributes
+    ----------
+    first, last : float
+        The samples around it, as fractions of the phase.
+    at : float
+        Where a jump keeps the control's area, as a fraction of the phase.
+    size : float
+        Relative to the range of the control.
     """
 
     first: float
@@ -37,61 +62,102 @@ class Jump:
     size: float
 
 
-def control_samples(own: PhaseTrajectory, column: int) -> tuple[Array, Array]:
-    """Fractions of the phase and values at which a control (column of `controls`) is known."""
-    name, span = own.controls[column], own.end - own.start
-    left, width = own.breakpoints[:-1], np.diff(own.breakpoints)
-    if name in own.constant:
-        times, values = left + 0.5 * width, own.steps[:, own.constant.index(name)]
-    elif name in own.linear:
-        times = np.stack([left, left + width], axis=1).ravel()
-        values = own.ramps[:, :, own.linear.index(name)].ravel()
-    else:
-        index = own.polynomial.index(name)
-        t, v = [], []
-        for piece in own.pieces:
-            points = scheme(own.scheme, piece.degree).points
-            t.append((left[piece.intervals, None] + points * width[piece.intervals, None]).ravel())
-            v.append(piece.controls[:, :, index].ravel())
-        times, values = np.concatenate(t), np.concatenate(v)
-        order = np.argsort(times, kind="stable")
-        times, values = times[order], values[order]
-    return (times - own.start) / span, values
+def control_samples(motion: PhaseTrajectory, name: str) -> tuple[Array, Array]:
+    """Fractions of the phase and values at which a control shows how it varies, (m,) each."""
+    control = motion.polynomial(name)
+    orders, degrees = control.orders, motion.degrees
+    intervals, tau = [np.empty(0, dtype=np.int64)], [np.empty(0)]
+    for order, degree in sorted({*zip(orders.tolist(), degrees.tolist(), strict=True)}):
+        here = np.flatnonzero((orders == order) & (degrees == degree))
+        points = _sample_points(order, motion.scheme.at(degree))
+        intervals.append(np.repeat(here, points.size))
+        tau.append(np.tile(points, here.size))
+
+    k, local = np.concatenate(intervals), np.concatenate(tau)
+    in_time = np.lexsort((local, k))
+    k, local = k[in_time], local[in_time]
+    times = motion.breakpoints[k] + local * np.diff(motion.breakpoints)[k]
+    fractions = (times - motion.start) / (motion.end - motion.start)
+    return fractions, control.value(k, local)[:, 0]
+
+
+def _sample_points(order: int, collocation: Collocation) -> Array:
+    """Local times at which a polynomial of that order is sampled."""
+    if order == 0:
+        return np.array([0.5])
+    if order == 1:
+        return np.array([0.0, 1.0])
+    return collocation.points
+
+
+def control_jumps(motion: PhaseTrajectory) -> list[Jump]:
+    """Jumps of all controls of a phase."""
+    return [
+        jump
+        for name in motion.controls
+        for jump in jumps(*control_samples(motion, name), motion.fractions)
+    ]
 
 
 def jumps(times: Array, values: Array, breakpoints: Array) -> list[Jump]:
-    """Jumps of a sampled control: steep, and much steeper than next to them."""
+    """Jumps of a sampled control: steep, and much steeper than next to them.
+
+    Parameters
+    ----------
+    times, values : (m,)
+        Samples in order; times are fractions of the phase.
+    breakpoints : (N + 1,)
+        Of the mesh, as fractions of the phase.
+    """
     size = float(np.ptp(values)) if values.size else 0.0
     if size == 0.0 or not np.isfinite(size):
         return []
     steps = np.diff(values) / size
-    found, i = [], 0
-    while i < steps.size:
-        if abs(steps[i]) < _STEEP:
-            i += 1
+
+    found: list[Jump] = []
+    first = 0
+    while first < steps.size:
+        if abs(steps[first]) < _STEEP:
+            first += 1
             continue
-        last = i
-        while (
-            last + 1 < steps.size
-            and steps[last + 1] * steps[i] > 0
-            and (abs(steps[last + 1]) >= 0.3 * _STEEP)
-        ):
-            last += 1
-        total = abs(values[last + 1] - values[i]) / size
-        around = [abs(steps[j]) for j in (i - 1, last + 1) if 0 <= j < steps.size
-                  and steps[j] * steps[i] > 0]  # fmt: skip
-        if last - i < _LONGEST and all(s <= _NEIGHBOUR * total for s in around):
-            cut = slice(i, last + 2)
-            found.append(_located(times[cut], values[cut], breakpoints, total))
-        i = last + 1
+        last = _end_of_rise(steps, first)
+        total = abs(values[last + 1] - values[first]) / size
+        if last - first < _MOST_STEPS and _stands_out(steps, first, last, total):
+            around = slice(first, last + 2)
+            found.append(_located(times[around], values[around], breakpoints, total))
+        first = last + 1
     return found
+
+
+def _end_of_rise(steps: Array, first: int) -> int:
+    """The last step that goes on in the direction of the first one."""
+    last = first
+    while last + 1 < steps.size:
+        following = steps[last + 1]
+        if following * steps[first] <= 0 or abs(following) < _CONTINUED:
+            break
+        last += 1
+    return last
+
+
+def _stands_out(steps: Array, first: int, last: int, total: float) -> bool:
+    """Whether the steps beside a rise, in its direction, are much smaller than it."""
+    beside = [
+        abs(steps[j])
+        for j in (first - 1, last + 1)
+        if 0 <= j < steps.size and steps[j] * steps[first] > 0
+    ]
+    return all(step <= _NEIGHBOUR * total for step in beside)
 
 
 def _located(times: Array, values: Array, breakpoints: Array, size: float) -> Jump:
     first, last = float(times[0]), float(times[-1])
+
+    # between two intervals there is one place for it
     inside = breakpoints[(breakpoints >= first) & (breakpoints <= last)]
     if times.size == 2 and inside.size == 1:
         return Jump(first, last, float(inside[0]), size)
+
     area = float(np.trapezoid(values, times))
     at = (area - values[-1] * last + values[0] * first) / (values[0] - values[-1])
     return Jump(first, last, float(np.clip(at, first, last)), size)
@@ -100,32 +166,38 @@ def _located(times: Array, values: Array, breakpoints: Array, size: float) -> Ju
 def with_jumps(mesh: PhaseMesh, found: Sequence[Jump], move: bool) -> PhaseMesh | None:
     """The mesh with every jump in a bracket; None if there is nothing new.
 
-    A bracket is a pair of breakpoints close on both sides of the located jump; with `move`, a
+    A bracket is a pair of breakpoints close on both sides of the located jump. With `move`, a
     breakpoint that the optimiser may move between them stands at the jump.
     """
     points = mesh.breakpoints
     movable = {float(points[i]) for i in mesh.movable}
     new = False
+
     for jump in sorted(found, key=lambda j: -j.size):
-        taken = any(jump.first - 1e-12 <= p <= jump.last + 1e-12 for p in movable)
-        if taken or not 1e-9 < jump.at < 1 - 1e-9:
+        followed = any(jump.first - _SAME <= p <= jump.last + _SAME for p in movable)
+        if followed or not 1e-9 < jump.at < 1 - 1e-9:
             continue
         reach = _BRACKET * _uncertainty(points, jump)
         sides = np.array([jump.at - reach, jump.at + reach])
         sides = sides[(sides > 0.0) & (sides < 1.0)]
-        inside = (np.abs(points - jump.at) < 1.5 * reach) & ~np.isin(points, [0.0, 1.0, *movable])
-        if inside.sum() >= 2 and not move:
-            continue  # it stands already; a bracket that follows a jump to and fro undoes splits
-        points = distinct(np.concatenate([points[~inside], sides, [jump.at] if move else []]))
-        if move:
-            movable.add(jump.at)
+
+        close = np.abs(points - jump.at) < 1.5 * reach
+        replaced = close & ~np.isin(points, [0.0, 1.0, *movable])
+        if replaced.sum() >= 2 and not move:
+            # it stands already; a bracket that follows a jump to and fro undoes splits
+            continue
+        middle = [jump.at] if move else []
+        points = distinct(np.concatenate([points[~replaced], sides, middle]))
+        movable.update(middle)
         new = True
+
     if not new:
         return None
-    middle = 0.5 * (points[:-1] + points[1:])
-    parents = np.clip(np.searchsorted(mesh.breakpoints, middle) - 1, 0, mesh.intervals - 1)
-    moves = tuple(int(np.searchsorted(points, p)) for p in sorted(movable))
-    return PhaseMesh(points, mesh.degrees[parents], moves)
+    centres = 0.5 * (points[:-1] + points[1:])
+    parents = np.searchsorted(mesh.breakpoints, centres) - 1
+    parents = np.clip(parents, 0, mesh.intervals - 1)
+    indices = tuple(int(np.searchsorted(points, p)) for p in sorted(movable))
+    return PhaseMesh(points, mesh.degrees[parents], indices)
 
 
 def _uncertainty(points: Array, jump: Jump) -> float:
@@ -135,24 +207,25 @@ def _uncertainty(points: Array, jump: Jump) -> float:
     return max(jump.last - jump.first, float(near.min()))
 
 
-def settled(mesh: PhaseMesh, own: PhaseTrajectory) -> tuple[PhaseMesh, bool]:
+def settled(mesh: PhaseMesh, motion: PhaseTrajectory) -> tuple[PhaseMesh, bool]:
     """The mesh at the solved breakpoints, and whether a breakpoint wants to move on.
 
     A breakpoint that ran into a fixed neighbour takes its place, so that it can go further in the
-    next round; an interval that vanished is dropped; a breakpoint without a jump stays put.
+    next round. An interval that vanished is dropped. A breakpoint without a jump stays put.
     """
-    fractions = (own.breakpoints - own.start) / (own.end - own.start)
-    fractions[0], fractions[-1] = 0.0, 1.0
+    fractions = motion.fractions
     before, after = np.diff(mesh.breakpoints), np.diff(fractions)
-    movable = {i for i in mesh.movable if _jumps_at(own, i)}
+    movable = {i for i in mesh.movable if _jumps_at(motion, i)}
+    last = mesh.intervals
+
     gone: set[int] = set()
     pressed = False
     for k in np.flatnonzero(mesh.moving & (after < _PRESSED * before)):
         left, right = int(k), int(k) + 1
         if after[k] < _VANISHED:
-            gone.add(right if right in movable and right < mesh.intervals else left)
+            gone.add(right if right in movable and right < last else left)
             pressed = True
-        elif left in movable and right not in mesh.movable and right < mesh.intervals:
+        elif left in movable and right not in mesh.movable and right < last:
             gone.add(right)
             pressed = True
         elif right in movable and left not in mesh.movable and left > 0:
@@ -160,94 +233,72 @@ def settled(mesh: PhaseMesh, own: PhaseTrajectory) -> tuple[PhaseMesh, bool]:
             pressed = True
         elif left in movable or right in movable:
             pressed = True
-    kept = [i for i in range(mesh.intervals + 1) if i not in gone or i in (0, mesh.intervals)]
-    return PhaseMesh(
-        fractions[kept], mesh.degrees[np.array(kept[:-1])],
-        tuple(kept.index(i) for i in sorted(movable) if i in kept),
-    ), pressed  # fmt: skip
+
+    kept = [i for i in range(last + 1) if i not in gone or i in (0, last)]
+    indices = tuple(kept.index(i) for i in sorted(movable) if i in kept)
+    return PhaseMesh(fractions[kept], mesh.degrees[np.array(kept[:-1])], indices), pressed
 
 
-def _jumps_at(own: PhaseTrajectory, index: int) -> bool:
+def _jumps_at(motion: PhaseTrajectory, breakpoint_index: int) -> bool:
     """Whether any control still jumps at a breakpoint."""
-    sides = own.local(np.array([index - 1, index]), np.array([1.0, 0.0]))
-    n_x = len(own.states)
-    for j in range(len(own.controls)):
-        values = control_samples(own, j)[1]
-        size = np.ptp(values)
-        if size > 0 and abs(sides[1, n_x + j] - sides[0, n_x + j]) > _FLAT * size:
+    for name in motion.controls:
+        size = float(np.ptp(control_samples(motion, name)[1]))
+        ends = motion.polynomial(name).ends()[:, :, 0]
+        step = ends[breakpoint_index, 0] - ends[breakpoint_index - 1, 1]
+        if size > 0 and abs(step) > _FLAT * size:
             return True
     return False
 
 
-def control_errors(
-    own: PhaseTrajectory, mesh: PhaseMesh, limits: Mapping[str, tuple[float, float]]
-) -> Array:
+def control_errors(motion: PhaseTrajectory, mesh: PhaseMesh) -> Array:
     """Estimated error of each interval's control shape relative to the control's range, (N,).
 
-    A level next to a jump, or a control on its bound, is no error; a value between two levels is.
+    Of a constant or linear control it is what the next order would add, from the smaller of the
+    differences to both neighbours: a level next to a jump is no error, a value between two levels
+    is. Of a polynomial of a higher order it is its last Legendre coefficient.
     """
     worst = np.zeros(mesh.intervals)
-    for j, name in enumerate(own.controls):
-        size = float(np.ptp(control_samples(own, j)[1]))
+    for name in motion.controls:
+        size = float(np.ptp(control_samples(motion, name)[1]))
         if size == 0.0:
             continue
-        if name in own.constant:
-            values = own.steps[:, own.constant.index(name)]
-            error = _nearest_neighbour(np.abs(np.diff(values)) / 4.0, mesh)
-            low, high = limits[name]
-            error[np.minimum(np.abs(values - low), np.abs(values - high)) < _LEVEL * size] = 0.0
-        elif name in own.linear:
-            ramps, width = own.ramps[:, :, own.linear.index(name)], np.diff(own.breakpoints)
-            slopes = (ramps[:, 1] - ramps[:, 0]) / width
-            bend = np.abs(np.diff(slopes)) / 8.0
-            error = width * _nearest_neighbour(bend, mesh)
-        else:
-            error = _legendre_tail(own, own.polynomial.index(name))
+        control = motion.polynomial(name)
+        ends, width = control.ends()[:, :, 0], np.diff(control.breakpoints)
+        level = 0.5 * (ends[:, 0] + ends[:, 1])
+        slope = (ends[:, 1] - ends[:, 0]) / width
+
+        # the error of a step is a quarter of the difference of levels, that of a line an eighth of
+        # the difference of slopes times the width
+        by_levels = _smaller_difference(level, mesh) / 4.0
+        by_slopes = width * _smaller_difference(slope, mesh) / 8.0
+        error = np.where(control.orders == 0, by_levels, by_slopes)
+        error = np.where(control.orders > 1, _legendre_tail(control), error)
         worst = np.maximum(worst, error / size)
     return worst
 
 
-def saturated(own: PhaseTrajectory, limits: Mapping[str, tuple[float, float]]) -> NDArray[np.bool_]:
+def saturated(motion: PhaseTrajectory, limits: Mapping[str, tuple[float, float]]) -> Flags:
     """Intervals in which a control stays on one of its bounds or close to it, (N,)."""
-    found = np.zeros(len(own.breakpoints) - 1, dtype=bool)
-    for j, name in enumerate(own.controls):
-        low, high = _ranges(own, name)
-        close = _NEAR * float(np.ptp(control_samples(own, j)[1]))
+    found = np.zeros(motion.intervals, dtype=bool)
+    for name in motion.controls:
+        margin = CLOSE * float(np.ptp(control_samples(motion, name)[1]))
         for limit in limits[name]:
-            found |= (np.abs(low - limit) <= close) & (np.abs(high - limit) <= close)
+            found |= share_at_limit(motion.polynomial(name), limit, margin) == 1.0
     return found
 
 
-def _ranges(own: PhaseTrajectory, name: str) -> tuple[Array, Array]:
-    """Least and largest known value of a control in each interval, (N,) each."""
-    if name in own.constant:
-        values = own.steps[:, own.constant.index(name)]
-        return values, values
-    if name in own.linear:
-        ramps = own.ramps[:, :, own.linear.index(name)]
-        return ramps.min(axis=1), ramps.max(axis=1)
-    low, high = np.empty((2, len(own.breakpoints) - 1))
-    for piece in own.pieces:
-        values = piece.controls[:, :, own.polynomial.index(name)]
-        low[piece.intervals], high[piece.intervals] = values.min(axis=1), values.max(axis=1)
-    return low, high
-
-
-def _nearest_neighbour(at_breaks: Array, mesh: PhaseMesh) -> Array:
-    """Smaller of the differences at an interval's two inner breakpoints; 0 at movable ones."""
-    padded = np.concatenate([[np.inf], at_breaks, [np.inf]])
-    padded[list(mesh.movable)] = 0.0
-    smaller = np.minimum(padded[:-1], padded[1:])
+def _smaller_difference(values: Array, mesh: PhaseMesh) -> Array:
+    """Smaller of the differences to both neighbours, (N,); 0 beside a movable breakpoint."""
+    at_breakpoints = np.concatenate([[np.inf], np.abs(np.diff(values)), [np.inf]])
+    at_breakpoints[list(mesh.movable)] = 0.0
+    smaller = np.minimum(at_breakpoints[:-1], at_breakpoints[1:])
     return np.where(np.isfinite(smaller), smaller, 0.0)
 
 
-def _legendre_tail(own: PhaseTrajectory, index: int) -> Array:
-    tail = np.zeros(len(own.breakpoints) - 1)
-    for piece in own.pieces:
-        method = scheme(own.scheme, piece.degree)
-        points, count = method.points, method.choices
-        if points.size > 1:
-            basis = np.linalg.inv(np.polynomial.legendre.legvander(2 * points - 1, points.size - 1))
-            tail[piece.intervals] = np.abs(
-                piece.controls[:, :, index] @ basis[max(count - 1, 1) :].T).max(axis=1)  # fmt: skip
-    return tail
+def _legendre_tail(control: PiecewisePolynomial) -> Array:
+    """Size of the highest Legendre coefficient in each interval, (N,)."""
+    orders = control.orders
+    highest = np.take_along_axis(control.powers()[:, 0, :], orders[:, None], axis=1)[:, 0]
+    # the leading coefficient of the Legendre polynomial on [0, 1]
+    leading: Integers = np.array([comb(2 * order, order) for order in orders.tolist()])
+    return np.abs(highest) / leading
