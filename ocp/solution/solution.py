@@ -6,76 +6,29 @@ from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ocp.arrays import Array
 from ocp.errors import StatementError
 from ocp.mesh.evaluation import Evaluator
 from ocp.mesh.mesh import Mesh, distinct
 from ocp.mesh.trajectory import Trajectory
-from ocp.optimality.multipliers import Multipliers, SolvedProgram
+from ocp.optimality.iterate import Iterate
+from ocp.optimality.multipliers import Multipliers
+from ocp.problem.functionals import Peak
 from ocp.problem.lookup import named
-from ocp.problem.statement import Phase, Problem
+from ocp.problem.phase import Phase
+from ocp.problem.problem import Problem
 from ocp.problem.symbols import resolve, scalar
-from ocp.problem.terms import Functional
-from ocp.refinement.between import dense_peak
-from ocp.verification.bernstein_bounds import Margin
-from ocp.verification.simulation import Replay
+from ocp.refinement.error_estimate import dense_peak
+from ocp.refinement.mesh_iteration import MeshIteration
+from ocp.verification.simulation import SimulatedMotion
+from ocp.verification.verify import Verification
 
 if TYPE_CHECKING:
     from ocp.analysis.one_sided import Sided
-    from ocp.transcription.scaling_report import ScalingReport
+    from ocp.analysis.scaling_report import ScalingReport
 
-Array = NDArray[np.float64]
 Kept = TypeVar("Kept")
-
-
-@dataclass(frozen=True)
-class Round:
-    """Record of one mesh round."""
-
-    intervals: int
-    extra_points: int
-    movable: int
-    iterations: int
-    seconds: float
-    objective: float
-    dynamics_error: float
-    excess: float
-    gain: float
-    status: str
-    solver: str = "ipopt"
-
-
-@dataclass(frozen=True)
-class Verification:
-    """What the independent replay and the evaluation between the points found.
-
-    Attributes
-    ----------
-    miss : replayed end state minus the solution's, relative to the states' sizes.
-    excess : largest excess of a path constraint or bound of the replayed motion, relative.
-    peaks : (name, epigraph value, dense value of the replayed motion) of each peak.
-    margins : of every path constraint, bound of a state or algebraic signal and peak, along the
-        solution between its points: found by dense evaluation, and bounded rigorously where it is a
-        polynomial of time.
-    passed, reasons : whether all tolerances are met, and if not, why.
-    seconds : spent on replay and evaluation.
-    amplification : factor by which the motion amplifies errors.
-    restarts : how often the replay was set back to the solution because this factor is too large.
-    """
-
-    miss: float
-    excess: float
-    peaks: tuple[tuple[str, float, float], ...]
-    objective: float
-    replayed_objective: float
-    integrator_error: float
-    passed: bool
-    reasons: tuple[str, ...] = ()
-    seconds: float = 0.0
-    margins: tuple[Margin, ...] = ()
-    amplification: float = 1.0
-    restarts: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,25 +40,25 @@ class Solution:
     objective : value of what was minimised or maximised, as the solver reports it.
     trajectory, replayed : the solution and its independent replay; with `verify=False` there is
         none, `replayed` is the solution and `replay` has no phases.
-    record : the mesh rounds.
+    mesh_iterations : the mesh rounds.
     verdict : "global: bound met", "local: ..." or "unverified", in words.
     multipliers : of dynamics (costates), bounds, links and peaks, in the units of the statement.
-    program : the solved program, for proofs.
+    iterate : the solved program's unknowns and multipliers, for proofs.
     """
 
     problem: Problem
     objective: float
     trajectory: Trajectory
     replayed: Trajectory
-    replay: Replay
+    replay: SimulatedMotion
     verification: Verification
     mesh: Mesh
-    record: tuple[Round, ...]
+    mesh_iterations: tuple[MeshIteration, ...]
     verdict: str
     evaluator: Evaluator
     seconds: float = 0.0
     multipliers: Multipliers | None = None
-    program: SolvedProgram | None = None
+    iterate: Iterate | None = None
 
     @property
     def breakpoints(self) -> Array:
@@ -115,7 +68,7 @@ class Solution:
     @property
     def iterations(self) -> int:
         """Iterations of the solver over all rounds."""
-        return sum(r.iterations for r in self.record)
+        return sum(r.iterations for r in self.mesh_iterations)
 
     def __reduce__(self) -> tuple[Any, ...]:
         from ocp.solution.storage import packed, unpacked
@@ -132,9 +85,8 @@ class Solution:
         expression = named(self.problem, expression)
         symbols = resolve(scalar(expression, "an expression"), "an expression")
         peaks = {
-            f: dense_peak(self.evaluator, source, f)
-            for f in symbols if isinstance(f, Functional) and f.kind == "peak"
-        }  # fmt: skip
+            f: dense_peak(self.evaluator, source, f) for f in symbols if isinstance(f, Peak)
+        }
         return self.evaluator.number(source, expression, peaks)
 
     def sample(
@@ -201,9 +153,9 @@ class Solution:
     @property
     def scaling(self) -> ScalingReport:
         """The sizes by which the solve divided, and why; prints as a table."""
-        from ocp.transcription.scaling_report import report_of
+        from ocp.analysis.scaling_report import report_of
 
-        return report_of(self.problem, self.kept_program.scales)
+        return report_of(self.problem, self.kept_iterate.scales)
 
     def sensitivities(self) -> dict[str, float]:
         """Change of the optimum per unit of every named number, see `ocp.analysis.sensitivity`.
@@ -224,12 +176,12 @@ class Solution:
         """
         from ocp.analysis.one_sided import one_sided
 
-        return one_sided(self.kept_program, self.trajectory.constants)
+        return one_sided(self.kept_iterate)
 
     @property
-    def kept_program(self) -> SolvedProgram:
+    def kept_iterate(self) -> Iterate:
         """The solved program; StatementError if the solution was made without."""
-        return _kept(self.program)
+        return _kept(self.iterate)
 
     @property
     def kept_multipliers(self) -> Multipliers:
