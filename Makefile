@@ -9,12 +9,13 @@ REGRESSION_FLAGS ?=
 RACE_FLAGS ?= --peers --only race
 EXUDYN_FLAGS ?=
 
-.PHONY: help setup study picture table test test-slow lint benchmark regression race exudyn clean
+.PHONY: help setup study picture table docs test test-slow lint benchmark regression race exudyn clean
 
 help:
 	@echo "make study      optimal deployment of the 24-module antenna, into results/"
 	@echo "make picture    the README's picture, from the main study"
 	@echo "make table      the paper's figures beside ours"
+	@echo "make docs       the site, into docs/build/html; runs every example"
 	@echo "make test       fast tests"
 	@echo "make test-slow  slow tests"
 	@echo "make lint       formatting, lint, types, import rule"
@@ -33,7 +34,7 @@ $(READY): pyproject.toml constraints.txt
 	@echo "setting up .venv (once, a minute or two) ..."
 	@test -x $(BIN)/python || $(PYTHON) -m venv .venv
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt setuptools
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --config-settings editable_mode=compat -c constraints.txt -e '.[test,lint]'
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --config-settings editable_mode=compat -c constraints.txt -e '.[test,lint,docs]'
 	@touch $@
 
 study: $(READY)
@@ -45,6 +46,10 @@ picture: $(READY)
 
 table: $(READY)
 	$(BIN)/antenna-ocp table
+
+docs: $(READY)
+	$(BIN)/python -m sphinx -W --keep-going -n -q -b html docs docs/build/html
+	@echo "open docs/build/html/index.html"
 
 test: $(READY)
 	$(BIN)/python -m pytest
@@ -73,5 +78,5 @@ exudyn: $(READY)
 	$(BIN)/python -m benchmarks.exudyn $(EXUDYN_FLAGS)
 
 clean:
-	rm -rf build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf build dist docs/build docs/generated *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -not -path './.venv/*' -prune -exec rm -rf {} +
