@@ -8,8 +8,9 @@ STUDY_FLAGS ?=
 REGRESSION_FLAGS ?=
 RACE_FLAGS ?= --peers --only race
 EXUDYN_FLAGS ?=
+SHOWS_FLAGS ?= --list
 
-.PHONY: help setup study picture table docs test test-slow lint benchmark regression race exudyn clean
+.PHONY: help setup study picture table docs test test-slow lint benchmark regression race exudyn shows clean
 
 help:
 	@echo "make study      optimal deployment of the 24-module antenna, into results/"
@@ -23,6 +24,7 @@ help:
 	@echo "make regression values, iterations and certificates beside those of benchmarks/baseline.json"
 	@echo "make race       the engine beside other tools, each in an environment of its own"
 	@echo "make exudyn     the simulator of flexible links beside Exudyn, which is installed first"
+	@echo "make shows      what is too long for a test: SHOWS_FLAGS=\"NAME --count N --seed S\""
 	@echo "make clean      remove caches (keeps .venv and results/)"
 
 setup: $(READY)
@@ -76,6 +78,9 @@ race: $(READY)
 exudyn: $(READY)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -r benchmarks/exudyn/requirements.txt
 	$(BIN)/python -m benchmarks.exudyn $(EXUDYN_FLAGS)
+
+shows: $(READY)
+	$(BIN)/python -m benchmarks.shows $(SHOWS_FLAGS)
 
 clean:
 	rm -rf build dist docs/build docs/generated *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
