@@ -31,7 +31,7 @@ LINE = re.compile(r"import time:\s*(\d+) \|\s*(\d+) \|\s*(\S+)")  # of `python -
 
 
 def measure(setup: Setup) -> Iterator[Record]:
-    """Time each start, and take its imports apart; see `Measurement`."""
+    """Time each start, and take its imports apart; see `BenchmarkPart`."""
     starts: dict[str, dict[str, Any]] = {name: {"seconds": []} for name in STARTS}
     for _ in range(setup.repeats):
         for name, words in STARTS.items():
