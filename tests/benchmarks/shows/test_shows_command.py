@@ -1,13 +1,16 @@
 """Shows: each case a process and a row, killed runs go on, failures are rows with a reason."""
 
 import json
+import subprocess
 import sys
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from benchmarks.records import ROOT
 from benchmarks.shows import show as shows
 from benchmarks.shows.__main__ import main
 from benchmarks.shows.show import SHOWS, show
@@ -140,3 +143,35 @@ def test_every_show_has_what_a_show_needs(capsys: pytest.CaptureFixture[str]) ->
         assert module.LIMIT > 0
     assert main(["--list"]) == 0
     assert len(capsys.readouterr().out.splitlines()) == len(shows.SHOWS)
+
+
+def test_a_case_ends_with_the_run_that_started_it(tmp_path: Path) -> None:
+    pid = tmp_path / "pid"
+    case = f"""
+import os, pathlib, time
+from benchmarks.shows.case import end_with_parent
+end_with_parent()
+pathlib.Path({str(pid)!r}).write_text(str(os.getpid()))
+time.sleep(60)
+"""
+    run = f"""
+import subprocess, sys
+subprocess.run([sys.executable, '-c', {case!r}], start_new_session=True)
+"""
+    with subprocess.Popen([sys.executable, "-c", run], cwd=ROOT) as process:
+        _wait(lambda: pid.exists() and pid.read_text() != "")
+        process.kill()
+    _wait(lambda: not _alive(int(pid.read_text())))
+
+
+def _wait(condition: Callable[[], bool]) -> None:
+    for _ in range(200):
+        if condition():
+            return
+        time.sleep(0.1)
+    pytest.fail("waited for 20 s")
+
+
+def _alive(pid: int) -> bool:
+    status = Path(f"/proc/{pid}/stat")
+    return status.exists() and ") Z " not in status.read_text()
