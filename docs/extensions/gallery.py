@@ -1,4 +1,7 @@
-"""The gallery: each script of `docs/examples` is run, and becomes a page with its code and picture.
+"""Pictures that scripts draw when the site is built, and the gallery.
+
+Each script of `docs/figures` draws a picture of the explanations. Each script of `docs/examples` is
+run, and becomes a page of the gallery with its code and picture.
 
 A script is what a user would write. Its docstring (title, then text in MyST) opens the page, what
 it prints and the picture `NAME.png` that it saves close it. A script that fails fails the build.
@@ -60,17 +63,18 @@ def example_paths(folder: Path) -> list[Path]:
     return [folder / f"{name}.py" for name in names]
 
 
-def run(example: Example, folder: Path, fingerprint: str) -> None:
+def run(script: Path, folder: Path, fingerprint: str) -> None:
     """Run a script in `folder` unless what it left there is up to date."""
-    stamp = folder / f"{example.name}.stamp"
-    wanted = f"{fingerprint} {hashlib.sha256(example.path.read_bytes()).hexdigest()}"
+    name = script.stem
+    stamp = folder / f"{name}.stamp"
+    wanted = f"{fingerprint} {hashlib.sha256(script.read_bytes()).hexdigest()}"
     if stamp.exists() and stamp.read_text("utf-8") == wanted:
         return
 
-    root = example.path.parents[2]
+    root = script.parents[2]
     environment = {**os.environ, "MPLBACKEND": "Agg", "PYTHONPATH": str(root)}
     done = subprocess.run(
-        [sys.executable, "-W", "error", str(example.path)],
+        [sys.executable, "-W", "error", str(script)],
         cwd=folder,
         env=environment,
         capture_output=True,
@@ -78,10 +82,10 @@ def run(example: Example, folder: Path, fingerprint: str) -> None:
         timeout=SECONDS,
         check=False,
     )
-    picture = folder / f"{example.name}.png"
+    picture = folder / f"{name}.png"
     if done.returncode != 0 or not picture.exists():
-        raise ExtensionError(f"the example {example.path.name} failed:\n{done.stderr[-2000:]}")
-    (folder / f"{example.name}.txt").write_text(done.stdout, "utf-8")
+        raise ExtensionError(f"the script {script.name} failed:\n{done.stderr[-2000:]}")
+    (folder / f"{name}.txt").write_text(done.stdout, "utf-8")
     stamp.write_text(wanted, "utf-8")
 
 
@@ -133,14 +137,22 @@ def _fingerprint(root: Path) -> str:
 
 def _build(app: Sphinx) -> None:
     source = Path(app.srcdir)
-    target = source / "generated" / "examples"
-    target.mkdir(parents=True, exist_ok=True)
-    examples = [read_example(path) for path in example_paths(source / "examples")]
-
+    scripts = {
+        "figures": sorted((source / "figures").glob("*.py")),
+        "examples": example_paths(source / "examples"),
+    }
     fingerprint = _fingerprint(source.parent)
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        list(pool.map(lambda example: run(example, target, fingerprint), examples))
+        jobs = []
+        for folder, paths in scripts.items():
+            target = source / "generated" / folder
+            target.mkdir(parents=True, exist_ok=True)
+            jobs += [pool.submit(run, path, target, fingerprint) for path in paths]
+        for job in jobs:
+            job.result()
 
+    target = source / "generated" / "examples"
+    examples = [read_example(path) for path in scripts["examples"]]
     for example in examples:
         _write(target / f"{example.name}.code", example.code + "\n")
         _write(target / f"{example.name}.md", page(example))
