@@ -74,6 +74,10 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     """A name whose module is loaded on first use."""
+    if name == "__version__":
+        from importlib.metadata import version  # reads a file, which an import need not wait for
+
+        return version("antenna-ocp")
     if name not in _MODULES:
         raise AttributeError(f"module 'ocp' has no attribute {name!r}")
     found = globals()[name] = getattr(import_module(f"ocp.{_MODULES[name]}"), name)

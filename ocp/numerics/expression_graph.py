@@ -1,0 +1,224 @@
+"""A CasADi expression as a plain list of instructions, and back.
+
+CasADi's own serialised functions are read by its own machine code.  A list of named operations
+can be checked before anything is built from it, survives another version of CasADi, and can be
+written out as text.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import casadi as ca
+
+# the elementary functions that a scalar expression is made of, in CasADi's names
+_OF_ONE = (
+    "neg exp log sqrt sq twice sin cos tan asin acos atan not floor ceil fabs sign erf erfinv inv "
+    "sinh cosh tanh asinh acosh atanh log1p expm1"
+)
+_OF_TWO = (
+    "add sub mul div pow constpow lt le eq ne and or fmod remainder copysign if_else_zero fmin "
+    "fmax atan2 hypot"
+)
+_OPERANDS = {
+    "number": 0,
+    "symbol": 1,
+    **dict.fromkeys(_OF_ONE.split(), 1),
+    **dict.fromkeys(_OF_TWO.split(), 2),
+}
+
+
+@dataclass(frozen=True)
+class Instruction:
+    """One operation on earlier results.
+
+    Attributes
+    ----------
+    operation : name of an elementary function, "number" or "symbol".
+    operands : positions of earlier instructions; of a symbol its position among the symbols.
+    number : the value of a number.
+    """
+
+    operation: str
+    operands: tuple[int, ...] = ()
+    number: float = 0.0
+
+
+@dataclass(frozen=True)
+class ExpressionGraph:
+    """Scalar expressions of some symbols, shared parts written once.
+
+    Attributes
+    ----------
+    instructions : in an order in which they can be carried out.
+    results : positions of the expressions, in their order.
+
+    Raises
+    ------
+    ValueError
+        When an operation is unknown, or an operand comes after the instruction that needs it.
+    """
+
+    instructions: tuple[Instruction, ...]
+    results: tuple[int, ...]
+
+    def __post_init__(self) -> None:
+        for position, instruction in enumerate(self.instructions):
+            name, operands = instruction.operation, instruction.operands
+            if name not in _OPERANDS:
+                raise ValueError(f"instruction {position} is the unknown operation {name!r}")
+            if len(operands) != _OPERANDS[name]:
+                raise ValueError(f"instruction {position} ({name}) has {len(operands)} operands")
+            if name != "symbol" and not all(0 <= i < position for i in operands):
+                raise ValueError(f"instruction {position} ({name}) needs a later one")
+        if not all(0 <= i < len(self.instructions) for i in self.results):
+            raise ValueError("a result is none of the instructions")
+
+    def rebuilt(self, symbols: Sequence[ca.SX]) -> list[ca.SX]:
+        """The expressions, of the given symbols."""
+        codes, values = _codes(), list[ca.SX]()
+        for instruction in self.instructions:
+            operands = instruction.operands
+            if instruction.operation == "number":
+                values.append(ca.SX(instruction.number))
+            elif instruction.operation == "symbol":
+                values.append(symbols[operands[0]])
+            elif len(operands) == 1:
+                values.append(ca.SX.unary(codes[instruction.operation], values[operands[0]]))
+            else:
+                left, right = (values[i] for i in operands)
+                values.append(ca.SX.binary(codes[instruction.operation], left, right))
+        return [values[i] for i in self.results]
+
+
+def graph_of(expressions: Sequence[ca.SX], symbols: Sequence[ca.SX]) -> ExpressionGraph:
+    """The instructions of dense scalar expressions.
+
+    Parameters
+    ----------
+    symbols : all symbols that the expressions depend on; others may be among them.
+    """
+    stacked = ca.densify(ca.vertcat(*expressions, ca.SX(0, 1)))
+    function = ca.Function("expressions", list(symbols), [stacked])
+    names = {code: name for name, code in _codes().items()}
+
+    # registers are used again, so every register leads to the instruction that last wrote it
+    registers: dict[int, int] = {}
+    instructions: list[Instruction] = []
+    results = [0] * len(expressions)
+    for k in range(function.n_instructions()):
+        code, inputs = function.instruction_id(k), function.instruction_input(k)
+        output = function.instruction_output(k)
+        if code == ca.OP_OUTPUT:
+            results[output[1]] = registers[inputs[0]]
+            continue
+        if code == ca.OP_CONST:
+            instruction = Instruction("number", number=float(function.instruction_constant(k)))
+        elif code == ca.OP_INPUT:
+            instruction = Instruction("symbol", (int(inputs[0]),))
+        else:
+            instruction = Instruction(names[code], tuple(registers[i] for i in inputs))
+        registers[output[0]] = len(instructions)
+        instructions.append(instruction)
+    return ExpressionGraph(tuple(instructions), tuple(results))
+
+
+def expression_text(
+    expression: ca.SX, name_of: Callable[[ca.SX], str] | None = None, longest: int = 160
+) -> str:
+    """A scalar expression as one writes it, such as ``a*sin(q)^2 - 1``.
+
+    Parameters
+    ----------
+    name_of : what to write for a symbol; by default its name.
+    longest : an expression of more characters is named by the symbols it depends on.
+    """
+    name_of = name_of or ca.SX.name
+    symbols = ca.symvar(expression)
+    graph = graph_of([expression], symbols)
+    names = [name_of(symbol) for symbol in symbols]
+
+    # shared parts are written out wherever they appear, so a long part is dropped early
+    parts: list[_Text | None] = []
+    for instruction in graph.instructions:
+        if instruction.operation == "number":
+            parts.append(_number_text(instruction.number))
+        elif instruction.operation == "symbol":
+            parts.append(_Text(names[instruction.operands[0]]))
+        else:
+            operands = [part for i in instruction.operands if (part := parts[i]) is not None]
+            whole = len(operands) == len(instruction.operands)
+            text = _operation_text(instruction.operation, operands) if whole else None
+            parts.append(text if text and len(text.text) <= longest else None)
+    result = parts[graph.results[0]]
+    return result.text if result else f"f({', '.join(names)})"
+
+
+@dataclass(frozen=True)
+class _Text:
+    """A part of an expression and how tightly its last operation binds."""
+
+    text: str
+    binding: int = 9
+
+    def within(self, binding: int) -> str:
+        """The text as an operand of an operation that binds this tightly."""
+        return self.text if self.binding >= binding else f"({self.text})"
+
+
+# operation: sign between its operands, how tightly it binds, what its right operand needs
+_INFIX = {
+    "or": (" or ", 1, 1),
+    "and": (" and ", 2, 2),
+    "lt": (" < ", 3, 4),
+    "le": (" <= ", 3, 4),
+    "eq": (" == ", 3, 4),
+    "ne": (" != ", 3, 4),
+    "add": (" + ", 4, 4),
+    "sub": (" - ", 4, 6),
+    "mul": ("*", 6, 6),
+    "div": ("/", 6, 7),
+    "pow": ("^", 8, 8),
+    "constpow": ("^", 8, 8),
+}
+_NEGATIVE = 5  # binds less than a product, so that a power or a divisor puts it in parentheses
+_FUNCTIONS = {"if_else_zero": "if", "fmin": "min", "fmax": "max", "fabs": "abs"}
+
+
+def _operation_text(name: str, operands: Sequence[_Text]) -> _Text:
+    first = operands[0]
+    if name in _INFIX:
+        return _infix_text(name, first, operands[1])
+    if name == "neg":
+        return _Text(f"-{first.within(6)}", _NEGATIVE)
+    if name == "sq":
+        return _Text(f"{first.within(9)}^2", 8)
+    if name == "twice":
+        return _Text(f"2*{first.within(6)}", 6)
+    if name == "inv":
+        return _Text(f"1/{first.within(7)}", 6)
+    arguments = ", ".join(operand.text for operand in operands)
+    return _Text(f"{_FUNCTIONS.get(name, name)}({arguments})")
+
+
+def _infix_text(name: str, first: _Text, second: _Text) -> _Text:
+    sign, binding, right = _INFIX[name]
+    if name == "add" and second.text.startswith("-"):
+        return _Text(f"{first.text} - {second.text[1:]}", binding)
+    if name in ("mul", "div") and first.binding == _NEGATIVE:
+        return _Text(f"{first.text}{sign}{second.within(right)}", _NEGATIVE)
+    left = first.within(binding + (sign == "^"))  # a power of a power needs parentheses
+    return _Text(f"{left}{sign}{second.within(right)}", binding)
+
+
+def _number_text(value: float) -> _Text:
+    return _Text(f"{value:.6g}", _NEGATIVE if value < 0 else 9)
+
+
+@cache
+def _codes() -> dict[str, int]:
+    """CasADi's number of each operation."""
+    names = (*_OF_ONE.split(), *_OF_TWO.split())
+    return {name: getattr(ca, f"OP_{name.upper()}") for name in names}
