@@ -97,7 +97,7 @@ def size(
     panel.text(*at, text, ha="center", va="center", fontsize=12, style="italic")
 
 
-figure = plt.figure(figsize=(9.6, 6.2), layout="constrained")
+figure = plt.figure(figsize=(8.2, 5.3), layout="constrained")
 panels = figure.subplot_mosaic(
     [["large", "folded"], ["large", "half"], ["large", "open"]], width_ratios=(2.5, 1)
 )
