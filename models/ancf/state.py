@@ -45,6 +45,7 @@ def posed(chain: Chain, angles: Sequence[float] | None = None) -> NodalState:
         f"posed: {len(angles)} angles for {len(chain.links)} links; give one a joint.",
     )
 
+    # from the root outward, each link along its heading, the sum of the joint angles so far
     nodes, start = [], np.zeros(2)
     for link, heading in zip(chain.links, np.cumsum(angles), strict=True):
         axis = np.array([np.cos(heading), np.sin(heading)])

@@ -163,6 +163,7 @@ def project(
     if momentum is None:
         momentum = mass @ asm.gather(state.v)
 
+    # The impulse of the lock does no work on z: the momentum on z is kept.
     z = form.coordinates(time, state.q, state.v)[0][:, None]
     on_z = elimination.force(instant, x, momentum[:, None])
     rate = solve(elimination.reduce(time, x[:, 0], mass), on_z, assume_a="pos")
@@ -238,6 +239,7 @@ def run_and_lock(
     )
     left = residual_energy(chain, lock.joints, lock.state)
 
+    # what is left goes on swinging about the locked configuration
     swinging = None
     if after is not None:
         swinging = simulate(chain, lock.joints, lock.state, after, settings=settings)

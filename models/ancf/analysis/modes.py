@@ -131,6 +131,7 @@ def equilibrium(
         x = form.motion(instant, z, still, still)[0][:, 0]
         tangent = form.elimination.reduce(t, x, form.assembly.tangent(x, N[:, 0]))
 
+        # The axial forces are eliminated from the correction and follow from it.
         dz = _checked_solve(tangent, form.axial_load(gap) - force)
         dz *= min(1.0, _LONGEST_STEP / float(np.abs(dz).max(initial=1e-300)))
         z, N = z + dz, N + form.axial_force_change(dz) - gap
@@ -166,6 +167,7 @@ def _elastic_modes(
     """The `count` lowest omega^2 [1/s^2] and their shapes, rigid motions left out."""
     from scipy.linalg import eigh
 
+    # ascending, so rigid motions come first, with zero but for rounding
     squares, vectors = eigh(stiffness, mass)
     rigid = _rigid_motions(chain, joints)
     squares, vectors = squares[rigid : rigid + count], vectors[:, rigid : rigid + count]
@@ -195,6 +197,7 @@ def _checked_solve(matrix: Array, rhs: Array) -> Array:
     """Solve, leaving out motions without stiffness unless a force acts along them."""
     from scipy.linalg import eigh
 
+    # In the basis of its eigenvectors the system is diagonal.
     stiffness, shapes = eigh(matrix)
     stiff = np.abs(stiffness) > 1e-14 * np.abs(stiffness).max()
     along = shapes.T @ rhs
@@ -213,9 +216,12 @@ def _check_mesh(chain: Chain, omega: float) -> None:
     needed = 1
     for link in chain.links:
         rho = link.linear_density
+
+        # wave numbers of a beam that bends and of a rod that stretches at this frequency
         bend = (omega**2 * rho / link.bending_stiffness) ** 0.25
         stretch = omega * sqrt(rho / link.axial_stiffness)
         needed = max(needed, int(np.ceil(max(bend, stretch) * link.length / _COARSE)))
+
     if chain.elements < needed:
         raise ModelError(
             f"natural_modes: {chain.elements} elements a link are too coarse for "

@@ -25,7 +25,7 @@ from models.numerics import interior
 _log = logging.getLogger(__name__)
 
 _NEWTON = 0.01  # error of the Newton iteration over the tolerance of the step: it must not show
-_ITERATIONS = 12  # a step that takes more is cheaper in four parts
+_ITERATIONS = 12  # a step that takes more is tried again at a quarter of its length
 _DIVERGING = 0.9  # ratio of two Newton corrections from which on the step is given up
 _FILTERS = 2  # passes that hide modes too fast for the step, which the method then damps
 _ROUND_OFF = 1e-14  # change of a coordinate [m] that is noise
@@ -315,6 +315,8 @@ class _Integrator:
                 f"simulate: with the fixed step {h:g} s at t = {t:g} s {reason}; "
                 "take a smaller fixed_step or leave it None."
             )
+
+        # An adaptive step this small does not meet a tolerance but a force that is not smooth.
         if h < _SMALLEST:
             raise ModelError(
                 f"simulate: at t = {t:g} s the step fell to {h:.1e} s because {reason}; "

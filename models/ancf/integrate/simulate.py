@@ -275,6 +275,7 @@ class _Recorder:
         if not self.moving.relaxation and all(isinstance(j, Free) for j in self.joints):
             return power
 
+        # all stages of some steps at a time
         for rows in np.array_split(np.arange(len(starts)), len(starts) * s // _COLUMNS + 1):
             which, theta = np.repeat(rows, s), np.tile(self.table.nodes, len(rows))
             t = np.clip(starts[which] + theta * h[which], *interior(*window))

@@ -74,7 +74,7 @@ def _closed_hinges(chain: Chain) -> Array:
     rows = []
     for k in range(len(chain.links)):
         if k == 0 and not chain.pinned:
-            continue
+            continue  # a flying root
         for axis in (0, 1):
             row = np.zeros(chain.size)
             row[chain.slots(k, 0)[axis]] = 1.0

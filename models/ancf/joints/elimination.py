@@ -119,6 +119,7 @@ class SlopeElimination:
             rotation = np.array([[np.cos(phi), -np.sin(phi)], [np.sin(phi), np.cos(phi)]])
             u = rotation[:, 0] if tie.before is None else rotation @ x[tie.before]
 
+            # columns of b become those of a, turned and stretched, and of g
             columns = matrix[:, tie.after]
             if tie.before is not None:
                 g = (x[tie.after] @ u) / (u @ u)

@@ -43,6 +43,7 @@ class MinimalCoordinates:
         ties = slope_ties(chain, self.joints, self.assembly.place)
         self.elimination = SlopeElimination(ties, self.assembly.size)
 
+        # no multipliers: the accelerations are the only unknowns
         self.size = self.unknowns = len(self.elimination.kept)
         self.relaxation = chain.relaxation_time
         self.factorizations = 0
