@@ -14,7 +14,7 @@ SHOWS_FLAGS ?= --list
 
 help:
 	@echo "make study      optimal deployment of the 24-module antenna, into results/"
-	@echo "make picture    the README's picture, from the main study"
+	@echo "make picture    the README's pictures, from the main study and an example"
 	@echo "make table      the paper's figures beside ours"
 	@echo "make docs       the site, into docs/build/html; runs every example"
 	@echo "make test       fast tests"
@@ -44,7 +44,8 @@ study: $(READY)
 
 picture: $(READY)
 	$(BIN)/antenna-ocp truss --config studies/truss/main.toml --results results/picture --overwrite
-	mkdir -p docs && cp results/picture/overview.png docs/overview.png
+	cp results/picture/overview.png docs/overview.png
+	cd docs && MPLBACKEND=Agg PYTHONPATH=.. ../$(BIN)/python examples/bryson_denham.py
 
 table: $(READY)
 	$(BIN)/antenna-ocp table
