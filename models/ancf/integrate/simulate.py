@@ -163,6 +163,7 @@ def simulate(
     recorder = _Recorder(chain, joints, minimal, moving, settings)
     edges = sorted({start, end, *(b for j in joints for b in j.breakpoints if start < b < end)})
     for window in pairwise(edges):
+        # behind a breakpoint the long step before it would only be rejected
         steps, (z, v, h) = integrate(moving, settings, window, z, v, min(h, 1e-2))
         asked = (times >= window[0]) & (times < window[1])
         asked |= (times == end) & (window[1] == end)
