@@ -5,6 +5,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 STUDY_FLAGS ?=
+WORKERS ?= auto
 REGRESSION_FLAGS ?=
 RACE_FLAGS ?= --peers --only race
 EXUDYN_FLAGS ?=
@@ -55,10 +56,10 @@ docs: $(READY)
 	@echo "open docs/build/html/index.html"
 
 test: $(READY)
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n $(WORKERS)
 
 test-slow: $(READY)
-	$(BIN)/python -m pytest -m slow
+	$(BIN)/python -m pytest -n $(WORKERS) -m slow
 
 lint: $(READY)
 	$(BIN)/ruff format --check
