@@ -41,9 +41,11 @@ ACCELERATION_CAPS = (6.0, 40.0)  # times 1/T^2 [rad], where nothing else bounds 
 SHORTEST = 0.1  # of T, where the duration is free
 WELL_ENDED = (ExitCode.OK, ExitCode.INFEASIBLE)
 
-# What no user should ever see: a traceback, our own last resort, an error's bare name.
+# What no user should ever see: a traceback, our own last resort, an error's or a warning's bare
+# name at the start of a line or behind a place in a file.
 TRACEBACK = re.compile(
-    r"Traceback \(most recent call last\)|unforeseen|^\s+File \".*\", line|^\w*(Error|Warning): ",
+    r"Traceback \(most recent call last\)|unforeseen|^\s+File \".*\", line"
+    r"|(^|:\d+: )\w*(Error|Warning): ",
     re.MULTILINE,
 )
 VERDICT = re.compile(r"^verdict: (.*)$", re.MULTILINE)

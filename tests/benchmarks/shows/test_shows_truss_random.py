@@ -75,6 +75,7 @@ def test_an_infeasible_study_is_a_complaint(tmp_path: Path) -> None:
         'x\n  File "ocp/solve.py", line 3, in solve\n',
         "antenna-ocp: unforeseen KeyError: 'x'; this is a defect\n",
         "RuntimeWarning: divide by zero\n",
+        "lib/dataclasses.py:1501: UserWarning: the spring pulls at first\n",
     ],
 )
 def test_what_no_user_should_see_is_seen(text: str) -> None:
