@@ -5,16 +5,19 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 STUDY_FLAGS ?=
+WORKERS ?= auto
 REGRESSION_FLAGS ?=
 RACE_FLAGS ?= --peers --only race
 EXUDYN_FLAGS ?=
+SHOWS_FLAGS ?= --list
 
-.PHONY: help setup study picture table test test-slow lint benchmark regression race exudyn clean
+.PHONY: help setup study picture table docs test test-slow lint benchmark regression race exudyn shows clean
 
 help:
 	@echo "make study      optimal deployment of the 24-module antenna, into results/"
-	@echo "make picture    the README's picture, from the main study"
+	@echo "make picture    the README's pictures, from the main study and an example"
 	@echo "make table      the paper's figures beside ours"
+	@echo "make docs       the site, into docs/build/html; runs every example"
 	@echo "make test       fast tests"
 	@echo "make test-slow  slow tests"
 	@echo "make lint       formatting, lint, types, import rule"
@@ -22,6 +25,7 @@ help:
 	@echo "make regression values, iterations and certificates beside those of benchmarks/baseline.json"
 	@echo "make race       the engine beside other tools, each in an environment of its own"
 	@echo "make exudyn     the simulator of flexible links beside Exudyn, which is installed first"
+	@echo "make shows      what is too long for a test: SHOWS_FLAGS=\"NAME --count N --seed S\""
 	@echo "make clean      remove caches (keeps .venv and results/)"
 
 setup: $(READY)
@@ -33,7 +37,7 @@ $(READY): pyproject.toml constraints.txt
 	@echo "setting up .venv (once, a minute or two) ..."
 	@test -x $(BIN)/python || $(PYTHON) -m venv .venv
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt setuptools
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --config-settings editable_mode=compat -c constraints.txt -e '.[test,lint]'
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --config-settings editable_mode=compat -c constraints.txt -e '.[test,lint,docs]'
 	@touch $@
 
 study: $(READY)
@@ -41,16 +45,21 @@ study: $(READY)
 
 picture: $(READY)
 	$(BIN)/antenna-ocp truss --config studies/truss/main.toml --results results/picture --overwrite
-	mkdir -p docs && cp results/picture/overview.png docs/overview.png
+	cp results/picture/overview.png docs/overview.png
+	cd docs && MPLBACKEND=Agg PYTHONPATH=.. ../$(BIN)/python examples/bryson_denham.py
 
 table: $(READY)
 	$(BIN)/antenna-ocp table
 
+docs: $(READY)
+	$(BIN)/python -m sphinx -W --keep-going -n -q -b html docs docs/build/html
+	@echo "open docs/build/html/index.html"
+
 test: $(READY)
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n $(WORKERS)
 
 test-slow: $(READY)
-	$(BIN)/python -m pytest -m slow
+	$(BIN)/python -m pytest -n $(WORKERS) -m slow
 
 lint: $(READY)
 	$(BIN)/ruff format --check
@@ -72,6 +81,9 @@ exudyn: $(READY)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -r benchmarks/exudyn/requirements.txt
 	$(BIN)/python -m benchmarks.exudyn $(EXUDYN_FLAGS)
 
+shows: $(READY)
+	$(BIN)/python -m benchmarks.shows $(SHOWS_FLAGS)
+
 clean:
-	rm -rf build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf build dist docs/build docs/generated *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -not -path './.venv/*' -prune -exec rm -rf {} +

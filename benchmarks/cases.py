@@ -219,8 +219,8 @@ def _race(name: str) -> Answer:
 def _arm(given: Mapping[str, Any]) -> Answer:
     """One stage of the arm, solved and refined as its command does."""
     from studies.arm.config import study_from
-    from studies.arm.optimum import check_bending, check_caps, refine, solve_stage
-    from studies.arm.report import check_mesh
+    from studies.arm.optimal.solve import check_bending, check_caps, refine, solve_stage
+    from studies.arm.report.facts import check_mesh
 
     study = study_from(given)
     begin = time.process_time()

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Sequence
+import difflib
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from studies.common.console import Console
@@ -66,3 +67,10 @@ def whole(flag: str, text: str, least: int = 1) -> int:
         kind = "positive whole number" if least == 1 else f"whole number of at least {least}"
         raise StudyError(f"{flag} is {text!r}; give a {kind}")
     return value
+
+
+def closest(name: str, known: Iterable[str]) -> str:
+    """Return the end of a sentence about an unknown name: the nearest known one, or all."""
+    names = list(known)
+    near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+    return f"did you mean {near[0]}?" if near else f"known are {', '.join(names)}"

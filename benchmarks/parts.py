@@ -62,7 +62,7 @@ class Setup:
     environments: Path
 
 
-class Measurement(Protocol):
+class BenchmarkPart(Protocol):
     """What the module of a part defines."""
 
     def measure(self, setup: Setup) -> Iterator[Record]:
@@ -75,6 +75,6 @@ class Measurement(Protocol):
         """Return the figure, if there is one."""
 
 
-def part(name: str) -> Measurement:
+def part(name: str) -> BenchmarkPart:
     """Return the module of a part; it is imported now, so that `--list` answers at once."""
-    return cast(Measurement, importlib.import_module(PARTS[name].module))
+    return cast(BenchmarkPart, importlib.import_module(PARTS[name].module))

@@ -18,14 +18,18 @@ def require(condition: bool, message: str) -> None:
 def require_positive(owner: str, **values: float) -> None:
     """Raise ModelError unless every value is finite and positive."""
     for name, value in values.items():
-        if not (isfinite(value) and value > 0):
-            text = name.replace("_", " ")
-            raise ModelError(f"{owner}: {text} is {value:g}; give a finite value above zero.")
+        text = name.replace("_", " ")
+        require(
+            isfinite(value) and value > 0,
+            f"{owner}: {text} is {value:g}; give a finite value above zero.",
+        )
 
 
 def require_not_negative(owner: str, **values: float) -> None:
     """Raise ModelError unless every value is finite and at least zero."""
     for name, value in values.items():
-        if not (isfinite(value) and value >= 0):
-            text = name.replace("_", " ")
-            raise ModelError(f"{owner}: {text} is {value:g}; give a finite value of zero or more.")
+        text = name.replace("_", " ")
+        require(
+            isfinite(value) and value >= 0,
+            f"{owner}: {text} is {value:g}; give a finite value of zero or more.",
+        )

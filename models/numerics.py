@@ -1,19 +1,58 @@
-"""Peaks of a function of one variable, located between samples as well as on them."""
+"""Numerical methods that several models share.
+
+Nodes of Gauss-Legendre and of Radau quadrature on [0, 1], the inside of an interval, and the
+greatest value of a function of one variable, located between samples as well as on them.
+"""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.polynomial import legendre
 
 from models.arrays import Array
 from models.errors import require
 
-_CANDIDATES = 8  # highest grid maxima, all of which are refined
-_ZOOMS = 5  # each narrows the bracket 100 times: 1e10 in all
+VectorFunction: TypeAlias = Callable[[Array], Array]
+"""Maps points (m,) to values (m,)."""
+
+# Highest maxima of the grid, all of which are refined: beside the highest one, a narrower and
+# truly higher ridge may show a lower sample.
+_CANDIDATES = 8
+# Each zoom narrows the bracket 100 times. Five make 1e10, below which values of double precision
+# no longer tell neighbours apart near a smooth maximum.
+_ZOOMS = 5
 _ZOOM_POINTS = 201
+
+
+def gauss_legendre(points: int) -> tuple[Array, Array]:
+    """Nodes and weights (points,) on [0, 1], exact for polynomials of degree 2 points - 1."""
+    nodes, weights = legendre.leggauss(points)
+    return (1 + nodes) / 2, weights / 2
+
+
+def radau_nodes(points: int) -> Array:
+    """Nodes (points,) of the right Radau quadrature on [0, 1], the last of which is 1.
+
+    They are the roots of P_s - P_(s-1), with P_s the Legendre polynomial of degree s = points on
+    [-1, 1]. Their quadrature is exact for polynomials of degree 2 points - 2.
+    """
+    difference = np.zeros(points + 1)
+    difference[-2:] = -1.0, 1.0
+    nodes: Array = (1 + np.sort(legendre.legroots(difference))) / 2
+
+    # The end is a root by construction: its rounding would leave a gap between two steps.
+    nodes[-1] = 1.0
+    return nodes
+
+
+def interior(start: float, end: float) -> tuple[float, float]:
+    """The interval moved inward by some rounding: a function that jumps at an end is inside it."""
+    edge = 1e-13 * max(1.0, abs(start), abs(end))
+    return start + edge, end - edge
 
 
 class Maximum(NamedTuple):
@@ -24,7 +63,7 @@ class Maximum(NamedTuple):
 
 
 def dense_peak(
-    function: Callable[[Array], Array],
+    function: VectorFunction,
     start: float,
     end: float,
     *,
@@ -35,9 +74,13 @@ def dense_peak(
 
     Parameters
     ----------
-    function : maps an array (m,) to values (m,); pass the absolute value where that is meant.
-    breakpoints : points inside at which it need not be smooth; it is sampled piece by piece.
-    samples : points on each piece; the highest maxima among them are refined by zooming in.
+    function : callable
+        Maps an array (m,) to values (m,). Pass the absolute value where that is meant.
+    start, end : float
+    breakpoints : sequence of float
+        Points inside at which it need not be smooth. It is sampled piece by piece.
+    samples : int
+        Points on each piece. The highest maxima among them are refined by zooming in.
 
     Raises
     ------
@@ -46,29 +89,40 @@ def dense_peak(
     """
     require(start < end, f"the interval [{start:g}, {end:g}] is empty; give start < end.")
     require(samples >= 3, f"samples is {samples}; give at least 3.")
-    inside = sorted({b for b in breakpoints if start < b < end})
+
+    inside = sorted({point for point in breakpoints if start < point < end})
     brackets = [
         bracket
         for left, right in itertools.pairwise([start, *inside, end])
         for bracket in _brackets(function, np.linspace(left, right, samples))
     ]
+
     highest = sorted(brackets, reverse=True)[:_CANDIDATES]
-    return max((_zoom(function, low, high) for _, low, high in highest), key=lambda p: p.value)
+    maxima = (_zoom(function, left, right) for _, left, right in highest)
+    return max(maxima, key=lambda maximum: maximum.value)
 
 
-def _brackets(function: Callable[[Array], Array], grid: Array) -> list[tuple[float, float, float]]:
+def _brackets(function: VectorFunction, grid: Array) -> list[tuple[float, float, float]]:
     """Height and both neighbours of each local maximum on the grid."""
     values = np.asarray(function(grid), dtype=float)
+
+    # An end counts as a maximum if it exceeds its one neighbour.
     walled = np.concatenate([[-np.inf], values, [-np.inf]])
     tops = np.flatnonzero((values >= walled[:-2]) & (values >= walled[2:]))
+
     left, right = grid[np.maximum(tops - 1, 0)], grid[np.minimum(tops + 1, grid.size - 1)]
     return list(zip(values[tops].tolist(), left.tolist(), right.tolist(), strict=True))
 
 
-def _zoom(function: Callable[[Array], Array], low: float, high: float) -> Maximum:
+def _zoom(function: VectorFunction, left: float, right: float) -> Maximum:
+    """Maximum in a bracket, by grids that shrink about the highest sample.
+
+    A search by derivatives or parabolas would fail at the kinks and plateaus that are allowed.
+    """
     for _ in range(_ZOOMS):
-        grid = np.linspace(low, high, _ZOOM_POINTS)
+        grid = np.linspace(left, right, _ZOOM_POINTS)
         values = np.asarray(function(grid), dtype=float)
         top = int(np.argmax(values))
-        low, high = float(grid[max(top - 1, 0)]), float(grid[min(top + 1, _ZOOM_POINTS - 1)])
+        left, right = float(grid[max(top - 1, 0)]), float(grid[min(top + 1, _ZOOM_POINTS - 1)])
+
     return Maximum(float(grid[top]), float(values[top]))

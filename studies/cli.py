@@ -15,7 +15,7 @@ from studies.common.exit_codes import ExitCode, StudyError, exit_code_table
 COMMANDS = (
     "studies.truss.command",
     "studies.arm.command",
-    "studies.arm.robust_command",
+    "studies.arm.questions.robust.command",
     "studies.benchmarks.command",
     "studies.table",
 )

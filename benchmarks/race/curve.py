@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def measure(setup: Setup) -> Iterator[Record]:
-    """Run every contestant once on each of its meshes; see `Measurement`."""
+    """Run every contestant once on each of its meshes; see `BenchmarkPart`."""
     from benchmarks.race.runs import Entry, processes_of, race
 
     contestants = taking_part(setup.peers)

@@ -27,7 +27,7 @@ NOTES = (
 
 
 def measure(setup: Setup) -> Iterator[Record]:
-    """Run the race; see `Measurement`."""
+    """Run the race; see `BenchmarkPart`."""
     from benchmarks.race.runs import Entry, processes_of, race
 
     contestants = taking_part(setup.peers)

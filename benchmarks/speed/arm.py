@@ -12,7 +12,7 @@ DURATIONS = (86.0,)  # [s]
 
 
 def measure(setup: Setup) -> Iterator[Record]:
-    """Measure; see `Measurement`."""
+    """Measure; see `BenchmarkPart`."""
     return sweep("arm", DURATIONS, setup)
 
 

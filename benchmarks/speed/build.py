@@ -19,7 +19,7 @@ TARGET = 0.1  # [s], of one build
 
 
 def measure(setup: Setup) -> Iterator[Record]:
-    """Build repeatedly in this process, after one build that loads everything; see `Measurement`.
+    """Build repeatedly in this process, after one build that loads everything; see `BenchmarkPart`.
 
     Each row has the modules of the truss, the size of the program, and the medians of `statement`,
     processor time to state the problem, model expressions included [s], and of `transcription`,

@@ -67,7 +67,7 @@ def elements(number: str) -> Answer:
 def arm(duration: str) -> Answer:
     """The big arm's stage of that duration [s]: least peak torque on the reduced model."""
     from studies.arm.config import study_from
-    from studies.arm.optimum import solve_stage
+    from studies.arm.optimal.solve import solve_stage
 
     study = study_from({"stage": "big", "duration": float(duration)})
     imported, begin = memory(), perf_counter()

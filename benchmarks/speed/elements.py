@@ -17,7 +17,7 @@ ELEMENTS = (4, 8, 16, 32, 64)
 
 
 def measure(setup: Setup) -> Iterator[Record]:
-    """Measure; see `Measurement`."""
+    """Measure; see `BenchmarkPart`."""
     return sweep("elements", ELEMENTS, setup)
 
 

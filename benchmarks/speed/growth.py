@@ -17,7 +17,7 @@ INTERVALS = (100, 300, 1000, 3000, 5000, 10_000, 20_000)
 
 
 def measure(setup: Setup) -> Iterator[Record]:
-    """Measure; see `Measurement`."""
+    """Measure; see `BenchmarkPart`."""
     return sweep("growth", INTERVALS, setup)
 
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from benchmarks.parts import Record, Setup
 from benchmarks.records import ROOT
 from studies.common.console import Table, number
+from studies.common.exit_codes import StudyError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,7 +32,7 @@ LINE = re.compile(r"import time:\s*(\d+) \|\s*(\d+) \|\s*(\S+)")  # of `python -
 
 
 def measure(setup: Setup) -> Iterator[Record]:
-    """Time each start, and take its imports apart; see `Measurement`."""
+    """Time each start, and take its imports apart; see `BenchmarkPart`."""
     starts: dict[str, dict[str, Any]] = {name: {"seconds": []} for name in STARTS}
     for _ in range(setup.repeats):
         for name, words in STARTS.items():
@@ -47,8 +48,13 @@ def measure(setup: Setup) -> Iterator[Record]:
 
 
 def _run(words: tuple[str, ...]) -> str:
+    """What a start prints as errors, where Python's clock of imports prints too."""
     command = (sys.executable, *words)
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stderr
+    ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    if ended.returncode != 0:
+        last = (ended.stderr.strip().splitlines() or ["it said nothing"])[-1]
+        raise StudyError(f"'python {' '.join(words)}' failed: {last}")
+    return ended.stderr
 
 
 def packages(said: str) -> dict[str, float]:

@@ -19,7 +19,7 @@ INTERVALS = 100  # as in `child.modules`
 
 
 def measure(setup: Setup) -> Iterator[Record]:
-    """Measure; see `Measurement`."""
+    """Measure; see `BenchmarkPart`."""
     return sweep("modules", MODULES, setup)
 
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def measure(setup: Setup) -> Iterator[Record]:
-    """Measure each problem once; see `Measurement`."""
+    """Measure each problem once; see `BenchmarkPart`."""
     from studies.benchmarks.catalogue import CATALOGUE
 
     return sweep("benchmark", tuple(CATALOGUE), setup, repeats=1)

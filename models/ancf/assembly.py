@@ -14,13 +14,15 @@ from functools import lru_cache
 from typing import Any, TypeAlias
 
 import numpy as np
-from scipy import sparse
 
 from models.ancf.chain import Chain
-from models.ancf.element import AXIAL_POINTS, BENDING_POINTS, gauss, mass_matrix, shape_row
+from models.ancf.element import AXIAL_POINTS, BENDING_POINTS, mass_matrix, shape_row
 from models.arrays import Array, Places
+from models.numerics import gauss_legendre
 
-Matrix: TypeAlias = Any  # a dense array, or a sparse one of a large mesh
+Matrix: TypeAlias = Any
+"""A dense array or, for a large mesh, a sparse one of SciPy."""
+
 _DENSE_BELOW = 160  # coordinates; under this size dense products beat sparse ones
 
 
@@ -92,42 +94,52 @@ class Assembly:
         curve = np.asarray(self.bend_curve @ x).reshape(2, len(self.bend_weight), -1)
         return np.asarray(stretch + 0.5 * self.bend_weight @ (curve**2).sum(axis=0))
 
+    def energies(self, x: Array, rate: Array) -> tuple[Array, Array, Array]:
+        """Kinetic, strain and gravity energy [J], (s,) each; that of gravity is 0 at the root."""
+        kinetic = 0.5 * (rate * (self.mass @ rate)).sum(axis=0)
+        return kinetic, self.strain_energy(x), -self.gravity @ x
+
     def internal_force(self, x: Array) -> Array:
         """Gradient of (6) [N], (n, s)."""
         slope = (self.slope @ x).reshape(2, len(self.axial), -1)
-        force = self.axial[:, None] * 0.5 * ((slope**2).sum(axis=0) - 1.0)
-        pull = (slope * (self.weight[:, None] * force)).reshape(2 * len(self.axial), -1)
-        return np.asarray(self.slope.T @ pull + self.bending @ x)
+        N = self.axial[:, None] * 0.5 * ((slope**2).sum(axis=0) - 1.0)
+        weighted = (slope * (self.weight[:, None] * N)).reshape(2 * len(self.axial), -1)
+        return np.asarray(self.slope.T @ weighted + self.bending @ x)
 
-    def tangent(self, x: Array, pull: Array | None = None) -> Array:
+    def tangent(self, x: Array, axial_force: Array | None = None) -> Array:
         """Hessian of (6) at one configuration x (n,), dense (n, n) [N/m].
 
-        `pull` (G,) takes the place of the axial forces EA eps [N] where these are unknowns.
+        `axial_force` (G,) takes the place of EA eps [N] where the axial forces are unknowns.
         """
         slope = (self.slope @ x).reshape(2, -1)
-        if pull is None:
-            pull = self.axial * 0.5 * ((slope**2).sum(axis=0) - 1.0)
-        force = self.weight * pull
+        if axial_force is None:
+            axial_force = self.axial * 0.5 * ((slope**2).sum(axis=0) - 1.0)
         n_e, n_g, _ = self.rows.shape
-        pulled = self.rows[..., None] * slope.T.reshape(n_e, n_g, 1, 2)
-        pulled = pulled.reshape(n_e, n_g, 8)
-        weighted = pulled * (self.weight * self.axial).reshape(n_e, n_g, 1)
-        stiff = (pulled.transpose(0, 2, 1) @ weighted).reshape(n_e, 4, 2, 4, 2)
-        stress = self.rows.transpose(0, 2, 1) @ (self.rows * force.reshape(n_e, n_g, 1))
-        stiff[:, :, 0, :, 0] += stress
-        stiff[:, :, 1, :, 1] += stress
-        return scatter(self.elements, stiff.reshape(n_e, 8, 8), self.size) + dense(self.bending)
+
+        # Material part: EA (S'^T r') (S'^T r')^T at each Gauss point.
+        strain_gradient = self.rows[..., None] * slope.T.reshape(n_e, n_g, 1, 2)
+        strain_gradient = strain_gradient.reshape(n_e, n_g, 8)
+        weighted = strain_gradient * (self.weight * self.axial).reshape(n_e, n_g, 1)
+        blocks = (strain_gradient.transpose(0, 2, 1) @ weighted).reshape(n_e, 4, 2, 4, 2)
+
+        # Geometric part: N S'^T S', the same for both axes.
+        force = (self.weight * axial_force).reshape(n_e, n_g, 1)
+        geometric = self.rows.transpose(0, 2, 1) @ (self.rows * force)
+        blocks[:, :, 0, :, 0] += geometric
+        blocks[:, :, 1, :, 1] += geometric
+
+        return scatter(self.elements, blocks.reshape(n_e, 8, 8), self.size) + dense(self.bending)
 
 
 def dense(matrix: Matrix) -> Array:
     """Dense copy or view of a matrix."""
-    return matrix.toarray() if sparse.issparse(matrix) else np.asarray(matrix)
+    return np.asarray(matrix if isinstance(matrix, np.ndarray) else matrix.toarray())
 
 
 def scatter(elements: Places, blocks: Array, n: int) -> Array:
     """Sum element matrices (E, 8, 8) into a dense (n, n); coordinate n is dropped."""
-    at = elements[:, :, None] * (n + 1) + elements[:, None, :]
-    flat = np.bincount(at.ravel(), weights=blocks.ravel(), minlength=(n + 1) ** 2)
+    entries = elements[:, :, None] * (n + 1) + elements[:, None, :]
+    flat = np.bincount(entries.ravel(), weights=blocks.ravel(), minlength=(n + 1) ** 2)
     return np.ascontiguousarray(flat.reshape(n + 1, n + 1)[:n, :n])
 
 
@@ -143,90 +155,119 @@ def assemble(chain: Chain, *, merged: bool = True) -> Assembly:
         constraints eliminated. False keeps all node coordinates for the form with multipliers.
     """
     place, n = _merged_places(chain) if merged else (np.arange(chain.size), chain.size)
-    first = [chain.slots(k, i)[0] for k in range(len(chain.links)) for i in range(chain.elements)]
-    full = np.array(first)[:, None] + np.arange(8)
-    elements = np.where(place[full] < 0, n, place[full])
+    elements = _element_places(chain, place, n)
+
+    # one value for each element
     link_of = np.repeat(np.arange(len(chain.links)), chain.elements)
-    lengths = np.array([k.length / chain.elements for k in chain.links])[link_of]
+    lengths = np.array([link.length / chain.elements for link in chain.links])[link_of]
+    density = np.array([link.linear_density for link in chain.links])[link_of]
+    EA = np.array([link.axial_stiffness for link in chain.links])[link_of]
+    EI = np.array([link.bending_stiffness for link in chain.links])[link_of]
 
-    def field(name: str) -> Array:
-        return np.array([getattr(k, name) for k in chain.links])[link_of]
+    def shape_table(points: int, derivative: int) -> Array:
+        xi, _ = gauss_legendre(points)
+        return np.array([[shape_row(x, L, derivative) for x in xi] for L in lengths])
 
-    def table(points: int, order: int) -> Array:
-        xi, _ = gauss(points)
-        return np.array([[shape_row(x, le, order) for x in xi] for le in lengths])
+    weights_axial = gauss_legendre(AXIAL_POINTS)[1]
+    weights_bending = gauss_legendre(BENDING_POINTS)[1]
+    slope_rows, curve_rows = shape_table(AXIAL_POINTS, 1), shape_table(BENDING_POINTS, 2)
+    bend_weight = EI[:, None] * lengths[:, None] * weights_bending
+    bending = np.einsum("eg,egi,egj->eij", bend_weight, curve_rows, curve_rows)
 
-    w_axial, w_bend = gauss(AXIAL_POINTS)[1], gauss(BENDING_POINTS)[1]
-    bend_weight = field("bending_stiffness")[:, None] * lengths[:, None] * w_bend
-    curve = table(BENDING_POINTS, 2)
-    bend = np.einsum("eg,egi,egj->eij", bend_weight, curve, curve)
-    density = field("linear_density")
-    mass = np.array([mass_matrix(*pair) for pair in zip(lengths, density, strict=True)])
+    masses = np.array([mass_matrix(*pair) for pair in zip(lengths, density, strict=True)])
     particles, hub = _lumps(chain, place, n)
-    mass_full = scatter(elements, mass, n) + np.diag((particles + hub)[:n])
-    weight = mass @ np.kron([1.0, 0.0, 1.0, 0.0], chain.gravity)
-    gravity: Array = np.bincount(elements.ravel(), weight.ravel(), n + 1).astype(float)
-    for axis in (0, 1):
-        here = np.unique(place[axis::4])
-        gravity[here] += particles[here] * chain.gravity[axis]
-    rows = table(AXIAL_POINTS, 1)
+    mass = scatter(elements, masses, n) + np.diag((particles + hub)[:n])
+
     return Assembly(
         place=place,
-        mass=_pack(mass_full),
-        bending=_pack(scatter(elements, np.kron(bend, np.eye(2)), n)),
-        slope=_pack(_point_rows(elements, rows, n)),
-        axial=np.repeat(field("axial_stiffness"), AXIAL_POINTS),
-        weight=(lengths[:, None] * w_axial).ravel(),
-        bend_slope=_pack(_point_rows(elements, table(BENDING_POINTS, 1), n)),
-        bend_curve=_pack(_point_rows(elements, curve, n)),
+        mass=_pack(mass),
+        bending=_pack(scatter(elements, np.kron(bending, np.eye(2)), n)),
+        slope=_pack(_point_rows(elements, slope_rows, n)),
+        axial=np.repeat(EA, AXIAL_POINTS),
+        weight=(lengths[:, None] * weights_axial).ravel(),
+        bend_slope=_pack(_point_rows(elements, shape_table(BENDING_POINTS, 1), n)),
+        bend_curve=_pack(_point_rows(elements, curve_rows, n)),
         bend_weight=bend_weight.ravel(),
-        gravity=gravity[:n],
+        gravity=_gravity(chain, place, elements, masses, particles),
         elements=elements,
-        rows=rows,
+        rows=slope_rows,
     )
 
 
 def _merged_places(chain: Chain) -> tuple[Places, int]:
     """Order the coordinates along the chain, hinges as `r'_end, r, r'_start`: narrow band."""
-    place = np.full(chain.size, -1, dtype=np.intp)
-    order: list[tuple[int, ...]] = []
+    last_link = len(chain.links) - 1
+    order: list[tuple[int, ...]] = []  # the slots of the node vector that share a coordinate
     for k in range(len(chain.links)):
         for i in range(chain.nodes):
             rx, ry, tx, ty = chain.slots(k, i)
             if i == 0 and k > 0:
                 px, py, *_ = chain.slots(k - 1, -1)
                 order += [(px, rx), (py, ry), (tx,), (ty,)]
-            elif (i == chain.elements and k + 1 < len(chain.links)) or (i == 0 and chain.pinned):
+            elif (i == chain.elements and k < last_link) or (i == 0 and chain.pinned):
+                # the position is that of the next link's first node, or fixed
                 order += [(tx,), (ty,)]
             else:
                 order += [(rx,), (ry,), (tx,), (ty,)]
+
+    place = np.full(chain.size, -1, dtype=np.intp)
     for number, slots in enumerate(order):
         place[list(slots)] = number
     return place, len(order)
 
 
+def _element_places(chain: Chain, place: Places, n: int) -> Places:
+    """Coordinates of each element, (E, 8), `n` where fixed."""
+    first = [chain.slots(k, i)[0] for k in range(len(chain.links)) for i in range(chain.elements)]
+    slots = np.array(first)[:, None] + np.arange(8)
+    return np.where(place[slots] < 0, n, place[slots])
+
+
 def _lumps(chain: Chain, place: Places, n: int) -> tuple[Array, Array]:
     """Diagonals of the particles and of the hub, (n + 1,) each."""
     particles, hub = np.zeros((2, n + 1))
+
     ends = [chain.slots(k, 0) for k in range(len(chain.links))]
     ends.append(chain.slots(len(chain.links) - 1, -1))
     for slots, particle in zip(ends, chain.masses or [0.0] * len(ends), strict=True):
-        particles[place[list(slots[:2])]] += particle
+        particles[place[list(slots[:2])]] += particle  # a fixed place, -1, is the entry dropped
+
     hub[place[list(ends[0][2:])]] += chain.hub_inertia
     return particles, hub
+
+
+def _gravity(
+    chain: Chain, place: Places, elements: Places, masses: Array, particles: Array
+) -> Array:
+    """Generalised force of gravity [N], (n,), on elements and particles."""
+    n = len(particles) - 1
+
+    # translations are exact motions of the elements: M times a uniform acceleration is the weight
+    weight = masses @ np.kron([1.0, 0.0, 1.0, 0.0], chain.gravity)
+    gravity: Array = np.bincount(elements.ravel(), weight.ravel(), n + 1).astype(float)
+
+    for axis in (0, 1):
+        positions = np.unique(place[axis::4])
+        gravity[positions] += particles[positions] * chain.gravity[axis]
+    return gravity[:n]
 
 
 def _point_rows(elements: Places, rows: Array, n: int) -> Array:
     """Rows that map coordinates to a vector field at points, x components before y; (2 P, n)."""
     n_e, n_g, _ = rows.shape
-    out = np.zeros((2, n_e, n_g, n + 1))
+    field = np.zeros((2, n_e, n_g, n + 1))
     e, g = np.arange(n_e)[:, None, None], np.arange(n_g)[None, :, None]
     for axis in (0, 1):
-        out[axis, e, g, elements[:, None, axis::2]] = rows
-    return out[..., :n].reshape(2 * n_e * n_g, n)
+        field[axis, e, g, elements[:, None, axis::2]] = rows
+    return field[..., :n].reshape(2 * n_e * n_g, n)
 
 
 def _pack(matrix: Array) -> Matrix:
     """Sparse form of a large matrix; read-only, as `assemble` hands it out more than once."""
     matrix.setflags(write=False)
-    return matrix if matrix.shape[1] < _DENSE_BELOW else sparse.csr_array(matrix)
+    if matrix.shape[1] < _DENSE_BELOW:
+        return matrix
+
+    from scipy import sparse
+
+    return sparse.csr_array(matrix)

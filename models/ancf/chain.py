@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import pi
 
-from models.errors import ModelError, require_not_negative, require_positive
+from models.errors import require, require_not_negative, require_positive
 
 
 @dataclass(frozen=True)
@@ -96,15 +96,16 @@ class Chain:
     pinned: bool = True
 
     def __post_init__(self) -> None:
-        if not self.links:
-            raise ModelError("Chain: links is empty; give at least one Link.")
-        if self.elements < 1:
-            raise ModelError(f"Chain: elements is {self.elements}; use at least 1 a link.")
-        if self.masses and len(self.masses) != len(self.links) + 1:
-            raise ModelError(
-                f"Chain: {len(self.masses)} masses for {len(self.links)} links; give one for the "
-                f"root, one for each later joint and one for the tip, {len(self.links) + 1} in all."
-            )
+        require(bool(self.links), "Chain: links is empty; give at least one Link.")
+        require(self.elements >= 1, f"Chain: elements is {self.elements}; use at least 1 a link.")
+
+        # no masses at all stand for massless joints
+        ends = len(self.links) + 1
+        require(
+            len(self.masses) in (0, ends),
+            f"Chain: {len(self.masses)} masses for {len(self.links)} links; give one for the "
+            f"root, one for each later joint and one for the tip, {ends} in all.",
+        )
         require_not_negative("Chain", **{f"mass_{k}": m for k, m in enumerate(self.masses)})
         require_not_negative(
             "Chain", hub_inertia=self.hub_inertia, damping_ratio=self.damping_ratio

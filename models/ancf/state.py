@@ -1,4 +1,7 @@
-"""Node coordinates and velocities of a chain: where they start, whether they fit."""
+"""Node coordinates and velocities of a chain, and where a chain starts.
+
+Symbols: q node coordinates (size,) `[r_x, r_y, r'_x, r'_y]` a node (3), v their rates.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from models.ancf.chain import Chain
-from models.ancf.joints import Driven, Joint, Locked, joint_angles
 from models.arrays import Array
-from models.errors import ModelError
+from models.errors import require
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,42 +40,16 @@ def posed(chain: Chain, angles: Sequence[float] | None = None) -> NodalState:
         If the number of angles is not the number of links.
     """
     angles = [0.0] * len(chain.links) if angles is None else list(angles)
-    if len(angles) != len(chain.links):
-        raise ModelError(
-            f"posed: {len(angles)} angles for {len(chain.links)} links; give one a joint."
-        )
-    q, start = [], np.zeros(2)
+    require(
+        len(angles) == len(chain.links),
+        f"posed: {len(angles)} angles for {len(chain.links)} links; give one a joint.",
+    )
+
+    # from the root outward, each link along its heading, the sum of the joint angles so far
+    nodes, start = [], np.zeros(2)
     for link, heading in zip(chain.links, np.cumsum(angles), strict=True):
         axis = np.array([np.cos(heading), np.sin(heading)])
-        for s in np.linspace(0.0, link.length, chain.nodes):
-            q.append(np.concatenate((start + s * axis, axis)))
+        for distance in np.linspace(0.0, link.length, chain.nodes):
+            nodes.append(np.concatenate((start + distance * axis, axis)))
         start = start + link.length * axis
-    return NodalState(np.concatenate(q), np.zeros(chain.size))
-
-
-def check_start(
-    chain: Chain, joints: Sequence[Joint], given: NodalState, kept: NodalState, t: float
-) -> None:
-    """Raise ModelError unless the given state is the one the constraints keep."""
-    for k, angle in enumerate(joint_angles(chain, given.q[:, None])[:, 0]):
-        joint = joints[k]
-        if isinstance(joint, Locked | Driven):
-            wanted = float(joint.law(np.array([t]))[0][0])
-            miss = np.angle(np.exp(1j * (angle - wanted)))
-            if abs(miss) > 1e-9:
-                raise ModelError(
-                    f"simulate: joint {k} starts at {angle:.9g} rad but its {type(joint).__name__} "
-                    f"law asks for {wanted:.9g} rad; start from a state at that angle."
-                )
-    gap = float(np.abs(given.q - kept.q).max())
-    if gap > 1e-8:
-        raise ModelError(
-            f"simulate: the initial coordinates leave the hinges or the root open by {gap:.2e} m; "
-            "start from posed(...) or from a simulated state."
-        )
-    jump = float(np.abs(given.v - kept.v).max())
-    if jump > 1e-7 * max(1.0, float(np.abs(given.v).max())):
-        raise ModelError(
-            f"simulate: the initial velocities break the constraints by {jump:.2e} m/s; "
-            "project them with engage(...) first."
-        )
+    return NodalState(np.concatenate(nodes), np.zeros(chain.size))

@@ -52,34 +52,44 @@ class DrivenArm:
     def coordinates(self, z: Any, s: Any) -> Any:
         """Q: all coordinates (n, 1) from the elastic ones and the joint's angle."""
         model = self.model
-        found = {model.coordinates[k]: z[i] for i, k in enumerate(self.elastic)}
+        values = {model.coordinates[k]: z[i] for i, k in enumerate(self.elastic)}
         if model.root_lock is None:
-            found["theta1"] = s
+            values["theta1"] = s
         else:
-            found["theta2"] = model.root_lock + tip_turn(found["psi1"]) + s
-        return ca.vertcat(*(found[name] for name in model.coordinates))
+            # the tangent before the elbow turns with the bent big arm
+            values["theta2"] = model.root_lock + tip_turn(values["psi1"]) + s
+        return ca.vertcat(*(values[name] for name in model.coordinates))
 
     def angle(self, q: Any) -> Any:
         """Angle s of the joint [rad]."""
         return q[0] if self.model.root_lock is None else self.model.elbow_angle(q)
 
     def motion(self, z: Any, rate: Any, s: Any, turn: Any) -> tuple[Any, Any]:
-        """All coordinates q and rates v (n, 1)."""
-        own, at = ca.SX.sym("z", len(self.elastic)), ca.SX.sym("s")
-        moving, speed = ca.SX.sym("zdot", len(self.elastic)), ca.SX.sym("sdot")
-        q = self.coordinates(own, at)
-        v = ca.jtimes(q, own, moving) + ca.jtimes(q, at, speed)
-        found: tuple[Any, Any] = ca.Function("motion", [own, moving, at, speed], [q, v])(
+        """All coordinates q and rates v (n, 1).
+
+        Parameters
+        ----------
+        z, rate : (n - 1, 1)
+            Elastic coordinates and their rates.
+        s, turn : scalars
+            Angle of the joint and its rate [rad, rad/s].
+        """
+        Z, S = self._elastic_symbols("z"), ca.SX.sym("s")
+        Zdot, Sdot = self._elastic_symbols("zdot"), ca.SX.sym("sdot")
+        q = self.coordinates(Z, S)
+        v = ca.jtimes(q, Z, Zdot) + ca.jtimes(q, S, Sdot)
+
+        # Derivatives need symbols, arguments may be any expressions: a function joins the two.
+        q_and_v: tuple[Any, Any] = ca.Function("motion", [Z, Zdot, S, Sdot], [q, v])(
             z, rate, s, turn
         )
-        return found
+        return q_and_v
 
     def tangent(self, q: Array) -> Array:
         """Q_z (n, n - 1) at coordinates (n,)."""
-        own, s, x = ca.SX.sym("z", len(self.elastic)), ca.SX.sym("s"), ca.SX.sym("q", len(q))
+        x = ca.SX.sym("q", len(q))
         angle = float(ca.Function("angle", [x], [self.angle(x)])(q))
-        slope = ca.Function("tangent", [own, s], [ca.jacobian(self.coordinates(own, s), own)])
-        return np.asarray(slope(q[list(self.elastic)], angle).full())
+        return np.asarray(self._tangent_function()(q[list(self.elastic)], angle).full())
 
     def balance(self, z: Any, rate: Any, s: Any, turn: Any, spin: Any) -> tuple[Any, Any]:
         """Mass matrix Q_z^T M Q_z and force on z, while the joint follows an angle.
@@ -91,18 +101,20 @@ class DrivenArm:
         s, turn, spin : scalars
             Angle of the joint, its rate and its acceleration [rad, rad/s, rad/s^2].
         """
-        own, moving = ca.SX.sym("z", len(self.elastic)), ca.SX.sym("zdot", len(self.elastic))
-        at, speed, acc = (ca.SX.sym(name) for name in ("s", "sdot", "sddot"))
-        q = self.coordinates(own, at)
-        Qz, Qs = ca.jacobian(q, own), ca.jacobian(q, at)
-        v = Qz @ moving + Qs * speed
-        bias = ca.jtimes(v, own, moving) + ca.jtimes(v, at, speed) + Qs * acc
+        Z, Zdot = self._elastic_symbols("z"), self._elastic_symbols("zdot")
+        S, Sdot, Sddot = (ca.SX.sym(name) for name in ("s", "sdot", "sddot"))
+        q = self.coordinates(Z, S)
+        Qz, Qs = ca.jacobian(q, Z), ca.jacobian(q, S)
+
+        # bias: the part of vdot that is there without zddot
+        v = Qz @ Zdot + Qs * Sdot
+        bias = ca.jtimes(v, Z, Zdot) + ca.jtimes(v, S, Sdot) + Qs * Sddot
+
         mass, force = self._mechanics(q, v)
         parts = [Qz.T @ mass @ Qz, Qz.T @ (force - mass @ bias)]
-        found: tuple[Any, Any] = ca.Function("driven", [own, moving, at, speed, acc], parts)(
-            z, rate, s, turn, spin
-        )
-        return found
+        driven = ca.Function("driven", [Z, Zdot, S, Sdot, Sddot], parts)
+        mass_and_force: tuple[Any, Any] = driven(z, rate, s, turn, spin)
+        return mass_and_force
 
     def acceleration(self, z: Any, rate: Any, s: Any, turn: Any, spin: Any) -> Any:
         """Elastic accelerations (n - 1, 1) while the joint follows an angle, see `balance`."""
@@ -114,17 +126,22 @@ class DrivenArm:
         The inelastic impulse keeps the momentum p = Q_z^T M v of coordinates q and rates v, so
         that E_res = 1/2 p^T (Q_z^T M Q_z)^-1 p + strain energy.
         """
-        own, s = ca.SX.sym("z", len(self.elastic)), ca.SX.sym("s")
-        slope = ca.Function("Qz", [own, s], [ca.jacobian(self.coordinates(own, s), own)])
-        tangent = slope(ca.vertcat(*(q[k] for k in self.elastic)), self.angle(q))
+        z = ca.vertcat(*(q[k] for k in self.elastic))
+        tangent = self._tangent_function()(z, self.angle(q))
         mass = self.model.mass_matrix(q)
         return tangent.T @ mass @ tangent, tangent.T @ (mass @ v), self.model.strain_energy(q)
 
+    def _elastic_symbols(self, name: str) -> Any:
+        return ca.SX.sym(name, len(self.elastic))
+
+    def _tangent_function(self) -> ca.Function:
+        """(z, s) -> Q_z."""
+        Z, S = self._elastic_symbols("z"), ca.SX.sym("s")
+        return ca.Function("Qz", [Z, S], [ca.jacobian(self.coordinates(Z, S), Z)])
+
     def _mechanics(self, q: Any, v: Any) -> tuple[Any, Any]:
-        """M and f of the free arm without torque."""
+        """M and f of the free arm without torque, for expressions q and v."""
         model = self.model
-        x, y = ca.SX.sym("q", model.size), ca.SX.sym("v", model.size)
-        free = ca.Function("free", [x, y], [
-            model.mass_matrix(x), model.force(x, y, ca.DM.zeros(2)),
-        ])  # fmt: skip
-        return free(q, v)
+        x, rate = ca.SX.sym("q", model.size), ca.SX.sym("v", model.size)
+        outputs = [model.mass_matrix(x), model.force(x, rate, ca.DM.zeros(2))]
+        return ca.Function("free", [x, rate], outputs)(q, v)

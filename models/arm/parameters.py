@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from math import cos, pi
 
 from models.ancf.chain import Chain, Link
-from models.errors import ModelError, require_not_negative, require_positive
+from models.errors import require, require_not_negative, require_positive
 
 ASSUMED_MODULUS = 70e9
 """Young's modulus of the CFRP tubes [Pa]: an assumption."""
@@ -21,10 +21,22 @@ ASSUMED_ANTENNA_MASS = 30.0
 
 
 def tube(
-    length: float, diameter: float, wall: float,
-    modulus: float = ASSUMED_MODULUS, density: float = ASSUMED_DENSITY,
-) -> Link:  # fmt: skip
-    """Tube of outer diameter and wall thickness [m], of the assumed CFRP by default.
+    length: float,
+    diameter: float,
+    wall: float,
+    modulus: float = ASSUMED_MODULUS,
+    density: float = ASSUMED_DENSITY,
+) -> Link:
+    """Tube as a link, of the assumed CFRP by default.
+
+    Parameters
+    ----------
+    length, diameter, wall : float
+        Length, outer diameter and wall thickness [m].
+    modulus : float
+        Young's modulus [Pa].
+    density : float
+        [kg/m^3]
 
     Raises
     ------
@@ -33,11 +45,12 @@ def tube(
     """
     require_positive("tube", diameter=diameter, wall=wall)
     inner = diameter - 2 * wall
-    if inner < 0.0:
-        raise ModelError(
-            f"tube: a wall of {wall:g} m does not fit a diameter of {diameter:g} m; give half the "
-            "diameter or less."
-        )
+    require(
+        inner >= 0.0,
+        f"tube: a wall of {wall:g} m does not fit a diameter of {diameter:g} m; give half the "
+        "diameter or less.",
+    )
+
     return Link.from_section(
         length,
         area=pi / 4 * (diameter**2 - inner**2),
@@ -104,20 +117,22 @@ class ArmParameters:
     @property
     def elbow_inertia(self) -> float:
         """Rigid moment of inertia of the small arm and antenna about the elbow [kg m^2]."""
-        return self.small.linear_density * self.small.length**3 / 3 + (
-            self.tip_mass * self.small.length**2
-        )
+        tube_inertia = self.small.linear_density * self.small.length**3 / 3
+        return tube_inertia + self.tip_mass * self.small.length**2
 
     def root_inertia(self, elbow_angle: float = 0.0) -> float:
         """Rigid moment of inertia about the root at an elbow angle [rad] [kg m^2]."""
         b, s = self.big, self.small
-        outer = s.linear_density * s.length + self.tip_mass
-        first = s.linear_density * s.length**2 / 2 + self.tip_mass * s.length
+
+        # What hangs on the elbow, small arm and antenna: its mass, and its first moment about it.
+        outer_mass = s.linear_density * s.length + self.tip_mass
+        first_moment = s.linear_density * s.length**2 / 2 + self.tip_mass * s.length
+
         return (
             self.hub_inertia
             + b.linear_density * b.length**3 / 3
-            + (outer + self.elbow_mass) * b.length**2
-            + 2 * b.length * cos(elbow_angle) * first
+            + (outer_mass + self.elbow_mass) * b.length**2
+            + 2 * b.length * cos(elbow_angle) * first_moment
             + self.elbow_inertia
         )
 

@@ -25,7 +25,7 @@ from models.ancf.chain import Chain, Link
 from models.ancf.element import mass_matrix
 from models.arm.parameters import ArmParameters
 from models.arrays import Array
-from models.errors import ModelError
+from models.errors import require
 
 COORDINATES = ("theta1", "delta1", "psi1", "theta2", "delta2", "psi2")
 
@@ -55,8 +55,10 @@ class ReducedArm:
     elbow_lock: float | None = None
 
     def __post_init__(self) -> None:
-        if self.variant not in ("B21", "B22"):
-            raise ModelError(f"ReducedArm: variant is {self.variant!r}; use 'B21' or 'B22'.")
+        require(
+            self.variant in ("B21", "B22"),
+            f"ReducedArm: variant is {self.variant!r}; use 'B21' or 'B22'.",
+        )
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -76,12 +78,16 @@ class ReducedArm:
     def embed(self, q: Any) -> Any:
         """All six coordinates p (6, 1) from q (n, 1)."""
         p = {name: q[i] for i, name in enumerate(self.coordinates)}
+
+        # What is not in q: a locked angle, measured from the bent big arm at the elbow, and the
+        # slope of a tip without moment.
         if self.root_lock is not None:
             p["theta1"] = ca.DM(self.root_lock)
         if self.elbow_lock is not None:
             p["theta2"] = p["theta1"] + tip_turn(p["psi1"]) + self.elbow_lock
         if self.variant == "B21":
             p["psi2"] = 1.5 * p["delta2"] / self.parameters.small.length
+
         return ca.vertcat(*(p[name] for name in COORDINATES))
 
     def node_coordinates(self, q: Any, elements: int = 1) -> Any:
@@ -91,12 +97,14 @@ class ReducedArm:
         """
         p = self.embed(q)
         start, nodes = ca.DM.zeros(2), []
+
         for k, link in enumerate((self.parameters.big, self.parameters.small)):
             for i in range(elements + 1):
                 s = link.length * i / elements
                 position, slope = _point(link, start, p[3 * k], p[3 * k + 1], p[3 * k + 2], s)
                 nodes += [position, slope]
-            start = position
+            start = position  # the last node of a link is where the next one begins
+
         return ca.vertcat(*nodes)
 
     def elbow_angle(self, q: Any) -> Any:
@@ -126,8 +134,10 @@ class ReducedArm:
         energy = 0
         for k, link in enumerate((self.parameters.big, self.parameters.small)):
             delta, psi, L = p[3 * k + 1], p[3 * k + 2], link.length
-            form = 12 * delta**2 / L**3 - 12 * delta * psi / L**2 + 4 * psi**2 / L
-            energy += 0.5 * link.bending_stiffness * form
+
+            # the integral of the square of the curvature a + 2 b s, see `_point`
+            curvature_squared = 12 * delta**2 / L**3 - 12 * delta * psi / L**2 + 4 * psi**2 / L
+            energy += 0.5 * link.bending_stiffness * curvature_squared
         return energy
 
     def mass_matrix(self, q: Any) -> Any:
@@ -148,8 +158,11 @@ class ReducedArm:
         e = self.node_coordinates(q)
         J = ca.jacobian(e, q)
         bias = ca.jtimes(J @ v, q, v)
+
         elastic = ca.gradient(self.strain_energy(q), q)
         damping = self.parameters.relaxation_time * ca.jtimes(elastic, q, v)
+
+        # Torques do work on the joint angles: B is the transpose of their derivatives.
         angles = ca.vertcat(self.embed(q)[0], self.elbow_angle(q))
         drive = ca.jacobian(angles, q).T @ torque
         return drive - elastic - damping - J.T @ (self._element_mass @ bias)
@@ -166,12 +179,14 @@ class ReducedArm:
     def _element_mass(self) -> Any:
         """M of the two elements with the particles, (16, 16)."""
         arm = self.parameters
-        blocks = [mass_matrix(k.length, k.linear_density) for k in (arm.big, arm.small)]
-        out = np.zeros((16, 16))
-        out[:8, :8], out[8:, 8:] = blocks
-        out[[4, 5], [4, 5]] += arm.elbow_mass
-        out[[12, 13], [12, 13]] += arm.tip_mass
-        return ca.DM(out)
+        mass = np.zeros((16, 16))
+        mass[:8, :8] = mass_matrix(arm.big.length, arm.big.linear_density)
+        mass[8:, 8:] = mass_matrix(arm.small.length, arm.small.linear_density)
+
+        # the particles sit at the end nodes of the two elements
+        mass[[4, 5], [4, 5]] += arm.elbow_mass
+        mass[[12, 13], [12, 13]] += arm.tip_mass
+        return ca.DM(mass)
 
     # compiled functions
 
@@ -198,8 +213,8 @@ class ReducedArm:
         """Full node coordinates and rates (size, m) on a finer mesh, from q, v (n, m)."""
         qs, vs, _ = self._symbols()
         e = self.node_coordinates(qs, elements)
-        f = ca.Function("nodes", [qs, vs], [e, ca.jtimes(e, qs, vs)])
-        nodes, rates = f.map(q.shape[1])(q, v)
+        kernel = ca.Function("nodes", [qs, vs], [e, ca.jtimes(e, qs, vs)])
+        nodes, rates = kernel.map(q.shape[1])(q, v)
         return nodes.full(), rates.full()
 
     def at(self, root: float = 0.0, elbow: float = 0.0) -> Array:
@@ -229,10 +244,13 @@ def _point(link: Link, start: Any, theta: Any, delta: Any, psi: Any, s: float) -
     v' = a s + b s^2; u = -1/2 (a^2 s^3/3 + a b s^4/2 + b^2 s^5/5) is the foreshortening.
     """
     L = link.length
+
+    # the shape whose deflection at the tip is delta and whose slope there is psi
     a = 6 * delta / L**2 - 2 * psi / L
     b = -6 * delta / L**3 + 3 * psi / L**2
     u = -(a**2 * s**3 / 3 + a * b * s**4 / 2 + b**2 * s**5 / 5) / 2
     v, dv = a * s**2 / 2 + b * s**3 / 3, a * s + b * s**2
+
     R = ca.vertcat(
         ca.horzcat(ca.cos(theta), -ca.sin(theta)), ca.horzcat(ca.sin(theta), ca.cos(theta))
     )
@@ -240,16 +258,24 @@ def _point(link: Link, start: Any, theta: Any, delta: Any, psi: Any, s: float) -
 
 
 def solve_small(matrix: Any, right: Any) -> list[Any]:
-    """Solution of a small symmetric positive system by elimination without pivoting."""
+    """Solution of a small symmetric positive system by elimination without pivoting.
+
+    On symbols this makes expressions shorter than those of `ca.solve` by a fifth, and a positive
+    matrix needs no pivots.
+    """
     n = right.numel()
     a = [[matrix[i, k] for k in range(n)] for i in range(n)]
     b = [right[i] for i in range(n)]
+
+    # forward elimination
     for k in range(n):
         for i in range(k + 1, n):
             factor = a[i][k] / a[k][k]
             b[i] = b[i] - factor * b[k]
             for m in range(k + 1, n):
                 a[i][m] = a[i][m] - factor * a[k][m]
+
+    # back substitution
     x: list[Any] = [None] * n
     for i in reversed(range(n)):
         x[i] = (b[i] - sum(a[i][m] * x[m] for m in range(i + 1, n))) / a[i][i]

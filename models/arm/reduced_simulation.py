@@ -1,4 +1,7 @@
-"""Numbers from the reduced arm: motion under torque laws, natural modes, lock."""
+"""Numbers from the reduced arm: motion under torque laws, natural modes, lock.
+
+Symbols: q, v coordinates and rates of the model (n,); y = (q, v) its state (2 n,); m instants.
+"""
 
 from __future__ import annotations
 
@@ -9,13 +12,17 @@ from math import pi
 
 import casadi as ca
 import numpy as np
-from scipy.integrate import solve_ivp
-from scipy.linalg import eigh, solve
 
 from models.ancf.joints import Free, Torque
 from models.arm.reduced import COORDINATES, ReducedArm
 from models.arrays import Array
-from models.errors import ModelError
+from models.errors import require
+from models.numerics import interior
+
+_FINEST = 3e-14  # relative tolerance; below 2.3e-14 SciPy warns of rounding
+# Modes are elastic if their omega^2 exceeds this share of the highest: rigid motions have zero
+# but for rounding, bending modes more by orders of magnitude.
+_RIGID = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,68 +68,76 @@ def simulate_reduced(
     ModelError
         If the integrator fails.
     """
+    from scipy.integrate import solve_ivp
+
     laws = [joint if isinstance(joint, Torque) else None for joint in (root, elbow)]
     start, end = float(times[0]), float(times[-1])
     breaks = {b for law in laws if law for b in law.breakpoints if start < b < end}
     edges = sorted({start, end} | breaks)
+
     state = np.concatenate((q, np.zeros(model.size) if v is None else v))
-    out = np.empty((2 * model.size, len(times)))
-    out[:, 0] = state
-    for lo, hi in pairwise(edges):
-        inside = (times > lo) & (times <= hi)
-        asked = np.append(times[inside], hi)
-        rate = _right_hand_side(model, laws, (lo, hi))
-        done = solve_ivp(
-            rate,
-            (lo, hi),
+    history = np.empty((2 * model.size, len(times)))
+    history[:, 0] = state
+    for window in pairwise(edges):
+        asked = (times > window[0]) & (times <= window[1])
+        piece = solve_ivp(
+            _right_hand_side(model, laws, window),
+            window,
             state,
             method="DOP853",
-            t_eval=np.unique(asked),
-            rtol=max(tolerance, 3e-14),
+            t_eval=np.unique(np.append(times[asked], window[1])),
+            rtol=max(tolerance, _FINEST),
             atol=tolerance,
         )
-        if not done.success:
-            raise ModelError(
-                f"simulate_reduced: stopped at t = {done.t[-1]:g} s ({done.message}); "
-                "raise the tolerance or declare a breakpoint."
-            )
-        out[:, inside], state = done.y[:, : inside.sum()], done.y[:, -1]
-    q_all, v_all = out[: model.size], out[model.size :]
+        require(
+            piece.success,
+            f"simulate_reduced: stopped at t = {piece.t[-1]:g} s ({piece.message}); "
+            "raise the tolerance or declare a breakpoint.",
+        )
+        # the end of the window comes last, asked for or not
+        history[:, asked], state = piece.y[:, : asked.sum()], piece.y[:, -1]
+
+    q_all, v_all = history[: model.size], history[model.size :]
     nodes = model.to_nodes(q_all, v_all, 1)[0]
-    return ReducedMotion(model, times, q_all, v_all, nodes[12:14], nodes[4:6])
+    return ReducedMotion(model, times, q_all, v_all, tip=nodes[12:14], elbow=nodes[4:6])
 
 
 def _right_hand_side(
     model: ReducedArm, laws: list[Torque | None], window: tuple[float, float]
 ) -> Callable[[float, Array], Array]:
-    """State rates of the reduced arm inside a window, through CasADi's buffers."""
-    n, edge = model.size, 1e-13 * max(1.0, abs(window[1]))
-    first, last = window[0] + edge, window[1] - edge
-    state, torque, out = np.empty(2 * n), np.zeros(2), np.empty(n)
+    """State rates of the reduced arm inside a window, through CasADi's buffers.
+
+    Buffers spare the conversion of arguments, which takes longer than the evaluation.
+    """
+    n = model.size
+    first, last = interior(*window)
+    state, torque, acceleration = np.empty(2 * n), np.zeros(2), np.empty(n)
     buffer, evaluate = model.dynamics.buffer()
-    for k, part in enumerate((state[:n], state[n:], torque)):
-        buffer.set_arg(k, part.data)
-    buffer.set_res(0, out.data)
+    for k, argument in enumerate((state[:n], state[n:], torque)):
+        buffer.set_arg(k, argument.data)
+    buffer.set_res(0, acceleration.data)
 
     alive = buffer, model.dynamics  # evaluate() does not keep them
 
     def rate(t: float, y: Array, _alive: object = alive) -> Array:
         state[:] = y
-        at = np.array([min(max(t, first), last)])
+        instant = np.array([min(max(t, first), last)])
         for k, law in enumerate(laws):
             if law is not None:
-                torque[k] = law.torque(at)[0]
+                torque[k] = law.torque(instant)[0]
         evaluate()
-        return np.concatenate((y[n:], out))
+        return np.concatenate((y[n:], acceleration))
 
     return rate
 
 
 def reduced_modes(model: ReducedArm, q: Array) -> tuple[Array, Array]:
     """Frequencies (k,) [Hz] and shapes (n, k) at undeformed coordinates, rigid motions left out."""
-    mass, stiffness = (m.full() for m in model.linear(q))
+    from scipy.linalg import eigh
+
+    mass, stiffness = (matrix.full() for matrix in model.linear(q))
     squares, vectors = eigh(stiffness, mass)
-    elastic = squares > 1e-9 * squares[-1]
+    elastic = squares > _RIGID * squares[-1]
     return np.sqrt(squares[elastic]) / (2 * pi), vectors[:, elastic]
 
 
@@ -134,18 +149,22 @@ def lock_reduced(
     The rates are those after the inelastic impulse: J^T M J v+ = J^T M v, with J the tangent
     of the locked coordinates in the free ones.
     """
+    from scipy.linalg import solve
+
     p = np.array(model.embed(q).full())[:, 0]
-    angle = float(model.elbow_angle(q))
+    elbow_angle = float(model.elbow_angle(q))
     locked = ReducedArm(
         model.parameters,
         model.variant,
-        float(p[0]) if root else model.root_lock,
-        angle if elbow else model.elbow_lock,
+        root_lock=float(p[0]) if root else model.root_lock,
+        elbow_lock=elbow_angle if elbow else model.elbow_lock,
     )
-    kept = [model.coordinates.index(name) for name in locked.coordinates]
-    z = q[kept]
-    s = ca.SX.sym("s", locked.size)
-    all_six = ca.Function("p", [s], [ca.jacobian(locked.embed(s), s)])(z).full()
+    kept = q[[model.coordinates.index(name) for name in locked.coordinates]]
+
+    # The six coordinates of both models are the same: J is a choice of rows of dp/dq.
+    z = ca.SX.sym("z", locked.size)
+    all_six = ca.Function("p", [z], [ca.jacobian(locked.embed(z), z)])(kept).full()
     J = all_six[[COORDINATES.index(name) for name in model.coordinates]]
+
     mass = model.linear(q)[0].full()
-    return locked, z, solve(J.T @ mass @ J, J.T @ mass @ v, assume_a="pos")
+    return locked, kept, solve(J.T @ mass @ J, J.T @ mass @ v, assume_a="pos")

@@ -1,4 +1,10 @@
-"""Motion laws of the deployment angle, each with exact derivatives up to the jerk."""
+"""Motion laws of the deployment angle, each with exact derivatives up to the jerk.
+
+`motion` says what a law is and finds its peaks. The paper's laws are `step5` and `bezier`;
+`jerk_limited` has the least peak acceleration under a jerk cap, by the bounds of `bounds`.
+`piecewise` and `tabulated` state laws by polynomials or by points, and `simple` has laws that
+serve as guesses.
+"""
 
 from models.laws.bezier import PAPER_POINTS, Bezier, pinned
 from models.laws.bounds import least_jerk_cap, least_peak_acceleration

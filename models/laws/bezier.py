@@ -40,6 +40,7 @@ class Bezier:
 
     def __post_init__(self) -> None:
         check_duration(self.duration)
+
         points = tuple(float(point) for point in self.points)
         object.__setattr__(self, "points", points)
         require(len(points) >= 2, f"a Bezier law has {len(points)} points; give at least 2.")
@@ -64,11 +65,14 @@ class Bezier:
     def motion(self, time: ArrayLike) -> AngularMotion:
         """Motion at times (m,) in [0, T]; derivatives are curves of the points' differences."""
         t = law_times(time, self.duration)
+
+        # each derivative by t = T s brings a factor 1/T
         angle, speed, acceleration, jerk = (
             bernstein_curve(derivative_points(self.points, order), t / self.duration)
             / self.duration**order
             for order in range(4)
         )
+
         return AngularMotion(time=t, angle=angle, speed=speed, acceleration=acceleration, jerk=jerk)
 
 
@@ -96,6 +100,7 @@ def bernstein_curve(points: ArrayLike, s: Array) -> Array:
     """Value (m,) of the Bezier curve with `points` at s (m,) in [0, 1], (41)-(42)."""
     control = np.asarray(points, dtype=float)
     degree = control.size - 1
+
     i = np.arange(degree + 1)
     choose = np.array([math.comb(degree, k) for k in i], dtype=float)
     basis = choose * s[:, None] ** i * (1 - s[:, None]) ** (degree - i)

@@ -26,14 +26,17 @@ def least_peak_acceleration(stroke: float, duration: float, *, jerk: float | Non
     require(0 < duration < math.inf, f"duration is {duration!r} s; give a positive finite time.")
     if jerk is None:
         return 4 * stroke / duration**2
+
     least = least_jerk_cap(stroke, duration)
     require(
         math.isfinite(jerk) and jerk >= least * (1 - 1e-12),  # rounding of a cap set to `least`
         f"jerk cap {jerk!r} cannot cover the stroke {stroke:g} in {duration:g} s; "
         f"raise it to at least {least!r} or lengthen the duration.",
     )
+
+    # The formula above, multiplied by 1 + root: it would cancel where j is large.
     root = math.sqrt(max(0.0, 1 - least / jerk))
-    return 8 * stroke / duration**2 / (1 + root)  # the same without cancellation for large j
+    return 8 * stroke / duration**2 / (1 + root)
 
 
 def least_jerk_cap(stroke: float, duration: float) -> float:

@@ -52,9 +52,12 @@ class JerkLimited(Stroke):
         total, ramp = self.duration, self.peak_acceleration / self.jerk
         times = [0.0, ramp, total / 2 - ramp, total / 2 + ramp, total - ramp, total]
         signs = [1, 0, -1, 0, 1]
-        held = times[2] - times[1] > 1e-12 * total  # else the trapezoids are triangles
+
+        # At the least feasible cap the trapezoids are triangles, and pieces of no length go.
+        held = times[2] - times[1] > 1e-12 * total
         if not held:
             times, signs = [0.0, total / 4, 3 * total / 4, total], [1, -1, 1]
+
         jerks = tuple(sign * self.jerk for sign in signs)
         return constant_jerk(times, jerks, self.start_angle)
 

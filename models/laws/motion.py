@@ -76,6 +76,7 @@ class Peaks:
 def peaks(law: Law) -> Peaks:
     """Peaks of a law, located between samples as well as on them."""
 
+    # Laws are smooth between breakpoints: a quarter of the usual samples shows every maximum.
     def peak(name: str) -> float:
         return dense_peak(
             lambda t: np.abs(getattr(law.motion(t), name)),
@@ -129,11 +130,12 @@ class Stroke:
 def law_times(time: ArrayLike, duration: float) -> Array:
     """Return times as an array (m,), refused outside [0, duration] but for rounding."""
     times = np.atleast_1d(np.asarray(time, dtype=float))
-    slack = 1e-12 * duration
+    slack = 1e-12 * duration  # rounding of times that were computed, as by linspace
     require(
         times.ndim == 1 and bool(np.all((times >= -slack) & (times <= duration + slack))),
         f"times must be one array within [0, {duration:g}] s; the law is not defined elsewhere.",
     )
+
     inside: Array = np.clip(times, 0.0, duration)
     return inside
 

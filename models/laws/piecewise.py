@@ -63,6 +63,8 @@ class Piecewise:
     def motion(self, time: ArrayLike) -> AngularMotion:
         """Motion at times (m,) in [0, T]."""
         t = law_times(time, self.duration)
+
+        # at a breakpoint the piece to its right counts
         piece = np.searchsorted(self.edges[1:-1], t, side="right")
         dt = t - np.asarray(self.edges)[piece]
         angle, speed, acceleration, jerk = _advance(self._states[piece].T, dt)
@@ -72,9 +74,11 @@ class Piecewise:
     def _states(self) -> Array:
         """Angle, speed and rates at the left edge of each piece, (m, 5)."""
         angle, speed, states = self.start_angle, self.start_speed, []
+
         for rates, dt in zip(self.rates, np.diff(self.edges).tolist(), strict=True):
             states.append((angle, speed, *rates))
             angle, speed = _advance(states[-1], dt)[:2]
+
         return np.array(states)
 
 
@@ -99,26 +103,41 @@ def constant_acceleration(
 
 
 def constant_jerk(
-    edges: Sequence[float], jerks: Sequence[float], start_angle: float,
-    start_speed: float = 0.0, start_acceleration: float = 0.0,
-) -> Piecewise:  # fmt: skip
+    edges: Sequence[float],
+    jerks: Sequence[float],
+    start_angle: float,
+    start_speed: float = 0.0,
+    start_acceleration: float = 0.0,
+) -> Piecewise:
     """Continuous acceleration with a constant jerk on each piece [rad/s^3]; see `Piecewise`."""
     ramps = [(jerk, jerk) for jerk in jerks]
     return linear_jerk(edges, ramps, start_angle, start_speed, start_acceleration)
 
 
 def linear_jerk(
-    edges: Sequence[float], ramps: Sequence[Pair], start_angle: float,
-    start_speed: float = 0.0, start_acceleration: float = 0.0,
-) -> Piecewise:  # fmt: skip
+    edges: Sequence[float],
+    ramps: Sequence[Pair],
+    start_angle: float,
+    start_speed: float = 0.0,
+    start_acceleration: float = 0.0,
+) -> Piecewise:
     """Continuous acceleration with a jerk that is linear on each piece and may jump between them.
 
     Parameters
     ----------
+    edges : times 0 = t_0 < ... < t_m [s].
     ramps : m pairs, the jerk at the start and at the end of each piece [rad/s^3].
+    start_angle, start_speed, start_acceleration : [rad, rad/s, rad/s^2].
+
+    Raises
+    ------
+    ModelError
+        If the edges do not start at 0 and increase, or the ramps do not match them.
     """
     edges = tuple(map(float, edges))
     check_edges(edges, len(ramps))
+
+    # Only the acceleration is carried from piece to piece here; `Piecewise` does the rest.
     acceleration, rates = float(start_acceleration), []
     for dt, (first, last) in zip(np.diff(edges).tolist(), ramps, strict=True):
         slope = (float(last) - float(first)) / dt
@@ -130,6 +149,8 @@ def linear_jerk(
 def _advance(state: Any, dt: Any) -> Any:
     """Angle, speed, acceleration and jerk dt after a row of `Piecewise._states`, or many."""
     angle, speed, acceleration, jerk, slope = state
+
+    # Taylor's polynomial, which is exact here, in Horner's form
     return (
         angle + dt * (speed + dt * (acceleration / 2 + dt * (jerk / 6 + dt * slope / 24))),
         speed + dt * (acceleration + dt * (jerk / 2 + dt * slope / 6)),

@@ -25,6 +25,8 @@ class StraightLine(Stroke):
         """Motion at times (m,) in [0, T]."""
         t = law_times(time, self.duration)
         speed = (self.end_angle - self.start_angle) / self.duration
+
+        # the jumps of the speed at both ends do not show in the derivatives inside
         rest = np.zeros_like(t)
         return AngularMotion(t, self.start_angle + speed * t, rest + speed, rest, rest)
 
@@ -74,7 +76,10 @@ class Dwell:
         """Motion at times (m,) in [0, T]."""
         t = law_times(time, self.duration)
         waiting = t < self.wait
+
+        # The law is defined on its own interval only: while waiting its start is looked up.
         played = self.law.motion(np.clip(t - self.wait, 0.0, self.law.duration))
+
         return AngularMotion(
             time=t,
             angle=np.where(waiting, self.law.start_angle, played.angle),

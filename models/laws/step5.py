@@ -27,9 +27,12 @@ class Step5(Stroke):
         t = law_times(time, self.duration)
         half = self.duration / 2
         late = t > half
+
+        # x runs from 0 to 1 up to half time and back again
         x = np.where(late, self.duration - t, t) / half
         peak = (self.end_angle - self.start_angle) / half
-        gain = peak * half * x**4 * (2.5 + x * (x - 3))
+        gain = peak * half * x**4 * (2.5 + x * (x - 3))  # angle from the nearer end
+
         return AngularMotion(
             time=t,
             angle=np.where(late, self.end_angle - gain, self.start_angle + gain),

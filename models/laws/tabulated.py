@@ -40,10 +40,13 @@ class Tabulated:
     def __post_init__(self) -> None:
         for name in ("times", "angles"):
             object.__setattr__(self, name, tuple(float(value) for value in getattr(self, name)))
+
         require(
             self.ends in ("at rest", "free"),
             f'ends is {self.ends!r}; choose "at rest" or "free".',
         )
+
+        # a free spline of degree 5 has six unknowns; ends at rest give four of them
         least = 2 if self.ends == "at rest" else _DEGREE + 1
         require(
             len(self.times) == len(self.angles) >= least,

@@ -1,4 +1,10 @@
-"""The ring truss: expressions in, expressions out, after DOI 10.1109/ACCESS.2019.2918614."""
+"""The ring truss: expressions in, expressions out, after DOI 10.1109/ACCESS.2019.2918614.
+
+`parameters` says what is given and `kinematics` where the nodes and the rope are at an angle.
+The equation of motion is in `dynamics`, made of `inertia`, `potential`, `friction` and `rope`.
+Numbers along a motion are in `evaluate` and, for single nodes, in `nodes`. `bounds` holds the
+least peaks that any motion has.
+"""
 
 from models.truss.bounds import least_peak_reaction, least_peak_rope_acceleration
 from models.truss.dynamics import (

@@ -90,11 +90,14 @@ class StaticPeak(NamedTuple):
 
 
 def static_peak(parameters: TrussParameters) -> StaticPeak:
-    """Maximum of U'/f from stowed to open, at the truss's own pulley friction."""
+    """Maximum of U'/f from stowed to open, at the truss's own pulley friction.
+
+    It is the ridge that every slow deployment has to cross.
+    """
     peak = dense_peak(
         lambda alpha: static_force(parameters, ca.DM(alpha)).full().ravel(),
         parameters.stowed_angle,
         math.pi / 2,
-        breakpoints=(parameters.net_angle,),
+        breakpoints=(parameters.net_angle,),  # where the net becomes taut, a kink of U'
     )
     return StaticPeak(angle=peak.where, force=peak.value)

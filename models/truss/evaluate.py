@@ -80,9 +80,12 @@ def evaluate_motion(
         np.atleast_1d(np.asarray(values, dtype=float)) for values in (angle, speed, acceleration)
     )
     _check_motion(parameters, alpha, omega, acc)
+
     rows = _kernel(parameters, net)(*(values[None, :] for values in (alpha, omega, acc)))
     history = dict(zip(_QUANTITIES, (row.full().ravel() for row in rows), strict=True))
     force = history["rope_force"]
+
+    # Pulleys are summed one by one: a check of the closed form that the rope force rests on.
     return TrussMotion(
         angle=alpha,
         speed=omega,
@@ -111,6 +114,8 @@ _QUANTITIES = (
 def _kernel(parameters: TrussParameters, net: Net) -> ca.Function:
     """Compile scalars (alpha, omega, acc) -> `_QUANTITIES`, once per truss."""
     alpha, omega, acc = (ca.SX.sym(name) for name in ("alpha", "omega", "acc"))
+
+    # In one function, so that the quantities share what they have in common.
     force = rope_force(parameters, alpha, omega, acc, net)
     outputs = [
         rope_length(parameters, alpha),
@@ -124,6 +129,7 @@ def _kernel(parameters: TrussParameters, net: Net) -> ca.Function:
         linear_momentum(parameters, alpha, omega),
         reaction_force(parameters, alpha, omega, acc),
     ]
+
     kernel: ca.Function = ca.Function("truss", [alpha, omega, acc], outputs, {"cse": True})
     return kernel
 
@@ -136,11 +142,13 @@ def _check_motion(parameters: TrussParameters, alpha: Array, omega: Array, acc: 
     )
     finite = all(np.isfinite(values).all() for values in (alpha, omega, acc))
     require(finite, "the motion holds values that are not finite; remove them.")
+
     low, high = alpha.min(), alpha.max()
     require(
         low > 0 and high <= math.pi / 2 + _BEYOND_OPEN,
         f"the angle runs from {low:g} to {high:g} rad; keep it in (0, pi/2].",
     )
+
     slowest = omega.min()
     require(
         parameters.pulley_friction == 0 or slowest >= -_BACKWARD_SLACK * np.abs(omega).max(),

@@ -106,26 +106,34 @@ def inertia_coefficients(parameters: TrussParameters) -> InertiaCoefficients:
     n, side = parameters.modules, 2 * parameters.half_cross_bar
     corners = 1 / (2 * math.sin(math.pi / n) ** 2)  # sum |g_i|^2 / n
     edges = -1 / 2  # sum g_i . R_i x / n
+
+    # Squared velocities of a rod, per omega^2, by the terms of its nodes: x_sin with the module's
+    # own shift goes with cos^2, z_cos with sin^2, z_e with e'^2, their product with sin e'.
     cosine = sine = slide = mixed = 0.0
     for mass, j, k in _elements(parameters):
         u, v = nodes[j], nodes[k]
+
         middle = (u.x_sin + v.x_sin) / 2
         across = _mean_product(u.x_sin, v.x_sin, u.x_sin, v.x_sin)
         cosine += n * mass * (side**2 * corners + 2 * side * edges * middle + across)
         sine += n * mass * _mean_product(u.z_cos, v.z_cos, u.z_cos, v.z_cos)
         slide += n * mass * _mean_product(u.z_e, v.z_e, u.z_e, v.z_e)
         mixed += 2 * n * mass * _mean_product(u.z_cos, v.z_cos, u.z_e, v.z_e)
+
     return InertiaCoefficients(cosine, sine, slide, mixed)
 
 
 def _elements(parameters: TrussParameters) -> list[tuple[Expression, int, int]]:
     """(mass, node, node) of each rod and, with twice the same node, of each joint of a module."""
+    # Half of what two neighbours share belongs to each; the paper counts it in both.
     share = dict.fromkeys(SHARED, 0.5 if parameters.counting == "once" else 1.0)
+
     rods = [
         (share.get(name, 1.0) * parameters.linear_density * getattr(parameters, name), j, k)
         for name, pairs in RODS.items()
         for j, k in pairs
     ]
+
     joints = [
         (share.get(name, 1.0) * getattr(parameters.joint_masses, name), j, j)
         for name, nodes in JOINTS.items()

@@ -91,10 +91,13 @@ def node_position(
     require(node in range(1, 15), f"node is {node!r}; a module has the nodes 1 to 14.")
     place = module_nodes(parameters)[node]
     e = slider_distance(parameters, alpha)
+
+    # u, in the plane of the module
     x = place.x_sin * ca.sin(alpha)
     z = place.z_0 + place.z_cos * ca.cos(alpha) + place.z_e * e
     if module is None:
         return ca.vertcat(x, 0, z)
+
     along, (g_x, g_y) = _module_frame(parameters.modules, module)
     side = 2 * parameters.half_cross_bar * ca.sin(alpha)
     return ca.vertcat(side * g_x + along[0] * x, side * g_y + along[1] * x, z)
@@ -142,12 +145,15 @@ def angle_from_rope_length(parameters: TrussParameters, length: ArrayLike) -> Ar
         parameters.modules,
     )
     e = np.asarray(length, dtype=float) / (2 * n) - b
+
+    # At either end of the reach crank and link are in line, and rounding may pass it.
     reached = np.all((e >= (d - c) * (1 - 1e-12)) & (e <= (d + c) * (1 + 1e-12)))
     low, high = 2 * n * (b + d - c), 2 * n * (b + d + c)
     require(
         bool(reached),
         f"rope length {length!r} m is out of reach; give lengths from {low:g} to {high:g} m.",
     )
+
     cosine = (e**2 + c**2 - d**2) / (2 * e * c)
     return np.arccos(np.clip(cosine, -1.0, 1.0))
 
@@ -163,6 +169,8 @@ def _module_frame(modules: int, module: int) -> tuple[tuple[float, float], tuple
         module in range(1, modules + 1),
         f"module is {module!r}; the ring has the modules 1 to {modules}.",
     )
+
+    # g_i is the sum of the unit sides of all modules before
     turns = 2 * math.pi / modules * np.arange(module)
     sides = np.stack([np.cos(turns), np.sin(turns)])
     origin = sides[:, :-1].sum(axis=1)

@@ -44,6 +44,8 @@ def node_motion(
     """
     alpha = np.atleast_1d(np.asarray(angle, dtype=float))
     omega, acc = (np.asarray(values, dtype=float)[..., None] for values in (speed, acceleration))
+
+    # chain rule: r' omega and r' acc + r'' omega^2
     parts = _kernel(parameters, node, module)(alpha[None, :])
     place, slope, bend = (part.full().T for part in parts)
     return NodeMotion(place, slope * omega, slope * acc + bend * omega**2)

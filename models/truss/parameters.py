@@ -143,6 +143,7 @@ def _check_values(p: TrussParameters) -> None:
         _require_number(name, getattr(p, name))
     for name in _NOT_NEGATIVE:
         _require_number(name, getattr(p, name), zero=True)
+
     modules: object = p.modules
     require(
         isinstance(modules, int) and modules >= 3,
@@ -163,11 +164,14 @@ def _check_geometry(p: TrussParameters) -> None:
     alpha0, alpha_c = p.stowed_angle, p.net_angle
     require(d > c, f"link {d:g} m is not longer than the crank {c:g} m; lengthen the link.")
     require(c <= b, f"crank {c:g} m exceeds the half cross-bar {b:g} m; shorten the crank.")
+
     require(
         alpha0 < alpha_c < math.pi / 2,
         f"net_angle {alpha_c:g} rad is not between stowed_angle {alpha0:g} rad and pi/2; "
         "choose 0 < stowed_angle < net_angle < pi/2 in radians.",
     )
+
+    # room for what is folded between the vertical bar's ends
     height = 2 * b * math.cos(alpha0)
     require(
         height <= a,
@@ -178,6 +182,8 @@ def _check_geometry(p: TrussParameters) -> None:
         2 * e0 <= a,
         f"stowed sliders need {2 * e0:g} m but bar_length is {a:g} m; shorten crank or link.",
     )
+
+    # The geometry works, but at first the rope would have to push.
     if p.spring_free_length < e0:
         warnings.warn(
             f"spring_free_length {p.spring_free_length:g} m is below the stowed slider distance "

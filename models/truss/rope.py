@@ -1,7 +1,11 @@
-"""Tension along the two ropes and their generalised force, (28)-(35).
+"""Tension along the two ropes, their generalised force and the loss at their pulleys, (28)-(35).
 
 Symbols: T1 [N] force of the motor on one rope; f [m] generalised force of both ropes per T1;
-mu pulley friction; alpha [rad]; omega [rad/s]; n modules; e [m] slider distance.
+mu pulley friction; alpha [rad]; omega [rad/s]; n modules; e [m] slider distance, e' [m/rad].
+
+Seen from the motor a rope runs, in each module, from slider to bar end (e), along two half
+cross-bars (b, b) and from bar end to slider (e). Its far end is fixed, so the rope passes over
+a pulley at the rate at which all segments beyond that pulley shorten.
 
 The rope is taken to run towards the motor (omega >= 0): with mu > 0 nothing here holds for
 omega < 0, where the friction would act the other way.
@@ -47,8 +51,11 @@ def rope_leverage(parameters: TrussParameters, alpha: Expression) -> Expression:
     The sum over modules is a geometric series of ratio exp(-x), x = 4 mu (pi - alpha).
     """
     mu, n = parameters.pulley_friction, parameters.modules
+
+    # the quotient of two means is the sum of the series, and n where the friction is zero
     x = 4 * mu * (math.pi - alpha)
     series = n * decay_mean(n * x) / decay_mean(x)
+
     slope = slider_distance_slope(parameters, alpha)
     return -2 * slope * series * (1 + ca.exp(-mu * (3 * math.pi - 4 * alpha)))
 
@@ -68,7 +75,9 @@ def pulley_loss(
 def pulley_loss_by_sum(
     parameters: TrussParameters, angle: ArrayLike, speed: ArrayLike, tension: ArrayLike
 ) -> Array:
-    """Power dissipated at the pulleys of both ropes [W], shape (m,).
+    """Power dissipated at the pulleys of both ropes [W], shape (m,), pulley by pulley.
+
+    It knows nothing of the sums in closed form above, which it serves to check.
 
     Parameters
     ----------
@@ -79,14 +88,17 @@ def pulley_loss_by_sum(
     hauled = -slope * np.asarray(speed, dtype=float)  # by each sliding segment [m/s]
     wraps = (math.pi - alpha, math.pi - 2 * alpha, math.pi - alpha, math.pi + 0 * alpha)
     sliding = (1, 0, 0, 1)  # which of a module's segments change length
+
+    # From the motor to the far end: the tension of the segment before each pulley, and the rate
+    # at which the segments beyond it shorten.
     beyond = 2 * parameters.modules * hauled
-    here = np.asarray(tension, dtype=float) + 0 * alpha
+    segment_tension = np.asarray(tension, dtype=float) + 0 * alpha
     loss = np.zeros_like(alpha)
     for k in range(4 * parameters.modules - 1):
         beyond = beyond - sliding[k % 4] * hauled
-        drop = -here * np.expm1(-parameters.pulley_friction * wraps[k % 4])
-        loss += 2 * drop * beyond
-        here = here - drop
+        drop = -segment_tension * np.expm1(-parameters.pulley_friction * wraps[k % 4])
+        loss += 2 * drop * beyond  # on both ropes
+        segment_tension = segment_tension - drop
     return loss
 
 

@@ -12,7 +12,7 @@ from studies.common.exit_codes import ExitCode, StudyError, exit_code_table
 if TYPE_CHECKING:
     from models.arm.reduced_simulation import ReducedMotion
     from studies.arm.config import ArmStudy
-    from studies.arm.replay import Array, Replay
+    from studies.arm.replay.full import Array, Replay
     from studies.common.folder import ResultsFolder
 
 SHARES = {"big": 0.01, "small": 0.03, "both": 0.03}  # of a baseline's E_res
@@ -87,11 +87,11 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
 def _run(options: argparse.Namespace, console: Console) -> ExitCode:
     from studies.arm.config import read
     from studies.arm.modes import check_flags
-    from studies.arm.optimum import check_bending
+    from studies.arm.optimal.solve import check_bending
 
     check_flags(options)
     if options.sequence is not None:
-        from studies.arm.sequence_command import run_sequence
+        from studies.arm.questions.sequence.command import run_sequence
 
         return run_sequence(options, console)
     flags = {name: getattr(options, name) for name in ("stage", "objective", *_numbers())}
@@ -111,7 +111,7 @@ def _least_duration(options: argparse.Namespace, study: ArmStudy, console: Conso
     """Least durations under one torque cap and one residual."""
     import dataclasses
 
-    from studies.arm.least_duration import least_durations, table, torque_cap
+    from studies.arm.questions.least_duration import least_durations, table, torque_cap
     from studies.common.folder import open_results, provenance
 
     if len(study.stage.moving) > 1:
@@ -137,8 +137,8 @@ def _least_duration(options: argparse.Namespace, study: ArmStudy, console: Conso
 
 def _trade_off(options: argparse.Namespace, study: ArmStudy, console: Console) -> ExitCode:
     """Residual energy against duration."""
-    from studies.arm.figures import tradeoff_figure
-    from studies.arm.tradeoff import between, curves, table
+    from studies.arm.questions.trade_off import between, curves, table
+    from studies.arm.report.figures import tradeoff_figure
     from studies.common.folder import open_results, provenance
 
     folder = open_results(options.results, f"arm-{study.stage.name}-trade-off", options.overwrite)
@@ -162,12 +162,12 @@ def _one(options: argparse.Namespace, study: ArmStudy, console: Console) -> Exit
     """Solve, refine, report, export and draw one motion."""
     import dataclasses
 
-    from studies.arm.engineer import loads
-    from studies.arm.export import write_input, write_loads, write_profile
-    from studies.arm.floor import numerical_floor
-    from studies.arm.optimum import check_caps, refine, solve_stage
-    from studies.arm.problem import is_slow
-    from studies.arm.report import check_mesh, checks, duration_to_try, facts, rounds, table
+    from studies.arm.optimal.phase import is_slow
+    from studies.arm.optimal.solve import check_caps, refine, solve_stage
+    from studies.arm.replay.floor import numerical_floor
+    from studies.arm.replay.loads import loads
+    from studies.arm.report.export import write_input, write_loads, write_profile
+    from studies.arm.report.facts import check_mesh, checks, duration_to_try, facts, rounds, table
     from studies.common.folder import open_results, provenance
 
     if study.objective != "time":
@@ -226,11 +226,11 @@ def _after(study: ArmStudy) -> Array:
 
 def _baselines(options: argparse.Namespace, study: ArmStudy, console: Console) -> ExitCode:
     """Set an optimum beside each baseline."""
-    from studies.arm.compare import compare, table
-    from studies.arm.figures import residual_figure
-    from studies.arm.floor import numerical_floor
-    from studies.arm.problem import is_slow
-    from studies.arm.report import missed
+    from studies.arm.optimal.phase import is_slow
+    from studies.arm.questions.baselines import compare, table
+    from studies.arm.replay.floor import numerical_floor
+    from studies.arm.report.facts import missed
+    from studies.arm.report.figures import residual_figure
     from studies.common.folder import open_results, provenance
 
     stage, drive = study.stage, options.baselines
@@ -291,7 +291,7 @@ def _draw(
     folder: ResultsFolder, replays: list[Replay], study: ArmStudy, console: Console,
     reduced: ReducedMotion | None = None,
 ) -> None:  # fmt: skip
-    from studies.arm.figures import all_figures
+    from studies.arm.report.figures import all_figures
     from studies.common.drawing import save
 
     caps = (None, None) if reduced is None else study.limits.torque

@@ -13,9 +13,9 @@ from typing import Any
 from models.arm.parameters import ASSUMED_DENSITY, ASSUMED_MODULUS, ArmParameters, tube
 from models.errors import ModelError
 from studies.arm.numbers import MOST, NOT_NEGATIVE, NUMBERS, POSITIVE, WHOLE
-from studies.arm.objectives import OBJECTIVES
-from studies.arm.problem import Limits
-from studies.arm.replay import ELEMENTS, MODES
+from studies.arm.optimal.objectives import OBJECTIVES
+from studies.arm.optimal.phase import Limits
+from studies.arm.replay.full import ELEMENTS, MODES
 from studies.arm.stage import STAGES, Stage
 from studies.common.exit_codes import StudyError
 

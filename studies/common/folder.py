@@ -15,6 +15,7 @@ from studies.common.exit_codes import ExitCode, StudyError
 
 DEFAULT_PARENT = Path("results")
 OUR_MARK = "provenance.json"
+PROGRAM = "antenna-ocp"
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class ResultsFolder:
     def write_json(self, name: str, content: Mapping[str, object]) -> Path:
         """Write `content` as JSON (numbers that are not finite become null) and return its path."""
         path = self.file(name)
-        path.write_text(json.dumps(_finite(content), indent=2, ensure_ascii=False) + "\n", "utf-8")
+        path.write_text(json.dumps(plain(content), indent=2, ensure_ascii=False) + "\n", "utf-8")
         return path
 
     def complete(self) -> None:
@@ -117,9 +118,9 @@ def _make_room(path: Path, overwrite: bool) -> Path:
 def provenance() -> dict[str, object]:
     """Return the versions this result depends on, and when it was made."""
     return {
-        "program": "antenna-ocp",
+        "program": PROGRAM,
         "versions": {
-            "antenna-ocp": _version("antenna-ocp"),
+            PROGRAM: _version(PROGRAM),
             "python": platform.python_version(),
             **{name: _version(name) for name in ("casadi", "numpy", "scipy", "matplotlib")},
         },
@@ -136,14 +137,14 @@ def _version(name: str) -> str:
         return "run from its source tree"
 
 
-def _finite(value: object) -> object:
-    """Return `value` with every number that JSON cannot hold replaced by None."""
+def plain(value: object) -> object:
+    """Return `value` as JSON can hold it: plain lists, and None for numbers that are not finite."""
     if isinstance(value, Mapping):
-        return {str(key): _finite(item) for key, item in value.items()}
+        return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
+        return [plain(item) for item in value]
     if hasattr(value, "tolist"):
-        return _finite(value.tolist())
+        return plain(value.tolist())
     if isinstance(value, float) and not re.fullmatch(r"-?\d.*", repr(value)):
         return None
     return value

@@ -15,7 +15,7 @@ SIZE = {"A": 30, "B": 30}  # segments
 DEGREE = 3
 
 
-class Motion(om.ExplicitComponent):
+class Margins(om.ExplicitComponent):
     """Rate of the acceleration and margins below the peak, with complex-step partials."""
 
     def initialize(self):
@@ -57,13 +57,16 @@ def statement(problem, n):
     p = om.Problem()
     p.driver = om.ScipyOptimizeDriver(optimizer="SLSQP", tol=1e-6, maxiter=500, disp=False)
     p.driver.declare_coloring(show_summary=False)
+
     trajectory = p.model.add_subsystem("traj", dm.Trajectory())
     phase = dm.Phase(
-        ode_class=Motion,
+        ode_class=Margins,
         ode_init_kwargs={"problem": problem},
         transcription=dm.Radau(num_segments=n, order=DEGREE),
     )
     trajectory.add_phase("phase", phase)
+
+    # States from rest to rest, the jerk free to jump between segments.
     phase.set_time_options(fix_initial=True, fix_duration=True)
     ends = {"fix_initial": True, "fix_final": True}
     phase.add_state("angle", rate_source="speed", targets=["angle"], **ends)
@@ -73,10 +76,13 @@ def statement(problem, n):
     phase.add_control(
         "jerk", lower=-1.0, upper=1.0, continuity=False, rate_continuity=False, targets=["jerk"]
     )
+
+    # The peak is a parameter that the margins keep above what is peaked.
     phase.add_parameter("peak", opt=True, static_target=False, lower=0.0, val=2.0, targets=["peak"])
     phase.add_path_constraint("above", lower=0.0)
     phase.add_path_constraint("below", lower=0.0)
     phase.add_objective("peak", loc="final")
+
     p.setup()
     phase.set_time_val(initial=0.0, duration=1.0)
     phase.set_state_val("angle", [problems.START, problems.END])
@@ -92,14 +98,16 @@ def solve(problem, size):
     n = size or SIZE[problem]
     p = statement(problem, n)
     result = dm.run_problem(p, run_driver=True, simulate=False, make_plots=False)
+
+    # Radau: the control has no value of its own at the end of a segment.
     times = p.get_val("traj.phase.timeseries.time")[:, 0].reshape(n, DEGREE + 1)
     jerk = p.get_val("traj.phase.timeseries.jerk")[:, 0].reshape(n, DEGREE + 1)
-    edges, found = problems.in_si_units(
+    edges, jerks = problems.in_si_units(
         problem, np.append(times[:, 0], times[-1, -1]), jerk[:, :-1]
     )
     first = times[0]
     places = (first[:-1] - first[0]) / (first[-1] - first[0])
-    return edges, places, found, f"success: {getattr(result, 'success', result)}"
+    return edges, places, jerks, f"success: {getattr(result, 'success', result)}"
 
 
 if __name__ == "__main__":

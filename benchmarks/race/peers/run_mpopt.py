@@ -30,6 +30,7 @@ def statement(problem):
 
         ocp.path_constraints[0] = path
         ocp.lbx[0] = np.array([-np.inf, 0.0, -np.inf])
+
     ocp.x00[0], ocp.xf0[0] = np.array([problems.START, 0, 0]), np.array([problems.END, 0, 0])
     ocp.lbu[0], ocp.ubu[0] = -1.0, 1.0
     ocp.lba[0], ocp.uba[0], ocp.a0[0] = 0.0, 100.0, 2.0
@@ -49,12 +50,14 @@ def solve(problem, size):
         plot=False,
         residual_dx=False,
     )
+
+    # Segments share their end points.
     _, u, _, _ = post.get_original_data()
     shared = degree * np.arange(n)[:, None] + np.arange(degree + 1)
-    edges, found = problems.in_si_units(problem, np.linspace(0, 1, n + 1), u[:, 0][shared])
+    edges, jerks = problems.in_si_units(problem, np.linspace(0, 1, n + 1), u[:, 0][shared])
     span = optimiser.tau1 - optimiser.tau0
     places = (optimiser._taus[degree] - optimiser.tau0) / span
-    return edges, places, found, optimiser.nlp_solver.stats()["return_status"]
+    return edges, places, jerks, optimiser.nlp_solver.stats()["return_status"]
 
 
 if __name__ == "__main__":

@@ -25,6 +25,8 @@ def statement(problem, n):
     phase.control_variables = jerk
     phase.state_equations = {angle: speed, speed: acc, acc: problems.UNIT_JERK[problem] * jerk}
     ocp.parameter_variables = [peak]
+    ocp.objective_function = peak
+
     if problem == "A":
         phase.path_constraints = [
             peak - acc / problems.UNIT_ACCELERATION,
@@ -33,6 +35,7 @@ def statement(problem, n):
     else:
         force = problems.unit_force(sympy, where, angle, speed, acc)
         phase.path_constraints = [peak - force, force]
+
     slowest = 0 if problem == "B" else -10
     bounds = phase.bounds
     bounds.initial_time, bounds.final_time = 0.0, 1.0
@@ -41,13 +44,14 @@ def statement(problem, n):
     bounds.path_constraints = [[0, 100], [0, 100]]
     bounds.initial_state_constraints = {angle: problems.START, speed: 0, acc: 0}
     bounds.final_state_constraints = {angle: problems.END, speed: 0, acc: 0}
+
     phase.guess.time = np.array([0.0, 1.0])
     phase.guess.state_variables = np.array([[problems.START, problems.END], [0, 0], [0, 0]])
     phase.guess.control_variables = np.array([[0, 0]])
     phase.mesh.number_mesh_sections = n
-    ocp.objective_function = peak
     ocp.bounds.parameter_variables = {peak: [0, 100]}
     ocp.guess.parameter_variables = np.array([2.0])
+
     ocp.settings.display_mesh_result_graph = False
     ocp.settings.display_mesh_result_info = False
     ocp.settings.console_out_progress = False
@@ -60,6 +64,8 @@ def solve(problem, size):
     ocp = statement(problem, size or SIZE[problem])
     ocp.initialise()
     ocp.solve()
+
+    # The jerk in a section is one of its polynomials: its values at Chebyshev points tell it.
     solution = ocp.solution
     tau, polynomials = solution.tau[0], solution.phase_polys[0].u[0]
     edges = tau[solution.it.mesh.mesh_index_boundaries[0]]
@@ -67,8 +73,8 @@ def solve(problem, size):
     degree = max(p.degree() for p in polynomials)
     places = (1 - np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))) / 2
     jerk = [p(p.domain[0] + (p.domain[1] - p.domain[0]) * places) for p in polynomials]
-    times, found = problems.in_si_units(problem, edges, np.array(jerk))
-    return times, places, found, f"{ocp.num_mesh_iterations} mesh"
+    times, jerks = problems.in_si_units(problem, edges, np.array(jerk))
+    return times, places, jerks, f"{ocp.num_mesh_iterations} mesh"
 
 
 if __name__ == "__main__":

@@ -12,16 +12,22 @@ SIZE = {"A": 56, "B": 210}  # intervals
 def solve(problem, size):
     """Return edges, places in an interval and the jerk there."""
     n = size or SIZE[problem]
+
+    # States, control and the peak as a free variable, in unit time.
     ocp = Ocp(T=1)
     angle, speed, acc = ocp.state(), ocp.state(), ocp.state()
     jerk, peak = ocp.control(), ocp.variable()
     ocp.set_der(angle, speed)
     ocp.set_der(speed, acc)
     ocp.set_der(acc, problems.UNIT_JERK[problem] * jerk)
+
+    # From rest to rest.
     for at, value in ((ocp.at_t0, problems.START), (ocp.at_tf, problems.END)):
         ocp.subject_to(at(angle) == value)
         ocp.subject_to(at(speed) == 0)
         ocp.subject_to(at(acc) == 0)
+
+    # Caps.
     ocp.subject_to(-1 <= (jerk <= 1))
     if problem == "A":
         ocp.subject_to(-peak <= (acc / problems.UNIT_ACCELERATION <= peak))
@@ -29,14 +35,16 @@ def solve(problem, size):
         force = problems.unit_force(ca, ca.if_else, angle, speed, acc)
         ocp.subject_to(0 <= (force <= peak))
         ocp.subject_to(speed >= 0)
+
     ocp.add_objective(peak)
     ocp.set_initial(angle, problems.START + (problems.END - problems.START) * ocp.t)
     ocp.solver("ipopt", {"ipopt.print_level": 0, "ipopt.sb": "yes", "print_time": False})
     ocp.method(MultipleShooting(N=n, intg="rk"))
+
     solution = ocp.solve()
     times, values = solution.sample(jerk, grid="control")
-    edges, found = problems.in_si_units(problem, times, values[:-1])
-    return edges, (0.5,), found[:, None]
+    edges, jerks = problems.in_si_units(problem, times, values[:-1])
+    return edges, (0.5,), jerks[:, None]
 
 
 if __name__ == "__main__":

@@ -31,6 +31,7 @@ def statement(problem, n):
             arg.phase[0].path[:] = peak - force, force
 
     ocp.functions.objective, ocp.functions.continuous = objective, continuous
+
     bounds = ocp.bounds.phase[0]
     bounds.initial_time.lower = bounds.initial_time.upper = 0
     bounds.final_time.lower = bounds.final_time.upper = 1
@@ -40,14 +41,17 @@ def statement(problem, n):
     bounds.path.lower[:] = 0
     if problem == "B":
         bounds.state.lower[1] = 0
+
     guess = ocp.guess.phase[0]
     guess.time = [0.0, 1.0]
     guess.state = [[problems.START, problems.END], [0.0, 0.0], [0.0, 0.0]]
     guess.control = [[0.0, 0.0]]
     ocp.guess.parameter = [2.0]
+
     ocp.spectral_method, points = METHOD[problem]
     ocp.mesh.phase[0].collocation_points = n * [points]
     ocp.mesh.phase[0].fraction = n * [1.0 / n]
+
     ocp.derivatives.method, ocp.derivatives.order = "auto", "second"
     ocp.ipopt_options.print_level = 0
     ocp.ipopt_options.print_user_options = "no"
@@ -61,8 +65,8 @@ def solve(problem, size):
     points = METHOD[problem][1]
     solution = statement(problem, n).solve()
     times, jerk = solution.phase[0].time_c, solution.phase[0].control[0]
-    edges, found = problems.in_si_units(problem, np.linspace(0, 1, n + 1), jerk.reshape(n, points))
-    return edges, times[:points] * n, found, solution.nlp_info.ipopt_status_message
+    edges, jerks = problems.in_si_units(problem, np.linspace(0, 1, n + 1), jerk.reshape(n, points))
+    return edges, times[:points] * n, jerks, solution.nlp_info.ipopt_status_message
 
 
 if __name__ == "__main__":

@@ -15,21 +15,24 @@ IMPORTED = row.now()
 
 
 def statement(name):
-    """The problem and its control."""
+    """State the problem as a user would; return it and its control."""
     duration, cap = problems.DURATION[name], problems.JERK_CAP[name]
     angle = State("angle", "rad")
     speed = State("speed", "rad/s", lower=0 if name == "B" else -ca.inf)
     acceleration = State("acceleration", "rad/s^2")
     jerk = Control("jerk", "rad/s^3", lower=-cap, upper=cap)
+
     force = problems.rope_force(ca, ca.if_else, angle.symbol, speed.symbol, acceleration.symbol)
+    above_zero = [Bound("rope force", force, "N", lower=0)] if name == "B" else []
     phase = Phase(
         "deployment",
         dynamics={angle: speed, speed: acceleration, acceleration: jerk},
         initial={angle: problems.START, speed: 0, acceleration: 0},
         final={angle: problems.END, speed: 0, acceleration: 0},
         end=duration,
-        bounds=[Bound("rope force", force, "N", lower=0)] if name == "B" else [],
+        bounds=above_zero,
     )
+
     peak = phase.peak(acceleration, absolute=True) if name == "A" else phase.peak(force)
     return Problem(name, phase, minimise=peak), jerk
 
@@ -50,10 +53,13 @@ def main():
         solution, note = solve(problem, settings=settings(size)), ""
     except Unverified as error:
         solution, note = error.iterate, "its own verification failed"
+
+    # Within an interval the jerk is a polynomial: its values at Chebyshev points tell it.
     degree = Settings().highest_degree
     nodes = (1 - np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))) / 2
     edges = np.asarray(solution.breakpoints)
     times = edges[:-1, None] + np.diff(edges)[:, None] * nodes
+
     iterations = sum(r.iterations for r in solution.record)
     rounds = f"{len(solution.record)} rounds, {iterations} iterations"
     row.answer(

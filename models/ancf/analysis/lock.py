@@ -2,6 +2,8 @@
 
 A lock acts at once at the angle reached: positions are continuous, velocities are projected
 by the inelastic impulse M (v+ - v-) = Phi_q^T Lambda, the joint torque is zero afterwards.
+
+Symbols: x coordinates of the assembly (n,), z minimal coordinates; p momentum on x; J = dx/dz.
 """
 
 from __future__ import annotations
@@ -10,14 +12,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
-from scipy.linalg import solve
 
 from models.ancf.analysis.modes import equilibrium
 from models.ancf.assembly import dense
 from models.ancf.chain import Chain
-from models.ancf.integrate.integrator import StepControl
-from models.ancf.integrate.simulate import Simulation, simulate
+from models.ancf.integrate import Simulation, StepControl, simulate
 from models.ancf.joints import (
     Free,
     Joint,
@@ -27,10 +26,10 @@ from models.ancf.joints import (
     joint_rates,
     quarter,
 )
-from models.ancf.motion.minimal_coordinates import MinimalCoordinates
+from models.ancf.motion import MinimalCoordinates
 from models.ancf.state import NodalState
 from models.arrays import Array
-from models.errors import ModelError
+from models.errors import ModelError, require
 
 _APPROACH = 65  # instants between which the path to a latch is interpolated
 
@@ -100,28 +99,39 @@ def engage(
     ModelError
         If a joint is missing, or misses its target by more than the tolerance.
     """
-    joints, targets = list(check_joints(chain, joints)), targets or {}
-    angle = joint_angles(chain, state.q[:, None])[:, 0]
+    joints, targets = check_joints(chain, joints), targets or {}
     for k in engaged:
-        if not 0 <= k < len(joints) or not chain.pinned:
-            raise ModelError(f"engage: joint {k} cannot lock; the chain has {len(joints)} joints.")
+        require(
+            0 <= k < len(joints) and chain.pinned,
+            f"engage: joint {k} cannot lock; the chain has {len(joints)} joints.",
+        )
+
+    angle = joint_angles(chain, state.q[:, None])[:, 0]
     miss = {k: _wrap(angle[k] - targets[k]) for k in engaged if k in targets}
-    for k, off in miss.items():
-        if tolerance is not None and abs(off) > tolerance:
+    for k, distance in miss.items():
+        if tolerance is not None and abs(distance) > tolerance:
             raise ModelError(
                 f"engage: joint {k} is at {angle[k]:.6g} rad and misses the lock at "
-                f"{targets[k]:.6g} rad by {off:.2e} rad, more than {tolerance:.2e}; "
+                f"{targets[k]:.6g} rad by {distance:.2e} rad, more than {tolerance:.2e}; "
                 "change the law, the time or the tolerance."
             )
+
+    # A drive or a torque ends with the lock, also at joints that do not engage.
     after = tuple(
         Locked(float(angle[k])) if k in engaged else joint if isinstance(joint, Locked) else Free()
         for k, joint in enumerate(joints)
     )
     form = MinimalCoordinates(chain, after)
-    now, kick = project(form, state, time)
-    lost = _kinetic(form, state) - _kinetic(form, now)
-    impulse = _impulses(form, after, state, kick)
-    return Engagement(time, after, now, impulse, lost, angle, miss)
+    locked, kick = project(form, state, time)
+    return Engagement(
+        time=time,
+        joints=after,
+        state=locked,
+        impulse=_impulses(form, state, kick),
+        lost_energy=_energies(form, state)[0] - _energies(form, locked)[0],
+        angle=angle,
+        miss=miss,
+    )
 
 
 def project(
@@ -146,49 +156,49 @@ def project(
     kick : (n,)
         Impulse M v+ - p on the merged coordinates.
     """
-    asm, at = form.assembly, np.full(1, time)
+    from scipy.linalg import solve
+
+    asm, elimination, instant = form.assembly, form.elimination, np.full(1, time)
     x, mass = asm.gather(state.q)[:, None], dense(asm.mass)
     if momentum is None:
         momentum = mass @ asm.gather(state.v)
-    z = form.state(time, state.q, state.v)[0][:, None]
-    pulled = form.ties.pull(at, x, momentum[:, None])
-    rate = solve(form.ties.reduce(time, x[:, 0], mass), pulled, assume_a="pos")
-    q, v = form.nodes(at, z, rate)
+
+    # The impulse of the lock does no work on z: the momentum on z is kept.
+    z = form.coordinates(time, state.q, state.v)[0][:, None]
+    on_z = elimination.force(instant, x, momentum[:, None])
+    rate = solve(elimination.reduce(time, x[:, 0], mass), on_z, assume_a="pos")
+
+    q, v = form.nodes(instant, z, rate)
     return NodalState(q[:, 0], v[:, 0]), mass @ asm.gather(v[:, 0]) - momentum
-
-
-def _impulses(
-    form: MinimalCoordinates, joints: Sequence[Joint], state: NodalState, kick: Array
-) -> Array:
-    """Angular impulse of each joint on the link after it, (L,) [N m s]."""
-    x = form.assembly.gather(state.q)
-    impulse = np.zeros(len(joints))
-    for tie in form.ties.ties:
-        k = next(i for i, joint in enumerate(joints) if joint is tie.joint)
-        b = list(tie.b)
-        impulse[k] = (quarter(x[b, None]) * kick[b, None]).sum()
-    return impulse
-
-
-def _kinetic(form: MinimalCoordinates, state: NodalState) -> float:
-    v = form.assembly.gather(state.v)
-    return 0.5 * float(v @ (form.assembly.mass @ v))
 
 
 def residual_energy(chain: Chain, joints: Sequence[Joint], state: NodalState) -> float:
     """Kinetic and potential energy of a state above the equilibrium of the locked chain [J]."""
     form = MinimalCoordinates(chain, joints)
-    rest = state
+    energy = sum(_energies(form, state))
+
+    # without gravity the equilibrium is the undeformed chain, whose energy is zero
     if any(chain.gravity):
-        rest = equilibrium(chain, joints, state)
-    return _mechanical(form, state) - (_mechanical(form, rest) if rest is not state else 0.0)
+        energy -= sum(_energies(form, equilibrium(chain, joints, state)))
+    return energy
 
 
-def _mechanical(form: MinimalCoordinates, state: NodalState) -> float:
+def _impulses(form: MinimalCoordinates, state: NodalState, kick: Array) -> Array:
+    """Angular impulse of each joint on the link after it, (L,) [N m s]."""
+    x = form.assembly.gather(state.q)
+    impulses = np.zeros(len(form.joints))
+    for tie in form.elimination.ties:
+        slope, on_slope = x[tie.after, None], kick[tie.after, None]
+        impulses[tie.number] = (quarter(slope) * on_slope).sum()
+    return impulses
+
+
+def _energies(form: MinimalCoordinates, state: NodalState) -> tuple[float, float, float]:
+    """Kinetic, strain and gravity energy of a state [J]."""
     asm = form.assembly
-    x = asm.gather(state.q)
-    strain = float(asm.strain_energy(x[:, None])[0])
-    return _kinetic(form, state) + strain - float(asm.gravity @ x)
+    x, rate = asm.gather(state.q)[:, None], asm.gather(state.v)[:, None]
+    kinetic, strain, gravity = (float(energy[0]) for energy in asm.energies(x, rate))
+    return kinetic, strain, gravity
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,10 +238,12 @@ def run_and_lock(
         tolerance=tolerance,
     )
     left = residual_energy(chain, lock.joints, lock.state)
-    rest = None
+
+    # what is left goes on swinging about the locked configuration
+    swinging = None
     if after is not None:
-        rest = simulate(chain, lock.joints, lock.state, after, settings=settings)
-    return LockedRun(before, lock, rest, left)
+        swinging = simulate(chain, lock.joints, lock.state, after, settings=settings)
+    return LockedRun(before, lock, swinging, left)
 
 
 def latch_time(
@@ -261,28 +273,37 @@ def latch_time(
     ModelError
         If the joint does not arrive.
     """
-    off = motion.joint_angles()[joint] - target
-    side = np.sign(off[0]) or 1.0
-    beyond = np.flatnonzero(side * off <= tolerance)
+    from scipy.interpolate import CubicHermiteSpline
+
+    distance = motion.joint_angles()[joint] - target
+    side = np.sign(distance[0]) or 1.0
+    beyond = np.flatnonzero(side * distance <= tolerance)
     if not len(beyond):
-        best = int(np.argmin(np.abs(off)))
+        nearest = int(np.argmin(np.abs(distance)))
         raise ModelError(
-            f"latch: joint {joint} comes no nearer than {abs(off[best]):.2e} rad to the latch at "
-            f"{target:.6g} rad (at t = {motion.times[best]:.4g} s); change the law or the target."
+            f"latch: joint {joint} comes no nearer than {abs(distance[nearest]):.2e} rad to the "
+            f"latch at {target:.6g} rad (at t = {motion.times[nearest]:.4g} s); "
+            "change the law or the target."
         )
+
+    # the last output before the latch, from which the approach is simulated again, densely
     i = max(int(beyond[0]) - 1, 0)
     state, t = NodalState(motion.q[:, i], motion.v[:, i]), float(motion.times[i])
     if beyond[0] == 0:
         return t, state
     times = np.linspace(t, float(motion.times[beyond[0]]), _APPROACH)
     near = simulate(chain, joints, state, times, settings=settings)
-    path = near.joint_angles()[joint] + off[i] + target - near.joint_angles()[joint, 0]
+
+    # The angles of the new run start within one turn: they continue those of the given motion.
+    angles = near.joint_angles()[joint]
+    path = angles + distance[i] + target - angles[0]
     rates = joint_rates(chain, near.q, near.v)[joint]
     caught = target + side * tolerance / 2
     meets = CubicHermiteSpline(times, path - caught, rates).roots(extrapolate=False)
+
     t_end = float(meets[0]) if len(meets) else float(times[-1])
-    ends = np.array([t, t_end])
-    return t_end, simulate(chain, joints, state, ends, settings=settings).final
+    last = simulate(chain, joints, state, np.array([t, t_end]), settings=settings)
+    return t_end, last.final
 
 
 def _wrap(angle: float) -> float:

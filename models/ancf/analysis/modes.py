@@ -1,4 +1,8 @@
-"""Static equilibrium, natural frequencies and mode shapes of a chain in any configuration."""
+"""Static equilibrium, natural frequencies and mode shapes of a chain in any configuration.
+
+Symbols: x coordinates of the assembly (n,), z minimal coordinates (n_z,), N axial forces (G,) [N],
+omega angular frequency [rad/s].
+"""
 
 from __future__ import annotations
 
@@ -7,18 +11,22 @@ from dataclasses import dataclass
 from math import pi, sqrt
 
 import numpy as np
-from scipy.linalg import eigh
 
 from models.ancf.assembly import dense
 from models.ancf.chain import Chain
 from models.ancf.joints import Driven, Joint, Locked
-from models.ancf.motion.minimal_coordinates import MinimalCoordinates
-from models.ancf.state import NodalState, check_start
+from models.ancf.motion import MinimalCoordinates
+from models.ancf.state import NodalState
 from models.arrays import Array
-from models.errors import ModelError
+from models.errors import ModelError, require
 
 _COARSE = pi / 2  # wave number times element length: four elements a wave
 _ITERATIONS = 60
+_CONVERGED = 1e-12  # last change of a coordinate [m, -]
+_LONGEST_STEP = 0.3  # of a coordinate [m, -]: a large rotation is taken in parts
+# Forces that an equilibrium may leave unbalanced, over the bending force EI/L^2: more than the
+# rounding of axial forces, far less than what would show in a frequency.
+_UNBALANCED = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,36 +81,31 @@ def natural_modes(
         If the state is no equilibrium, or the mesh has fewer than four elements a wave at the
         highest frequency asked for.
     """
-    form, _, x, lack = _at_rest(chain, joints, state, t)
-    asm, ties = form.assembly, form.ties
-    scale = max(k.bending_stiffness / k.length**2 for k in chain.links)
-    unbalanced = float(np.abs(ties.pull(np.full(1, t), x[:, None], lack[:, None])).max())
-    if unbalanced > 1e-5 * scale:
-        raise ModelError(
-            f"natural_modes: the state is no equilibrium, {unbalanced:.2e} N are unbalanced; "
-            "find one with equilibrium(...) first."
-        )
-    stiffness = ties.reduce(t, x, asm.tangent(x)) + ties.curvature(t, lack)
-    mass = ties.reduce(t, x, dense(asm.mass))
-    squares, vectors = eigh(stiffness, mass)
-    rigid = _rigid_motions(chain, joints)
-    squares, vectors = squares[rigid : rigid + count], vectors[:, rigid : rigid + count]
-    if len(squares) < count:
-        raise ModelError(
-            f"natural_modes: {count} modes asked of a mesh that has {len(squares)}; "
-            f"use more than {chain.elements} elements a link."
-        )
-    if squares[0] <= 0.0:
-        raise ModelError(
-            f"natural_modes: the equilibrium is unstable, omega^2 is {squares[0]:.3g} 1/s^2; "
-            "linearise about a stable one."
-        )
+    form = MinimalCoordinates(chain, joints)
+    _, x = _configuration(form, state, t)
+    lack = _unbalanced_force(form, x, t)
+    asm, elimination = form.assembly, form.elimination
+
+    scale = max(link.bending_stiffness / link.length**2 for link in chain.links)
+    on_z = elimination.force(np.full(1, t), x[:, None], lack[:, None])
+    unbalanced = float(np.abs(on_z).max())
+    require(
+        unbalanced <= _UNBALANCED * scale,
+        f"natural_modes: the state is no equilibrium, {unbalanced:.2e} N are unbalanced; "
+        "find one with equilibrium(...) first.",
+    )
+
+    stiffness = elimination.reduce(t, x, asm.tangent(x)) + elimination.geometric_stiffness(t, lack)
+    mass = elimination.reduce(t, x, dense(asm.mass))
+    squares, vectors = _elastic_modes(chain, joints, stiffness, mass, count)
     _check_mesh(chain, sqrt(squares[-1]))
-    shapes = ties.jacobian(t, x) @ vectors
+
+    # Half the stiffness times a shape of unit modal mass is its strain energy, omega^2 / 2.
+    shapes = elimination.jacobian(t, x) @ vectors
     stretch = (asm.slope @ shapes).reshape(2, len(asm.axial), -1)
     strain = ((asm.slope @ x).reshape(2, -1, 1) * stretch).sum(axis=0)
-    share = (asm.weight * asm.axial) @ strain**2 / squares
-    return Modes(np.sqrt(squares) / (2 * pi), asm.spread(shapes), share)
+    axial_fraction = (asm.weight * asm.axial) @ strain**2 / squares
+    return Modes(np.sqrt(squares) / (2 * pi), asm.spread(shapes), axial_fraction)
 
 
 def equilibrium(
@@ -117,25 +120,69 @@ def equilibrium(
     ModelError
         If it does not converge, or the chain can move freely.
     """
-    form, z, x, _ = _at_rest(chain, joints, guess, t)
-    asm, mechanics, ties = form.assembly, form.mechanics, form.ties
-    at, zero = np.full(1, t), np.zeros((form.size, 1))
-    pull = mechanics.pulls(mechanics.slopes(x[:, None]), 0 * x[:, None])
+    form = MinimalCoordinates(chain, joints)
+    instant, still = np.full(1, t), np.zeros((form.size, 1))
+    z, x = _configuration(form, guess, t)
+    N = form.mechanics.axial_forces(form.mechanics.slopes(x[:, None]), 0 * x[:, None])
+
     for _ in range(_ITERATIONS):
-        force, gap = form.residual(at, z, zero, zero, pull)
+        force, gap = form.residual(instant, z, still, still, N)
         form.linearise(t, z[:, 0])
-        x = form.motion(at, z, zero, zero)[0][:, 0]
-        tangent = ties.reduce(t, x, asm.tangent(x, pull[:, 0]))
-        dz = _checked_solve(tangent, form.pull_force(gap) - force)
-        dz *= min(1.0, 0.3 / float(np.abs(dz).max(initial=1e-300)))
-        z, pull = z + dz, pull + form.pull_change(dz) - gap
-        if np.abs(dz).max() < 1e-12:
-            q, v = form.nodes(at, z, zero)
+        x = form.motion(instant, z, still, still)[0][:, 0]
+        tangent = form.elimination.reduce(t, x, form.assembly.tangent(x, N[:, 0]))
+
+        # The axial forces are eliminated from the correction and follow from it.
+        dz = _checked_solve(tangent, form.axial_load(gap) - force)
+        dz *= min(1.0, _LONGEST_STEP / float(np.abs(dz).max(initial=1e-300)))
+        z, N = z + dz, N + form.axial_force_change(dz) - gap
+        if np.abs(dz).max() < _CONVERGED:
+            q, v = form.nodes(instant, z, still)
             return NodalState(q[:, 0], v[:, 0])
+
     raise ModelError(
         f"equilibrium: no convergence in {_ITERATIONS} iterations, the last change is "
         f"{np.abs(dz).max():.1e} m; start nearer, or apply the load in steps."
     )
+
+
+def _configuration(form: MinimalCoordinates, state: NodalState, t: float) -> tuple[Array, Array]:
+    """Coordinates z (n_z, 1) and x (n,) of a state taken at rest."""
+    kept = form.consistent(state, t, at_rest=True)
+    z = form.coordinates(t, kept.q, kept.v)[0][:, None]
+    still = np.zeros_like(z)
+    return z, form.motion(np.full(1, t), z, still, still)[0][:, 0]
+
+
+def _unbalanced_force(form: MinimalCoordinates, x: Array, t: float) -> Array:
+    """Static balance of forces on x (n,) [N]: zero, or the reactions of ties, at equilibrium."""
+    columns, still = x[:, None], np.zeros((len(x), 1))
+    slope = form.mechanics.slopes(columns)
+    N = form.mechanics.axial_forces(slope, still)
+    return form.mechanics.balance(np.full(1, t), columns, still, still, slope, N)[:, 0]
+
+
+def _elastic_modes(
+    chain: Chain, joints: Sequence[Joint], stiffness: Array, mass: Array, count: int
+) -> tuple[Array, Array]:
+    """The `count` lowest omega^2 [1/s^2] and their shapes, rigid motions left out."""
+    from scipy.linalg import eigh
+
+    # ascending, so rigid motions come first, with zero but for rounding
+    squares, vectors = eigh(stiffness, mass)
+    rigid = _rigid_motions(chain, joints)
+    squares, vectors = squares[rigid : rigid + count], vectors[:, rigid : rigid + count]
+
+    require(
+        len(squares) == count,
+        f"natural_modes: {count} modes asked of a mesh that has {len(squares)}; "
+        f"use more than {chain.elements} elements a link.",
+    )
+    require(
+        squares[0] > 0.0,
+        f"natural_modes: the equilibrium is unstable, omega^2 is {squares[0]:.3g} 1/s^2; "
+        "linearise about a stable one.",
+    )
+    return squares, vectors
 
 
 def _rigid_motions(chain: Chain, joints: Sequence[Joint]) -> int:
@@ -148,32 +195,20 @@ def _rigid_motions(chain: Chain, joints: Sequence[Joint]) -> int:
 
 def _checked_solve(matrix: Array, rhs: Array) -> Array:
     """Solve, leaving out motions without stiffness unless a force acts along them."""
+    from scipy.linalg import eigh
+
+    # In the basis of its eigenvectors the system is diagonal.
     stiffness, shapes = eigh(matrix)
     stiff = np.abs(stiffness) > 1e-14 * np.abs(stiffness).max()
     along = shapes.T @ rhs
-    if np.abs(along[~stiff]).max(initial=0.0) > 1e-9 * max(1.0, float(np.abs(along).max())):
-        raise ModelError(
-            "equilibrium: the chain can move without force along a load; lock a joint, or start "
-            "nearer the equilibrium."
-        )
+
+    loose = float(np.abs(along[~stiff]).max(initial=0.0))
+    require(
+        loose <= 1e-9 * max(1.0, float(np.abs(along).max())),
+        "equilibrium: the chain can move without force along a load; lock a joint, or start "
+        "nearer the equilibrium.",
+    )
     return np.asarray(shapes[:, stiff] @ (along[stiff] / stiffness[stiff, None]))
-
-
-def _at_rest(
-    chain: Chain, joints: Sequence[Joint], state: NodalState, t: float
-) -> tuple[MinimalCoordinates, Array, Array, Array]:
-    """Equations, coordinates z (n_z, 1) and x (n,), and static balance of forces on x (n,)."""
-    form = MinimalCoordinates(chain, joints)
-    at = np.full(1, t)
-    z = form.state(t, state.q, 0 * state.v)[0][:, None]
-    zero = np.zeros_like(z)
-    kept = form.nodes(at, z, zero)[0][:, 0]
-    still = NodalState(state.q, 0 * state.v)
-    check_start(chain, joints, still, NodalState(kept, 0 * kept), t)
-    x = form.motion(at, z, zero, zero)[0]
-    slope, rest = form.mechanics.slopes(x), np.zeros_like(x)
-    pull = form.mechanics.pulls(slope, rest)
-    return form, z, x[:, 0], form.mechanics.balance(at, x, rest, rest, slope, pull)[:, 0]
 
 
 def _check_mesh(chain: Chain, omega: float) -> None:
@@ -181,9 +216,12 @@ def _check_mesh(chain: Chain, omega: float) -> None:
     needed = 1
     for link in chain.links:
         rho = link.linear_density
+
+        # wave numbers of a beam that bends and of a rod that stretches at this frequency
         bend = (omega**2 * rho / link.bending_stiffness) ** 0.25
         stretch = omega * sqrt(rho / link.axial_stiffness)
         needed = max(needed, int(np.ceil(max(bend, stretch) * link.length / _COARSE)))
+
     if chain.elements < needed:
         raise ModelError(
             f"natural_modes: {chain.elements} elements a link are too coarse for "

@@ -17,17 +17,29 @@ from time import monotonic
 import numpy as np
 
 from models.ancf.integrate.radau import RadauIIA, radau
-from models.ancf.motion.equations import EquationsOfMotion
+from models.ancf.motion import EquationsOfMotion
 from models.arrays import Array
 from models.errors import ModelError, require_positive
+from models.numerics import interior
 
 _log = logging.getLogger(__name__)
-_NEWTON = 0.01  # Newton error over the tolerance of the step
-_ITERATIONS = 12
+
+_NEWTON = 0.01  # error of the Newton iteration over the tolerance of the step: it must not show
+_ITERATIONS = 12  # a step that takes more is tried again at a quarter of its length
+_DIVERGING = 0.9  # ratio of two Newton corrections from which on the step is given up
 _FILTERS = 2  # passes that hide modes too fast for the step, which the method then damps
 _ROUND_OFF = 1e-14  # change of a coordinate [m] that is noise
 _SMALLEST = 1e-10  # step [s] at which the integration is given up
 _PROGRESS = 5.0  # seconds of computing between progress messages
+
+# Step control: aim below the tolerance, so that few steps are rejected; change the step by
+# bounded factors, as the error estimate is trusted near the step only; leave it where little is
+# gained, as a new length costs a factorisation.
+_SAFETY = 0.9
+_SAFETY_AFTER_REJECTION = 0.8
+_LEAST_CHANGE, _GREATEST_CHANGE = 0.3, 4.0
+_LEAST_AFTER_REJECTION = 0.2
+_WORTH_GROWING = 1.1
 
 
 @dataclass(frozen=True)
@@ -45,6 +57,11 @@ class StepControl:
         Step [s] without error control; None adapts it.
     max_step : float
         Longest step [s].
+
+    Raises
+    ------
+    ModelError
+        If a value is not finite and positive, or for another number of stages.
     """
 
     tolerance: float = 1e-7
@@ -72,170 +89,13 @@ class Steps:
     iterations: int = 0
     jacobians: int = 0
 
-
-class _NoConvergence(Exception):
-    """The Newton iteration of a step did not converge."""
-
-
-class _Integrator:
-    """State of an integration; `run` is the only entry."""
-
-    def __init__(
-        self, form: EquationsOfMotion, settings: StepControl, window: tuple[float, float]
-    ) -> None:
-        self.form, self.settings = form, settings
-        self.table: RadauIIA = radau(settings.stages)
-        edge = 1e-13 * max(1.0, abs(window[0]), abs(window[1]))
-        self.inside = window[0] + edge, window[1] - edge
-        self.window = window
-        self.steps = Steps()
-        self.factored = 0.0
-        self.rate = 1.0
-
-    def run(self, z: Array, v: Array, h: float) -> Steps:
-        """Integrate over the window from (z, v) with a first step of about h."""
-        t, end = self.window
-        a0, pull = self.form.start(self.inside[0], z, v)
-        s = self.table.stages
-        a, pull = self._flat(0.0 * a0), self._flat(pull)  # a jump of torque makes a0 useless
-        fresh, spoke = False, monotonic()
-        while end - t > 1e-12 * max(1.0, abs(end)):
-            h = self._fit(t, h)
-            if not fresh:
-                self._linearise(t, z)
-                fresh = True
-            try:
-                new_a, new_pull, dq = self._newton(t, z, v, h, a, pull)
-            except _NoConvergence:
-                self._shrunk(t, h, "the Newton iteration does not converge")
-                h, a, pull = h / 4, self._flat(0.0 * a0), self._flat(pull[:, 0])
-                continue
-            error = self._error(z, v, h, a0, new_a)
-            if error > 1.0 and self.settings.fixed_step is None:
-                self._shrunk(t, h, "the local error stays above the tolerance")
-                shrink = max(0.2, 0.8 * error ** (-1 / (s + 1)))
-                a, pull = self._extrapolate(new_a, new_pull, shrink, 0.0)
-                h *= shrink
-                continue
-            self._store(t, h, z, v, new_a)
-            z, v, a0, t = z + dq, self._last_rate(v, h, new_a), new_a[:, -1], t + h
-            grow = self._growth(error)
-            a, pull = self._extrapolate(new_a, new_pull, self._fit(t, h * grow) / h, 1.0)
-            h, fresh = h * grow, False
-            spoke = self._speak(t, spoke)
-        self.final = z, v, h
-        return self.steps
-
-    def _fit(self, t: float, h: float) -> float:
-        """Step from t that ends on, or well before, the end of the window."""
-        h = min(self.settings.fixed_step or h, self.settings.max_step)
-        left = self.window[1] - t
-        if left <= 0.0:
-            return h
-        if h >= left * (1 - 1e-9):
-            return left
-        return left / 2 if h > 0.5 * left and self.settings.fixed_step is None else h
-
-    def _linearise(self, t: float, z: Array) -> None:
-        self.form.linearise(t, z)
-        self.steps.jacobians += 1
-        self.factored = 0.0
-
-    def _newton(
-        self, t: float, z: Array, v: Array, h: float, a: Array, pull: Array
-    ) -> tuple[Array, Array, Array]:
-        form, table, n = self.form, self.table, self.form.size
-        if h != self.factored:
-            form.factor(h * table.values)
-            self.factored = h
-        at = np.clip(t + h * table.nodes, *self.inside)
-        drift = z[:, None] + v[:, None] * (h * table.nodes)
-        a, pull, last = a.copy(), pull.copy(), np.inf
-        floor = _ROUND_OFF / self.settings.tolerance
-        for _ in range(_ITERATIONS):
-            self.steps.iterations += 1
-            q = drift + h**2 * (a[:n] @ table.square.T)
-            rates = v[:, None] + h * (a[:n] @ table.matrix.T)
-            force, gap = form.residual(at, q, rates, a, pull)
-            da = self._solve(form.pull_force(gap) - force)
-            dq = h**2 * (da[:n] @ table.square.T)
-            dw = dq
-            if form.relaxation:
-                dw = dq + form.relaxation * h * (da[:n] @ table.matrix.T)
-            a += da
-            pull += form.pull_change(dw) - gap
-            size = float(np.abs(dq).max()) / self.settings.tolerance
-            ratio = size / last if np.isfinite(last) else self.rate
-            if not np.isfinite(size) or (np.isfinite(last) and ratio > 0.9 and size > floor):
-                raise _NoConvergence
-            if size * ratio < _NEWTON * max(1e-3, 1 - ratio) or size < floor:
-                self.rate = min(0.5, max(ratio, 1e-3))
-                return a, pull, drift[:, -1] - z + h**2 * (a[:n] @ table.square[-1])
-            last = size
-        raise _NoConvergence
-
-    def _solve(self, rhs: Array) -> Array:
-        """Simplified Newton correction of all stages."""
-        table = self.table
-        mixed = rhs @ table.inverse.T
-        mixed[:, 0] = self.form.solve(0, mixed[:, 0].real)
-        for k in range(1, len(table.values)):
-            mixed[:, k] = self.form.solve(k, mixed[:, k])
-        return np.asarray((mixed @ table.joined).real)
-
-    def _error(self, z: Array, v: Array, h: float, a0: Array, a: Array) -> float:
-        """Local error over the tolerance: filtered misfit of the stage polynomial at the start."""
-        n, table = self.form.size, self.table
-        rates = v[:, None] + h * (a[:n] @ table.matrix.T)
-        step = h * table.values[0].real
-        kick = v - rates @ table.at_start
-        jerk = a0[:n] - a[:n] @ table.at_start
-        rhs = np.zeros(self.form.unknowns)
-        rhs[:n] = step * kick + step**2 * jerk
-        error = rhs
-        for _ in range(_FILTERS):
-            error = self.form.solve(0, self.form.inertia(error))
-            error[n:] = 0.0
-        return float(np.abs(error[:n]).max()) / self.settings.tolerance
-
-    def _growth(self, error: float) -> float:
-        grow = min(4.0, 0.9 * max(error, 1e-12) ** (-1 / (self.table.stages + 1)))
-        return 1.0 if 1.0 <= grow < 1.1 else max(grow, 0.3)
-
-    def _extrapolate(
-        self, a: Array, pull: Array, ratio: float, start: float
-    ) -> tuple[Array, Array]:
-        weights = self.table.weights(start + ratio * self.table.nodes, 0).T
-        return a @ weights, pull @ weights
-
-    def _last_rate(self, v: Array, h: float, a: Array) -> Array:
-        return np.asarray(v + h * (a[: self.form.size] @ self.table.matrix[-1]))
-
-    def _flat(self, column: Array) -> Array:
-        return np.repeat(column[:, None], self.table.stages, axis=1)
-
-    def _store(self, t: float, h: float, z: Array, v: Array, a: Array) -> None:
-        for name, value in zip("thzva", (t, h, z, v, a), strict=True):
-            getattr(self.steps, name).append(value)
-
-    def _shrunk(self, t: float, h: float, reason: str) -> None:
-        self.steps.rejected += 1
-        if self.settings.fixed_step is not None:
-            raise ModelError(
-                f"simulate: with the fixed step {h:g} s at t = {t:g} s {reason}; "
-                "take a smaller fixed_step or leave it None."
-            )
-        if h < _SMALLEST:
-            raise ModelError(
-                f"simulate: at t = {t:g} s the step fell to {h:.1e} s because {reason}; "
-                "loosen the tolerance, smooth the torque there or declare a breakpoint."
-            )
-
-    def _speak(self, t: float, spoke: float) -> float:
-        if monotonic() - spoke < _PROGRESS:
-            return spoke
-        _log.info("t = %.4g of %.4g s, %d steps", t, self.window[1], len(self.steps.t))
-        return monotonic()
+    def append(self, t: float, h: float, z: Array, v: Array, a: Array) -> None:
+        """Record one accepted step."""
+        self.t.append(t)
+        self.h.append(h)
+        self.z.append(z)
+        self.v.append(v)
+        self.a.append(a)
 
 
 def integrate(
@@ -270,6 +130,202 @@ def integrate(
     ModelError
         If the step falls below 1e-10 s, or a fixed step does not converge.
     """
-    work = _Integrator(form, settings, window)
-    steps = work.run(z, v, h)
-    return steps, work.final
+    integrator = _Integrator(form, settings, window)
+    final = integrator.run(z, v, h)
+    return integrator.steps, final
+
+
+class _NoConvergence(Exception):
+    """The Newton iteration of a step did not converge."""
+
+
+class _Integrator:
+    """State of an integration; `run` is the only entry."""
+
+    def __init__(
+        self, form: EquationsOfMotion, settings: StepControl, window: tuple[float, float]
+    ) -> None:
+        self.form, self.settings, self.window = form, settings, window
+        self.table: RadauIIA = radau(settings.stages)
+        self.interior = interior(*window)
+        self.steps = Steps()
+        self.factored = 0.0  # step for which the Newton matrices are factorised; 0 for none
+        self.rate = 1.0  # ratio of the last two Newton corrections of the last step
+
+    def run(self, z: Array, v: Array, h: float) -> tuple[Array, Array, float]:
+        """Integrate over the window from (z, v) with a first step of about h.
+
+        Returns coordinates and rates at the end, and the step to try next.
+        """
+        t, end = self.window
+        a0, N = self.form.start(self.interior[0], z, v)
+        # Stages start from zero accelerations: under a jump of torque a0 belongs to modes that
+        # the step will not follow.
+        a, N = self._flat(0.0 * a0), self._flat(N)
+        linearised, last_report = False, monotonic()
+
+        while end - t > 1e-12 * max(1.0, abs(end)):
+            h = self._fit(t, h)
+            if not linearised:
+                self._linearise(t, z)
+                linearised = True
+
+            try:
+                new_a, new_N, dz = self._newton(t, z, v, h, a, N)
+            except _NoConvergence:
+                self._reject(t, h, "the Newton iteration does not converge")
+                h, a, N = h / 4, self._flat(0.0 * a0), self._flat(N[:, 0])
+                continue
+
+            error = self._error(v, h, a0, new_a)
+            if error > 1.0 and self.settings.fixed_step is None:
+                self._reject(t, h, "the local error stays above the tolerance")
+                shrink = self._shrink(error)
+                a, N = self._extrapolate(new_a, new_N, shrink, 0.0)
+                h *= shrink
+                continue
+
+            self.steps.append(t, h, z, v, new_a)
+            z, v, a0, t = z + dz, self._last_rate(v, h, new_a), new_a[:, -1], t + h
+
+            # The stage polynomials, continued, are the first guess of the next step.
+            growth = self._growth(error)
+            a, N = self._extrapolate(new_a, new_N, self._fit(t, h * growth) / h, 1.0)
+            h, linearised = h * growth, False
+            last_report = self._report(t, last_report)
+
+        return z, v, h
+
+    # the step
+
+    def _linearise(self, t: float, z: Array) -> None:
+        self.form.linearise(t, z)
+        self.steps.jacobians += 1
+        self.factored = 0.0
+
+    def _newton(
+        self, t: float, z: Array, v: Array, h: float, a: Array, N: Array
+    ) -> tuple[Array, Array, Array]:
+        """Stage accelerations and axial forces of a step, and its change of z."""
+        form, table, n = self.form, self.table, self.form.size
+        if h != self.factored:
+            form.factor(h * table.values)
+            self.factored = h
+
+        times = np.clip(t + h * table.nodes, *self.interior)
+        drift = z[:, None] + v[:, None] * (h * table.nodes)
+        a, N, last_size = a.copy(), N.copy(), np.inf
+        floor = _ROUND_OFF / self.settings.tolerance
+
+        for _ in range(_ITERATIONS):
+            self.steps.iterations += 1
+            stages = drift + h**2 * (a[:n] @ table.square.T)
+            rates = v[:, None] + h * (a[:n] @ table.matrix.T)
+            force, gap = form.residual(times, stages, rates, a, N)
+
+            # The axial forces are eliminated from the correction and follow from it.
+            da = self._solve(form.axial_load(gap) - force)
+            dz = h**2 * (da[:n] @ table.square.T)
+            strained = dz
+            if form.relaxation:
+                strained = dz + form.relaxation * h * (da[:n] @ table.matrix.T)
+            a += da
+            N += form.axial_force_change(strained) - gap
+
+            # Linear convergence at `ratio` leaves size * ratio / (1 - ratio) to go. In the first
+            # iteration the ratio is that of the step before.
+            size = float(np.abs(dz).max()) / self.settings.tolerance
+            first = not np.isfinite(last_size)
+            ratio = self.rate if first else size / last_size
+            if not np.isfinite(size) or (not first and ratio > _DIVERGING and size > floor):
+                raise _NoConvergence
+            if size * ratio < _NEWTON * max(1e-3, 1 - ratio) or size < floor:
+                self.rate = min(0.5, max(ratio, 1e-3))
+                return a, N, drift[:, -1] - z + h**2 * (a[:n] @ table.square[-1])
+            last_size = size
+
+        raise _NoConvergence
+
+    def _solve(self, rhs: Array) -> Array:
+        """Simplified Newton correction of all stages."""
+        table = self.table
+        decoupled = rhs @ table.inverse.T
+        decoupled[:, 0] = self.form.solve(0, decoupled[:, 0].real)
+        for k in range(1, len(table.values)):
+            decoupled[:, k] = self.form.solve(k, decoupled[:, k])
+        return np.asarray((decoupled @ table.joined).real)
+
+    def _error(self, v: Array, h: float, a0: Array, a: Array) -> float:
+        """Local error over the tolerance: filtered misfit of the stage polynomial at the start."""
+        n, table = self.form.size, self.table
+        rates = v[:, None] + h * (a[:n] @ table.matrix.T)
+        step = h * table.values[0].real
+        rate_misfit = v - rates @ table.at_start
+        acceleration_misfit = a0[:n] - a[:n] @ table.at_start
+
+        # The filter is the real Newton matrix: it leaves slow modes and divides out fast ones.
+        error = np.zeros(self.form.unknowns)
+        error[:n] = step * rate_misfit + step**2 * acceleration_misfit
+        for _ in range(_FILTERS):
+            error = self.form.solve(0, self.form.inertia(error))
+            error[n:] = 0.0
+        return float(np.abs(error[:n]).max()) / self.settings.tolerance
+
+    def _extrapolate(self, a: Array, N: Array, ratio: float, start: float) -> tuple[Array, Array]:
+        """Stage values of a step that is `ratio` times as long and begins at `start` of this."""
+        weights = self.table.weights(start + ratio * self.table.nodes, 0).T
+        return a @ weights, N @ weights
+
+    def _last_rate(self, v: Array, h: float, a: Array) -> Array:
+        return np.asarray(v + h * (a[: self.form.size] @ self.table.matrix[-1]))
+
+    def _flat(self, column: Array) -> Array:
+        return np.repeat(column[:, None], self.table.stages, axis=1)
+
+    # its length
+
+    def _fit(self, t: float, h: float) -> float:
+        """Step from t that ends on, or well before, the end of the window."""
+        h = min(self.settings.fixed_step or h, self.settings.max_step)
+        left = self.window[1] - t
+        if left <= 0.0:
+            return h
+        if h >= left * (1 - 1e-9):
+            return left
+
+        # two halves instead of a long step and a sliver
+        return left / 2 if h > 0.5 * left and self.settings.fixed_step is None else h
+
+    def _shrink(self, error: float) -> float:
+        """Factor of a step that was rejected for its error."""
+        factor = _SAFETY_AFTER_REJECTION * error ** (-1 / (self.table.stages + 1))
+        return max(_LEAST_AFTER_REJECTION, factor)
+
+    def _growth(self, error: float) -> float:
+        """Factor from an accepted step to the next."""
+        factor = _SAFETY * max(error, 1e-12) ** (-1 / (self.table.stages + 1))
+        factor = min(_GREATEST_CHANGE, factor)
+        return 1.0 if 1.0 <= factor < _WORTH_GROWING else max(factor, _LEAST_CHANGE)
+
+    def _reject(self, t: float, h: float, reason: str) -> None:
+        """Count a rejected step; raise ModelError where a shorter one cannot help."""
+        self.steps.rejected += 1
+        if self.settings.fixed_step is not None:
+            raise ModelError(
+                f"simulate: with the fixed step {h:g} s at t = {t:g} s {reason}; "
+                "take a smaller fixed_step or leave it None."
+            )
+
+        # An adaptive step this small does not meet a tolerance but a force that is not smooth.
+        if h < _SMALLEST:
+            raise ModelError(
+                f"simulate: at t = {t:g} s the step fell to {h:.1e} s because {reason}; "
+                "loosen the tolerance, smooth the torque there or declare a breakpoint."
+            )
+
+    def _report(self, t: float, last_report: float) -> float:
+        """Log the progress every few seconds; the time of the last message."""
+        if monotonic() - last_report < _PROGRESS:
+            return last_report
+        _log.info("t = %.4g of %.4g s, %d steps", t, self.window[1], len(self.steps.t))
+        return monotonic()

@@ -13,11 +13,11 @@ from functools import lru_cache
 from math import factorial
 
 import numpy as np
-from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from models.arrays import Array
-from models.errors import ModelError
+from models.errors import require
+from models.numerics import radau_nodes
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,28 +72,29 @@ def radau(stages: int) -> RadauIIA:
     ModelError
         For another number of stages.
     """
-    if stages not in (3, 5, 7):
-        raise ModelError(f"Radau stages is {stages}; use 3, 5 or 7.")
-    polynomial = np.zeros(stages + 1)
-    polynomial[-2:] = -1.0, 1.0
-    nodes = (1 + np.sort(legendre.legroots(polynomial))) / 2
-    nodes[-1] = 1.0
+    require(stages in (3, 5, 7), f"Radau stages is {stages}; use 3, 5 or 7.")
+
+    # Collocation: row i of A integrates the Lagrange polynomials from 0 to c_i.
+    nodes = radau_nodes(stages)
     degrees = np.arange(stages)
     lagrange: Array = np.linalg.inv(nodes[:, None] ** degrees).astype(float)
     matrix = (nodes[:, None] ** (degrees + 1) / (degrees + 1)) @ lagrange
+
+    # Of a conjugate pair of eigenvalues one is enough, as the stages are real.
     values, vectors = np.linalg.eig(matrix)
-    keep = np.flatnonzero(values.imag > -1e-12)
-    keep = keep[np.argsort(np.abs(values[keep].imag))]
+    kept = np.flatnonzero(values.imag > -1e-12)
+    kept = kept[np.argsort(np.abs(values[kept].imag))]
     inverse = np.linalg.inv(vectors)
-    twice = np.where(np.arange(len(keep)) == 0, 1.0, 2.0)
+    multiplicity = np.where(np.arange(len(kept)) == 0, 1.0, 2.0)
+
     return RadauIIA(
         nodes=nodes,
         matrix=matrix,
         square=matrix @ matrix,
-        values=values[keep],
-        vectors=vectors[:, keep],
-        inverse=inverse[keep],
-        joined=(vectors[:, keep] * twice).T,
+        values=values[kept],
+        vectors=vectors[:, kept],
+        inverse=inverse[kept],
+        joined=(vectors[:, kept] * multiplicity).T,
         lagrange=lagrange,
         at_start=lagrange[0].copy(),
     )

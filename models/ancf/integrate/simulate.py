@@ -2,6 +2,9 @@
 
 The motion is integrated piece by piece between the breakpoints of the joints' laws; what is
 reported is evaluated afterwards from the stage accelerations that the integrator stored.
+
+Symbols: q, v node vector and rates (size, m); x coordinates of the assembly; z coordinates of the
+form of the equations; L joints; K steps; s stages; m columns (instants); theta fraction of a step.
 """
 
 from __future__ import annotations
@@ -17,15 +20,16 @@ import numpy as np
 from models.ancf.chain import Chain
 from models.ancf.integrate.integrator import StepControl, Steps, integrate
 from models.ancf.integrate.radau import radau
-from models.ancf.joints import Free, Joint, joint_angles, joint_rates, quarter
+from models.ancf.joints import Free, Joint, Torque, joint_angles, joint_rates, quarter
 from models.ancf.joints.constraints import Constraints
-from models.ancf.motion.index1 import Index1
-from models.ancf.motion.minimal_coordinates import MinimalCoordinates
-from models.ancf.state import NodalState, check_start
+from models.ancf.motion import Index1, MinimalCoordinates
+from models.ancf.state import NodalState
 from models.arrays import Array, Places
-from models.errors import ModelError
+from models.errors import require
+from models.numerics import interior
 
-_COLUMNS = 4096  # instants evaluated at once
+# Instants evaluated at once: enough to spread the cost of a call, and a few megabytes of a chain.
+_COLUMNS = 4096
 
 
 @dataclass(frozen=True)
@@ -106,7 +110,7 @@ def simulate(
     times: Array,
     *,
     settings: StepControl | None = None,
-    form: Literal["eliminated", "baumgarte"] = "eliminated",
+    form: Literal["minimal", "index-1"] = "minimal",
     stabilisation: tuple[float, float] = (20.0, 20.0),
 ) -> Simulation:
     """Move a chain from a state at `times[0]` and report it at `times`.
@@ -121,8 +125,8 @@ def simulate(
     times : (m,)
         Increasing instants [s], two at least.
     settings : StepControl, optional
-    form : {"eliminated", "baumgarte"}
-        Constraints eliminated, or multipliers with (14).
+    form : {"minimal", "index-1"}
+        Constraints eliminated (minimal coordinates), or multipliers with (14).
     stabilisation : tuple of float
         alpha, beta of (14) [1/s]; the paper takes 5 to 50.
 
@@ -133,98 +137,109 @@ def simulate(
     Raises
     ------
     ModelError
-        If the times do not increase, the state breaks the constraints, or a step diverges.
+        If the times do not increase, the form is unknown, the state breaks the constraints, or a
+        step diverges.
     """
     clock = perf_counter()
-    times = np.asarray(times, dtype=float)
-    if times.ndim != 1 or len(times) < 2 or not (np.diff(times) > 0).all():
-        raise ModelError("simulate: times do not increase; give two or more increasing instants.")
     settings = settings or StepControl()
-    eliminated = MinimalCoordinates(chain, joints)
+    times = np.asarray(times, dtype=float)
+    require(
+        times.ndim == 1 and len(times) >= 2 and bool((np.diff(times) > 0).all()),
+        "simulate: times do not increase; give two or more increasing instants.",
+    )
+    require(
+        form in ("minimal", "index-1"),
+        f"simulate: form is {form!r}; choose 'minimal' or 'index-1'.",
+    )
+
+    # Whatever the form, the start is checked and the report made in minimal coordinates.
     start, end = float(times[0]), float(times[-1])
-    z, v = eliminated.state(start, state.q, state.v)
-    at = np.full(1, start)
-    kept = NodalState(*(y[:, 0] for y in eliminated.nodes(at, z[:, None], v[:, None])))
-    check_start(chain, joints, state, kept, start)
-    moving = eliminated if form == "eliminated" else Index1(chain, joints, *stabilisation)
-    z, v = moving.state(start, kept.q, kept.v)
-    h = min(1e-3, (end - start) / 10)
-    report = _Report(chain, joints, eliminated, moving, settings)
+    minimal = MinimalCoordinates(chain, joints)
+    kept = minimal.consistent(state, start)
+    moving = minimal if form == "minimal" else Index1(chain, joints, *stabilisation)
+
+    z, v = moving.coordinates(start, kept.q, kept.v)
+    h = min(1e-3, (end - start) / 10)  # the step control finds its own within a few steps
+    recorder = _Recorder(chain, joints, minimal, moving, settings)
     edges = sorted({start, end, *(b for j in joints for b in j.breakpoints if start < b < end)})
     for window in pairwise(edges):
+        # behind a breakpoint the long step before it would only be rejected
         steps, (z, v, h) = integrate(moving, settings, window, z, v, min(h, 1e-2))
-        inside = (times >= window[0]) & (times < window[1])
-        inside |= (times == end) & (window[1] == end)
-        report.add(steps, window, times[inside])
-    return report.finish(times, perf_counter() - clock)
+        asked = (times >= window[0]) & (times < window[1])
+        asked |= (times == end) & (window[1] == end)
+        recorder.add(steps, window, times[asked])
+    return recorder.finish(times, perf_counter() - clock)
 
 
-class _Report:
+class _Recorder:
     """Collects the evaluated pieces of a simulation."""
 
     def __init__(
         self,
         chain: Chain,
         joints: Sequence[Joint],
-        eliminated: MinimalCoordinates,
+        minimal: MinimalCoordinates,
         moving: MinimalCoordinates | Index1,
         settings: StepControl,
     ) -> None:
         self.chain, self.joints = chain, joints
-        self.eliminated, self.moving = eliminated, moving
+        self.minimal, self.moving = minimal, moving
         self.table = radau(settings.stages)
         self.constraints = Constraints(chain, joints)
         self.parts: list[dict[str, Array]] = []
         self.pieces: list[Steps] = []
-        self.done = np.zeros(len(joints) + 1)
-        self.balance: list[Array] = []
+        self.balance: list[Array] = []  # energy that must not change, at the ends of all steps
+        self.work = np.zeros(len(joints) + 1)  # so far: of each joint, and lost to damping [J]
 
     def add(self, steps: Steps, window: tuple[float, float], times: Array) -> None:
         """Evaluate a piece at its output times and at its step ends."""
         self.pieces.append(steps)
-        t0, h = np.array(steps.t), np.array(steps.h)
-        power = self._stage_power(steps, t0, h, window)
+        starts, h = np.array(steps.t), np.array(steps.h)
+
+        # Work at the ends of the steps, by the quadrature of the method.
+        power = self._stage_power(steps, window)
         gained = np.einsum("jks,s,k->jk", power, self.table.matrix[-1], h)
-        before = self.done[:, None] + np.cumsum(gained, axis=1) - gained
-        self.done = before[:, -1] + gained[:, -1]
+        before = self.work[:, None] + np.cumsum(gained, axis=1) - gained
+        self.work = before[:, -1] + gained[:, -1]
+
         for chunk in np.array_split(times, len(times) // _COLUMNS + 1):
-            which = np.clip(np.searchsorted(t0, chunk, side="right") - 1, 0, len(t0) - 1)
-            theta = (chunk - t0[which]) / h[which]
-            part = self._evaluate(np.clip(chunk, *_open(window)), steps, which, theta, h)
+            which = np.clip(np.searchsorted(starts, chunk, side="right") - 1, 0, len(starts) - 1)
+            theta = (chunk - starts[which]) / h[which]
+            part = self._evaluate(np.clip(chunk, *interior(*window)), steps, which, theta)
             weights = self.table.weights(theta, 1) * h[which, None]
             part["work"] = before[:, which] + np.einsum("jms,ms->jm", power[:, which], weights)
             self.parts.append(part)
-        all_steps = np.arange(len(t0))
-        x, rate, _ = self._motion(steps, all_steps, np.ones(len(t0)), h, t0 + h)
-        ends = self._energies(x, rate)
-        done = before + gained
-        self.balance.append(sum(ends) - done[:-1].sum(axis=0) + done[-1])
+
+        all_steps, ends = np.arange(len(starts)), np.ones(len(starts))
+        x, rate, _ = self._motion(starts + h, steps, all_steps, ends)[:3]
+        energy = sum(self.minimal.assembly.energies(x, rate))
+        after = before + gained
+        self.balance.append(energy - after[:-1].sum(axis=0) + after[-1])
 
     def _motion(
-        self, steps: Steps, which: Places, theta: Array, h: Array, t: Array
-    ) -> tuple[Array, Array, Array]:
-        """Merged coordinates x, rates and accelerations at fractions of steps, (n, m)."""
-        form, n = self.moving, self.moving.size
-        h = h[which]
-        a = np.array(steps.a)[which][:, :n]
+        self, t: Array, steps: Steps, which: Places, theta: Array
+    ) -> tuple[Array, Array, Array, Array, Array]:
+        """x, its rates and accelerations (n, m) at fractions of steps, and q, v of the nodes."""
+        h = np.array(steps.h)[which]
+        a = np.array(steps.a)[which][:, : self.moving.size]
         z0, v0 = np.array(steps.z)[which].T, np.array(steps.v)[which].T
-        once, twice = (np.einsum("mns,ms->nm", a, self.table.weights(theta, i)) for i in (1, 2))
-        acc = np.einsum("mns,ms->nm", a, self.table.weights(theta, 0))
-        z, v = z0 + theta * h * v0 + h**2 * twice, v0 + h * once
-        if isinstance(form, MinimalCoordinates):
-            return form.motion(t, z, v, acc)
-        gather = self.eliminated.assembly.gather
-        self._nodes = z, v
-        return gather(z), gather(v), gather(acc)
 
-    def _evaluate(
-        self, t: Array, steps: Steps, which: Places, theta: Array, h: Array
-    ) -> dict[str, Array]:
-        x, rate, acc = self._motion(steps, which, theta, h, t)
-        spread = self.eliminated.assembly.spread
-        eliminated = self.moving is self.eliminated
-        q, v = (spread(x), spread(rate)) if eliminated else self._nodes
-        kinetic, strain, gravity = self._energies(x, rate)
+        # The stage polynomial of the accelerations, integrated from the start of each step.
+        acc, once, twice = (
+            np.einsum("mns,ms->nm", a, self.table.weights(theta, integrals))
+            for integrals in (0, 1, 2)
+        )
+        z, v = z0 + theta * h * v0 + h**2 * twice, v0 + h * once
+
+        asm = self.minimal.assembly
+        if isinstance(self.moving, MinimalCoordinates):
+            x, rate, x_acc = self.moving.motion(t, z, v, acc)
+            return x, rate, x_acc, asm.spread(x), asm.spread(rate)
+        return asm.gather(z), asm.gather(v), asm.gather(acc), z, v
+
+    def _evaluate(self, t: Array, steps: Steps, which: Places, theta: Array) -> dict[str, Array]:
+        x, rate, acc, q, v = self._motion(t, steps, which, theta)
+        kinetic, strain, gravity = self.minimal.assembly.energies(x, rate)
         return {
             "q": q,
             "v": v,
@@ -235,69 +250,68 @@ class _Report:
             "violation": np.abs(self.constraints.value(t, q)).max(axis=0, initial=0.0),
         }
 
-    def _energies(self, x: Array, rate: Array) -> tuple[Array, Array, Array]:
-        asm = self.eliminated.assembly
-        kinetic = 0.5 * (rate * (asm.mass @ rate)).sum(axis=0)
-        return kinetic, asm.strain_energy(x), -asm.gravity @ x
-
     def _torques(self, t: Array, x: Array, rate: Array, acc: Array) -> Array:
         """Torques at the joints: given, or what the balance of forces lacks; (L, m)."""
-        mechanics, ties = self.eliminated.mechanics, self.eliminated.ties.ties
-        out = np.zeros((len(self.joints), len(t)))
+        mechanics, ties = self.minimal.mechanics, self.minimal.elimination.ties
+        torques = np.zeros((len(self.joints), len(t)))
+
         if ties:
             slope = mechanics.slopes(x)
-            lack = mechanics.balance(t, x, rate, acc, slope, mechanics.pulls(slope, rate))
+            N = mechanics.axial_forces(slope, rate)
+            lack = mechanics.balance(t, x, rate, acc, slope, N)
         for tie in ties:
-            k = next(i for i, joint in enumerate(self.joints) if joint is tie.joint)
-            out[k] = (quarter(x[list(tie.b)]) * lack[list(tie.b)]).sum(axis=0)
-        for k, joint in enumerate(self.joints):
-            if hasattr(joint, "torque"):
-                out[k] = joint.torque(t)
-        return out
+            # The generalised force of a torque on a slope b does work when b turns.
+            torques[tie.number] = (quarter(x[tie.after]) * lack[tie.after]).sum(axis=0)
 
-    def _stage_power(self, steps: Steps, t0: Array, h: Array, window: tuple[float, float]) -> Array:
+        for k, joint in enumerate(self.joints):
+            if isinstance(joint, Torque):
+                torques[k] = joint.torque(t)
+        return torques
+
+    def _stage_power(self, steps: Steps, window: tuple[float, float]) -> Array:
         """Power of each joint and of the damping at all stages, (L + 1, K, s) [W]."""
         s = self.table.stages
-        out = np.zeros((len(self.joints) + 1, len(t0), s))
+        starts, h = np.array(steps.t), np.array(steps.h)
+        power = np.zeros((len(self.joints) + 1, len(starts), s))
         if not self.moving.relaxation and all(isinstance(j, Free) for j in self.joints):
-            return out
-        for rows in np.array_split(np.arange(len(t0)), len(t0) * s // _COLUMNS + 1):
+            return power
+
+        # all stages of some steps at a time
+        for rows in np.array_split(np.arange(len(starts)), len(starts) * s // _COLUMNS + 1):
             which, theta = np.repeat(rows, s), np.tile(self.table.nodes, len(rows))
-            t = np.clip(t0[which] + theta * h[which], *_open(window))
-            x, rate, acc = self._motion(steps, which, theta, h, t)
-            spread = self.eliminated.assembly.spread
-            rates = joint_rates(self.chain, spread(x), spread(rate))
-            power = self._torques(t, x, rate, acc) * rates
-            lost = self.eliminated.mechanics.dissipation(x, rate)
-            out[:, rows] = np.vstack((power, lost)).reshape(-1, len(rows), s)
-        return out
+            t = np.clip(starts[which] + theta * h[which], *interior(*window))
+            x, rate, acc, q, v = self._motion(t, steps, which, theta)
+            given = self._torques(t, x, rate, acc) * joint_rates(self.chain, q, v)
+            lost = self.minimal.mechanics.dissipation(x, rate)
+            power[:, rows] = np.vstack((given, lost)).reshape(-1, len(rows), s)
+        return power
 
     def finish(self, times: Array, seconds: float) -> Simulation:
         """Join the pieces."""
-        joined = {k: np.concatenate([p[k] for p in self.parts], axis=-1) for k in self.parts[0]}
-        done = joined.pop("work")
-        total = np.concatenate(self.balance)
-        first = (joined["kinetic"] + joined["strain"] + joined["gravity"])[0]
+        joined = {
+            name: np.concatenate([part[name] for part in self.parts], axis=-1)
+            for name in self.parts[0]
+        }
+        work = joined.pop("work")
+
+        # The first instant has done no work, so its energy is what the balance keeps.
+        initial = (joined["kinetic"] + joined["strain"] + joined["gravity"])[0]
+        drift = float(np.abs(np.concatenate(self.balance) - initial).max())
+
         statistics = Statistics(
-            steps=sum(len(p.t) for p in self.pieces),
-            rejected=sum(p.rejected for p in self.pieces),
-            iterations=sum(p.iterations for p in self.pieces),
-            jacobians=sum(p.jacobians for p in self.pieces),
+            steps=sum(len(piece.t) for piece in self.pieces),
+            rejected=sum(piece.rejected for piece in self.pieces),
+            iterations=sum(piece.iterations for piece in self.pieces),
+            jacobians=sum(piece.jacobians for piece in self.pieces),
             factorizations=self.moving.factorizations,
             seconds=seconds,
         )
         return Simulation(
             chain=self.chain,
             times=times,
-            work=done[:-1],
-            dissipated=done[-1],
-            drift=float(np.abs(total - first).max()),
+            work=work[:-1],
+            dissipated=work[-1],
+            drift=drift,
             statistics=statistics,
             **joined,
         )
-
-
-def _open(window: tuple[float, float]) -> tuple[float, float]:
-    """The window without its ends, where the laws may jump."""
-    edge = 1e-13 * max(1.0, abs(window[0]), abs(window[1]))
-    return window[0] + edge, window[1] - edge

@@ -1,8 +1,9 @@
 """What is done at the hinges of a chain.
 
 The kinds of joint (free, torque, locked, driven) are in `kinds`, the measured angles and their
-rates in `angles`. How a locked or driven joint enters the equations of motion has two forms: as
-a constraint with a multiplier (`constraints`), or eliminated from the coordinates (`elimination`).
+rates in `angles`. A locked or driven joint ties the slopes on either side (`ties`). In the
+equations of motion ties have two forms: constraints with multipliers (`constraints`), or
+eliminated from the coordinates (`elimination`).
 """
 
 from models.ancf.joints.angles import joint_angles, joint_rates, quarter, rotate, slope_pair

@@ -1,8 +1,11 @@
-"""The nonlinear elimination b = g R(phi(t)) a: a slope that follows another at an angle.
+"""The nonlinear elimination of the ties b = g R(phi(t)) a of locked and driven joints.
 
-A locked or driven hinge ties the slope b after it to the slope a before it (the x axis at the
-root); its stretch g stays free. The coordinates x (n,) are then functions of z (n - ties,):
-the entry of z at the place of b_x is g, and b_y is dropped.
+The coordinates x (n,) of a chain with closed hinges are functions of fewer coordinates
+z (n - ties,): the entry of z at the place of b_x is the stretch g, and b_y is dropped. With
+J = dx/dz, forces on x become J^T f on z and symmetric matrices become J^T S J.
+
+Symbols: a, b slopes before and after a joint [-]; g stretch of b over a [-]; u = R(phi) a;
+m columns (instants). A trailing d is a derivative by time.
 """
 
 from __future__ import annotations
@@ -12,127 +15,114 @@ from functools import cached_property
 
 import numpy as np
 
-from models.ancf.joints import Driven, Locked, quarter, rotate
+from models.ancf.joints.angles import quarter, rotate
+from models.ancf.joints.ties import SlopeTie
 from models.arrays import Array, Places
-
-
-@dataclass(frozen=True)
-class SlopeTie:
-    """Places in x of the slopes a (None: the x axis) and b, and the law of the angle."""
-
-    a: tuple[int, int] | None
-    b: tuple[int, int]
-    joint: Locked | Driven
 
 
 @dataclass(frozen=True, eq=False)
 class SlopeElimination:
-    """The map z -> x of all ties at given instants, with its rates and tangent."""
+    """The map z -> x of all ties at given instants, with its rates and tangent.
+
+    Attributes
+    ----------
+    ties : tuple of SlopeTie
+        From the root outward.
+    size : int
+        Number of coordinates n of x.
+    """
 
     ties: tuple[SlopeTie, ...]
     size: int
 
     @cached_property
-    def keep(self) -> Places:
+    def kept(self) -> Places:
         """Places in x that are entries of z."""
-        drop = [tie.b[1] for tie in self.ties]
-        return np.setdiff1d(np.arange(self.size), drop)
+        dropped = [tie.after[1] for tie in self.ties]
+        return np.setdiff1d(np.arange(self.size), dropped)
 
     def motion(self, t: Array, z: Array, v: Array, a: Array) -> tuple[Array, Array, Array]:
         """x, its velocity and acceleration (n, m) from those of z at times t (m,)."""
-        out = []
-        for part in (z, v, a):
-            x = np.empty((self.size, part.shape[1]))
-            x[self.keep] = part
-            out.append(x)
-        x, xd, xdd = out
+        x, xd, xdd = (np.empty((self.size, part.shape[1])) for part in (z, v, a))
+        for full, part in zip((x, xd, xdd), (z, v, a), strict=True):
+            full[self.kept] = part
+
+        # Root outward: the slope before a joint is complete when that joint's turn comes.
         for tie in self.ties:
-            phi, w, dw = tie.joint.law(t)
-            g, gd, gdd = (y[tie.b[0]].copy() for y in out)
-            u, ud, udd = self.direction(tie, phi, w, dw, out)
-            b = list(tie.b)
-            x[b] = g * u
-            xd[b] = gd * u + g * ud
-            xdd[b] = gdd * u + 2 * gd * ud + g * udd
+            stretch_place = tie.after[0]
+            g, gd, gdd = (full[stretch_place].copy() for full in (x, xd, xdd))
+            u, ud, udd = tie.direction(t, x, xd, xdd)
+            x[tie.after] = g * u
+            xd[tie.after] = gd * u + g * ud
+            xdd[tie.after] = gdd * u + 2 * gd * ud + g * udd
         return x, xd, xdd
 
-    @staticmethod
-    def direction(
-        tie: SlopeTie, phi: Array, w: Array, dw: Array, xs: list[Array]
-    ) -> tuple[Array, Array, Array]:
-        """U = R(phi) a and its two time derivatives, (2, m)."""
-        if tie.a is None:
-            u = np.array((np.cos(phi), np.sin(phi)))
-            n = quarter(u)
-            return u, w * n, dw * n - w**2 * u
-        u, ud, udd = (rotate(phi, y[list(tie.a)]) for y in xs)
-        n = quarter(u)
-        return u, ud + w * n, udd + 2 * w * quarter(ud) + dw * n - w**2 * u
+    def restrict(self, t: float, x: Array, xd: Array) -> tuple[Array, Array]:
+        """Z and its velocity from x and its velocity (n,) that respect the ties at one instant."""
+        z, v = x.copy(), xd.copy()
+        for tie in self.ties:
+            phi, w, _ = tie.joint.law(np.full(1, t))
+            a = tie.slope_before(x[:, None])
+            ad = np.zeros((2, 1)) if tie.before is None else xd[tie.before, None]
+            u = rotate(phi, a)
+            ud = rotate(phi, ad) + w * quarter(u)
 
-    def pull(self, t: Array, x: Array, force: Array) -> Array:
-        """J^T f: generalised force on z of a force on x, (n_z, m), with J = dx/dz."""
+            # g and its rate are the components of b and of bd - g ud along u.
+            b, bd = x[tie.after, None], xd[tie.after, None]
+            g = (u * b).sum() / (u**2).sum()
+            z[tie.after[0]] = g
+            v[tie.after[0]] = ((u * (bd - g * ud)).sum()) / (u**2).sum()
+        return z[self.kept], v[self.kept]
+
+    def force(self, t: Array, x: Array, force: Array) -> Array:
+        """J^T f: generalised force on z of a force f (n, m) on x, (n_z, m)."""
         force = force.copy()
         for tie in self.ties:
             phi = tie.joint.law(t)[0]
-            a, fb = self._before(tie, x), force[list(tie.b)]
+            a, force_after = tie.slope_before(x), force[tie.after]
             u = rotate(phi, a)
-            if tie.a is not None:
-                g = (x[list(tie.b)] * u).sum(axis=0) / (u**2).sum(axis=0)
-                force[list(tie.a)] += g * rotate(-phi, fb)
-            force[tie.b[0]] = (u * fb).sum(axis=0)
-        return force[self.keep]
+
+            # A turn of a carries b along, so the force on b acts on a as well.
+            if tie.before is not None:
+                g = (x[tie.after] * u).sum(axis=0) / (u**2).sum(axis=0)
+                force[tie.before] += g * rotate(-phi, force_after)
+            force[tie.after[0]] = (u * force_after).sum(axis=0)
+        return force[self.kept]
 
     def jacobian(self, t: float, x: Array) -> Array:
         """J = dx/dz (n, n_z) at one instant and configuration x (n,)."""
-        return self._columns(t, x, np.eye(self.size))
+        return self._times_jacobian(t, x, np.eye(self.size))
 
     def reduce(self, t: float, x: Array, matrix: Array) -> Array:
-        """J^T S J of a symmetric matrix (n, n) at one instant."""
+        """J^T S J of a symmetric matrix S (n, n) at one instant."""
         if not self.ties:
             return matrix
-        return self._columns(t, x, self._columns(t, x, matrix).T)
+        return self._times_jacobian(t, x, self._times_jacobian(t, x, matrix).T)
 
-    def _columns(self, t: float, x: Array, matrix: Array) -> Array:
-        """S J of a matrix with n columns."""
-        out = matrix.copy()
-        for tie in self.ties:
-            phi, b = tie.joint.law(np.full(1, t))[0][0], list(tie.b)
-            turn = np.array([[np.cos(phi), -np.sin(phi)], [np.sin(phi), np.cos(phi)]])
-            u = turn[:, 0] if tie.a is None else turn @ x[list(tie.a)]
-            if tie.a is not None:
-                out[:, list(tie.a)] += matrix[:, b] @ turn * ((x[b] @ u) / (u @ u))
-            out[:, tie.b[0]] = matrix[:, b] @ u
-        return out[:, self.keep]
-
-    def curvature(self, t: float, force: Array) -> Array:
+    def geometric_stiffness(self, t: float, force: Array) -> Array:
         """Part f . d2x/dz2 of the stiffness for a force f (n,) on x, (n_z, n_z)."""
-        out = np.zeros((self.size, self.size))
+        stiffness = np.zeros((self.size, self.size))
         for tie in self.ties:
-            if tie.a is not None:
+            # x is bilinear in g and a; where a is the x axis it is linear in g
+            if tie.before is not None:
                 phi = tie.joint.law(np.full(1, t))[0]
-                part = rotate(-phi, force[list(tie.b), None])[:, 0]
-                out[tie.b[0], list(tie.a)] = part
-                out[list(tie.a), tie.b[0]] = part
-        return out[np.ix_(self.keep, self.keep)]
+                mixed = rotate(-phi, force[tie.after, None])[:, 0]
+                stiffness[tie.after[0], tie.before] = mixed
+                stiffness[tie.before, tie.after[0]] = mixed
+        return stiffness[np.ix_(self.kept, self.kept)]
 
-    def drop(self, t: float, x: Array, rate: Array) -> tuple[Array, Array]:
-        """Z and its velocity from x and xdot that respect the ties at one instant."""
-        z, v = x.copy(), rate.copy()
-        at = np.full(1, t)
+    def _times_jacobian(self, t: float, x: Array, matrix: Array) -> Array:
+        """S J of a matrix S with n columns, without forming J."""
+        product = matrix.copy()
         for tie in self.ties:
-            phi, w, _ = tie.joint.law(at)
-            a = self._before(tie, x[:, None])
-            ad = np.zeros((2, 1)) if tie.a is None else rate[list(tie.a), None]
-            u = rotate(phi, a)
-            ud = rotate(phi, ad) + w * quarter(u)
-            b, bd = x[list(tie.b), None], rate[list(tie.b), None]
-            g = (u * b).sum() / (u**2).sum()
-            z[tie.b[0]] = g
-            v[tie.b[0]] = ((u * (bd - g * ud)).sum()) / (u**2).sum()
-        return z[self.keep], v[self.keep]
+            phi = tie.joint.law(np.full(1, t))[0][0]
+            rotation = np.array([[np.cos(phi), -np.sin(phi)], [np.sin(phi), np.cos(phi)]])
+            u = rotation[:, 0] if tie.before is None else rotation @ x[tie.before]
 
-    @staticmethod
-    def _before(tie: SlopeTie, x: Array) -> Array:
-        if tie.a is None:
-            return np.array((np.ones(x.shape[1]), np.zeros(x.shape[1])))
-        return x[list(tie.a)]
+            # columns of b become those of a, turned and stretched, and of g
+            columns = matrix[:, tie.after]
+            if tie.before is not None:
+                g = (x[tie.after] @ u) / (u @ u)
+                product[:, tie.before] += columns @ rotation * g
+            product[:, tie.after[0]] = columns @ u
+        return product[:, self.kept]

@@ -1,4 +1,4 @@
-"""What is done at a hinge: left free, given a torque, locked, or driven along an angle.
+"""The four kinds of joint: left free, given a torque, locked, or driven along an angle.
 
 The joint angle phi is counter-clockwise from the end slope of the link before (the x axis at
 the root) to the start slope of the link after [rad]; a torque [N m] acts on the latter and
@@ -15,9 +15,10 @@ import numpy as np
 
 from models.ancf.chain import Chain
 from models.arrays import Array
-from models.errors import ModelError
+from models.errors import require
 
 TimeFunction: TypeAlias = Callable[[Array], Array]
+"""Maps times (m,) [s] to values (m,)."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ class Locked:
     breakpoints: tuple[float, ...] = ()
 
     def law(self, t: Array) -> tuple[Array, Array, Array]:
-        """Angle, rate and acceleration."""
+        """Angle [rad], rate [rad/s] and acceleration [rad/s^2] at times (m,)."""
         return np.full_like(t, self.angle), np.zeros_like(t), np.zeros_like(t)
 
 
@@ -73,20 +74,22 @@ class Driven:
     breakpoints: tuple[float, ...] = ()
 
     def law(self, t: Array) -> tuple[Array, Array, Array]:
-        """Angle, rate and acceleration."""
+        """Angle [rad], rate [rad/s] and acceleration [rad/s^2] at times (m,)."""
         return self.angle(t), self.rate(t), self.acceleration(t)
 
 
-Joint = Free | Torque | Locked | Driven
+Joint: TypeAlias = Free | Torque | Locked | Driven
 
 
 def check_joints(chain: Chain, joints: Sequence[Joint]) -> tuple[Joint, ...]:
     """Raise ModelError unless there is one joint a link and a flying root is free."""
-    if len(joints) != len(chain.links):
-        raise ModelError(
-            f"joints: {len(joints)} given for {len(chain.links)} links; give one a link, "
-            "the root first."
-        )
-    if not chain.pinned and not isinstance(joints[0], Free):
-        raise ModelError("joints: the root flies but is not Free; pin the chain to act on it.")
+    require(
+        len(joints) == len(chain.links),
+        f"joints: {len(joints)} given for {len(chain.links)} links; give one a link, "
+        "the root first.",
+    )
+    require(
+        chain.pinned or isinstance(joints[0], Free),
+        "joints: the root flies but is not Free; pin the chain to act on it.",
+    )
     return tuple(joints)

@@ -1,21 +1,27 @@
-"""Shared part of the two forms of the equations of motion: elastic, gravity, joint forces.
+"""What the equations of motion are, and the forces that both of their forms share.
 
 The axial forces N at the Gauss points are unknowns of the implicit step beside the
 accelerations: N = EA (eps + eta deps/dt). A Newton step with a Jacobian frozen over the time
 step then converges at the rate of the rotation in the step; with N eliminated, the axial
 stiffness times that rotation would push the iteration out.
+
+Symbols: x coordinates of the assembly (n,), z coordinates of a form, v, a rates and accelerations,
+N axial forces (G,) [N] at G Gauss points, r' slopes [-], eta relaxation time [s], s columns
+(instants).
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from models.ancf.assembly import Assembly
+from models.ancf.chain import Chain
 from models.ancf.element import moment_force
-from models.ancf.joints import Torque
+from models.ancf.joints import Joint, Torque, slope_pair
 from models.arrays import Array
 
 
@@ -23,18 +29,20 @@ class EquationsOfMotion(Protocol):
     """What the integrator needs of a form of the equations of motion.
 
     Columns are instants (s of them). `unknowns` counts accelerations and multipliers; the
-    first `size` rows of `a` are the accelerations.
+    first `size` rows of `a` are the accelerations. `factorizations` counts the factorised
+    Newton matrices.
     """
 
     size: int
     unknowns: int
     relaxation: float
+    factorizations: int
 
     def start(self, t: float, z: Array, v: Array) -> tuple[Array, Array]:
         """Accelerations with multipliers (unknowns,), axial forces (G,)."""
 
-    def residual(self, t: Array, z: Array, v: Array, a: Array, pull: Array) -> tuple[Array, Array]:
-        """Equations of motion (unknowns, s) and `N - EA (eps + eta deps/dt)` (G, s)."""
+    def residual(self, t: Array, z: Array, v: Array, a: Array, N: Array) -> tuple[Array, Array]:
+        """Equations of motion (unknowns, s) and the gap `N - EA (eps + eta deps/dt)` (G, s)."""
 
     def linearise(self, t: float, z: Array) -> None:
         """Freeze mass, stiffness and strain gradient at a configuration."""
@@ -45,10 +53,10 @@ class EquationsOfMotion(Protocol):
     def solve(self, k: int, rhs: NDArray[Any]) -> NDArray[Any]:
         """Newton matrix k inverse times a column."""
 
-    def pull_change(self, dz: Array) -> Array:
+    def axial_force_change(self, dz: Array) -> Array:
         """EA deps/dz dz of the frozen configuration, (G, s) [N]."""
 
-    def pull_force(self, pull: Array) -> Array:
+    def axial_load(self, N: Array) -> Array:
         """Generalised force of axial forces at the frozen configuration, (unknowns, s)."""
 
     def inertia(self, a: Array) -> Array:
@@ -56,17 +64,17 @@ class EquationsOfMotion(Protocol):
 
 
 class Mechanics:
-    """Forces of a chain on its coordinates x."""
+    """Forces of a chain on the coordinates x of its assembly."""
 
-    def __init__(
-        self,
-        assembly: Assembly,
-        relaxation: float,
-        torques: list[tuple[tuple[int, int] | None, tuple[int, int], Torque]],
-    ) -> None:
+    def __init__(self, chain: Chain, joints: Sequence[Joint], assembly: Assembly) -> None:
         self.assembly = assembly
-        self.relaxation = relaxation
-        self.torques = torques
+        self.relaxation = chain.relaxation_time
+        self.torques = [
+            (*slope_pair(chain, k, assembly.place), joint)
+            for k, joint in enumerate(joints)
+            if isinstance(joint, Torque)
+        ]
+        # columns, to multiply fields (G, s)
         self.axial = assembly.axial[:, None]
         self.weight = assembly.weight[:, None]
         self.points = len(assembly.axial)
@@ -75,63 +83,66 @@ class Mechanics:
         """R' at the axial Gauss points, (2, G, s)."""
         return np.asarray(self.assembly.slope @ x).reshape(2, self.points, -1)
 
-    def pulls(self, slope: Array, x_rate: Array) -> Array:
+    def axial_forces(self, slope: Array, x_rate: Array) -> Array:
         """Axial forces N that the motion asks for, (G, s) [N]."""
         strain = 0.5 * (slope[0] ** 2 + slope[1] ** 2 - 1.0)
         if self.relaxation:
             strain = strain + self.relaxation * (slope * self.slopes(x_rate)).sum(axis=0)
         return np.asarray(self.axial * strain)
 
-    def pull_force(self, slope: Array, pull: Array) -> Array:
-        """Generalised force of axial forces, (n, s) [N]."""
-        weighted = (slope * (self.weight * pull)).reshape(2 * self.points, -1)
+    def axial_load(self, slope: Array, N: Array) -> Array:
+        """Generalised force of axial forces N (G, s) at slopes r', (n, s) [N]."""
+        weighted = (slope * (self.weight * N)).reshape(2 * self.points, -1)
         return np.asarray(self.assembly.slope.T @ weighted)
 
-    def balance(
-        self, t: Array, x: Array, rate: Array, acc: Array, slope: Array, pull: Array
-    ) -> Array:
+    def balance(self, t: Array, x: Array, rate: Array, acc: Array, slope: Array, N: Array) -> Array:
         """M xddot + grad U + damping - gravity - joint torques, (n, s) [N]; (11)."""
-        out = self.assembly.mass @ acc + self.assembly.bending @ x
-        out += self.pull_force(slope, pull)
-        out -= self.assembly.gravity[:, None]
+        balance = self.assembly.mass @ acc + self.assembly.bending @ x
+        balance += self.axial_load(slope, N)
+        balance -= self.assembly.gravity[:, None]
         if self.relaxation:
-            out += self.bending_damping(x, rate)[0]
+            balance += self.bending_damping(x, rate)[0]
+
+        # A torque acts on the slope after its joint, its opposite on the slope before.
         for before, after, joint in self.torques:
             moment = joint.torque(t)
-            self._moment(out, x, after, -moment)
+            _add_moment(balance, x, after, -moment)
             if before is not None:
-                self._moment(out, x, before, moment)
-        return np.asarray(out)
-
-    @staticmethod
-    def _moment(out: Array, x: Array, slot: tuple[int, int], moment: Array) -> None:
-        fx, fy = moment_force(x[slot[0]], x[slot[1]], moment)
-        out[slot[0]] += fx
-        out[slot[1]] += fy
+                _add_moment(balance, x, before, moment)
+        return np.asarray(balance)
 
     def bending_damping(self, x: Array, rate: Array) -> tuple[Array, Array]:
         """Force of eta EI dkappa/dt (n, s) and its power (s,), kappa = r' x r'' (objective)."""
         asm = self.assembly
-        r1, r2, d1, d2 = (
-            np.asarray(op @ y).reshape(2, len(asm.bend_weight), -1)
-            for op, y in (
-                (asm.bend_slope, x),
-                (asm.bend_curve, x),
-                (asm.bend_slope, rate),
-                (asm.bend_curve, rate),
-            )
-        )
-        curl = d1[0] * r2[1] - d1[1] * r2[0] + r1[0] * d2[1] - r1[1] * d2[0]
-        moment = self.relaxation * asm.bend_weight[:, None] * curl
+
+        def at_points(operator: Any, coordinates: Array) -> Array:
+            return np.asarray(operator @ coordinates).reshape(2, len(asm.bend_weight), -1)
+
+        r1, d1 = at_points(asm.bend_slope, x), at_points(asm.bend_slope, rate)
+        r2, d2 = at_points(asm.bend_curve, x), at_points(asm.bend_curve, rate)
+
+        # dkappa/dt by the product rule; a rigid turn leaves it zero, unlike the rate of r''
+        kappa_rate = d1[0] * r2[1] - d1[1] * r2[0] + r1[0] * d2[1] - r1[1] * d2[0]
+        moment = self.relaxation * asm.bend_weight[:, None] * kappa_rate
+
+        # the transpose of that map: virtual work of the moment on r' and r''
         on_slope = np.concatenate((moment * r2[1], -moment * r2[0]))
         on_curve = np.concatenate((-moment * r1[1], moment * r1[0]))
         force = asm.bend_slope.T @ on_slope + asm.bend_curve.T @ on_curve
-        return np.asarray(force), (moment * curl).sum(axis=0)
+        return np.asarray(force), (moment * kappa_rate).sum(axis=0)
 
     def dissipation(self, x: Array, rate: Array) -> Array:
         """Power lost to damping, (s,) [W]."""
         if not self.relaxation:
             return np.zeros(x.shape[1])
-        stretch = (self.slopes(x) * self.slopes(rate)).sum(axis=0)
-        axial = self.relaxation * (self.weight * self.axial * stretch**2).sum(axis=0)
+
+        strain_rate = (self.slopes(x) * self.slopes(rate)).sum(axis=0)
+        axial = self.relaxation * (self.weight * self.axial * strain_rate**2).sum(axis=0)
         return np.asarray(axial + self.bending_damping(x, rate)[1])
+
+
+def _add_moment(balance: Array, x: Array, slope: list[int], moment: Array) -> None:
+    """Add the generalised force of a moment (s,) on a slope to a balance (n, s)."""
+    force_x, force_y = moment_force(x[slope[0]], x[slope[1]], moment)
+    balance[slope[0]] += force_x
+    balance[slope[1]] += force_y

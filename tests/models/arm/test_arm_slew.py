@@ -68,8 +68,8 @@ def test_trapezoidal_rule_of_a_quarter_millisecond_is_the_reference():
     """Why the elbow differs by 1e-5 m at the end: it is the reference's time step."""
     chain, h = ARM.chain(8), 2.5e-4
     form = MinimalCoordinates(chain, JOINTS)
-    z, v = (y[:, None] for y in form.state(0.0, posed(chain).q, posed(chain).v))
-    a, pull = (y[:, None] for y in form.start(0.0, z[:, 0], v[:, 0]))
+    z, v = (y[:, None] for y in form.coordinates(0.0, posed(chain).q, posed(chain).v))
+    a, N = (y[:, None] for y in form.start(0.0, z[:, 0], v[:, 0]))
     every, out = round((REF[0][1] - REF[0][0]) / h), [z[:, 0]]
     for i in range(round(REF[0][-1] / h)):
         t, z0, v0, a0 = np.array([(i + 1) * h]), z, v, a
@@ -77,9 +77,9 @@ def test_trapezoidal_rule_of_a_quarter_millisecond_is_the_reference():
         form.factor(np.array([h / 2 + 0j]))
         for _ in range(6):
             z, v = z0 + h * v0 + h**2 / 4 * (a0 + a), v0 + h / 2 * (a0 + a)
-            force, gap = form.residual(t, z, v, a, pull)
-            da = form.solve(0, form.pull_force(gap) - force)
-            a, pull = a + da, pull + form.pull_change(h**2 / 4 * da) - gap
+            force, gap = form.residual(t, z, v, a, N)
+            da = form.solve(0, form.axial_load(gap) - force)
+            a, N = a + da, N + form.axial_force_change(h**2 / 4 * da) - gap
             if np.abs(da).max() * h**2 < 1e-12:
                 break
         z, v = z0 + h * v0 + h**2 / 4 * (a0 + a), v0 + h / 2 * (a0 + a)

@@ -12,18 +12,22 @@ from models.ancf.joints import Torque
 from models.ancf.state import posed
 from models.arm.parameters import ArmParameters
 from models.errors import ModelError
-from studies.arm.compare import Pair, replay_law
-from studies.arm.engineer import loads, modal_ratios, momenta, settling_time
-from studies.arm.figures import all_figures, tradeoff_figure
-from studies.arm.optimum import Refined
-from studies.arm.problem import Limits, arm_phase
-from studies.arm.replay import Motion, replay
-from studies.arm.report import duration_to_try, missed
-from studies.arm.rigid import feed_forward, inertias, joint_motion
-from studies.arm.rigid_time import least_rigid_duration, quintic_duration, rigid_accelerations
-from studies.arm.satellite import free_satellite
+from studies.arm.laws.rigid import feed_forward, inertias, joint_motion
+from studies.arm.laws.unit_laws import baselines, quintic
+from studies.arm.optimal.phase import Limits, arm_phase
+from studies.arm.optimal.rigid_time import (
+    least_rigid_duration,
+    quintic_duration,
+    rigid_accelerations,
+)
+from studies.arm.optimal.solve import Refined
+from studies.arm.questions.baselines import Pair, replay_law
+from studies.arm.replay.full import Motion, replay
+from studies.arm.replay.loads import loads, modal_ratios, momenta, settling_time
+from studies.arm.replay.satellite import free_satellite
+from studies.arm.report.facts import duration_to_try, missed
+from studies.arm.report.figures import all_figures, tradeoff_figure
 from studies.arm.stage import ELBOW, ROOT, big_arm, both_arms, small_arm
-from studies.arm.unit_laws import baselines, quintic
 from studies.cli import main
 from studies.common.exit_codes import ExitCode
 
@@ -176,7 +180,7 @@ def test_a_law_that_jumps_takes_the_longest_fixed_step_that_converges(monkeypatc
             raise ModelError("the Newton iteration does not converge")
         return motion
 
-    monkeypatch.setattr("studies.arm.compare.replay", short_steps_only)
+    monkeypatch.setattr("studies.arm.questions.baselines.replay", short_steps_only)
     law = next(x for x in baselines(8.6, 2.178) if x.name == "linear torque")
     assert replay_law(big_arm(8.6), law, "torque").name == "linear torque"
     assert tried == [0.004, 0.002, 0.001]
@@ -187,7 +191,7 @@ def test_a_latch_missed_beside_baselines_fails_the_command(big, monkeypatch, cap
     done, _ = big
     refined = Refined(None, done, ((100, 0.0, done.residual_energy),), True)
     pairs = [Pair(done, done, refined, 1.0)]
-    monkeypatch.setattr("studies.arm.compare.compare", lambda *_, **__: pairs)
+    monkeypatch.setattr("studies.arm.questions.baselines.compare", lambda *_, **__: pairs)
     asked = ["arm", "--baselines", "torque", "--no-figures", "--results"]
     wide, tight = (["--latch", str(share * done.miss)] for share in (1.1, 0.9))
     assert main([*asked, str(tmp_path / "wide"), *wide]) == ExitCode.OK

@@ -9,15 +9,15 @@ import pytest
 from models.ancf.joints import Torque
 from models.arm.parameters import ArmParameters
 from models.arm.reduced import ReducedArm
-from studies.arm.engineer import deflections, loads, mean_square
-from studies.arm.mesh import graded
-from studies.arm.objectives import first_duration
-from studies.arm.optimum import capped, solve_stage
-from studies.arm.problem import Limits
-from studies.arm.replay import Motion, replay
-from studies.arm.report import latched
-from studies.arm.sequence import locked, sequence
-from studies.arm.sequence_run import released, replay_sequence, solve_sequence
+from studies.arm.optimal.mesh import graded
+from studies.arm.optimal.objectives import first_duration
+from studies.arm.optimal.phase import Limits
+from studies.arm.optimal.solve import capped, solve_stage
+from studies.arm.questions.sequence.problem import locked, sequence
+from studies.arm.questions.sequence.solve import released, replay_sequence, solve_sequence
+from studies.arm.replay.full import Motion, replay
+from studies.arm.replay.loads import deflections, loads, mean_square
+from studies.arm.report.facts import latched
 from studies.arm.stage import big_arm, small_arm
 from studies.cli import main
 from studies.common.exit_codes import ExitCode, StudyError
@@ -106,7 +106,7 @@ def test_a_step_that_diverges_says_when_and_what_to_change(monkeypatch, capsys, 
     stage = big_arm(8.6)
     law = Torque(lambda t: np.where(t > 1.0, np.nan, 0.0))
     with_it = lambda *_, **__: replay(Motion("broken", "torque", stage, {0: law}))  # noqa: E731
-    monkeypatch.setattr("studies.arm.optimum.solve_stage", with_it)
+    monkeypatch.setattr("studies.arm.optimal.solve.solve_stage", with_it)
     code = main(["arm", "--results", str(tmp_path / "out")])
     complaint = capsys.readouterr().err
     assert code == ExitCode.NOT_SOLVED

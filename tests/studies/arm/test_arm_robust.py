@@ -11,12 +11,12 @@ from models.arm.driven import DrivenArm
 from models.arm.reduced import ReducedArm
 from models.arm.reduced_simulation import simulate_reduced
 from models.errors import ModelError
-from studies.arm import robust_study
-from studies.arm.lanes import residuals
-from studies.arm.optimum import angle_joints, reduced_residual
-from studies.arm.replay import Motion, replay
-from studies.arm.robust import solve_nominal
-from studies.arm.spread import SPREADS, Spread, varied
+from studies.arm.optimal.solve import angle_joints, reduced_residual
+from studies.arm.questions.robust import comparison as robust_study
+from studies.arm.questions.robust.problem import solve_nominal
+from studies.arm.replay.ensemble import residuals
+from studies.arm.replay.full import Motion, replay
+from studies.arm.replay.spread import SPREADS, Spread, varied
 from studies.arm.stage import big_arm, both_arms, small_arm
 from studies.cli import main
 from studies.common.exit_codes import ExitCode, StudyError

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from studies.arm.config import study_from
-from studies.arm.engineer import momenta
-from studies.arm.optimum import FLOOR, capped, check_bending, refine, solve_stage
-from studies.arm.replay import Motion, replay
-from studies.arm.rigid import angle_drives, torque_drives
+from studies.arm.laws.rigid import angle_drives, torque_drives
+from studies.arm.laws.unit_laws import baselines, shaped_bang_bang
+from studies.arm.optimal.solve import FLOOR, capped, check_bending, refine, solve_stage
+from studies.arm.replay.full import Motion, replay
+from studies.arm.replay.loads import momenta
 from studies.arm.stage import big_arm, both_arms, small_arm
-from studies.arm.unit_laws import baselines, shaped_bang_bang
 from studies.cli import main
 from studies.common.exit_codes import ExitCode, StudyError
 

@@ -132,7 +132,7 @@ def test_both_forms_move_alike(joints):
             form=form,
             settings=StepControl(1e-10),
         )
-        for form in ("eliminated", "baumgarte")
+        for form in ("minimal", "index-1")
     ]
     assert runs[1].q == pytest.approx(runs[0].q, abs=1e-9)
     assert runs[1].torque == pytest.approx(runs[0].torque, abs=1e-4)
@@ -206,6 +206,10 @@ def moved(chain: Chain, slot: int, by: float) -> NodalState:
             "smaller fixed_step",
         ),
         (lambda: StepControl(tolerance=0.0), "tolerance is 0"),
+        (
+            lambda: simulate(PAIR, [Free(), Free()], posed(PAIR), TIMES, form="minimum"),
+            "form is 'minimum'; choose 'minimal' or 'index-1'",
+        ),
     ],
 )
 def test_bad_input_names_thing_value_and_remedy(call, words):

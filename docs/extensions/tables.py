@@ -1,0 +1,101 @@
+"""Tables that are generated from the code: model parameters, exit codes, study keys."""
+
+import dataclasses
+import inspect
+import math
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from sphinx.application import Sphinx
+from sphinx.errors import ExtensionError
+
+from models.arm.parameters import ArmParameters
+from models.truss import JointMasses, TrussParameters
+from studies.common.exit_codes import ExitCode
+
+SECTION = re.compile(r"^(?:Attributes|Parameters)\n-+\n(.*?)(?=\n\n\S[^\n]*\n-+\n|\Z)", re.M | re.S)
+FIELD = re.compile(r"^(\w+(?:, \w+)*) : (.*(?:\n[ ]+.*)*)", re.M)
+UNIT = re.compile(r"\s*\[([^\]]+)\]")
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table in Markdown."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in lines) + "\n"
+
+
+def parameter_table(kind: type) -> str:
+    """Name, meaning, unit and default of each field of a dataclass, from code and docstring."""
+    meanings = field_texts(kind)
+    rows = []
+    for field in dataclasses.fields(kind):
+        if field.name not in meanings:
+            raise ExtensionError(f"the docstring of {kind.__name__} says nothing of {field.name}")
+        text = meanings[field.name]
+        units = UNIT.findall(text)
+        meaning = UNIT.sub("", text, count=1).strip(" .,")
+        rows.append((f"`{field.name}`", meaning, units[0] if units else "-", _default(field)))
+    return table(("parameter", "meaning", "unit", "default"), rows)
+
+
+def field_texts(kind: type) -> dict[str, str]:
+    """What the docstring of a class says of each field."""
+    section = SECTION.search(inspect.getdoc(kind) or "")
+    if section is None:
+        raise ExtensionError(f"the docstring of {kind.__name__} lists no fields")
+    texts = {}
+    for names, body in FIELD.findall(section[1]):
+        lines = [line.strip() for line in body.split("\n")]
+        if len(lines) > 1 and re.fullmatch(r"[A-Z]?\w+", lines[0]):
+            lines = lines[1:]  # "name : type" with the meaning below
+        texts |= dict.fromkeys(names.split(", "), " ".join(lines))
+    return texts
+
+
+def _default(field: Any) -> str:
+    """The default as a reader would type it; angles in degrees too."""
+    if field.default_factory is not dataclasses.MISSING:
+        return f"`{type(field.default_factory()).__name__}()`"
+    value = field.default
+    if value is dataclasses.MISSING:
+        return "must be given"
+    if isinstance(value, float) and field.name.endswith("angle"):
+        return f"{value:.6g} ({math.degrees(value):g} deg)"
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return f"{value:.6g}"
+    if isinstance(value, str):
+        return f'`"{value}"`'
+    return _link(value) if dataclasses.is_dataclass(value) else f"`{value}`"
+
+
+def _link(value: Any) -> str:
+    """A link of the arm by its length and mass."""
+    return f"length {value.length:g} m, {value.linear_density:.4g} kg/m"
+
+
+def exit_code_table() -> str:
+    """All exit codes of the command."""
+    return table(("code", "meaning"), ((str(code.value), code.meaning) for code in ExitCode))
+
+
+GENERATED = {
+    "truss_parameters": lambda: parameter_table(TrussParameters),
+    "joint_masses": lambda: parameter_table(JointMasses),
+    "arm_parameters": lambda: parameter_table(ArmParameters),
+    "exit_codes": exit_code_table,
+}
+
+
+def _build(app: Sphinx) -> None:
+    folder = Path(app.srcdir) / "generated" / "tables"
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, make in GENERATED.items():
+        (folder / f"{name}.md").write_text(make(), "utf-8")
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Write the tables before Sphinx reads the pages that include them."""
+    app.connect("builder-inited", _build)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,0 +1,139 @@
+"""What a motion of the arm may be best in, and the problem that states it.
+
+Each objective is divided by its size for the rigid arm and joined by a small part of the
+smoothness, which makes the law unique and keeps it from ringing what the mesh does not resolve.
+
+Symbols: J rigid inertia [kg m^2], D turn [rad], T duration [s].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from ocp import Between, Functional, Problem, peak
+from studies.arm.optimal.phase import ArmPhase, Limits, arm_phase, column, smoothness, starting_law
+from studies.arm.stage import Stage
+from studies.common.exit_codes import StudyError
+
+_SPARE = 1.1  # first duration for a least time, over the rigid arm's least under the same caps
+_SHORTEST, _LONGEST = 0.5, 1.05  # of a least time, over a duration in which the arm can turn
+_QUADRATIC = 12.0  # least mean square torque of a rigid arm in (J D/T^2)^2, linear in time
+_CONSTANT = 4.0  # least peak torque of a rigid arm in J D/T^2
+
+
+@dataclass(frozen=True)
+class Objective:
+    """Something to be least.
+
+    Attributes
+    ----------
+    title : what is least, for a table.
+    build : the expression, in units of the rigid arm's, from a phase and its stage.
+    smoothing : weight of the smoothness beside it.
+    """
+
+    title: str
+    build: Callable[[ArmPhase, Stage], Any]
+    smoothing: float = 1e-3
+
+
+def peak_torque(arm: ArmPhase, stage: Stage) -> Functional:
+    """Largest torque of any joint, in units of the largest joint's."""
+    unit = _CONSTANT * float(max(stage.torque_units[k] for k in arm.torque))
+    return peak(*((arm.phase, tau / unit) for tau in arm.torque.values()), absolute=True)
+
+
+def energy(arm: ArmPhase, stage: Stage) -> Any:
+    """Mean square torque: the heat of motors that recover what they brake.
+
+    From rest to rest the mechanical work is zero; what is lost is the resistance's.
+    """
+    total = sum((tau / stage.torque_units[k]) ** 2 for k, tau in arm.torque.items())
+    return arm.phase.integral(total, "heat", "s") / (_QUADRATIC * stage.duration)
+
+
+def tip_acceleration(arm: ArmPhase, stage: Stage) -> Functional:
+    """Largest square of the tip's acceleration."""
+    q, v = column(arm.q), column(arm.v)
+    found = _second(arm.model.tip(q), arm, q, v)
+    k = stage.moving[0]
+    arms = stage.arm.big.length, stage.arm.small.length
+    size = _CONSTANT * abs(stage.turn[k]) * arms[k] / stage.duration**2
+    return arm.phase.peak(ca.dot(found, found) / size**2)
+
+
+def root_reaction(arm: ArmPhase, stage: Stage) -> Functional:
+    """Largest square of the root's force, the rate of the arm's momentum."""
+    q, v = column(arm.q), column(arm.v)
+    force = _second(arm.model.first_moment(q), arm, q, v)
+    k = stage.moving[0]
+    size = _CONSTANT * stage.torque_units[k] / (stage.arm.big.length, stage.arm.small.length)[k]
+    return arm.phase.peak(ca.dot(force, force) / float(size) ** 2)
+
+
+def deflection(arm: ArmPhase, stage: Stage) -> Functional:
+    """Largest transverse deflection of a link's end from the tangent at its start."""
+    ends = [s for s in arm.q if s.name.startswith("delta")]
+    size = max(float(s.scale or 1.0) for s in ends)
+    return peak(*((arm.phase, s / size) for s in ends), absolute=True)
+
+
+def _second(place: Any, arm: ArmPhase, q: Any, v: Any) -> Any:
+    """Second time derivative of an expression of q."""
+    rate = ca.jtimes(place, q, v)
+    return ca.jtimes(rate, q, v) + ca.jtimes(rate, v, ca.vertcat(*arm.acceleration))
+
+
+OBJECTIVES: dict[str, Objective] = {
+    "smoothest": Objective("smoothest torque", smoothness, 0.0),
+    "peak-torque": Objective("least peak torque", peak_torque),
+    "peak-tip-acceleration": Objective("least peak acceleration of the tip", tip_acceleration),
+    "energy": Objective("least energy (mean square torque)", energy),
+    "time": Objective("least time", lambda arm, stage: arm.phase.duration / stage.duration),
+    "peak-root-reaction": Objective("least peak force at the root", root_reaction),
+    "deflection": Objective("least peak elastic deflection", deflection),
+}
+
+
+def problem(stage: Stage, limits: Limits, objective: str = "smoothest") -> tuple[Problem, ArmPhase]:
+    """The best motion of a stage under its caps.
+
+    For least time the stage must last long enough for its caps: the duration is only shortened.
+    Left more room, the solver lengthens it first and creeps back.
+    """
+    chosen = OBJECTIVES[objective]
+    T = stage.duration
+    end = Between(_SHORTEST * T, _LONGEST * T, T) if objective == "time" else None
+    arm = arm_phase(stage, limits, law=starting_law(stage, limits), end=end)
+    least = chosen.build(arm, stage)
+    if chosen.smoothing:
+        least = least + chosen.smoothing * smoothness(arm, stage)
+    return Problem(f"{stage.name} arm", [arm.phase], minimise=least, bounds=arm.bounds), arm
+
+
+def first_duration(stage: Stage, limits: Limits) -> float:
+    """A duration in which the rigid arm can turn well within its caps [s].
+
+    Torque of a joint that turns alone: up at the rate cap, on at the torque cap, down through
+    zero to its mirror image; half the least duration x solves `J D = cap (x - cap / rate) x`, or
+    `4 J D = rate x^3` where the torque cap is not reached.
+
+    Raises
+    ------
+    StudyError
+        Without a cap on the torque and on its rate.
+    """
+    found = []
+    for k in stage.moving:
+        cap, rate = limits.torque[k], limits.rate[k]
+        if cap is None or rate is None:
+            raise StudyError("least time needs torque_cap and rate_cap; give both")
+        turn, ramp = stage.inertias[k] * abs(stage.turn[k]), cap / rate
+        half = (ramp + np.sqrt(ramp**2 + 4.0 * turn / cap)) / 2.0
+        found.append(2.0 * (half if half > 2.0 * ramp else np.cbrt(4.0 * turn / rate)))
+    return _SPARE * float(max(found))

@@ -1,0 +1,1 @@
+"""What may be asked of the arm beyond one motion, a module or a folder each."""

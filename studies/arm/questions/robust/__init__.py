@@ -1,0 +1,1 @@
+"""One motion for a spread of arms."""

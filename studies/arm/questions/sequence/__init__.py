@@ -1,0 +1,1 @@
+"""Big arm, locked dwell and small arm as one problem."""

@@ -1,0 +1,1 @@
+"""Motions replayed on models that the optimiser did not use, and what the replays say."""

@@ -1,0 +1,48 @@
+"""The numerical floor of a residual energy: what halving the step and the mesh changes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from models.ancf.integrate import StepControl
+from studies.arm.replay.full import ELEMENTS, Motion, replay
+
+STEPS = 1000  # of the coarser run
+TOLERANCE = 1e-9  # of the Newton iterations; the step is fixed
+
+
+@dataclass(frozen=True)
+class Floor:
+    """E_res of one motion [J]: with a step, with half of it, and with half the element length."""
+
+    step: float
+    coarse: float
+    half_step: float
+    half_mesh: float
+
+    @property
+    def energy(self) -> float:
+        """Largest change of E_res by either halving [J]: differences below it mean nothing."""
+        return max(abs(self.half_step - self.coarse), abs(self.half_mesh - self.coarse))
+
+    def __str__(self) -> str:
+        return (
+            f"numerical floor: E_res is {self.coarse:.2e} J with {self.step:.3g} s steps, "
+            f"{self.half_step:.2e} J with half the step, {self.half_mesh:.2e} J with "
+            f"{2 * ELEMENTS} elements a link; the changes are at most {self.energy:.1e} J"
+        )
+
+
+def numerical_floor(motion: Motion) -> Floor:
+    """Three replays of a motion with steps of one length."""
+    step = motion.stage.duration / STEPS
+    once, half = (
+        StepControl(TOLERANCE, fixed_step=step),
+        StepControl(TOLERANCE, fixed_step=step / 2),
+    )
+    return Floor(
+        step,
+        replay(motion, settings=once).residual_energy,
+        replay(motion, settings=half).residual_energy,
+        replay(motion, settings=once, elements=2 * ELEMENTS).residual_energy,
+    )

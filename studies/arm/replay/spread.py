@@ -1,0 +1,67 @@
+"""What an arm may differ in from the one a motion was made for.
+
+Factors (x, y) of a spread turn into (big stiffness, small stiffness, tip mass) by the drive:
+under torque drive the bending stiffness of each link is off on its own; under angle drive that of
+both links together, and the tip mass.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.arm.parameters import ArmParameters
+from studies.arm.replay.full import Drive
+
+Array = NDArray[np.float64]
+Factors = tuple[float, float, float]
+WIDTH = 0.1
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Factors from 1 - WIDTH to 1 + WIDTH on two axes.
+
+    Attributes
+    ----------
+    drive : Drive
+    axes : what the two factors are on.
+    design : (x, y) of the copies that a motion is made for, none of them on a grid.
+    """
+
+    drive: Drive
+    axes: tuple[str, str]
+    design: tuple[tuple[float, float], ...]
+
+    def factors(self, x: float, y: float) -> Factors:
+        """(Big stiffness, small stiffness, tip mass) of a point."""
+        return (x, y, 1.0) if self.drive == "torque" else (x, x, y)
+
+    def grid(self, points: int) -> list[Factors]:
+        """All points of a square grid with that many a side."""
+        side = np.linspace(1.0 - WIDTH, 1.0 + WIDTH, points)
+        return [self.factors(float(x), float(y)) for x in side for y in side]
+
+
+def varied(arm: ArmParameters, factors: Factors) -> ArmParameters:
+    """The arm with its stiffnesses and its tip mass times factors."""
+    big, small, mass = factors
+    return dataclasses.replace(
+        arm,
+        big=dataclasses.replace(arm.big, bending_stiffness=big * arm.big.bending_stiffness),
+        small=dataclasses.replace(arm.small, bending_stiffness=small * arm.small.bending_stiffness),
+        tip_mass=mass * arm.tip_mass,
+    )
+
+
+_T = (0.902, 0.941, 0.981, 1.019, 1.059, 1.098)  # stiffness turns the fast mode's phase much
+SPREADS: dict[Drive, Spread] = {
+    "torque": Spread("torque", ("big stiffness", "small stiffness"), tuple((k, k) for k in _T)),
+    "angle": Spread(
+        "angle", ("stiffness", "tip mass"),
+        tuple((1.0 + d, 1.0 - d) for d in (-0.098, -0.045, 0.045, 0.098)),
+    ),
+}  # fmt: skip

@@ -1,0 +1,431 @@
+"""The one result of every study: what was asked, what came out, and how sure that is.
+
+A result is stored as `result.json` beside `arrays.npz`. Neither can hold code: the arrays are read
+with `allow_pickle=False`, so that a folder from somebody else is safe to load.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import zipfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal, cast, get_args
+
+import numpy as np
+
+from ocp.arrays import Array
+from studies.common.exit_codes import StudyError
+from studies.common.folder import OUR_MARK, PROGRAM, plain
+
+SCHEMA = 1  # raised when a field changes its meaning or disappears
+RESULT_FILE, ARRAYS_FILE = "result.json", "arrays.npz"
+PARTS = ("arrays", "table", "verdict", "checks")  # what a study adds while it runs
+
+WORSE = 1.1  # ratio to the better baseline from which a quantity counts as a cost
+OUTSTANDING = 10.0  # ratio above which a cost is said before anything else
+
+VerdictKind = Literal["global", "local", "unverified", "infeasible", "measured", "none"]
+Better = Literal["less", "more", "neither"]
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """One array of a result.
+
+    Attributes
+    ----------
+    unit : SI unit, "1" where it has none.
+    axis : name of the series along which it runs; that of the series itself for an axis.
+    values : shape (m,).
+    meaning : what it is, in words.
+    """
+
+    unit: str
+    axis: str
+    values: Array
+    meaning: str = ""
+
+    def __post_init__(self) -> None:
+        values = np.array(self.values, dtype=float)  # a copy: the caller may go on changing his
+        if values.ndim != 1:
+            raise ValueError(f"a series has one dimension, not the shape {values.shape}")
+        values.setflags(write=False)
+        object.__setattr__(self, "values", values)
+
+
+@dataclass(frozen=True)
+class TableRow:
+    """One quantity, for each law.
+
+    Attributes
+    ----------
+    key, title, unit : the quantity.
+    values : of each law, the result's own first; nan where it is not defined.
+    cap, bound : what it may not exceed (a tension: undercut), and what no law can beat.
+    minimised : whether it is an objective.
+    better : whether less or more of it is better.
+    broken_by : names of the laws that break the cap.
+    """
+
+    key: str
+    title: str
+    unit: str
+    values: Mapping[str, float]
+    cap: float | None = None
+    bound: float | None = None
+    minimised: bool = False
+    better: Better = "neither"
+    broken_by: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """How sure the result is: the kind for programs, the sentence for people."""
+
+    kind: VerdictKind
+    sentence: str
+
+    def __post_init__(self) -> None:
+        if self.kind not in get_args(VerdictKind):
+            known = ", ".join(get_args(VerdictKind))
+            raise ValueError(f"the verdict is {self.kind!r}; choose one of {known}")
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """Something that a result has to meet.
+
+    Attributes
+    ----------
+    name, unit : what was checked.
+    value, limit : found, and the most (of a tension: the least) that passes; nan where the check
+        has no number.
+    passed : whether it is met.
+    sentence : in words; made from the others where it is not given.
+    """
+
+    name: str
+    unit: str
+    value: float
+    limit: float
+    passed: bool
+    sentence: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.sentence:
+            verdict = "passed" if self.passed else "FAILED"
+            numbers = f"{self.value:.9g} {self.unit} (limit {self.limit:.9g})"
+            object.__setattr__(self, "sentence", f"{verdict}: {self.name} {numbers}")
+
+
+@dataclass(frozen=True)
+class Cost:
+    """A quantity in which the result is worse than the better baseline.
+
+    Attributes
+    ----------
+    key, title, unit : the quantity.
+    value : of the result.
+    baseline, baseline_value : the baseline that is best in it.
+    ratio : how many times worse, at least `WORSE`; infinite where there is no such number.
+    """
+
+    key: str
+    title: str
+    unit: str
+    value: float
+    baseline: str
+    baseline_value: float
+    ratio: float
+
+    @property
+    def sentence(self) -> str:
+        """One line for the report."""
+        times = "beyond any ratio to" if math.isinf(self.ratio) else f"{self.ratio:.3g} times"
+        return (
+            f"{self.title} is {times} that of {self.baseline}: {self.value:.6g} {self.unit} "
+            f"instead of {self.baseline_value:.6g} {self.unit}"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """What a study found.
+
+    Attributes
+    ----------
+    kind : of study, such as "truss".
+    question : what was asked, in one sentence.
+    configuration : the resolved study, as TOML can hold it; run again, it gives the same result.
+    arrays : the series, by name; the first one is the main axis.
+    table : the quantities of the result and of what it is compared with.
+    bounds : what no motion can beat, by quantity.
+    verdict : how sure the result is.
+    checks : what it was held against.
+    costs_elsewhere : what the optimum costs in quantities that it does not minimise.
+    remarks : further sentences for the reader.
+    details : of the search: attempts, mesh rounds and the like, as JSON can hold it.
+    provenance : program, versions, machine and time.
+    interrupted : whether the user stopped the study, so that it shows the best until then.
+    missing : parts that are not there, because the study did not end or a file is lost.
+    schema : version of this format.
+    """
+
+    kind: str
+    question: str
+    configuration: Mapping[str, Any]
+    arrays: Mapping[str, Series] = field(default_factory=dict)
+    table: tuple[TableRow, ...] = ()
+    bounds: Mapping[str, float] = field(default_factory=dict)
+    verdict: Verdict = field(default_factory=lambda: Verdict("none", "the study has not ended"))
+    checks: tuple[Criterion, ...] = ()
+    costs_elsewhere: tuple[Cost, ...] = ()
+    remarks: tuple[str, ...] = ()
+    details: Mapping[str, Any] = field(default_factory=dict)
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+    interrupted: bool = False
+    missing: tuple[str, ...] = ()
+    schema: int = SCHEMA
+
+    def __post_init__(self) -> None:
+        for name in ("configuration", "details", "provenance"):
+            # as JSON will hold it, so that what is loaded equals what was saved
+            object.__setattr__(self, name, plain(getattr(self, name)))
+
+        for name, series in self.arrays.items():
+            axis = self.arrays.get(series.axis)
+            if axis is None:
+                raise ValueError(f"the series {name} runs along {series.axis}, which is no series")
+            if axis.values.size != series.values.size:
+                raise ValueError(
+                    f"the series {name} has {series.values.size} values, "
+                    f"its axis {series.axis} {axis.values.size}"
+                )
+
+    @classmethod
+    def begun(
+        cls, kind: str, question: str, configuration: Mapping[str, Any], made_by: Mapping[str, Any]
+    ) -> Result:
+        """The result of a study that has only started, to be saved until there is more."""
+        return cls(kind, question, configuration, provenance=made_by, missing=PARTS)
+
+    @property
+    def laws(self) -> tuple[str, ...]:
+        """Names of the laws in the table, the result's own first."""
+        return tuple(dict.fromkeys(law for row in self.table for law in row.values))
+
+    @property
+    def axis(self) -> str:
+        """Name of the main axis; empty if there are no arrays."""
+        return next(iter(self.arrays), "")
+
+    @property
+    def passed(self) -> bool:
+        """Whether the result is complete and meets all that it was held against."""
+        sure = self.verdict.kind in ("global", "local", "measured")
+        return sure and not self.missing and all(check.passed for check in self.checks)
+
+    def value(self, key: str, law: str | None = None) -> float:
+        """A quantity of the table, of the result's own law unless another is named.
+
+        Raises
+        ------
+        StudyError
+            If the table has no such quantity or law.
+        """
+        rows = {row.key: row for row in self.table}
+        law = law or next(iter(self.laws), "")
+        if key not in rows or law not in rows[key].values:
+            known = ", ".join(rows)
+            raise StudyError(f"the result has no {key} of the law '{law}'; it has {known}")
+        return rows[key].values[law]
+
+    def save(self, folder: Path) -> None:
+        """Write `arrays.npz` and then `result.json` into an existing folder."""
+        columns = {name: series.values for name, series in self.arrays.items()}
+        # the arrays come first: a result.json without them would promise too much
+        np.savez_compressed(folder / ARRAYS_FILE, **cast(Any, columns))
+        text = json.dumps(self.as_dictionary(), indent=2, ensure_ascii=False)
+        (folder / RESULT_FILE).write_text(text + "\n", "utf-8")
+
+    def as_dictionary(self) -> dict[str, Any]:
+        """All but the values of the arrays, as JSON can hold it."""
+        described = {
+            name: {"unit": series.unit, "axis": series.axis, "meaning": series.meaning}
+            for name, series in self.arrays.items()
+        }
+        record = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
+        for name in ("table", "checks", "costs_elsewhere"):
+            record[name] = [dataclasses.asdict(item) for item in record[name]]
+        record["verdict"] = dataclasses.asdict(self.verdict)
+        return {"program": PROGRAM, **cast(dict[str, Any], plain(record | {"arrays": described}))}
+
+    @classmethod
+    def load(cls, folder: str | Path, partial: bool = False) -> Result:
+        """Read a result.
+
+        Parameters
+        ----------
+        folder : path
+            A results folder.
+        partial : bool
+            Whether an incomplete result will do; its `missing` lists what is not there.
+
+        Raises
+        ------
+        StudyError
+            If the folder is incomplete (unless `partial`), foreign, damaged or written by a
+            version with another format.
+        """
+        folder = Path(folder)
+        record = _read_record(folder, partial)
+        arrays, lost = _read_arrays(folder, record.pop("arrays", {}), partial)
+        missing = (*record.pop("missing", ()), *lost)
+        if missing and not partial:
+            raise StudyError(
+                f"the result in {folder} is incomplete, {', '.join(missing)} missing; "
+                "run the study again or load it with partial=True"
+            )
+
+        record = {name: value for name, value in record.items() if name != "program"}
+        try:
+            return cls(arrays=arrays, missing=missing, **_typed(record))
+        except (TypeError, ValueError, KeyError, AttributeError) as error:
+            raise _damaged(folder, RESULT_FILE, error) from error
+
+
+def costs_elsewhere(table: Sequence[TableRow]) -> tuple[Cost, ...]:
+    """What the first law of a table costs, compared with the best other law, dearest first."""
+    costs = [cost for row in table if (cost := _cost(row)) is not None]
+    return tuple(sorted(costs, key=lambda cost: -cost.ratio))
+
+
+def _cost(row: TableRow) -> Cost | None:
+    """The cost in one quantity; None where the first law is hardly worse, or nothing is known."""
+    values = {law: value for law, value in row.values.items() if math.isfinite(value)}
+    own = next(iter(row.values), "")
+    if row.better == "neither" or own not in values or len(values) < 2:
+        return None
+
+    value, sign = values.pop(own), 1.0 if row.better == "less" else -1.0
+    baseline = min(values, key=lambda law: sign * values[law])
+    best = values[baseline]
+    larger, smaller = (value, best) if row.better == "less" else (best, value)
+
+    if larger <= 0.0 or sign * value <= sign * best:
+        return None
+    ratio = larger / smaller if smaller > 0.0 else math.inf
+    if ratio <= WORSE:
+        return None
+    return Cost(row.key, row.title, row.unit, value, baseline, best, ratio)
+
+
+def _read_record(folder: Path, partial: bool) -> dict[str, Any]:
+    """The content of `result.json`, of this program and this version."""
+    if not folder.is_dir():
+        raise StudyError(f"there is no results folder {folder}; give the folder of a finished run")
+    path = folder / RESULT_FILE
+    if not path.is_file():
+        return _without_record(folder, partial)
+
+    try:
+        record = json.loads(path.read_text("utf-8"))
+    except (OSError, ValueError) as error:
+        raise _damaged(folder, RESULT_FILE, error) from error
+    if not isinstance(record, dict) or record.get("program") != PROGRAM:
+        raise StudyError(f"{path} was not written by {PROGRAM}; give a results folder of {PROGRAM}")
+    if record.get("schema") != SCHEMA:
+        raise StudyError(
+            f"{path} has the format {record.get('schema')!r}, this version reads {SCHEMA}; "
+            "run the study again from its input.toml"
+        )
+    return record
+
+
+def _without_record(folder: Path, partial: bool) -> dict[str, Any]:
+    """What is known of a folder without `result.json`."""
+    if not (folder / OUR_MARK).is_file():
+        raise StudyError(
+            f"{folder} is no results folder of {PROGRAM} (it has neither {RESULT_FILE} nor "
+            f"{OUR_MARK}); give the folder of a finished run"
+        )
+    if not partial:
+        raise StudyError(
+            f"the result in {folder} is incomplete, {RESULT_FILE} missing; "
+            "run the study again or load it with partial=True"
+        )
+    return {"kind": "", "question": "", "configuration": {}, "missing": (RESULT_FILE, *PARTS)}
+
+
+def _read_arrays(
+    folder: Path, described: Mapping[str, Mapping[str, str]], partial: bool
+) -> tuple[dict[str, Series], tuple[str, ...]]:
+    """The series that `result.json` describes, and what is missing of them."""
+    if not described:
+        return {}, ()
+    path = folder / ARRAYS_FILE
+    if not path.is_file():
+        return {}, (ARRAYS_FILE,)
+
+    arrays: dict[str, Series] = {}
+    try:
+        # opened here: where it fails, NumPy leaves a file open that it opened itself
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as columns:
+            for name, about in described.items():
+                if name in columns:
+                    arrays[name] = Series(
+                        unit=about["unit"],
+                        axis=about["axis"],
+                        values=columns[name],
+                        meaning=about["meaning"],
+                    )
+    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+        raise _damaged(folder, ARRAYS_FILE, error) from error
+
+    # a series without its axis is of no use
+    usable = {name: series for name, series in arrays.items() if series.axis in arrays}
+    return usable, tuple(f"series {name}" for name in described if name not in usable)
+
+
+def _typed(record: Mapping[str, Any]) -> dict[str, Any]:
+    """The fields of a result out of JSON, with nan where JSON has null."""
+    fields = dict(record)
+    if "verdict" in fields:
+        fields["verdict"] = Verdict(**fields["verdict"])
+    fields["table"] = tuple(
+        TableRow(
+            **row
+            | {
+                "values": {law: _number(value) for law, value in row["values"].items()},
+                "broken_by": tuple(row["broken_by"]),
+            }
+        )
+        for row in fields.get("table", ())
+    )
+    fields["checks"] = tuple(
+        Criterion(**row | {"value": _number(row["value"]), "limit": _number(row["limit"])})
+        for row in fields.get("checks", ())
+    )
+    fields["costs_elsewhere"] = tuple(
+        # only a ratio can be infinite, and is null then
+        Cost(**row | {"ratio": math.inf if row["ratio"] is None else row["ratio"]})
+        for row in fields.get("costs_elsewhere", ())
+    )
+    fields["bounds"] = {key: _number(value) for key, value in fields.get("bounds", {}).items()}
+    fields["remarks"] = tuple(fields.get("remarks", ()))
+    return fields
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else float(value)
+
+
+def _damaged(folder: Path, file: str, error: Exception) -> StudyError:
+    reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+    return StudyError(
+        f"{file} in {folder} is damaged or was changed ({reason}); run the study again"
+    )

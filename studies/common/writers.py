@@ -1,0 +1,205 @@
+"""Any result as text, table, CSV and JSON. All that a command prints of a run comes from here."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from studies.common.console import Console, Table, number
+from studies.common.exit_codes import ExitCode
+from studies.common.folder import ResultsFolder, plain
+from studies.common.result import OUTSTANDING, WORSE, Cost, Result, TableRow
+
+FORMATS = ("csv", "json")
+
+
+def exit_code(result: Result) -> ExitCode:
+    """What the command that made a result ends with."""
+    if result.interrupted:
+        return ExitCode.INTERRUPTED
+    return ExitCode.OK if result.passed else ExitCode.NOT_VERIFIED
+
+
+def table(result: Result) -> Table:
+    """The table of a result; caps and bounds have columns where there are any."""
+    laws, rows = result.laws, result.table
+    capped = any(row.cap is not None for row in rows)
+    bounded = any(row.bound is not None for row in rows)
+    head = ["", *(f"{law}  " for law in laws)]
+    head += ["cap"] * capped + ["bound"] * bounded
+
+    cells = []
+    for row in rows:
+        mark = "* " if row.minimised else "  "
+        line = [f"{mark}{row.title} [{row.unit}]", *(_cell(row, law) for law in laws)]
+        line += [number(row.cap)] * capped + [number(row.bound, 6)] * bounded
+        cells.append(line)
+
+    notes = []
+    if any(row.minimised for row in rows):
+        bound = "  bound: no motion is better, each row on its own." if bounded else ""
+        notes.append(f"* minimised.{bound}")
+    if any(row.broken_by for row in rows):
+        notes.append("! breaks a cap, so the law is no candidate.")
+    return Table(title=result.question, head=head, rows=cells, notes=notes)
+
+
+def _cell(row: TableRow, law: str) -> str:
+    # the mark has a place of its own, so that the digits stand in a column
+    return number(row.values.get(law), 6) + (" !" if law in row.broken_by else "  ")
+
+
+def table_text(result: Result) -> str:
+    """Table and verdict, as `table.txt` holds them."""
+    return f"{table(result)}\n\n{result.verdict.sentence}\n"
+
+
+def outcome_text(result: Result) -> str:
+    """What a command prints when a study has ended: the table and what to make of it."""
+    paragraphs = [*_outstanding(result), str(table(result)), "\n".join(_findings(result))]
+    return "\n\n".join(paragraphs)
+
+
+def report_text(result: Result) -> str:
+    """All of a result for a reader who was not there: question, findings, checks, provenance."""
+    paragraphs = [f"question: {result.question}", *_outstanding(result)]
+    if result.missing:
+        paragraphs.append(f"incomplete, missing: {', '.join(result.missing)}")
+    if result.table:
+        paragraphs.append(str(table(result)))
+    paragraphs.append("\n".join(_findings(result, with_checks=False)))
+    if result.checks:
+        paragraphs.append("\n".join(["checks:", *(f"  {c.sentence}" for c in result.checks)]))
+    if result.provenance:
+        paragraphs.append("\n".join(["provenance:", *(f"  {s}" for s in flat(result.provenance))]))
+    return "\n\n".join(paragraphs)
+
+
+def _outstanding(result: Result) -> list[str]:
+    """Costs that nobody may overlook: they stand before the table."""
+    found = [cost for cost in result.costs_elsewhere if cost.ratio > OUTSTANDING]
+    return ["\n".join(f"ATTENTION: {cost.sentence}" for cost in found)] if found else []
+
+
+def _findings(result: Result, with_checks: bool = True) -> list[str]:
+    """Verdict, remarks, costs and, in one line if all passed, the checks."""
+    lines = [f"verdict: {result.verdict.sentence}", *result.remarks, *_cost_lines(result)]
+    if with_checks and result.checks:
+        failed = [check.sentence for check in result.checks if not check.passed]
+        lines += failed or [f"verified: all {len(result.checks)} checks passed"]
+    return lines
+
+
+def _cost_lines(result: Result) -> list[str]:
+    """The costs, below a line that says what they are compared with."""
+
+    def line(cost: Cost) -> str:
+        return f"  {cost.sentence}"
+
+    if len(result.laws) < 2:
+        return []
+    more = f"{100 * (WORSE - 1):.0f} %"
+    if not result.costs_elsewhere:
+        return [f"costs elsewhere: none; no quantity is more than {more} above the better baseline"]
+    head = f"costs elsewhere (more than {more} above the better baseline's):"
+    return [head, *map(line, result.costs_elsewhere)]
+
+
+def about(result: Result) -> dict[str, Any]:
+    """What an export says of itself, before its columns."""
+    return {
+        "law": next(iter(result.laws), ""),
+        "question": result.question,
+        "study": result.configuration,
+        "verdict": result.verdict.sentence,
+        "accuracy": result.details.get("accuracy", {}),
+        "made_by": result.provenance,
+    }
+
+
+def profile_csv(result: Result) -> str:
+    """The series along the main axis as CSV, with units; what it is stands in comments above."""
+    columns = _columns(result)
+    text = io.StringIO()
+    text.writelines(f"# {line}\n" for line in flat(about(result)))
+
+    writer = csv.writer(text, lineterminator="\r\n")
+    writer.writerow(f"{name} [{result.arrays[name].unit}]" for name in columns)
+    for row in zip(*columns.values(), strict=True):
+        # an empty cell where a quantity is not defined: readers differ in what they take for nan
+        writer.writerow("" if value != value else repr(value) for value in row)
+    return text.getvalue()
+
+
+def profile_json(result: Result) -> str:
+    """The same as JSON."""
+    columns = {
+        name: {"unit": result.arrays[name].unit, "values": values}
+        for name, values in _columns(result).items()
+    }
+    content = plain({**about(result), "columns": columns})
+    return json.dumps(content, indent=2, ensure_ascii=False) + "\n"
+
+
+def _columns(result: Result) -> dict[str, list[float]]:
+    """The series along the main axis, as plain numbers."""
+    return {
+        name: series.values.tolist()
+        for name, series in result.arrays.items()
+        if series.axis == result.axis
+    }
+
+
+def exported(result: Result, form: str) -> str:
+    """The profile in one of `FORMATS`."""
+    return profile_csv(result) if form == "csv" else profile_json(result)
+
+
+def write(result: Result, folder: ResultsFolder) -> None:
+    """Write a result, and beside it the files that people read."""
+    folder.file("table.txt").write_text(table_text(result), "utf-8")
+    if result.arrays:
+        folder.file("profile.csv").write_text(profile_csv(result), "utf-8", newline="")
+        folder.file("profile.json").write_text(profile_json(result), "utf-8")
+    folder.write_json("verification.json", record(result))
+    result.save(folder.path)
+
+
+def record(result: Result) -> dict[str, object]:
+    """The record of what was checked, by what, to what tolerance: `verification.json`."""
+    own = next(iter(result.laws), "")
+    return {
+        "passed": result.passed,
+        "verdict": result.verdict.sentence,
+        "remarks": list(result.remarks),
+        "study": result.configuration,
+        "checks": result.as_dictionary()["checks"],
+        "costs_elsewhere": result.as_dictionary()["costs_elsewhere"],
+        **result.details,
+        "bounds": result.bounds,
+        "values": {row.key: row.values[own] for row in result.table},
+        "made_by": result.provenance,
+    }
+
+
+def finish(result: Result, folder: ResultsFolder, console: Console, again: str) -> ExitCode:
+    """Print the end of a study; `again` is the command that repeats it."""
+    folder.complete()
+    if result.interrupted:
+        console.complain("interrupted; what was found until then is kept")
+    console.say(f"everything is in {folder.path}; rerun: {again}")
+    return exit_code(result)
+
+
+def flat(content: Mapping[str, Any], prefix: str = "") -> list[str]:
+    """Lines `key = value` of a nested mapping, with dots between the keys."""
+    lines: list[str] = []
+    for key, value in content.items():
+        if isinstance(value, Mapping):
+            lines += flat(value, f"{prefix}{key}.")
+        else:
+            lines.append(f"{prefix}{key} = {value}")
+    return lines

@@ -1,0 +1,80 @@
+"""The code that the pages show runs as it stands, and their commands are understood."""
+
+import re
+import shlex
+import tomllib
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import pytest
+
+from studies.cli import build_parser
+from studies.common.console import Console
+from studies.truss.command import read_study
+from studies.truss.config import study_from
+
+DOCS = Path(__file__).parents[2] / "docs"
+PAGES = sorted(
+    page
+    for folder in ("tutorial", "how-to", "explanation", "reference")
+    for page in (DOCS / folder).glob("*.md")
+)
+
+
+def blocks(page: Path, language: str) -> list[str]:
+    """Code blocks of a language, in order."""
+    text = page.read_text("utf-8")
+    return re.findall(rf"^```{language}\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+
+
+def pages_with(language: str) -> list[Path]:
+    """Pages that show code of a language."""
+    return [page for page in PAGES if blocks(page, language)]
+
+
+def label(page: Path) -> str:
+    """Folder and name of a page."""
+    return f"{page.parent.name}/{page.stem}"
+
+
+@pytest.mark.parametrize("page", pages_with("python"), ids=label)
+def test_python_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The blocks of a page are one script: later ones use what earlier ones define."""
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    for number, code in enumerate(blocks(page, "python"), start=1):
+        exec(compile(code, f"{page.name}, block {number}", "exec"), names)
+    plt.close("all")
+
+
+@pytest.mark.parametrize("page", pages_with("toml"), ids=label)
+def test_toml_states_a_study(page: Path) -> None:
+    for text in blocks(page, "toml"):
+        assert study_from(tomllib.loads(text)).minimise
+
+
+def commands() -> list[str]:
+    """Command lines that the pages show."""
+    lines: list[str] = []
+    for page in PAGES:
+        lines += re.findall(r"^antenna-ocp (.*)$", page.read_text("utf-8"), re.MULTILINE)
+    return list(dict.fromkeys(lines))
+
+
+@pytest.mark.parametrize("line", commands())
+def test_commands_are_understood(
+    line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.toml").write_text(blocks(DOCS / "how-to" / "own-truss.md", "toml")[0])
+    options = build_parser().parse_args(shlex.split(line, comments=True))
+    if line.startswith("truss"):
+        read_study(options, Console())
+
+
+def test_targets_that_are_named_exist() -> None:
+    makefile = (DOCS.parent / "Makefile").read_text("utf-8")
+    for page in PAGES:
+        text = page.read_text("utf-8")
+        for target in set(re.findall(r"(?:`|^)make ([a-z-]+)", text, re.MULTILINE)):
+            assert f"\n{target}:" in makefile, f"{label(page)}: make {target}"
