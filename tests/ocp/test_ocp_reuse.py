@@ -52,7 +52,7 @@ def test_a_prepared_problem_is_solved_again_without_being_built() -> None:
     again = made.solve(constants={DISTANCE: 1.1, CAP: 2.1}, guess=first)
     for found, distance, cap in ((first, 1.0, 2.0), (again, 1.1, 2.1)):
         assert found.objective == pytest.approx(2 * (distance / cap) ** 0.5, rel=1e-6)
-        assert found.kept_program.transcription is made.transcription
+        assert found.kept_iterate.transcription is made.transcription
         assert found.verdict.startswith("local")
     assert 2 * again.iterations <= first.iterations
 
@@ -60,7 +60,7 @@ def test_a_prepared_problem_is_solved_again_without_being_built() -> None:
 def test_a_prepared_problem_of_a_solution_is_its_program() -> None:
     solution = solve(race())
     made = prepare(solution.problem, guess=solution)
-    assert made.transcription is solution.kept_program.transcription
+    assert made.transcription is solution.kept_iterate.transcription
     found = made.solve(constants={DISTANCE: 1.05}, guess=solution)
     assert found.objective == pytest.approx(2 * (1.05 / 2) ** 0.5, rel=1e-6)
 
