@@ -25,7 +25,7 @@ from benchmarks.records import ROOT, Record
 
 RACE_ROWS = ROOT / "benchmarks" / "race" / "rows"  # scripts that import each other by plain names
 MAIN_STUDY = ROOT / "studies" / "truss" / "main.toml"
-ROUND_SOLVER = "solve_round"  # the engine's function that solves one mesh round
+ROUND_SOLVER = "with_retries"  # the engine's function that solves one mesh round
 
 ENGINE_TOLERANCE = 1e-5  # the default objective tolerance of a refined solve
 TRUSS_TOLERANCE = 1e-4  # within it the truss study counts two optima as one

@@ -10,18 +10,17 @@ import dataclasses
 from time import process_time
 from typing import Any
 
-import numpy as np
-
 from benchmarks.race.rows.problems import END, START
 from benchmarks.race.rows.row import memory
 from models.truss import DYNAMIC_SET, rope_force
 from ocp import Bound, Control, Phase, Problem, Settings, State
-from ocp.mesh.initial_guess import start_of
+from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import Mesh, uniform
-from ocp.nlp.ipopt import run
+from ocp.nlp.solver import StartingPoint
+from ocp.problem.parameters import parameters_of
 from ocp.transcription.packing import decision_vector
 from ocp.transcription.scaling import scales_of
-from ocp.transcription.transcribe import Method, transcribe
+from ocp.transcription.transcribe import transcribe
 
 FUNCTIONS = ("oracle", "objective_gradient", "constraint_jacobian", "lagrangian_hessian")
 
@@ -59,9 +58,10 @@ def build(problem: Problem, intervals: int) -> Any:
     """Transcribe a problem on a uniform mesh of default degree, shared evenly by its phases."""
     settings = Settings()
     phases = len(problem.phases)
-    mesh = Mesh(tuple(uniform(intervals // phases, settings.degree) for _ in range(phases)))
-    scales = scales_of(problem, start_of(problem, {}, None), {})
-    return transcribe(problem, mesh, Method(settings.scheme, settings.control_shape), scales)
+    degree, parameters = settings.scheme.degree, parameters_of(problem)
+    mesh = Mesh(tuple(uniform(intervals // phases, degree) for _ in range(phases)))
+    scales = scales_of(problem, initial_guess(problem, parameters), parameters)
+    return transcribe(problem, mesh, settings.scheme, settings.controls, scales)
 
 
 def solve_on_mesh(problem: Problem, intervals: int) -> dict[str, Any]:
@@ -73,19 +73,17 @@ def solve_on_mesh(problem: Problem, intervals: int) -> dict[str, Any]:
     begin, imported = process_time(), memory()
 
     transcription = build(problem, intervals)
-    condensed = transcription.condensed
-    program = condensed.program
-    start = start_of(problem, {}, None)
-    x = decision_vector(transcription, start, {})[condensed.columns]
-    limits = transcription.columns.evaluate({}), transcription.rows.evaluate({})
-    column_limits, row_limits = condensed.limits(*limits)
+    program, parameters = transcription.program, parameters_of(problem)
+    guess = initial_guess(problem, parameters)
+    start = StartingPoint(decision_vector(transcription, guess, parameters))
+    limits = transcription.limits(parameters)
 
     # Functions are made when first asked for, and kept: ask now, or the solve would pay for them.
     for function in FUNCTIONS:
         getattr(program, function)
     ready = process_time()
 
-    result = run(program, x, column_limits, row_limits, np.zeros(0), settings.ipopt)
+    result = settings.solver.solve(program, start, limits, parameters.vector)
     return {
         "intervals": intervals,
         "unknowns": program.variables,

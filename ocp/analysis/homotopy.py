@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ocp.errors import HomotopyStopped, SolveFailed, StatementError, Unverified
-from ocp.problem.statement import Problem
+from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
-from ocp.refinement.loop import Progress
+from ocp.progress import Progress
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
 from ocp.solve import solve
@@ -54,7 +54,7 @@ def homotopy(
     guess: Solution | None = None,
     constants: Mapping[Constant, float] | None = None,
     least_step: float = 1 / 64,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
 ) -> Homotopy:
     """Solve a problem for one value of a constant after the other.
 
@@ -108,7 +108,7 @@ class _Path:
     settings: Settings
     others: dict[Constant, float]
     least: float
-    progress: Progress | None
+    progress: Progress | bool | None
 
     def follow(self, start: Solution, target: float) -> tuple[Solution, list[Step]]:
         """From a solution to the one at `target`, and the steps taken."""

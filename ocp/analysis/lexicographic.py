@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from ocp.errors import StatementError
-from ocp.problem.statement import with_objective
-from ocp.problem.terms import Bound
+from ocp.problem.bounds import Bound
+from ocp.problem.problem import with_objective
 from ocp.solution.solution import Solution
 from ocp.solve import solve
 

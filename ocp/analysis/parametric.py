@@ -5,14 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from ocp.keywords import checked_keywords
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Trajectory
-from ocp.problem.statement import Problem
+from ocp.problem.parameters import parameters_of
+from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
-from ocp.refinement.loop import Progress, method_of
+from ocp.progress import Progress, shown
+from ocp.refinement.loop import MeshSolver
+from ocp.refinement.policy import FixedMesh
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
-from ocp.solve import constant_values, first_mesh, origin_of, solve_from
+from ocp.solve import check_arguments, first_mesh, solve_from, start_from
 from ocp.transcription.transcribe import Transcription
 
 
@@ -22,6 +26,14 @@ class Prepared:
 
     Whatever may differ between two solves (a number in the dynamics, a bound, a boundary value) is
     stated as a `Constant`; mesh and scales stay as they are.
+
+    Attributes
+    ----------
+    problem : Problem
+    settings : Settings
+        With a mesh that stays.
+    transcription : Transcription
+        The nonlinear program of every solve.
     """
 
     problem: Problem
@@ -33,45 +45,73 @@ class Prepared:
         """The mesh of every solve."""
         return self.transcription.mesh
 
+    @checked_keywords()
     def solve(
-        self, *, constants: Mapping[Constant, float] | None = None,
-        guess: Solution | Trajectory | None = None, bound: float | None = None,
-        progress: Progress | None = None,
-    ) -> Solution:  # fmt: skip
+        self,
+        *,
+        constants: Mapping[Constant, float] | None = None,
+        guess: Solution | Trajectory | None = None,
+        bound: float | None = None,
+        progress: Progress | bool | None = None,
+    ) -> Solution:
         """`ocp.solve` on this mesh, without refinement; a `guess` made here is a warm start.
 
         An answer that does not pass its verification is returned with the verdict "unverified".
+
+        Parameters
+        ----------
+        constants, guess, bound, progress
+            As of `ocp.solve`.
 
         Raises
         ------
         StatementError, SolveFailed, Interrupted
             As `ocp.solve`.
         """
-        origin = replace(origin_of(self.problem, self.settings, guess), built=self.transcription)
-        return solve_from(
-            origin, self.problem, self.settings, self.mesh, constants, bound, progress
-        )
+        check_arguments(self.problem, self.settings, guess, self.mesh)
+        parameters = parameters_of(self.problem, constants)
+        start = start_from(self.problem, self.settings, guess)
+        with shown(progress) as say:
+            meshes = MeshSolver.of(
+                self.problem, self.settings, parameters, say, prepared=self.transcription
+            )
+            return solve_from(meshes, start, self.mesh, bound)
 
 
+@checked_keywords()
 def prepare(
-    problem: Problem, *, settings: Settings | None = None, mesh: Mesh | None = None,
+    problem: Problem,
+    *,
+    settings: Settings | None = None,
+    mesh: Mesh | None = None,
     guess: Solution | Trajectory | None = None,
     constants: Mapping[Constant, float] | None = None,
-) -> Prepared:  # fmt: skip
+) -> Prepared:
     """Transcribe a problem once, to solve it for many values of its constants.
 
     Parameters
     ----------
+    problem : Problem
+    settings : Settings, optional
+        Their refinement is left out: the mesh stays.
     mesh : Mesh, optional
         By default that of `guess` if it is a `Solution`, else a uniform one.
-    guess, constants :
-        What the scales are taken from; by default the statement.  A solution of this problem
-        lends its own program.
+    guess, constants : optional
+        What the scales are taken from; by default the statement. A solution of this problem lends
+        its own program.
+
+    Raises
+    ------
+    StatementError
+        When the statement cannot be transcribed.
     """
-    settings = replace(settings or Settings(), refine=False)
+    settings = settings or Settings()
+    check_arguments(problem, settings, guess, mesh)
+    fixed = FixedMesh(highest_degree=settings.refinement.highest_degree)
+    settings = replace(settings, refinement=fixed)
+
     if mesh is None:
         mesh = guess.mesh if isinstance(guess, Solution) else first_mesh(problem, settings)
-    origin = origin_of(problem, settings, guess)
-    values = constant_values(problem, constants)
-    made = origin.transcription(problem, mesh, method_of(settings), values, settings.compile)
-    return Prepared(problem, settings, made)
+    meshes = MeshSolver.of(problem, settings, parameters_of(problem, constants))
+    program = meshes.first_program(start_from(problem, settings, guess), mesh)
+    return Prepared(problem, settings, program)

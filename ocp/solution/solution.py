@@ -84,9 +84,7 @@ class Solution:
         source = self._source(replayed)
         expression = named(self.problem, expression)
         symbols = resolve(scalar(expression, "an expression"), "an expression")
-        peaks = {
-            f: dense_peak(self.evaluator, source, f) for f in symbols if isinstance(f, Peak)
-        }
+        peaks = {f: dense_peak(self.evaluator, source, f) for f in symbols if isinstance(f, Peak)}
         return self.evaluator.number(source, expression, peaks)
 
     def sample(

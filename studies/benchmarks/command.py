@@ -181,7 +181,7 @@ def _contents(chosen: Sequence[Benchmark]) -> Table:
 
 
 def _table(found: Sequence[Measurement]) -> Table:
-    from ocp import Settings
+    from ocp import Accuracy
     from studies.benchmarks.violation import POINTS
 
     return Table(
@@ -196,7 +196,7 @@ def _table(found: Sequence[Measurement]) -> Table:
             "certificate: how many of its checks of motion and first-order conditions hold.",
             "replay miss: of the end state when another integrator repeats the motion, relative.",
             f"violation: the largest of any bound at {POINTS} times of each phase, relative, of "
-            f"solution and replay; {Settings().path_tolerance:.0e} is allowed.",
+            f"solution and replay; {Accuracy().path:.0e} is allowed.",
         ),
     )  # fmt: skip
 

@@ -99,12 +99,12 @@ def _measured(
     passed = (
         solution.verification.passed
         and abs(error) <= benchmark.tolerance
-        and violation <= settings.path_tolerance
+        and violation <= settings.accuracy.path
     )
     return Measurement(
         benchmark.name, benchmark.optimum, benchmark.tolerance, benchmark.source,
         passed, verdict, seconds, solution.objective, error, solution.mesh.intervals,
-        len(solution.record), solution.iterations, solution.verification.miss, violation,
+        len(solution.mesh_iterations), solution.iterations, solution.verification.miss, violation,
         len(certificate.checks),
         tuple(f"{c.name} {c.value:.1e} of {c.tolerance:.0e} allowed; {c.sentence}"
               for c in certificate.checks if not c.passed),

@@ -2,7 +2,7 @@
 
 import casadi as ca
 
-from ocp import Bound, Constant, Control, Phase, Problem, State, time
+from ocp import TIME, Bound, Constant, Control, Phase, Problem, State
 from studies.benchmarks.benchmark import Benchmark
 
 
@@ -49,7 +49,7 @@ def alp_rider() -> Benchmark:
     first = Constant("first", "1", 2)
     y1, y2, y3, y4 = (State(f"y{i}") for i in (1, 2, 3, 4))
     u1, u2 = (Control(f"u{i}", lower=-500, upper=500, scale=10) for i in (1, 2))
-    t = time.symbol
+    t = TIME.symbol
     norm = ca.sumsqr(ca.vertcat(y1.symbol, y2.symbol, y3.symbol, y4.symbol))
     bells = ((3, 12, 3), (3, 10, 6), (3, 6, 10), (8, 4, 15))
     terrain = sum(height * ca.exp(-rate * (t - at) ** 2) for height, rate, at in bells)

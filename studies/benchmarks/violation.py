@@ -47,11 +47,11 @@ def _limits(solution: Solution, phase: Phase) -> Iterator[tuple[Any, float, floa
     for bound in phase.bounds:
         scale = bound.scale or 1.0 if bound.is_equation else None
         yield bound.expression, *_between(solution, bound), scale
-    for signal in (*phase.states, *problem.signals_of(phase, Control)):
+    for signal in (*phase.states, *problem.controls(phase)):
         yield signal, *_between(solution, signal), None
     reported = {name: value for name, value, _ in solution.verification.peaks}
-    for peak in problem.functionals:
-        for name, expression in peak.pieces if peak.kind == "peak" else ():
+    for peak in problem.peaks:
+        for name, expression in peak.pieces:
             if name == phase.name:
                 cap = reported[peak.name]
                 yield expression, -cap if peak.absolute else -np.inf, cap, None

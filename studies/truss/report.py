@@ -48,7 +48,7 @@ def write_record(folder: ResultsFolder, study: TrussStudy, outcome: Outcome) -> 
                 {"name": name, "solver": epigraph, "replayed_between_points": dense}
                 for name, epigraph, dense in verification.peaks
             ],
-            "rounds": [dataclasses.asdict(entry) for entry in outcome.solution.record],
+            "rounds": [dataclasses.asdict(entry) for entry in outcome.solution.mesh_iterations],
         },
         "starts": [
             {"start": a.start, "value": a.value, "seconds": a.seconds, "failure": a.failure}

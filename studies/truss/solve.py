@@ -9,7 +9,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from ocp import (
+    AdaptiveMesh,
     Bound,
+    FixedMesh,
     Interrupted,
     Mesh,
     OcpError,
@@ -174,7 +176,9 @@ class Search:
         mesh = Mesh(tuple(_mesh_of(phase) for phase in reached.phases))
         problem = statement.problem(0, (), self._smoothing(0))
         try:
-            return solve(problem, settings=Settings(refine=False), guess=reached, mesh=mesh)
+            return solve(
+                problem, settings=Settings(refinement=FixedMesh()), guess=reached, mesh=mesh
+            )
         except (OcpError, KeyboardInterrupt):
             return None
 
@@ -190,7 +194,9 @@ class Search:
         settings = Settings(
             intervals=max(2, -(-self.study.solver.intervals // phases)),
             # moved to the switches of the jerk; where forces matter, bisection is more robust
-            move_breakpoints=phases == 1 and control_shape(self.study) == "constant",
+            refinement=AdaptiveMesh(
+                move_breakpoints=phases == 1 and control_shape(self.study) == "constant"
+            ),
         )
         problem = statement.problem(stage, held, self._smoothing(stage))
         with noted_interrupts() as interrupts:

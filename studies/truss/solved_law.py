@@ -44,10 +44,7 @@ def law_of(study: TrussStudy, statement: Statement, solution: Solution) -> Law:
 def _ramps(phase: PhaseTrajectory, statement: Statement) -> Array:
     """Jerk at the start and the end of each interval, shape (N, 2)."""
     assert statement.signals.jerk is not None
-    name = statement.signals.jerk.name
-    if name in phase.constant:
-        return np.repeat(phase.steps[:, [phase.constant.index(name)]], 2, axis=1)
-    return phase.ramps[:, :, phase.linear.index(name)]
+    return phase.polynomial(statement.signals.jerk.name).ends()[:, :, 0]
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ocp import TIME, Algebraic, Bound, Constant, Control, Phase, Problem, Settings, State, solve
+from ocp import (
+    TIME,
+    AdaptiveMesh,
+    Algebraic,
+    Bound,
+    Constant,
+    Control,
+    FixedMesh,
+    Phase,
+    Problem,
+    Radau,
+    Settings,
+    State,
+    solve,
+)
 from ocp.numerics.interpolation import bernstein
 from ocp.numerics.polynomial_expressions import largest, polynomial_degree
 
@@ -83,7 +97,7 @@ def test_margins_stand_beside_the_dense_values():
 
 
 def test_a_leak_between_the_points_is_bounded_too():
-    found = ride(refine=False, intervals=7)
+    found = ride(refinement=FixedMesh(), intervals=7)
     (height,) = (m for m in found.verification.margins if m.name == "height")
     assert height.rigorous >= height.dense > 1e-4
     # its size leaves the leak itself out, and a bound may be 1e-10 above
@@ -112,7 +126,12 @@ def test_equations_hold_between_the_points_too():
     problem = Problem("implicit", phase, minimise=phase.at_end(height))
     times, error = np.linspace(0, 1, 10_000), {}
     for refine in (False, True):
-        found = solve(problem, settings=Settings(intervals=2, degree=2, refine=refine))
+        found = solve(
+            problem,
+            settings=Settings(
+                scheme=Radau(2), intervals=2, refinement=AdaptiveMesh() if refine else FixedMesh()
+            ),
+        )
         error[refine] = np.abs(found.sample(law.expression, times)).max()
     (scale,) = (e.size for e in found.scaling.entries if e.kind == "bound")
     assert error[False] > 1e-4

@@ -10,6 +10,7 @@ from ocp import (
     Between,
     Bound,
     Control,
+    FixedMesh,
     Phase,
     Problem,
     Settings,
@@ -20,7 +21,7 @@ from ocp import (
     solve,
 )
 from ocp.errors import StatementError
-from ocp.problem.symbols import time
+from ocp.problem.symbols import TIME
 
 
 def chain(**options):
@@ -86,7 +87,7 @@ def test_time_in_the_dynamics():
     # x' = u / (1 + t) to x = 1 with int u^2 and a price of time of 1: H is not constant, but
     # transversality holds at the end
     x, u = State("x"), Control("u")
-    phase = Phase("go", {x: u / (1 + time)}, {x: 0}, {x: 1}, end=Between(0.1, 9, 1))
+    phase = Phase("go", {x: u / (1 + TIME)}, {x: 0}, {x: 1}, end=Between(0.1, 9, 1))
     problem = Problem(
         "clock", [phase], minimise=phase.integral(u**2) + phase.end_time,
         bounds=[Bound("late", phase.end_time, "s", upper=5.0)],
@@ -127,7 +128,7 @@ def test_between_corners_the_minimum_principle_holds_strictly():
 
 
 def test_a_costate_that_is_off_between_corners_fails():
-    found = solve(least_effort("constant"), settings=Settings(intervals=20, refine=False))
+    found = solve(least_effort("constant"), settings=Settings(intervals=20, refinement=FixedMesh()))
     kept = found.multipliers
     (own,) = kept.costates
     (degree, intervals, values) = own.pieces[0]
@@ -155,7 +156,7 @@ def failed(solution):
 
 
 def test_a_spoiled_control_fails():
-    found = solve(least_effort("constant"), settings=Settings(intervals=10, refine=False))
+    found = solve(least_effort("constant"), settings=Settings(intervals=10, refinement=FixedMesh()))
     own = found.trajectory.phases[0]
     spoiled = dataclasses.replace(own, steps=own.steps + 1e-3)
     trajectory = dataclasses.replace(found.trajectory, phases=(spoiled,))
@@ -173,7 +174,7 @@ def test_spoiled_multipliers_and_objectives_fail():
 
 
 def test_an_iterate_that_is_not_the_best_fails():
-    found = solve(least_effort(), settings=Settings(intervals=10, refine=False))
+    found = solve(least_effort(), settings=Settings(intervals=10, refinement=FixedMesh()))
     moved = dataclasses.replace(found.program, x=found.program.x * 1.01)
     assert {"constraint residuals", "stationarity"} <= failed(
         dataclasses.replace(found, program=moved)
@@ -181,7 +182,9 @@ def test_an_iterate_that_is_not_the_best_fails():
 
 
 def test_json_and_text():
-    certificate = certify(solve(least_effort(), settings=Settings(intervals=5, refine=False)))
+    certificate = certify(
+        solve(least_effort(), settings=Settings(intervals=5, refinement=FixedMesh()))
+    )
     read = json.loads(certificate.as_json())
     assert read["passed"] is True
     assert read["objective"] == pytest.approx(12.0)
@@ -191,6 +194,6 @@ def test_json_and_text():
 
 
 def test_without_multipliers():
-    found = solve(least_effort(), settings=Settings(intervals=5, refine=False))
+    found = solve(least_effort(), settings=Settings(intervals=5, refinement=FixedMesh()))
     with pytest.raises(StatementError, match="multipliers"):
         certify(dataclasses.replace(found, multipliers=None, program=None))

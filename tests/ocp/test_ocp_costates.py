@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from ocp.optimality.active_set_changes import corners
 
-from ocp import Control, Mesh, Phase, Problem, Settings, State, solve
+from ocp import Accuracy, Control, FixedMesh, Mesh, Phase, Problem, Settings, State, solve
 from ocp.mesh.initial_guess import start_of
 from ocp.mesh.mesh import uniform
-from ocp.nlp.ipopt import IpoptOptions, run
-from ocp.optimality.active_set_changes import corners
+from ocp.nlp.ipopt import Ipopt, run
 from ocp.optimality.costates import costates
 from ocp.transcription.packing import decision_vector, trajectory_of
 from ocp.transcription.scaling import scales_of
@@ -23,7 +23,7 @@ def adjoints(problem, name, intervals, degree=4):
     made = transcribe(problem, mesh, Method(name), scales_of(problem, start, {}))
     result = run(
         made.program, decision_vector(made, start, {}), made.columns.evaluate({}),
-        made.rows.evaluate({}), np.empty(0), IpoptOptions(),
+        made.rows.evaluate({}), np.empty(0), Ipopt(),
     )  # fmt: skip
     assert result.outcome == "solved"
     own = trajectory_of(made, result.x, {}).phases[0]
@@ -117,7 +117,7 @@ def jumps(found):
 def test_bryson_denham_with_breakpoints_where_the_roof_is_met():
     # 30 intervals have them at 1/3 and 2/3, so that no interval holds a jump; the barrier's
     # parameter shows along the arc, where rows are touched without a mass: 1e-12 leaves 3e-5
-    settings = Settings(intervals=30, refine=False, ipopt=IpoptOptions(tolerance=1e-14))
+    settings = Settings(intervals=30, solver=Ipopt(tolerance=1e-14), refinement=FixedMesh())
     found, errors, _ = bryson_denham(settings)
     np.testing.assert_allclose(jumps(found), 18.0, rtol=1e-5)
     t = np.linspace(0, 1, 1001)
@@ -131,7 +131,7 @@ def test_bryson_denham_with_breakpoints_where_the_roof_is_met():
 )
 def test_bryson_denham_on_a_mesh_that_finds_the_jumps(objective, barrier, share, most):
     # where the objective may be 1e-6 off a switch may, too; the barrier's parameter acts as above
-    settings = Settings(objective_tolerance=objective, ipopt=IpoptOptions(tolerance=barrier))
+    settings = Settings(solver=Ipopt(tolerance=barrier), accuracy=Accuracy(objective=objective))
     found, errors, _ = bryson_denham(settings)
     np.testing.assert_allclose(jumps(found), 18.0, rtol=1e-4)
     own = found.trajectory.phases[0]

@@ -6,21 +6,23 @@ import pytest
 from scipy.integrate import quad
 
 from ocp import (
+    TIME,
     Algebraic,
     Between,
     Bound,
     Constant,
     Control,
+    FixedMesh,
     Phase,
     Problem,
+    Radau,
     Settings,
     State,
     Unknown,
     peak,
     solve,
-    time,
 )
-from ocp.refinement.between import dense_grid, maxima
+from ocp.numerics.extrema import dense_grid, maxima
 
 
 def all_maxima(function, intervals, level=-np.inf):
@@ -91,13 +93,13 @@ def motion():
         Bound("speed", second.at_start(v) - first.at_end(v), lower=0, upper=0),
     ]
     problem = Problem("motion", [first, second], minimise=cost, links=links)
-    found = solve(problem, settings=Settings(intervals=6, degree=5, refine=False))
+    found = solve(problem, settings=Settings(scheme=Radau(5), intervals=6, refinement=FixedMesh()))
     return found, first, second, {s.name: s for s in (x, v, z, u, step, mass, gravity)}
 
 
 def test_functionals_equal_independent_quadrature(motion):
     found, first, second, s = motion
-    expression = s["u"] ** 2 + s["step"] ** 2 + s["z"] ** 2 + time * s["v"] / s["mass"]
+    expression = s["u"] ** 2 + s["step"] ** 2 + s["z"] ** 2 + TIME * s["v"] / s["mass"]
     own = found.trajectory.phase("first")
     total = sum(
         quad(lambda t, k=k: float(found.sample(expression, t, first)), *own.breakpoints[k : k + 2],
@@ -124,7 +126,7 @@ def test_expressions_of_all_kinds_of_symbols(motion):
     x, u, z = (found.sample(s[n], times) for n in ("x", "u", "z"))
     mass, gravity = found.value(s["mass"]), found.value(s["gravity"])
     assert gravity == 2.5
-    given = found.sample(s["mass"] * ca.cos(s["x"]) + s["gravity"] * s["u"] * time, times)
+    given = found.sample(s["mass"] * ca.cos(s["x"]) + s["gravity"] * s["u"] * TIME, times)
     # the same formula in NumPy
     np.testing.assert_allclose(given, mass * np.cos(x) + gravity * u * times, rtol=1e-13)
     # an algebraic equation between polynomials holds between the points too

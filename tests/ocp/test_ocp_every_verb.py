@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from ocp import (
+    TIME,
+    Accuracy,
     Algebraic,
     Between,
     Bound,
@@ -19,6 +21,7 @@ from ocp import (
     Settings,
     State,
     Tolerances,
+    Trapezoid,
     Unknown,
     certify,
     joined,
@@ -27,17 +30,18 @@ from ocp import (
     save,
     solve,
     solve_lexicographic,
-    time,
 )
+from ocp.numerics.schemes import scheme_named
 
 SCHEMES = ("radau", "gauss", "lobatto", "hermite-simpson", "trapezoid")
 SHAPES = ("constant", "linear", "polynomial")
 # A rule of order 2 would need thousands of intervals for the default tolerances: it is asked for
 # less, and held to what it is asked for.
 COARSE = Settings(
-    scheme="trapezoid", intervals=10, dynamics_tolerance=1e-5, path_tolerance=1e-5,
-    replay_tolerance=1e-4, objective_tolerance=1e-4,
-)  # fmt: skip
+    scheme=Trapezoid(),
+    intervals=10,
+    accuracy=Accuracy(dynamics=1e-5, path=1e-5, replay=1e-4, objective=1e-4),
+)
 LOOSE = dict.fromkeys(SCHEMES) | {
     # the Hamiltonian inherits the error of its dynamics, 1e-5
     "trapezoid": Tolerances(replay=1e-4, excess=1e-4, objective=1e-4, within=1e-4)
@@ -49,15 +53,15 @@ pytestmark = pytest.mark.parametrize("name", [
 
 
 def settings_of(name, shape=None):
-    fine = Settings(scheme=name, intervals=10)
+    fine = Settings(scheme=scheme_named(name, 4), intervals=10)
     if shape == "constant":  # steps are of first order, too: a tolerance that 160 intervals meet
-        fine = replace(fine, objective_tolerance=1e-4)
+        fine = replace(fine, accuracy=Accuracy(objective=1e-4))
     return COARSE if name == "trapezoid" else fine
 
 
 def optimum(name, value, shape=None):
     """The value within the settings' tolerance on the objective."""
-    return pytest.approx(value, rel=settings_of(name, shape).objective_tolerance)
+    return pytest.approx(value, rel=settings_of(name, shape).accuracy.objective)
 
 
 def double_integrator(**options):
@@ -132,7 +136,7 @@ def test_a_path_bound_holds_between_the_points(name):
     )
     assert found.objective == optimum(name, 4.0)
     dense = found.sample(x, np.linspace(0, 1, 10_000)).max()
-    assert dense - 1 / 9 <= settings_of(name).path_tolerance / 9
+    assert dense - 1 / 9 <= settings_of(name).accuracy.path / 9
 
 
 def test_a_jump_link(name):
@@ -187,7 +191,7 @@ def test_an_integrand_is_refined_although_the_dynamics_are_exact(name):
     # int (1 + t) u^2 with int u = 1 over 2 s: u = c / (1 + t), optimum 1 / ln 3
     x, u = State("x"), Control("u")
     phase = Phase("weighted", {x: u}, initial={x: 0}, final={x: 1}, end=2.0)
-    problem = Problem("weighted", phase, minimise=phase.integral((1 + time) * u**2))
+    problem = Problem("weighted", phase, minimise=phase.integral((1 + TIME) * u**2))
     found = solve(problem, settings=settings_of(name))
     assert found.objective == optimum(name, 1 / math.log(3))
 

@@ -7,14 +7,18 @@ import numpy as np
 import pytest
 
 from ocp import (
+    Accuracy,
+    AdaptiveMesh,
     Bound,
     Control,
+    FixedMesh,
     Infeasible,
     InvalidNumber,
-    IpoptOptions,
+    Ipopt,
     IterationLimit,
     Phase,
     Problem,
+    Radau,
     Settings,
     SolveFailed,
     State,
@@ -57,14 +61,14 @@ def test_an_unbounded_objective_is_a_failure():
     with pytest.raises(SolveFailed, match=r"'endless'") as caught:
         solve(
             Problem("endless", [phase], minimise=phase.at_end(x)),
-            settings=Settings(intervals=5, ipopt=IpoptOptions(max_iterations=200)),
+            settings=Settings(intervals=5, solver=Ipopt(max_iterations=200)),
         )
     assert not isinstance(caught.value, Unverified)
 
 
 def test_a_used_up_budget_is_a_failure():
     x, _, _, phase = pushed()
-    settings = Settings(intervals=5, ipopt=IpoptOptions(max_iterations=1))
+    settings = Settings(intervals=5, solver=Ipopt(max_iterations=1))
     with pytest.raises(IterationLimit, match=r"'short' used up.*1 iterations.*raise the budget"):
         solve(Problem("short", [phase], maximise=phase.at_end(x)), settings=settings)
 
@@ -105,26 +109,26 @@ def coarse(**options):
     u = Control("u", "m/s^2", lower=-1, upper=1)
     rates = {x: v, v: u - 4 * ca.sin(x)}
     phase = Phase("swing", rates, initial={x: 1, v: 0}, end=3)
-    settings = Settings(scheme="radau", degree=2, intervals=6, **options)
+    settings = Settings(scheme=Radau(2), intervals=6, **options)
     return Problem("swing", [phase], maximise=phase.at_end(x)), settings
 
 
 def test_a_coarse_answer_is_unverified():
-    problem, settings = coarse(rounds=1)
+    problem, settings = coarse(refinement=AdaptiveMesh(rounds=1))
     with pytest.raises(Unverified, match=r"'swing'.*replay misses.*more rounds") as caught:
         solve(problem, settings=settings)
     found = caught.value.iterate
     assert found.verdict == "unverified"
     assert not found.verification.passed
-    assert found.verification.miss > settings.replay_tolerance
+    assert found.verification.miss > settings.accuracy.replay
     assert any("replay misses" in reason for reason in found.verification.reasons)
 
 
 def test_without_refinement_the_verification_is_there_to_read():
-    problem, settings = coarse(refine=False)
+    problem, settings = coarse(refinement=FixedMesh())
     found = solve(problem, settings=settings)
     assert not found.verification.passed
-    loose = dataclasses.replace(settings, replay_tolerance=1e9, dynamics_tolerance=1e9)
+    loose = dataclasses.replace(settings, accuracy=Accuracy(replay=1e9, dynamics=1e9))
     assert solve(problem, settings=loose).verification.passed
 
 
@@ -134,7 +138,7 @@ def test_a_polynomial_control_keeps_its_bounds_between_the_points():
     u = Control("u", lower=-1, upper=1, shape="polynomial")
     phase = Phase("dash", {x: v, v: u}, initial={x: 0, v: 0}, final={v: 0}, end=1)
     problem = Problem("overshoot", [phase], maximise=phase.at_end(x))
-    settings = Settings(degree=6, intervals=1, refine=False)
+    settings = Settings(scheme=Radau(6), intervals=1, refinement=FixedMesh())
     values = solve(problem, settings=settings).sample(u, np.linspace(0, 1, 1001))
     assert np.ptp(values) > 1.0  # it does switch
     assert np.abs(values).max() <= 1 + 1e-9  # round-off of the interpolation

@@ -8,6 +8,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 
 from ocp import (
+    TIME,
     Algebraic,
     Between,
     Bound,
@@ -22,7 +23,6 @@ from ocp import (
     joined,
     solve,
     solve_lexicographic,
-    time,
     with_objective,
 )
 
@@ -48,7 +48,7 @@ def test_an_unknown_decay_rate():
 
 def test_an_unknown_in_a_polynomial_cost():
     x, centre = State("x"), Unknown("centre", "s", lower=-5, upper=5)
-    phase = Phase("spread", {x: (time - centre) ** 2}, initial={x: 0})
+    phase = Phase("spread", {x: (TIME - centre) ** 2}, initial={x: 0})
     found = solve(Problem("variance", [phase], minimise=phase.at_end(x)), settings=FEW)
     assert found.objective == pytest.approx(1 / 12, rel=SOLVED)  # variance on [0, 1]
     assert found.value(centre) == pytest.approx(0.5, abs=1e-6)  # flat minimum: a root of SOLVED
@@ -190,16 +190,16 @@ def test_running_time_in_a_cost():
     # int (1 + t) u^2 with int u = 1 over 2 s: u = c / (1 + t), optimum 1 / ln 3
     x, u = State("x"), Control("u")
     phase = Phase("weighted", {x: u}, initial={x: 0}, final={x: 1}, end=2.0)
-    found = solve(Problem("weighted", [phase], minimise=phase.integral((1 + time) * u**2)))
+    found = solve(Problem("weighted", [phase], minimise=phase.integral((1 + TIME) * u**2)))
     assert found.objective == pytest.approx(1 / math.log(3), rel=1e-7)  # dynamics tolerance
 
 
 def test_running_time_does_not_start_at_zero():
     x = State("x")
-    phase = Phase("late", {x: 3 * time**2}, initial={x: 1}, start=2.0, end=3.0)
+    phase = Phase("late", {x: 3 * TIME**2}, initial={x: 1}, start=2.0, end=3.0)
     found = solve(Problem("cube", [phase], minimise=phase.at_end(x)), settings=FEW)
     assert found.value(phase.at_end(x)) == pytest.approx(1 + 27 - 8, rel=SOLVED)
-    assert found.sample(time, [2.0, 2.5]) == pytest.approx([2.0, 2.5])
+    assert found.sample(TIME, [2.0, 2.5]) == pytest.approx([2.0, 2.5])
 
 
 def test_an_algebraic_signal_follows_its_equation():
@@ -256,7 +256,7 @@ def test_progress_is_told_and_can_stop_the_solve():
     found = solve(problem, settings=FEW, progress=told.append)
     assert found.objective == pytest.approx(math.sin(1), rel=1e-6)
     assert "run: mesh round 1 (6 intervals), iteration 0" in told[0]
-    assert found.iterations == sum(r.iterations for r in found.record)
+    assert found.iterations == sum(r.iterations for r in found.mesh_iterations)
 
     class Enough(Exception):
         pass

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from ocp import Control, Phase, Problem, Settings, State, solve
+from ocp import AdaptiveMesh, Control, Phase, Problem, Radau, Settings, State, solve
 
 DURATION = 140.0  # s
 TURN = math.pi / 2 - math.radians(4.4)  # rad
@@ -34,9 +34,9 @@ def turn(cap):
 def test_peak_acceleration_under_a_jerk_cap(dimensionless_jerk, intervals):
     cap = dimensionless_jerk / DURATION**3
     problem, jerk = turn(cap)
-    found = solve(problem, settings=Settings(intervals=intervals, degree=3))
+    found = solve(problem, settings=Settings(scheme=Radau(3), intervals=intervals))
     # switches far inside an interval are closed in on by halves, not by the width of a bracket
-    assert len(found.record) <= 12
+    assert len(found.mesh_iterations) <= 12
     assert found.verdict == "local: best of 1 start"
     # 1e-5: the objective tolerance that `Settings` promises
     assert found.objective == pytest.approx(least_peak(cap), rel=1e-5)
@@ -52,7 +52,9 @@ def test_peak_acceleration_under_a_jerk_cap(dimensionless_jerk, intervals):
 
 def test_a_limit_of_rounds_is_told_and_met_by_a_precise_solve():
     cap = 1000.0 / DURATION**3
-    found = solve(turn(cap)[0], settings=Settings(rounds=2, degree=3))
+    found = solve(
+        turn(cap)[0], settings=Settings(scheme=Radau(3), refinement=AdaptiveMesh(rounds=2))
+    )
     assert re.fullmatch(
         r"local: best of 1 start; refinement ended after 3 mesh rounds, when finer controls "
         r"promise a gain of \de-0[12]", found.verdict,

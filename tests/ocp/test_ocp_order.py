@@ -8,8 +8,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from ocp import Control, Phase, Problem, Settings, State, solve
-from ocp.numerics.schemes import scheme
+from ocp import Control, FixedMesh, Phase, Problem, Settings, State, solve
+from ocp.numerics.schemes import scheme, scheme_named
 
 METHODS = [
     *[("radau", s) for s in (1, 2, 3, 4)], *[("gauss", s) for s in (1, 2, 3)],
@@ -30,7 +30,9 @@ def pendulum_end(name, degree, intervals):
         "swing", {angle: rate, rate: -4 * ca.sin(angle)},
         initial={angle: 1.0, rate: 0.5}, end=SPAN,
     )  # fmt: skip
-    settings = Settings(scheme=name, degree=degree, intervals=intervals, refine=False)
+    settings = Settings(
+        scheme=scheme_named(name, degree), intervals=intervals, refinement=FixedMesh()
+    )
     found = solve(Problem("pendulum", [phase], minimise=phase.at_end(angle)), settings=settings)
     return np.array([found.value(phase.at_end(s)) for s in (angle, rate)])
 
@@ -64,7 +66,9 @@ def lq(name, degree, intervals):
     """Minimise int (x^2 + u^2) for x' = x + u from 1, free end."""
     x, u = State("x"), Control("u")
     phase = Phase("lq", {x: x + u}, initial={x: 1.0}, end=LQ_SPAN)
-    settings = Settings(scheme=name, degree=degree, intervals=intervals, refine=False)
+    settings = Settings(
+        scheme=scheme_named(name, degree), intervals=intervals, refinement=FixedMesh()
+    )
     return solve(Problem("lq", [phase], minimise=phase.integral(x**2 + u**2)), settings=settings)
 
 

@@ -10,8 +10,10 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from ocp import (
+    TIME,
     Constant,
     Control,
+    FixedMesh,
     Phase,
     PhaseTrajectory,
     Problem,
@@ -21,7 +23,6 @@ from ocp import (
     Unknown,
     joined,
     solve,
-    time,
 )
 from ocp.mesh.trajectory import Piece
 from ocp.numerics.extrapolation import SUBSTEPS, extrapolated_step
@@ -119,7 +120,7 @@ def swing():
         for n, s in (("push", "polynomial"), ("lean", "linear"), ("kick", "constant"))
     )
     gravity, drag = Constant("gravity", "1/s^2", 4.0), Unknown("drag", "1/s", 0.1, 0.4)
-    forces = push + 0.5 * lean * ca.cos(angle) + 0.3 * kick * ca.sin(time)
+    forces = push + 0.5 * lean * ca.cos(angle) + 0.3 * kick * ca.sin(TIME)
     phase = Phase(
         "swing", {angle: rate, rate: forces - gravity * ca.sin(angle) - drag * rate},
         initial={angle: 0.5, rate: 0.0}, final={rate: 0.0}, start=1.0, end=4.0,
@@ -130,7 +131,7 @@ def swing():
 
 def test_replay_agrees_with_another_integrator():
     problem, (angle, rate, push, lean, kick), drag = swing()
-    found = solve(problem, settings=Settings(intervals=8, refine=False))
+    found = solve(problem, settings=Settings(intervals=8, refinement=FixedMesh()))
 
     def rates(t, y, k):
         u, w, c = (found.trajectory.phases[0].local(

@@ -7,6 +7,7 @@ import casadi as ca
 import pytest
 
 from ocp import (
+    AdaptiveMesh,
     Between,
     BudgetSpent,
     Constant,
@@ -15,6 +16,7 @@ from ocp import (
     IterationLimit,
     Phase,
     Problem,
+    Radau,
     Settings,
     State,
     StatementError,
@@ -50,7 +52,7 @@ def test_a_prepared_problem_is_solved_again_without_being_built() -> None:
     again = made.solve(constants={DISTANCE: 1.1, CAP: 2.1}, guess=first)
     for found, distance, cap in ((first, 1.0, 2.0), (again, 1.1, 2.1)):
         assert found.objective == pytest.approx(2 * (distance / cap) ** 0.5, rel=1e-6)
-        assert found.kept_program.transcription is made.transcription
+        assert found.kept_iterate.transcription is made.transcription
         assert found.verdict.startswith("local")
     assert 2 * again.iterations <= first.iterations
 
@@ -58,7 +60,7 @@ def test_a_prepared_problem_is_solved_again_without_being_built() -> None:
 def test_a_prepared_problem_of_a_solution_is_its_program() -> None:
     solution = solve(race())
     made = prepare(solution.problem, guess=solution)
-    assert made.transcription is solution.kept_program.transcription
+    assert made.transcription is solution.kept_iterate.transcription
     found = made.solve(constants={DISTANCE: 1.05}, guess=solution)
     assert found.objective == pytest.approx(2 * (1.05 / 2) ** 0.5, rel=1e-6)
 
@@ -96,10 +98,12 @@ def test_a_homotopy_needs_somewhere_to_go() -> None:
 def test_a_budget_ends_refinement_with_the_best_round_that_holds() -> None:
     settings = Settings(intervals=7)
     full = solve(race(), settings=settings)
-    assert len(full.record) > 1
-    assert full.record[0].dynamics_error < settings.dynamics_tolerance
-    short = solve(race(), settings=Settings(intervals=7, iterations=full.record[0].iterations))
-    assert len(short.record) == 1
+    assert len(full.mesh_iterations) > 1
+    assert full.mesh_iterations[0].dynamics_error < settings.accuracy.dynamics
+    short = solve(
+        race(), settings=Settings(intervals=7, iterations=full.mesh_iterations[0].iterations)
+    )
+    assert len(short.mesh_iterations) == 1
     assert short.verification.passed
     assert "the budget of" in short.verdict
     assert "ended the refinement" in short.verdict
@@ -108,9 +112,12 @@ def test_a_budget_ends_refinement_with_the_best_round_that_holds() -> None:
 
 def test_a_budget_can_end_inside_a_later_round() -> None:
     settings = Settings(intervals=7)
-    first = solve(race(), settings=settings).record[0]
+    first = solve(race(), settings=settings).mesh_iterations[0]
     short = solve(race(), settings=Settings(intervals=7, iterations=first.iterations + 1))
-    assert [r.status for r in short.record] == [first.status, "Maximum_Iterations_Exceeded"]
+    assert [r.status for r in short.mesh_iterations] == [
+        first.status,
+        "Maximum_Iterations_Exceeded",
+    ]
     assert short.iterations == first.iterations + 1
     assert short.objective == pytest.approx(first.objective, rel=1e-12)
     assert "ended the refinement" in short.verdict
@@ -125,12 +132,17 @@ def test_a_budget_that_ends_before_any_round_is_an_error_with_the_iterate() -> N
 
 
 def test_a_budget_that_ends_on_a_coarse_mesh_is_an_error_with_that_round() -> None:
-    coarse = Settings(intervals=1, degree=2, highest_degree=2)
+    coarse = Settings(scheme=Radau(2), intervals=1, refinement=AdaptiveMesh(highest_degree=2))
     with pytest.raises(BudgetSpent, match="no mesh round") as spent:
         solve(swing(), settings=dataclasses.replace(coarse, iterations=1))
     assert spent.value.finished is None
-    one = solve(swing(), settings=dataclasses.replace(coarse, rounds=1, verify=False))
-    enough = dataclasses.replace(coarse, iterations=one.record[0].iterations)
+    one = solve(
+        swing(),
+        settings=dataclasses.replace(
+            coarse, refinement=AdaptiveMesh(rounds=1, highest_degree=2), verify=False
+        ),
+    )
+    enough = dataclasses.replace(coarse, iterations=one.mesh_iterations[0].iterations)
     with pytest.raises(BudgetSpent, match="errors between the points were still") as spent:
         solve(swing(), settings=enough)
     assert spent.value.finished is not None

@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 from ocp import (
+    Accuracy,
     Between,
     Bound,
     Constant,
     Control,
+    FixedMesh,
     Phase,
     Problem,
     Settings,
@@ -29,7 +31,7 @@ def bryson_denham():
     phase = Phase("hop", {x: v, v: u}, initial={x: 0, v: 1}, final={x: 0, v: -1})
     # slopes to 1e-4 need the ends of the arc on the cap closer than the default tolerance asks
     return solve(Problem("Bryson-Denham", [phase], minimise=phase.integral(u**2 / 2)),
-                 settings=Settings(path_tolerance=1e-8))  # fmt: skip
+                 settings=Settings(accuracy=Accuracy(path=1e-8)))  # fmt: skip
 
 
 def test_bryson_denham():
@@ -136,7 +138,7 @@ def throw(loss=0.8, floor=0.5, there=1.0):
     return Problem("throw", [out, back], minimise=back.end_time + effort, links=links)
 
 
-FROZEN = Settings(intervals=12, refine=False)
+FROZEN = Settings(intervals=12, refinement=FixedMesh())
 
 
 @pytest.mark.parametrize(

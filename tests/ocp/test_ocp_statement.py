@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from ocp import (
+    Accuracy,
     Algebraic,
     Between,
     Bound,
@@ -23,6 +24,7 @@ from ocp import (
     solve_lexicographic,
 )
 from ocp.mesh.mesh import PhaseMesh, uniform
+from ocp.numerics.schemes import scheme_named
 
 x, v, other = State("x", "m"), State("v", "m/s", lower=-1, upper=2), State("other")
 u, twin = Control("u", "m/s^2"), Control("u", "m/s^2")
@@ -144,7 +146,12 @@ ILL_POSED = {
     "a negative number of intervals": (
         lambda: Settings(intervals=-3), r"'intervals' is -3; give a positive integer"),
     "a tolerance of zero": (
-        lambda: Settings(path_tolerance=0.0), r"'path_tolerance' is 0.0; give a positive"),
+        lambda: Settings(accuracy=Accuracy(path=0.0)), r"'path' is 0.0; give a positive number"),
+    "an unknown scheme": (
+        lambda: scheme_named("euler", 4), r"'euler' is no collocation scheme; choose one of radau"),
+    "an unknown shape": (
+        lambda: Settings(controls="cubic"),
+        r"'controls' is 'cubic'; choose one of constant, linear, polynomial, automatic"),
     "no objective to order": (
         lambda: solve_lexicographic(minimise(moved := move(), moved.at_end(x)), []),
         r"at least one objective"),
@@ -160,12 +167,6 @@ def test_an_ill_posed_statement_is_refused(case):
 
 pushed = Phase("move", RATES, initial={x: 0, v: 0}, final={x: 1})
 REFUSED_BY_SOLVE = {
-    "an unknown scheme": (
-        minimise(pushed, pushed.integral(u**2)), {"settings": Settings(scheme="euler")},
-        r"'euler' is no transcription; choose radau"),
-    "an unknown shape": (
-        minimise(pushed, pushed.integral(u**2)), {"settings": Settings(control_shape="cubic")},
-        r"'u' is 'cubic'; choose constant, linear, polynomial or automatic"),
     "a constant that the problem lacks": (
         minimise(pushed, pushed.integral(u**2)), {"constants": {Constant("mass", "kg", 1.0): 2.0}},
         r"'task' does not use the constant 'mass'"),

@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 
 from ocp import (
+    TIME,
     Between,
     Bound,
     Constant,
     Control,
+    FixedMesh,
     Phase,
     Problem,
     Settings,
@@ -25,7 +27,6 @@ from ocp import (
     peak,
     save,
     solve,
-    time,
 )
 from ocp.errors import StatementError
 
@@ -39,7 +40,7 @@ def two_phases():
     x, v = State("x", "m"), State("v", "m/s", upper=3 * reach)
     u = Control("u", "m/s^2", lower=-9, upper=9)
     lost = Unknown("lost", "m/s^2", lower=0.1, upper=1, guess=0.5)
-    rates = {x: v, v: u - drag * v - lost * ca.sin(time)}
+    rates = {x: v, v: u - drag * v - lost * ca.sin(TIME)}
     inside = [Bound("power", u * v, "W", upper=8.0)]
     first = Phase("there", rates, {x: 0, v: 0}, end=Between(0.2, 0.8), bounds=inside,
                   guess={x: lambda t: t})  # fmt: skip
@@ -54,7 +55,7 @@ def two_phases():
 
 @pytest.fixture(scope="module")
 def found():
-    return solve(two_phases(), settings=Settings(intervals=6, refine=False))
+    return solve(two_phases(), settings=Settings(intervals=6, refinement=FixedMesh()))
 
 
 NUMBERS = ["objective", "thrust", "effort", "budget", "lost", "drag", "time from there to on"]
@@ -98,7 +99,7 @@ def test_a_pickled_solution_is_alive(found):
 
 def test_a_loaded_solution_starts_a_solve(found):
     copy = pickle.loads(pickle.dumps(found))
-    again = solve(copy.problem, settings=Settings(refine=False), guess=copy)
+    again = solve(copy.problem, settings=Settings(refinement=FixedMesh()), guess=copy)
     assert again.objective == pytest.approx(found.objective, rel=1e-8)  # the solver's tolerance
     # a second generation
     assert pickle.loads(pickle.dumps(again)).objective == again.objective

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ocp import Constant, Control, Mesh, Phase, Problem, Settings, Solution, State, solve
+from ocp import Constant, Control, FixedMesh, Mesh, Phase, Problem, Settings, Solution, State, solve
 from ocp.mesh.mesh import bisected
 from ocp.optimality.warm_start import Origin, duals
 
@@ -20,7 +20,7 @@ def ride() -> Problem:
 @pytest.fixture(scope="module")
 def solved() -> Solution:
     """The problem on a fixed mesh."""
-    return solve(ride(), settings=Settings(intervals=12, refine=False))
+    return solve(ride(), settings=Settings(intervals=12, refinement=FixedMesh()))
 
 
 def test_the_same_mesh_gets_the_same_multipliers(solved: Solution) -> None:
@@ -40,7 +40,7 @@ def test_costates_and_masses_carry_over_to_a_finer_mesh(solved: Solution) -> Non
     program = solved.kept_program
     finer = bisected(program.mesh, 100)
     assert finer is not None
-    again = solve(ride(), settings=Settings(refine=False), mesh=finer).kept_program
+    again = solve(ride(), settings=Settings(refinement=FixedMesh()), mesh=finer).kept_program
     origin = Origin(solved.trajectory, program)
     target = origin.transcription(program.problem, finer, program.method, {"cap": CAP.value})
     found = duals(program, solved.trajectory, target)
@@ -54,14 +54,16 @@ def test_costates_and_masses_carry_over_to_a_finer_mesh(solved: Solution) -> Non
 
 
 def test_a_solution_starts_its_own_program_again(solved: Solution) -> None:
-    again = solve(solved.problem, settings=Settings(intervals=12, refine=False), guess=solved)
+    again = solve(
+        solved.problem, settings=Settings(intervals=12, refinement=FixedMesh()), guess=solved
+    )
     assert again.kept_program.transcription is solved.kept_program.transcription
     assert again.iterations <= 1
     assert again.objective == pytest.approx(solved.objective, rel=1e-9)
 
 
 def test_other_constants_warm_start_from_multipliers(solved: Solution) -> None:
-    settings = Settings(intervals=12, refine=False)
+    settings = Settings(intervals=12, refinement=FixedMesh())
     cold = solve(solved.problem, settings=settings, constants={CAP: 0.999 / 9})
     warm = solve(solved.problem, settings=settings, guess=solved, constants={CAP: 0.999 / 9})
     assert warm.objective == pytest.approx(cold.objective, rel=1e-8)

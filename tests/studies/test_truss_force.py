@@ -58,7 +58,7 @@ def test_at_140_s_the_least_force_is_the_static_peak(mu: float) -> None:
     assert force == pytest.approx(static_peak(outcome.deployment.truss).force, rel=1e-4)
     assert "slow" in outcome.verdict
     limit = Settings().ipopt.max_iterations
-    assert all(round_.iterations < limit for round_ in outcome.solution.record)
+    assert all(round_.iterations < limit for round_ in outcome.solution.mesh_iterations)
     assert_peak_is_dense(outcome)
     assert_energy_balances(outcome.deployment)
 
@@ -81,9 +81,9 @@ def test_without_friction_the_mesh_is_refined_to_its_tolerances(
     # no reference: the least found so far, pinned so that a worse basin shows
     assert outcome.deployment.values["peak-force"] <= least * (1 + 1e-4)
     # at this optimum the solver wanders: rounds are started once more with another line search
-    last = outcome.solution.record[-1]
+    last = outcome.solution.mesh_iterations[-1]
     assert last.status == "Solve_Succeeded"
-    assert last.excess <= Settings().path_tolerance
+    assert last.excess <= Settings().accuracy.path
     assert_peak_is_dense(outcome)
     assert_energy_balances(outcome.deployment)
 

@@ -9,7 +9,7 @@ import numpy as np
 import problems
 import row
 
-from ocp import Bound, Control, Phase, Problem, Settings, State, Unverified, solve
+from ocp import Accuracy, Bound, Control, Phase, Problem, Settings, State, Unverified, solve
 
 IMPORTED = row.now()
 
@@ -42,7 +42,7 @@ def settings(size):
     if not size:
         return Settings()
     fine = 0.01 * 10.0**-size
-    return Settings(objective_tolerance=10.0**-size, dynamics_tolerance=fine, path_tolerance=fine)
+    return Settings(accuracy=Accuracy(objective=10.0**-size, dynamics=fine, path=fine))
 
 
 def main():
@@ -55,13 +55,13 @@ def main():
         solution, note = error.iterate, "its own verification failed"
 
     # Within an interval the jerk is a polynomial: its values at Chebyshev points tell it.
-    degree = Settings().highest_degree
+    degree = Settings().refinement.highest_degree
     nodes = (1 - np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))) / 2
     edges = np.asarray(solution.breakpoints)
     times = edges[:-1, None] + np.diff(edges)[:, None] * nodes
 
-    iterations = sum(r.iterations for r in solution.record)
-    rounds = f"{len(solution.record)} rounds, {iterations} iterations"
+    iterations = sum(r.iterations for r in solution.mesh_iterations)
+    rounds = f"{len(solution.mesh_iterations)} rounds, {iterations} iterations"
     row.answer(
         IMPORTED,
         edges,

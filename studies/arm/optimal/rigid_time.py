@@ -12,7 +12,17 @@ import casadi as ca
 import numpy as np
 
 from models.arm.parameters import ArmParameters
-from ocp import Between, Control, Phase, Problem, Settings, SolveFailed, State, solve
+from ocp import (
+    Between,
+    Control,
+    FixedMesh,
+    Phase,
+    Problem,
+    Settings,
+    SolveFailed,
+    State,
+    solve,
+)
 from studies.arm.laws.rigid import feed_forward, inertias, joint_motion
 from studies.arm.laws.unit_laws import quintic
 from studies.arm.optimal.phase import Limits
@@ -46,7 +56,8 @@ def least_rigid_duration(stage: Stage, limits: Limits) -> float | None:
         return stage.least_duration(caps[0])
     stated = _problem(stage.lasting(quintic_duration(stage, limits)), caps)
     try:
-        found = solve(stated, settings=Settings(intervals=_INTERVALS, refine=False, verify=False))
+        on_one_mesh = Settings(intervals=_INTERVALS, refinement=FixedMesh(), verify=False)
+        found = solve(stated, settings=on_one_mesh)
     except SolveFailed:
         return None
     return float(found.trajectory.phases[0].end)

@@ -20,7 +20,7 @@ from scipy.interpolate import BPoly, PPoly
 from models.ancf.joints import Driven, Joint, Torque
 from models.arm.reduced import ReducedArm
 from models.arm.reduced_simulation import ReducedMotion, lock_reduced, simulate_reduced
-from ocp import IpoptOptions, OcpError, PhaseTrajectory, Settings, Trajectory, solve
+from ocp import FixedMesh, Ipopt, OcpError, PhaseTrajectory, Radau, Settings, Trajectory, solve
 from ocp.nlp.ipopt import Barrier
 from studies.arm.laws.unit_laws import quintic
 from studies.arm.optimal.mesh import DEGREE, mesh_for
@@ -260,15 +260,17 @@ def in_enough_time(
     return in_time(longer)
 
 
-def settings(barrier: Barrier = "monotone") -> Settings:
+def settings(barrier: Barrier = "monotone", max_iterations: int = 120) -> Settings:
     """For stiff elastic modes; the mesh is stated beside, the study verifies by its own replays."""
-    return Settings(
-        degree=DEGREE, refine=False, move_breakpoints=False, verify=False,
-        ipopt=IpoptOptions(
-            tolerance=1e-8, dual_tolerance=_ROUNDING, constraint_violation=1e-9,
-            max_iterations=120, barrier=barrier, pivot_tolerance=PIVOTS,
-        ),
-    )  # fmt: skip
+    solver = Ipopt(
+        tolerance=1e-8,
+        dual_tolerance=_ROUNDING,
+        constraint_violation=1e-9,
+        max_iterations=max_iterations,
+        barrier=barrier,
+        pivot_tolerance=PIVOTS,
+    )
+    return Settings(scheme=Radau(DEGREE), refinement=FixedMesh(), solver=solver, verify=False)
 
 
 def check_bending(stage: Stage) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocp import Control, Phase, Problem, Settings, State, solve
+from ocp import Control, FixedMesh, Phase, Problem, Settings, State, solve
 from studies.benchmarks.benchmark import Benchmark
 from studies.benchmarks.catalogue import CATALOGUE
 from studies.benchmarks.measure import Measurement, measure
@@ -51,7 +51,7 @@ def _line(**bounds: float) -> Problem:
 def test_violation_is_found_between_the_points() -> None:
     solution = solve(_line(upper=1.0))
     assert largest_violation(solution) <= 1e-9  # x = t touches its bound at the end
-    tighter = solve(CATALOGUE["bryson_denham"]().problem, settings=Settings(refine=False))
+    tighter = solve(CATALOGUE["bryson_denham"]().problem, settings=Settings(refinement=FixedMesh()))
     dense = tighter.sample(tighter.problem.phases[0].states[0], np.linspace(0, 1, 10_000))
     assert largest_violation(tighter) == pytest.approx(9 * (dense.max() - 1 / 9), rel=1e-3)
     assert largest_violation(tighter) > 1e-6  # one unrefined mesh does not keep the cap

@@ -20,10 +20,11 @@ from models.arm.driven import DrivenArm
 from models.arm.reduced_simulation import reduced_modes
 from ocp import (
     Bound,
-    IpoptOptions,
+    Ipopt,
     OcpError,
     Phase,
     Problem,
+    Radau,
     Settings,
     Trajectory,
     Unknown,
@@ -208,13 +209,14 @@ def _solved(
     StudyError
         If nothing is found.
     """
-    settings = Settings(
-        intervals=mesh[0], degree=mesh[1],
-        ipopt=IpoptOptions(
-            tolerance=1e-7, dual_tolerance=1e-4, constraint_violation=1e-9, max_iterations=150,
-            pivot_tolerance=PIVOTS,
-        ),
-    )  # fmt: skip
+    solver = Ipopt(
+        tolerance=1e-7,
+        dual_tolerance=1e-4,
+        constraint_violation=1e-9,
+        max_iterations=150,
+        pivot_tolerance=PIVOTS,
+    )
+    settings = Settings(scheme=Radau(mesh[1]), intervals=mesh[0], solver=solver)
     try:
         found, _ = collocate(stated[0], settings=settings, guess=guess, progress=progress)
     except OcpError as error:

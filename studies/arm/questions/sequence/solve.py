@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -124,8 +123,7 @@ def solve_sequence(
     stated, phases = sequence_problem(case, least, cap, left, smoothing)
     mesh, chosen = meshes(intervals or INTERVALS), settings()
     if left is not None:
-        ipopt = dataclasses.replace(chosen.ipopt, max_iterations=_LONG)
-        chosen = dataclasses.replace(chosen, ipopt=ipopt)
+        chosen = settings(max_iterations=_LONG)
     try:
         found = solve(stated, settings=chosen, mesh=mesh, guess=guess, progress=progress)
     except OcpError as error:
