@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from ocp import (
+    TIME,
     Between,
     Bound,
     Control,
@@ -21,7 +22,6 @@ from ocp import (
     solve,
 )
 from ocp.errors import StatementError
-from ocp.problem.symbols import TIME
 
 
 def chain(**options):
@@ -115,28 +115,30 @@ def named_check(certificate, start):
     return found
 
 
-def test_between_corners_the_minimum_principle_holds_strictly():
+def test_between_changes_the_minimum_principle_holds_strictly():
     # a switch smears costates over its interval only: H = -1 elsewhere, to the dual tolerance
     certificate = certify(solve(least_time()))
-    within = named_check(certificate, "between corners of 'dash': Hamiltonian")
+    within = named_check(certificate, "between changes of 'dash': Hamiltonian")
     assert within.value < 1e-7
-    corners = named_check(certificate, "corners of 'dash'")
-    assert 0.0 < corners.value < 0.2
-    assert corners.sentence.startswith(tuple("123456789"))  # says how many intervals are left out
-    smooth = named_check(certify(solve(least_effort())), "corners of 'move'")
+    changes = named_check(certificate, "active-set changes of 'dash'")
+    assert 0.0 < changes.value < 0.2
+    assert changes.sentence.startswith(tuple("123456789"))  # says how many intervals are left out
+    smooth = named_check(certify(solve(least_effort())), "active-set changes of 'move'")
     assert smooth.value == 0.0
 
 
-def test_a_costate_that_is_off_between_corners_fails():
+def test_a_costate_that_is_off_between_changes_fails():
     found = solve(least_effort("constant"), settings=Settings(intervals=20, refinement=FixedMesh()))
     kept = found.multipliers
     (own,) = kept.costates
-    (degree, intervals, values) = own.pieces[0]
-    values = values.copy()
+    (piece,) = own.polynomial.pieces
+    values = piece.coefficients.copy()
     values[7] *= 1.0 + 1e-3  # in one interval of twenty
-    spoilt = dataclasses.replace(own, pieces=((degree, intervals, values),))
+    piece = dataclasses.replace(piece, coefficients=values)
+    polynomial = dataclasses.replace(own.polynomial, pieces=(piece,))
+    spoilt = dataclasses.replace(own, polynomial=polynomial)
     multipliers = dataclasses.replace(kept, costates=(spoilt,))
-    assert {"between corners of 'move': Hamiltonian", "between corners of 'move': dH/du"} <= failed(
+    assert {"between changes of 'move': Hamiltonian", "between changes of 'move': dH/du"} <= failed(
         dataclasses.replace(found, multipliers=multipliers)
     )
 
@@ -158,26 +160,32 @@ def failed(solution):
 def test_a_spoiled_control_fails():
     found = solve(least_effort("constant"), settings=Settings(intervals=10, refinement=FixedMesh()))
     own = found.trajectory.phases[0]
-    spoiled = dataclasses.replace(own, steps=own.steps + 1e-3)
+    states, controls = own.groups
+    (piece,) = controls.polynomial.pieces
+    piece = dataclasses.replace(piece, coefficients=piece.coefficients + 1e-3)
+    polynomial = dataclasses.replace(controls.polynomial, pieces=(piece,))
+    groups = (states, dataclasses.replace(controls, polynomial=polynomial))
+    spoiled = dataclasses.replace(own, groups=groups)
     trajectory = dataclasses.replace(found.trajectory, phases=(spoiled,))
     assert "replay" in failed(dataclasses.replace(found, trajectory=trajectory))
 
 
 def test_spoiled_multipliers_and_objectives_fail():
     found = solve(least_peak())
-    program = found.program
-    rows = program.row_multipliers * np.where(np.arange(program.row_multipliers.size) % 2, 1.0, 1.1)
+    iterate = found.kept_iterate
+    rows = iterate.row_multipliers * np.where(np.arange(iterate.row_multipliers.size) % 2, 1.0, 1.1)
+    spoilt = iterate.with_multipliers(iterate.bound_multipliers, rows)
     assert {"stationarity", "multipliers of peak 'thrust'"} <= failed(
-        dataclasses.replace(found, program=dataclasses.replace(program, row_multipliers=rows))
+        dataclasses.replace(found, iterate=spoilt)
     )
     assert failed(dataclasses.replace(found, objective=found.objective * 0.99)) == {"objective"}
 
 
 def test_an_iterate_that_is_not_the_best_fails():
     found = solve(least_effort(), settings=Settings(intervals=10, refinement=FixedMesh()))
-    moved = dataclasses.replace(found.program, x=found.program.x * 1.01)
+    moved = dataclasses.replace(found.kept_iterate, x=found.kept_iterate.x * 1.01)
     assert {"constraint residuals", "stationarity"} <= failed(
-        dataclasses.replace(found, program=moved)
+        dataclasses.replace(found, iterate=moved)
     )
 
 
@@ -196,4 +204,4 @@ def test_json_and_text():
 def test_without_multipliers():
     found = solve(least_effort(), settings=Settings(intervals=5, refinement=FixedMesh()))
     with pytest.raises(StatementError, match="multipliers"):
-        certify(dataclasses.replace(found, multipliers=None, program=None))
+        certify(dataclasses.replace(found, multipliers=None, iterate=None))

@@ -17,6 +17,7 @@ from ocp import (
     Phase,
     PhaseTrajectory,
     Problem,
+    Radau,
     Settings,
     State,
     Trajectory,
@@ -24,9 +25,10 @@ from ocp import (
     joined,
     solve,
 )
-from ocp.mesh.trajectory import Piece
+from ocp.mesh.trajectory import SignalGroup
 from ocp.numerics.extrapolation import SUBSTEPS, extrapolated_step
-from ocp.verification.simulation import replay, replayed
+from ocp.numerics.piecewise_polynomial import Bernstein, Lagrange, Piece, PiecewisePolynomial
+from ocp.verification.simulation import replayed, simulate
 
 
 @pytest.mark.parametrize("rate", [-1.0, -2.0])
@@ -53,13 +55,49 @@ def stepped(breakpoints, accelerations, start):
     s = tau * lengths[:, None]
     a = np.asarray(accelerations)[:, None]
     states = np.stack([x[:-1, None] + v[:-1, None] * s + a * s**2 / 2, v[:-1, None] + a * s], 2)
-    count = len(lengths)
-    piece = Piece(2, np.arange(count), states, np.empty((count, 2, 0)), np.empty((count, 2, 0)))
-    own = PhaseTrajectory(
-        "move", "radau", np.asarray(breakpoints), ("x", "v"), ("u",), (), (), (),
-        np.asarray(accelerations)[:, None], np.empty((count, 2, 0)), (piece,),
-    )  # fmt: skip
-    return Trajectory((own,)), x, v
+    controls = np.asarray(accelerations)[:, None, None]
+    points, every = np.asarray(breakpoints), np.arange(len(lengths))
+    groups = (
+        group("state", ("x", "v"), points, Piece(every, Lagrange(tuple(tau)), states)),
+        group("control", ("u",), points, Piece(every, Bernstein(1), controls)),
+    )
+    phase = PhaseTrajectory("move", Radau(2), points, np.full(len(lengths), 2), groups)
+    return Trajectory((phase,)), x, v
+
+
+def group(kind, names, breakpoints, piece):
+    return SignalGroup(kind, names, PiecewisePolynomial(breakpoints, (piece,)))
+
+
+def changed(phase, kind, change):
+    """A phase whose coefficients of one kind of signals were changed in place, piece by piece."""
+    groups = []
+    for old in phase.groups:
+        pieces = tuple(
+            replace(p, coefficients=p.coefficients.copy()) for p in old.polynomial.pieces
+        )
+        for piece in pieces if old.kind == kind else ():
+            change(piece)
+        groups.append(replace(old, polynomial=replace(old.polynomial, pieces=pieces)))
+    return replace(phase, groups=tuple(groups))
+
+
+def pushed(phase, by):
+    """A phase whose controls are off by a constant."""
+
+    def push(piece):
+        piece.coefficients[:] += by
+
+    return changed(phase, "control", push)
+
+
+def ended(phase, by):
+    """A phase that says it ends elsewhere in its first state."""
+
+    def end(piece):
+        piece.coefficients[-1, -1, 0] += by
+
+    return changed(phase, "state", end)
 
 
 def double_integrator():
@@ -76,7 +114,7 @@ def test_replay_of_random_steps_of_acceleration_is_the_closed_form(controls, sta
     points = np.cumsum([0.0, *(0.1 + 0.05 * np.arange(len(controls)) % 0.3)])
     trajectory, x, v = stepped(points, controls, start)
     problem, _ = double_integrator()
-    done = replay(problem, trajectory, {"x": 1.0, "v": 1.0})
+    done = simulate(problem, trajectory, {"x": 1.0, "v": 1.0})
     found = done.phases[0].states
     # parabolas are exact for the midpoint rule: round-off of values up to 100
     np.testing.assert_allclose(found[:, -1, 0], x[1:], atol=1e-12)
@@ -92,22 +130,18 @@ def test_replay_of_random_steps_of_acceleration_is_the_closed_form(controls, sta
 @given(controls=accelerations, off=st.floats(1e-6, 1.0))
 def test_replay_notices_a_wrong_end(controls, off):
     trajectory, _, _ = stepped(np.linspace(0, 2, len(controls) + 1), controls, (0.0, 0.0))
-    own = trajectory.phases[0]
-    states = own.pieces[0].states.copy()
-    states[-1, -1, 0] += off
-    wrong = replace(own, pieces=(replace(own.pieces[0], states=states),))
+    wrong = ended(trajectory.phases[0], off)
     problem, _ = double_integrator()
-    done = replay(problem, replace(trajectory, phases=(wrong,)), {"x": 10.0, "v": 1.0})
+    done = simulate(problem, replace(trajectory, phases=(wrong,)), {"x": 10.0, "v": 1.0})
     assert done.miss == pytest.approx(off / 10.0, rel=1e-5)  # round-off of the smallest offset
     assert done.phases[0].miss[0] == pytest.approx(-off, rel=1e-5)
 
 
 def test_replay_notices_a_wrong_control():
     trajectory, _, _ = stepped(np.linspace(0, 2, 5), [1.0, -1.0, 2.0, 0.0], (0.0, 0.0))
-    own = trajectory.phases[0]
-    wrong = replace(own, steps=own.steps + np.array([[0.0], [0.01], [0.0], [0.0]]))
+    wrong = pushed(trajectory.phases[0], np.array([0.0, 0.01, 0.0, 0.0])[:, None, None])
     problem, _ = double_integrator()
-    done = replay(problem, replace(trajectory, phases=(wrong,)), {"x": 1.0, "v": 1.0})
+    done = simulate(problem, replace(trajectory, phases=(wrong,)), {"x": 1.0, "v": 1.0})
     # 0.01 m/s^2 over 0.5 s, then coasting for 1 s
     np.testing.assert_allclose(done.phases[0].miss, [0.005 * 0.25 + 0.005, 0.005], rtol=1e-9)
 
@@ -164,20 +198,15 @@ def test_a_replay_goes_through_all_phases():
         links=joined(first, second),
     )  # fmt: skip
     found = solve(problem)
-    own = found.trajectory.phase("first")
-    states = own.pieces[0].states.copy()
-    states[-1, -1, 0] += 1e-3  # the first phase says it ends where it does not
-    wrong = replace(own, pieces=(replace(own.pieces[0], states=states), *own.pieces[1:]))
-    spoilt = replace(found.trajectory, phases=(wrong, found.trajectory.phase("second")))
-    assert found.verification.miss < 1e-6  # as `Settings` promises
-    assert replay(problem, spoilt, {"x": 1.0, "v": 1.0}).miss == pytest.approx(1e-3, rel=1e-2)
+    first_phase, second_phase = found.trajectory.phases
+    # the first phase says it ends where it does not
+    spoilt = replace(found.trajectory, phases=(ended(first_phase, 1e-3), second_phase))
+    assert found.verification.miss < 1e-6  # as `Accuracy` promises
+    assert simulate(problem, spoilt, {"x": 1.0, "v": 1.0}).miss == pytest.approx(1e-3, rel=1e-2)
 
     # a control that is off in the first phase shifts the second one too, which then coasts for 1 s
-    pieces = tuple(replace(p, controls=p.controls + 0.01) for p in own.pieces)
-    pushed = replace(
-        found.trajectory, phases=(replace(own, pieces=pieces), found.trajectory.phase("second"))
-    )
-    one, two = replay(problem, pushed, {"x": 1.0, "v": 1.0}).phases
+    off = replace(found.trajectory, phases=(pushed(first_phase, 0.01), second_phase))
+    one, two = simulate(problem, off, {"x": 1.0, "v": 1.0}).phases
     assert one.miss[1] > 1e-3
     # errors of the unspoilt solution add to both sides
     np.testing.assert_allclose(two.miss, [one.miss[0] + one.miss[1], one.miss[1]], atol=1e-7)
@@ -192,8 +221,8 @@ def unstable(end):
 
 def test_the_amplification_is_the_growth_of_the_variational_equation():
     found = solve(unstable(5.0))
-    # df/dx is constant, so that the exponential of the pieces is exact up to differences of 1e-6
-    assert found.replay.amplification == pytest.approx(np.exp(10.0), rel=1e-6)
+    # df/dx is constant and exact, so that the exponential is exact up to rounding
+    assert found.replay.amplification == pytest.approx(np.exp(10.0), rel=1e-10)
     assert found.verification.amplification == found.replay.amplification
     assert found.replay.restarts == 0
 
@@ -206,10 +235,8 @@ def test_a_motion_that_amplifies_too_much_is_replayed_in_segments():
     assert found.verification.restarts >= 2
     assert found.verification.passed
     # a control that is off is still noticed
-    own = found.trajectory.phases[0]
-    pieces = tuple(replace(p, controls=p.controls + 1e-4) for p in own.pieces)
-    pushed = replace(found.trajectory, phases=(replace(own, pieces=pieces),))
-    assert replay(found.problem, pushed, found.replay.sizes).miss > 1e-4
+    off = replace(found.trajectory, phases=(pushed(found.trajectory.phases[0], 1e-4),))
+    assert simulate(found.problem, off, found.replay.sizes).miss > 1e-4
 
 
 def test_a_phase_starts_anew_where_those_before_it_amplified_too_much():
