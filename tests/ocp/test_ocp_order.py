@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from ocp import Control, FixedMesh, Phase, Problem, Settings, State, solve
-from ocp.numerics.schemes import scheme, scheme_named
+from ocp.numerics.schemes import scheme_named
 
 METHODS = [
     *[("radau", s) for s in (1, 2, 3, 4)], *[("gauss", s) for s in (1, 2, 3)],
@@ -52,7 +52,7 @@ def slope(steps, errors):
 
 @pytest.mark.parametrize(("name", "degree"), METHODS)
 def test_end_state_converges_with_the_declared_order(name, degree, exact):
-    order = scheme(name, degree).order
+    order = scheme_named(name, degree).at(degree).order
     meshes = MESHES[order]
     errors = np.array([np.abs(pendulum_end(name, degree, n) - exact).max() for n in meshes])
     seen = errors > FLOOR
@@ -78,7 +78,7 @@ def test_optimum_converges_with_the_declared_order(name, degree):
     w = np.sqrt(2)
     e = np.exp(-2 * w * LQ_SPAN)
     exact = (1 - e) / ((w - 1) + (w + 1) * e)
-    order = scheme(name, degree).order
+    order = scheme_named(name, degree).at(degree).order
     meshes = LQ_MESHES[order]
     errors = np.array([abs(lq(name, degree, n).objective - exact) for n in meshes])
     assert errors.min() > FLOOR
@@ -89,7 +89,7 @@ def test_optimum_converges_with_the_declared_order(name, degree):
 @pytest.mark.parametrize(("name", "degree"), METHODS)
 def test_controls_and_costates_converge_with_their_own_order(name, degree):
     # x' = x - p/2, p' = -2 x - p with p(3) = 0, u = -p/2
-    method = scheme(name, degree)
+    method = scheme_named(name, degree).at(degree)
     times = np.linspace(0.01, 2.99, 97)
     matrix = np.array([[1.0, -0.5], [-2.0, -1.0]])
     at_end = expm(LQ_SPAN * matrix)
