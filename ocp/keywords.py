@@ -33,7 +33,8 @@ def checked_keywords(former: Mapping[str, Remedy] | None = None) -> Callable[[Ta
         name = target.__name__
         if isinstance(target, type):
             # the constructor that `dataclass` has written
-            setattr(target, "__init__", _checked(target.__init__, name, former or {}))  # noqa: B010
+            init = _checked(vars(target)["__init__"], name, former or {})
+            setattr(target, "__init__", init)  # noqa: B010
             return target
         checked: Any = _checked(target, name, former or {})
         return checked

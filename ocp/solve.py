@@ -88,7 +88,7 @@ def solve(
     Interrupted
         The user stopped the solve.
     """
-    settings = settings or Settings()
+    settings = Settings() if settings is None else settings
     check_arguments(problem, settings, guess, mesh)
     if mesh is None:
         mesh = guess.mesh if isinstance(guess, Solution) else first_mesh(problem, settings)
@@ -144,7 +144,7 @@ def collocate(
     objective : float
         Its value [unit of the objective].
     """
-    settings = settings or Settings()
+    settings = Settings() if settings is None else settings
     check_arguments(problem, settings, guess, mesh)
     parameters = parameters_of(problem)
     with shown(progress) as say:
@@ -169,7 +169,7 @@ def check_arguments(problem: Any, settings: Any, guess: Any, mesh: Any) -> None:
             "minimise=...)"
         )
     for what, value, kinds, remedy in (
-        ("the problem", problem, (Problem,), "give a Problem"),
+        ("problem", problem, (Problem,), "give a Problem"),
         ("settings", settings, (Settings,), "write Settings(...)"),
         ("mesh", mesh, (Mesh, type(None)), "give a Mesh, such as solution.mesh"),
         (
@@ -180,7 +180,9 @@ def check_arguments(problem: Any, settings: Any, guess: Any, mesh: Any) -> None:
         ),
     ):
         if not isinstance(value, kinds):
-            raise StatementError(f"{what} is of type {type(value).__name__}; {remedy}")
+            raise StatementError(
+                f"the argument '{what}' is of type {type(value).__name__}; {remedy}"
+            )
 
 
 def start_from(problem: Problem, settings: Settings, guess: Solution | Trajectory | None) -> Start:

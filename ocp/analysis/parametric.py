@@ -105,7 +105,7 @@ def prepare(
     StatementError
         When the statement cannot be transcribed.
     """
-    settings = settings or Settings()
+    settings = Settings() if settings is None else settings
     check_arguments(problem, settings, guess, mesh)
     fixed = FixedMesh(highest_degree=settings.refinement.highest_degree)
     settings = replace(settings, refinement=fixed)

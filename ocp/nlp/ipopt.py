@@ -17,6 +17,7 @@ from ocp.keywords import checked_keywords
 from ocp.nlp.interrupts import Interrupts, noted_interrupts
 from ocp.nlp.result import NlpResult, Outcome
 from ocp.nlp.solver import Listener, StartingPoint
+from ocp.problem.symbols import is_real
 from ocp.transcription.kernels import Program
 from ocp.transcription.transcribe import ProgramLimits
 
@@ -127,7 +128,7 @@ class Ipopt:
 
         for name in ("tolerance", "dual_tolerance", "constraint_violation", "complementarity"):
             value = getattr(self, name)
-            if not isinstance(value, (int, float)) or not value > 0:
+            if not (is_real(value) and value > 0):
                 raise StatementError(f"IPOPT's {name} is {value!r}; give a positive number")
 
     def within(self, iterations: float, seconds: float) -> Ipopt:
@@ -176,17 +177,18 @@ class Ipopt:
         """
         begin = clock.perf_counter()
         options = _casadi_options(program) | self._options()
-        point = {"x0": start.x}
+        multipliers: dict[str, Any] = {}
         if start.warm:
             options |= _WARM_START
-            point |= {"lam_x0": start.bound_multipliers, "lam_g0": start.row_multipliers}
+            multipliers = {"lam_x0": start.bound_multipliers, "lam_g0": start.row_multipliers}
 
         with noted_interrupts() as interrupts:
             watch = _Watch(program, interrupts, listener)
             options["iteration_callback"] = watch
             solver = ca.nlpsol("solver", "ipopt", program.oracle, options)
             solution = solver(
-                **point,
+                x0=start.x,
+                **multipliers,
                 p=parameters,
                 lbx=limits.columns[0],
                 ubx=limits.columns[1],

@@ -1,0 +1,217 @@
+"""Settings: what they refuse, with what to write instead, and what may be plugged in."""
+
+import dataclasses
+import io
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from ocp import (
+    Accuracy,
+    AdaptiveMesh,
+    Control,
+    FixedMesh,
+    Gauss,
+    Ipopt,
+    Mesh,
+    Phase,
+    Problem,
+    Radau,
+    Settings,
+    State,
+    StatementError,
+    collocate,
+    solve,
+)
+from ocp.mesh.mesh import bisected
+from ocp.nlp.solver import NlpSolver
+from ocp.progress import LiveLine
+from ocp.refinement.policy import RefinementPolicy
+
+
+def transfer() -> Problem:
+    """1 m in 1 s from rest to rest with least effort, 12."""
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
+    phase = Phase("move", {x: v, v: u}, initial={x: 0, v: 0}, final={x: 1, v: 0})
+    return Problem("transfer", phase, minimise=phase.integral(u**2))
+
+
+def sway() -> Problem:
+    """A pendulum brought to another angle: nonlinear, so that a coarse mesh is off."""
+    import casadi as ca
+
+    q, w, u = State("q", "rad"), State("w", "rad/s"), Control("u", "N m")
+    phase = Phase(
+        "sway", {q: w, w: u - 9.81 * ca.sin(q)}, initial={q: 0, w: 0}, final={q: 1, w: 0}, end=2
+    )
+    return Problem("sway", phase, minimise=phase.integral(u**2))
+
+
+FORMER = {
+    "degree": ({"degree": 3}, r"no keyword 'degree' any more; write scheme=Radau\(3\)"),
+    "shape of controls": ({"control_shape": "linear"}, r"write controls='linear'"),
+    "no refinement": ({"refine": False}, r"write refinement=FixedMesh\(\)"),
+    "refinement": ({"refine": True}, r"'refine' any more; leave it out"),
+    "rounds": ({"rounds": 3}, r"write refinement=AdaptiveMesh\(rounds=3\)"),
+    "path tolerance": ({"path_tolerance": 1e-8}, r"write accuracy=Accuracy\(path=1e-08\)"),
+    "dynamics tolerance": ({"dynamics_tolerance": 1e-8}, r"write accuracy=Accuracy\(dynamics="),
+    "options of IPOPT": ({"ipopt": Ipopt()}, r"write solver=Ipopt\(\.\.\.\)"),
+    "compiling": ({"compile": True}, r"'compile' any more; leave it out"),
+    "fatrop": ({"solver": "fatrop"}, r"'solver' is 'fatrop'; leave it out"),
+    "a scheme's name": ({"scheme": "gauss"}, r"'scheme' is 'gauss'; write scheme=Gauss\(\)"),
+}
+MISUSED = {
+    "a class for a scheme": ({"scheme": Gauss}, r"'scheme' is .*; write Gauss\(\)"),
+    "something else for a scheme": ({"scheme": 4}, r"'scheme' is 4; give one of Radau\(\), Gauss"),
+    "a class for a solver": ({"solver": Ipopt}, r"'solver' is .*; give Ipopt\(\)"),
+    "a flag for a policy": ({"refinement": False}, r"give AdaptiveMesh\(\) or FixedMesh\(\)"),
+    "a number for accuracy": ({"accuracy": 1e-6}, r"'accuracy' is 1e-06; give Accuracy\(\)"),
+    "half an interval": ({"intervals": 2.5}, r"'intervals' is 2.5; give a positive integer"),
+    "a misspelt keyword": ({"refinment": FixedMesh()}, r"'refinment'; did you mean 'refinement'\?"),
+    "an unknown keyword": ({"turbo": True}, r"'turbo'; there are scheme, intervals, controls,"),
+    "a budget of no time": ({"seconds": math.inf}, r"'seconds' is inf; give a positive number"),
+}
+
+
+@pytest.mark.parametrize("case", [*FORMER, *MISUSED])
+def test_former_and_wrong_settings_are_answered_with_what_to_write(case) -> None:
+    keywords, words = {**FORMER, **MISUSED}[case]
+    with pytest.raises(StatementError, match=words):
+        Settings(**keywords)
+
+
+OBJECTS = {
+    "accuracy": (lambda: Accuracy(dynamic=1e-6), r"'dynamic'; did you mean 'dynamics'\?"),
+    "a negative accuracy": (lambda: Accuracy(replay=-1.0), r"'replay' is -1.0; give a positive"),
+    "adaptive mesh": (lambda: AdaptiveMesh(round=3), r"'round'; did you mean 'rounds'\?"),
+    "no rounds": (lambda: AdaptiveMesh(rounds=0), r"'rounds' of an adaptive mesh is 0; give a pos"),
+    "fixed mesh": (lambda: FixedMesh(rounds=3), r"FixedMesh has no keyword 'rounds'"),
+    "Ipopt": (lambda: Ipopt(max_iteration=3), r"did you mean 'max_iterations'\?"),
+    "Ipopt's tolerance": (lambda: Ipopt(tolerance=0), r"tolerance is 0; give a positive number"),
+    "a replaced setting": (
+        lambda: dataclasses.replace(Settings(), rounds=3),
+        r"write refinement=AdaptiveMesh",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", OBJECTS)
+def test_objects_of_the_settings_refuse_in_a_sentence(case) -> None:
+    make, words = OBJECTS[case]
+    with pytest.raises(StatementError, match=words):
+        make()
+
+
+ARGUMENTS = {
+    "a phase": (
+        lambda p: solve(p.phases[0]),
+        r"'move' is a phase without an objective; write Problem\('move', phase, minimise=",
+    ),
+    "a misspelt keyword": (lambda p: solve(p, setting=Settings()), r"did you mean 'settings'\?"),
+    "a table of settings": (lambda p: solve(p, settings={}), r"'settings' is of type dict; write"),
+    "a pair as guess": (lambda p: solve(p, guess=(0, 1)), r"'guess' is of type tuple; .*Phase\(g"),
+    "a number as mesh": (lambda p: solve(p, mesh=20), r"'mesh' is of type int; give a Mesh"),
+    "a number as problem": (lambda p: solve(3), r"'problem' is of type int; give a Problem"),
+    "a number as progress": (lambda p: solve(p, progress=1), r"progress is 1; give True"),
+    "another verb": (lambda p: collocate(p, gues=None), r"collocate.*did you mean 'guess'\?"),
+}
+
+
+@pytest.mark.parametrize("case", ARGUMENTS)
+def test_misuse_of_solve_is_answered_in_a_sentence(case) -> None:
+    call, words = ARGUMENTS[case]
+    with pytest.raises(StatementError, match=words):
+        call(transfer())
+
+
+@dataclass(frozen=True)
+class Counting:
+    """A solver of one's own: IPOPT behind a counter of its runs."""
+
+    runs: list[int]
+    inner: Ipopt = dataclasses.field(default_factory=Ipopt)
+
+    def solve(self, program, start, limits, parameters, listener=None):
+        result = self.inner.solve(program, start, limits, parameters, listener)
+        self.runs.append(result.iterations)
+        return dataclasses.replace(result, solver="counting")
+
+    def within(self, iterations, seconds):
+        return dataclasses.replace(self, inner=self.inner.within(iterations, seconds))
+
+    def loosened(self, tolerance):
+        return self
+
+    def alternatives(self, *, warm):
+        return ()
+
+
+def test_a_solver_of_ones_own_is_used() -> None:
+    solver = Counting([])
+    assert isinstance(solver, NlpSolver)
+    found = solve(transfer(), settings=Settings(solver=solver, intervals=4))
+    assert found.objective == pytest.approx(12.0, rel=1e-7)
+    assert [entry.iterations for entry in found.mesh_iterations] == solver.runs
+    assert {entry.solver for entry in found.mesh_iterations} == {"counting"}
+
+
+@dataclass(frozen=True)
+class Bisecting:
+    """A policy of one's own: every interval in two until the dynamics are right."""
+
+    rounds: int = 6
+    highest_degree: int = 2
+    adapts: bool = True
+
+    def next_mesh(self, solved, accuracy) -> Mesh | None:
+        last = solved[-1]
+        return None if last.errors.dynamics <= accuracy.dynamics else bisected(last.mesh, 1000)
+
+    def after_failure(self, solved, failed, accuracy):
+        return None
+
+
+def test_a_policy_of_ones_own_is_used() -> None:
+    policy = Bisecting()
+    assert isinstance(policy, RefinementPolicy)
+    loose = Accuracy(dynamics=1e-3, path=1e-3, objective=1e-3, replay=1e-2)
+    settings = Settings(scheme=Radau(2), intervals=4, refinement=policy, accuracy=loose)
+    found = solve(sway(), settings=settings)
+    # the last mesh once more, to the solver's own tolerance
+    assert [entry.intervals for entry in found.mesh_iterations] == [4, 8, 16, 32, 32]
+    errors = [entry.dynamics_error for entry in found.mesh_iterations]
+    assert errors[-1] <= 1e-3 < errors[-3]
+
+
+def test_a_fixed_mesh_is_solved_once_and_its_answer_returned_as_it_is() -> None:
+    coarse = Settings(scheme=Radau(2), intervals=3, refinement=FixedMesh())
+    found = solve(sway(), settings=coarse)
+    assert len(found.mesh_iterations) == 1
+    assert found.verdict == "unverified"
+    np.testing.assert_allclose(found.mesh.phases[0].breakpoints, [0, 1 / 3, 2 / 3, 1])
+
+
+class Terminal(io.StringIO):
+    """A stream that says it is a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def test_one_live_line_on_a_terminal() -> None:
+    line = LiveLine(Terminal())
+    for text in ("a long line, iteration 1", "short, iteration 2"):
+        line(text)
+    line.close()
+    first, second = line.stream.getvalue().split("\r")[1:]
+    assert first == "a long line, iteration 1"
+    assert second == "short, iteration 2".ljust(len(first)) + "\n"
+
+
+def test_one_line_a_mesh_round_elsewhere(capsys) -> None:
+    found = solve(sway(), settings=Settings(intervals=5), progress=True)
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == len(found.mesh_iterations)
+    assert lines[0] == "sway: mesh round 1 (5 intervals)"
