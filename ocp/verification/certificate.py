@@ -15,6 +15,7 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array
+from ocp.keywords import checked_keywords
 from ocp.mesh.evaluation import Evaluator
 from ocp.optimality.active_set import limit_distances
 from ocp.optimality.iterate import Iterate
@@ -38,32 +39,46 @@ _LEAST_SIZE = 1e-300
 _LEAST_WEIGHT = 1e-12
 
 
+@checked_keywords({"corners": "write changes={value}"})
 @dataclass(frozen=True)
 class Tolerances:
     """What a certificate allows, all relative.
 
     Attributes
     ----------
-    replay, excess, objective, bounds : float
-        Of the replayed motion; `bounds` are those of the problem, and its links.
-    feasible, stationary, complementary : float
-        Of the scaled program, whose solver stops at a dual infeasibility of 1e-6 and a
-        complementarity of 1e-8.
-    within, strict : float
-        Range of the Hamiltonian between two changes of the active set, and the worst interval mean
-        of dH/du, in all intervals but those that hold such a change or are next to one.
+    replay : float
+        Missed end state of the replay: what a solve promises by default.
+    excess : float
+        Excess of a path constraint or peak of the replay: ten times the default of a solve, because
+        the replayed motion is off by a little, too.
+    objective, bounds : float
+        Difference of the replayed objective, and excess of the problem's bounds and links: ten
+        times the default for the missed end state, as misses of all states act on them.
+    feasible : float
+        Violated rows and bounds of the scaled program. The solver stops at 1e-10.
+    stationary : float
+        Slope of the scaled Lagrangian. The solver stops at 1e-6.
+    complementary : float
+        Product of a multiplier and the distance to its limit. The solver accepts 1e-8.
+    within : float
+        Range of the Hamiltonian between two changes of the active set, where costates are as exact
+        as the slope of the Lagrangian.
+    strict : float
+        Worst interval mean of dH/du, in all intervals but those that hold a change of the active
+        set or are next to one. It is relative to terms that cancel, hence wider than `within`.
     changes : float
-        Part of the duration that these may take.
+        Part of the duration that these may take. Where it is most of it, little has been tested.
     hamiltonian : float
-        Mean drift over the whole phase, changes included, and the end values of free times.
+        Mean drift of the Hamiltonian over the whole phase, and its end values at free times.
         Costates are of first order only in intervals that hold a jump of theirs, so that this is
         far wider than what holds between changes.
     slope : float
-        Of the interval means of dH/du, averaged over time, changes included.
+        Interval means of dH/du, averaged over time, changes included.
     concave : float
-        Negative curvature of the Hamiltonian by a free control.
+        Negative curvature of the Hamiltonian by a free control: rounding of a few products.
     peak : float
-        Sum and sign of a peak's multipliers.
+        Sum and sign of a peak's multipliers: ten times what the solver leaves of the slope of the
+        Lagrangian by the peak.
     """
 
     replay: float = 1e-6
@@ -245,14 +260,15 @@ def _motion(evidence: _Evidence, allowed: Tolerances) -> Iterator[Condition]:
         "the replayed motion has an objective that differs by this part",
     )
 
+    # bounds and links of the problem, with the peaks of the replay as they are between the points
     dense_peaks = (dense for _, _, dense in verification.peaks)
     peaks = dict(zip(iterate.problem.peaks, dense_peaks, strict=True))
     replay = replayed(iterate.trajectory, simulated)
     excesses = dict(boundary_excesses(iterate, replay, evaluator, peaks))
-    exceeded = [f"'{name}'" for name, excess in excesses.items() if excess > allowed.bounds]
+    exceeded = [f"'{name}'" for name, excess in excesses.items() if not excess <= allowed.bounds]
     yield Condition(
         "problem bounds",
-        max(excesses.values(), default=0.0),
+        float(np.max([0.0, *excesses.values()])),
         allowed.bounds,
         f"the replayed motion does not meet {', '.join(exceeded)}"
         if exceeded
@@ -383,6 +399,8 @@ def _undetermined_jumps(iterate: Iterate, index: int) -> str:
     phase = iterate.trajectory.phases[index]
     fixed = np.delete(phase.fractions, list(iterate.mesh.phases[index].movable))
     places = {jump.at for jump in control_jumps(phase)}
+
+    # with a movable breakpoint on it the place of the jump is optimal, and the multipliers unique
     times = [
         f"{phase.start + place * (phase.end - phase.start):.6g} s"
         for place in sorted(places)
@@ -404,6 +422,7 @@ def _end_values(
     if columns.ends is None:
         return
     statement = columns.phase
+
     sides: tuple[tuple[End, object, float], ...] = (
         ("start", statement.start, 1.0),
         ("end", statement.end, -1.0),
@@ -411,6 +430,8 @@ def _end_values(
     for node, (end, value, sign) in enumerate(sides):
         if not isinstance(value, Between):
             continue
+
+        # the time acts through its own bounds, and through what is stated of the ends
         slope = evidence.bound_multiplier(columns.ends[node])
         slope += _slope_by_time(evidence, principle.name, end)
         found = principle.mean if principle.autonomous else principle.ends[node]
@@ -454,6 +475,8 @@ def _peaks(evidence: _Evidence, allowed: Tolerances) -> Iterator[Condition]:
             for path in transcription.rows.path
             if transcription.constraints[path.phase][path.constraint].peak is peak
         ]
+
+        # the peak's own bound takes its share: a peak of an absolute value is not negative
         factor = iterate.scales.objective / iterate.scales.functionals[peak]
         masses = np.concatenate(scaled) * factor
         weight = evidence.slope(peak) + evidence.bound_multiplier(column)

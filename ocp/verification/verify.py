@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -101,41 +101,14 @@ def verify(
     replay = replayed(trajectory, simulated)
     errors = MotionErrors(iterate.transcription, trajectory, evaluator)
     replay_errors = MotionErrors(iterate.transcription, replay, evaluator)
-    margins = _margins(iterate, errors, evaluator)
 
-    # the objective with peaks as they are between the points
+    # the objective with the peaks that the replay has between the points
     peaks = {peak: dense_peak(evaluator, replay, peak) for peak in problem.peaks}
     objective = problem.sense * evaluator.number(replay, problem.objective, peaks)
 
-    excess = replay_errors.worst_excess
-    reasons = (
-        _over(
-            simulated.miss,
-            accuracy.replay,
-            "the replay misses the end state by {} of its size",
-        ),
-        _over(
-            excess,
-            _SLACK * accuracy.path,
-            "a path constraint or peak of the replay is exceeded by {} of its size",
-        ),
-        _over(
-            errors.worst_dynamics,
-            _SLACK * accuracy.dynamics,
-            "the dynamics, an integral or an equation is off by {} between the points",
-        ),
-        _over(
-            abs(objective - iterate.objective) / objective_size(iterate),
-            _SLACK * accuracy.replay,
-            "the objective of the replay differs from the solver's by {} of its size",
-        ),
-        *_over_rigorously(margins, accuracy),
-        *_over_at_boundary(iterate, replay, accuracy, evaluator, peaks),
-    )
-    failed = tuple(reason for reason in reasons if reason)
-    return Verification(
+    numbers = Verification(
         miss=simulated.miss,
-        excess=excess,
+        excess=replay_errors.worst_excess,
         peaks=tuple(
             (peak.name, reported, peaks[peak])
             for peak, reported in zip(problem.peaks, trajectory.peaks, strict=True)
@@ -143,12 +116,61 @@ def verify(
         objective=iterate.objective,
         replayed_objective=objective,
         integrator_error=simulated.error,
-        passed=not failed,
-        reasons=failed,
-        margins=margins,
+        passed=False,
+        margins=_margins(iterate, errors, evaluator),
         amplification=simulated.amplification,
         restarts=simulated.restarts,
     )
+    boundary = dict(boundary_excesses(iterate, replay, evaluator, peaks))
+    stated = _reasons(numbers, errors.worst_dynamics, boundary, objective_size(iterate), accuracy)
+    reasons = tuple(reason for reason in stated if reason)
+    return replace(numbers, passed=not reasons, reasons=reasons)
+
+
+def _reasons(
+    numbers: Verification,
+    dynamics: float,
+    boundary: Mapping[str, float],
+    size: float,
+    accuracy: Accuracy,
+) -> Iterator[str]:
+    """Why an answer does not pass, an empty string for what does, see the table of `verify`.
+
+    Parameters
+    ----------
+    dynamics : float
+        Error of the dynamics between the points.
+    boundary : mapping of str to float
+        Excess of the problem's bounds and links, by name.
+    size : float
+        Of the objective.
+    """
+    yield _over(numbers.miss, accuracy.replay, "the replay misses the end state by {} of its size")
+    yield _over(
+        numbers.excess,
+        _SLACK * accuracy.path,
+        "a path constraint or peak of the replay is exceeded by {} of its size",
+    )
+    yield _over(
+        dynamics,
+        _SLACK * accuracy.dynamics,
+        "the dynamics, an integral or an equation is off by {} between the points",
+    )
+    yield _over(
+        abs(numbers.replayed_objective - numbers.objective) / size,
+        _SLACK * accuracy.replay,
+        "the objective of the replay differs from the solver's by {} of its size",
+    )
+
+    # a bound that could not be had is none to exceed
+    for margin in numbers.margins:
+        where = f"'{margin.name}' in phase '{margin.phase}'"
+        words = f"by its bound {where} may be exceeded by {{}} of its size"
+        yield _over(margin.rigorous or 0.0, _SLACK * accuracy.path, words)
+
+    for name, excess in boundary.items():
+        words = f"'{name}' is exceeded by {{}} of its size"
+        yield _over(excess, _SLACK * accuracy.replay, words)
 
 
 def unverified(objective: float) -> Verification:
@@ -173,6 +195,8 @@ def boundary_excesses(
     for bound in iterate.problem.boundary_constraints:
         value = evaluator.number(trajectory, bound.expression, peaks)
         lower, upper = parameters.pair(bound)
+
+        # a limit of zero has no size of its own, which its scale then gives
         finite = [abs(limit) for limit in (lower, upper) if np.isfinite(limit)]
         size = max(abs(value), *finite, iterate.scales.bounds["", bound.name])
         yield bound.name, max(value - upper, lower - value) / size
@@ -183,6 +207,8 @@ def _margins(iterate: Iterate, errors: MotionErrors, evaluator: Evaluator) -> tu
     trajectory, constraints = iterate.trajectory, iterate.transcription.constraints
     peaks = dict(zip(iterate.problem.peaks, trajectory.peaks, strict=True))
     margins = []
+
+    # dense values lie below the maximum, rigorous bounds above it: the two enclose it
     for phase, of_phase, excess in zip(trajectory.phases, constraints, errors.excess, strict=True):
         for constraint, dense in zip(of_phase, excess, strict=True):
             if not constraint.is_equation:
@@ -197,25 +223,3 @@ def _over(value: float, allowed: float, words: str) -> str:
     if value <= allowed:
         return ""
     return words.format(f"{value:.2e}") + f" (tolerance {allowed:.0e})"
-
-
-def _over_rigorously(margins: tuple[Margin, ...], accuracy: Accuracy) -> Iterator[str]:
-    for margin in margins:
-        where = f"'{margin.name}' in phase '{margin.phase}'"
-        yield _over(
-            margin.rigorous or 0.0,
-            _SLACK * accuracy.path,
-            f"by its bound {where} may be exceeded by {{}} of its size",
-        )
-
-
-def _over_at_boundary(
-    iterate: Iterate,
-    replay: Trajectory,
-    accuracy: Accuracy,
-    evaluator: Evaluator,
-    peaks: Mapping[Peak, float],
-) -> Iterator[str]:
-    """Bounds and links of the problem that the replay does not meet."""
-    for name, excess in boundary_excesses(iterate, replay, evaluator, peaks):
-        yield _over(excess, _SLACK * accuracy.replay, f"'{name}' is exceeded by {{}} of its size")

@@ -78,9 +78,12 @@ def ride(**settings):
         Bound("wave", ca.sin(position), upper=1.0),
     ]
     phase = Phase(
-        "ride", {position: speed, speed: thrust}, initial={position: 0, speed: 1},
-        final={position: 0, speed: -1}, bounds=bounds,
-    )  # fmt: skip
+        "ride",
+        {position: speed, speed: thrust},
+        initial={position: 0, speed: 1},
+        final={position: 0, speed: -1},
+        bounds=bounds,
+    )
     return solve(
         Problem("ride", phase, minimise=phase.integral(thrust**2 / 2)),
         settings=Settings(**settings),
@@ -117,9 +120,11 @@ def test_a_leak_between_the_points_is_bounded_too():
 def test_a_peak_is_bounded():
     position, speed, thrust = State("position"), State("speed"), Control("thrust")
     phase = Phase(
-        "move", {position: speed, speed: thrust}, initial={position: 0, speed: 0},
+        "move",
+        {position: speed, speed: thrust},
+        initial={position: 0, speed: 0},
         final={position: 1, speed: 0},
-    )  # fmt: skip
+    )
     found = solve(Problem("softly", phase, minimise=phase.peak(thrust, absolute=True)))
     bounds = [m.rigorous for m in found.verification.margins]
     assert len(bounds) == 2  # both sides of the absolute value

@@ -61,9 +61,13 @@ def least_peak():
 
 @pytest.mark.parametrize(
     ("statement", "optimum", "hamiltonian"),
-    [(least_effort, 12.0, -36.0), (least_time, 30.0, -1.0), (bryson_denham, 4.0, 0.0),
-     (least_peak, 2.0, -4.0)],
-)  # fmt: skip
+    [
+        (least_effort, 12.0, -36.0),
+        (least_time, 30.0, -1.0),
+        (bryson_denham, 4.0, 0.0),
+        (least_peak, 2.0, -4.0),
+    ],
+)
 def test_known_optima_are_certified(statement, optimum, hamiltonian):
     found = solve(statement())
     certificate = certify(found)
@@ -89,9 +93,11 @@ def test_time_in_the_dynamics():
     x, u = State("x"), Control("u")
     phase = Phase("go", {x: u / (1 + TIME)}, {x: 0}, {x: 1}, end=Between(0.1, 9, 1))
     problem = Problem(
-        "clock", [phase], minimise=phase.integral(u**2) + phase.end_time,
+        "clock",
+        [phase],
+        minimise=phase.integral(u**2) + phase.end_time,
         bounds=[Bound("late", phase.end_time, "s", upper=5.0)],
-    )  # fmt: skip
+    )
     certificate = certify(solve(problem))
     names = [c.name for c in certificate.checks]
     assert "Hamiltonian at the end of 'go'" in names
@@ -143,8 +149,9 @@ def test_a_costate_that_is_off_between_changes_fails():
     )
 
 
-@pytest.mark.parametrize(("sense", "names"), [("maximise", {"curvature of 'go'"}),
-                                              ("minimise", set())])  # fmt: skip
+@pytest.mark.parametrize(
+    ("sense", "names"), [("maximise", {"curvature of 'go'"}), ("minimise", set())]
+)
 def test_a_stationary_point_that_is_no_minimum_fails(sense, names):
     # int u^2 with a mean u of 1 has no maximum, but u = 1 is stationary for either sense
     x, u = State("x", "m"), Control("u", "m/s")

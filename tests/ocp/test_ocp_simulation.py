@@ -156,9 +156,13 @@ def swing():
     gravity, drag = Constant("gravity", "1/s^2", 4.0), Unknown("drag", "1/s", 0.1, 0.4)
     forces = push + 0.5 * lean * ca.cos(angle) + 0.3 * kick * ca.sin(TIME)
     phase = Phase(
-        "swing", {angle: rate, rate: forces - gravity * ca.sin(angle) - drag * rate},
-        initial={angle: 0.5, rate: 0.0}, final={rate: 0.0}, start=1.0, end=4.0,
-    )  # fmt: skip
+        "swing",
+        {angle: rate, rate: forces - gravity * ca.sin(angle) - drag * rate},
+        initial={angle: 0.5, rate: 0.0},
+        final={rate: 0.0},
+        start=1.0,
+        end=4.0,
+    )
     cost = phase.integral(push**2 + lean**2 + kick**2) + (phase.at_end(angle) - 1.0) ** 2 * 50
     return Problem("swing", [phase], minimise=cost + drag), (angle, rate, push, lean, kick), drag
 
@@ -168,9 +172,9 @@ def test_replay_agrees_with_another_integrator():
     found = solve(problem, settings=Settings(intervals=8, refinement=FixedMesh()))
 
     def rates(t, y, k):
-        u, w, c = (found.trajectory.phases[0].local(
-            np.array([k]), np.array([(t - points[k]) / (points[k + 1] - points[k])])
-        )[0, names.index(s)] for s in ("push", "lean", "kick"))  # fmt: skip
+        tau = (t - points[k]) / (points[k + 1] - points[k])
+        signals = own.local(np.array([k]), np.array([tau]))[0]
+        u, w, c = (signals[names.index(name)] for name in ("push", "lean", "kick"))
         force = u + 0.5 * w * np.cos(y[0]) + 0.3 * c * np.sin(t)
         return [y[1], force - 4.0 * np.sin(y[0]) - found.value(drag) * y[1]]
 
@@ -194,9 +198,11 @@ def test_a_replay_goes_through_all_phases():
     first = Phase("first", {x: v, v: u - x**3}, initial={x: 0, v: 0}, end=1)
     second = Phase("second", {x: v, v: u}, final={x: 1, v: 0}, start=1, end=2)
     problem = Problem(
-        "two", [first, second], minimise=first.integral(u**2) + second.integral(u**2),
+        "two",
+        [first, second],
+        minimise=first.integral(u**2) + second.integral(u**2),
         links=joined(first, second),
-    )  # fmt: skip
+    )
     found = solve(problem)
     first_phase, second_phase = found.trajectory.phases
     # the first phase says it ends where it does not
@@ -242,11 +248,11 @@ def test_a_motion_that_amplifies_too_much_is_replayed_in_segments():
 def test_a_phase_starts_anew_where_those_before_it_amplified_too_much():
     x, u = State("x"), Control("u")
     times = [0.0, 3.0, 6.0, 9.0]
+    ends = [({x: 1}, {}), ({}, {}), ({}, {x: 0})]
     phases = [
-        Phase(f"phase {i}", {x: 2 * x + u}, {x: 1} if i == 0 else {}, {x: 0} if i == 2 else {},
-              start=times[i], end=times[i + 1])
+        Phase(f"phase {i}", {x: 2 * x + u}, *ends[i], start=times[i], end=times[i + 1])
         for i in range(3)
-    ]  # fmt: skip
+    ]
     links = (*joined(phases[0], phases[1]), *joined(phases[1], phases[2]))
     effort = sum((p.integral(u**2) for p in phases[1:]), phases[0].integral(u**2))
     found = solve(Problem("three", phases, minimise=effort, links=links))
