@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, TypeVar
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 import numpy as np
 
-from ocp.arrays import Array
+from ocp.arrays import Array, Integers
 from ocp.errors import StatementError
 from ocp.mesh.evaluation import Evaluator
 from ocp.mesh.mesh import Mesh, distinct
-from ocp.mesh.trajectory import Trajectory
+from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers
 from ocp.problem.functionals import Peak
@@ -25,25 +27,45 @@ from ocp.verification.simulation import SimulatedMotion
 from ocp.verification.verify import Verification
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from ocp.analysis.one_sided import Sided
     from ocp.analysis.scaling_report import ScalingReport
 
 Kept = TypeVar("Kept")
+_ROUNDING = 1e-9  # of a phase's times, by which a time may miss its ends
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Solution:
     """A verified trajectory and how it came about.
 
     Attributes
     ----------
-    objective : value of what was minimised or maximised, as the solver reports it.
-    trajectory, replayed : the solution and its independent replay; with `verify=False` there is
-        none, `replayed` is the solution and `replay` has no phases.
-    mesh_iterations : the mesh rounds.
-    verdict : "global: bound met", "local: ..." or "unverified", in words.
-    multipliers : of dynamics (costates), bounds, links and peaks, in the units of the statement.
-    iterate : the solved program's unknowns and multipliers, for proofs.
+    problem : Problem
+    objective : float
+        Value of what was minimised or maximised, as the solver reports it [unit of the objective].
+    trajectory, replayed : Trajectory
+        The solution and its independent replay.  With ``verify=False`` there is none: `replayed`
+        is the solution then, and `replay` has no phases.
+    replay : SimulatedMotion
+        The replay with its own errors.
+    verification : Verification
+        What the replay and the evaluation between the points found.
+    mesh : Mesh
+        The last one.
+    mesh_iterations : tuple of MeshIteration
+        What each mesh round took and found.
+    verdict : str
+        "global: bound met", "local: ..." or "unverified", in words.
+    evaluator : Evaluator
+        Of expressions of the problem.
+    seconds : float
+        That the solve took [s].
+    multipliers : Multipliers or None
+        Of dynamics (costates), bounds, links and peaks, in the units of the statement.
+    iterate : Iterate or None
+        The point of the nonlinear program, for proofs and warm starts.
     """
 
     problem: Problem
@@ -60,26 +82,46 @@ class Solution:
     multipliers: Multipliers | None = None
     iterate: Iterate | None = None
 
+    def __repr__(self) -> str:
+        from ocp.solution.summary import summary
+
+        return summary(self)
+
+    def _repr_html_(self) -> str:
+        from ocp.solution.summary import summary_html
+
+        return summary_html(self)
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError(
+            "a Solution cannot be pickled or copied; write ocp.save(solution, path), and "
+            "ocp.load(path) to read it"
+        )
+
     @property
     def breakpoints(self) -> Array:
-        """Times of the mesh, all phases [s]."""
+        """Times of the mesh, all phases, shape (n,) [s]."""
         return distinct(np.concatenate([p.breakpoints for p in self.trajectory.phases]))
 
     @property
     def iterations(self) -> int:
-        """Iterations of the solver over all rounds."""
-        return sum(r.iterations for r in self.mesh_iterations)
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        from ocp.solution.storage import packed, unpacked
-
-        return unpacked, (Solution, packed({f.name: getattr(self, f.name) for f in fields(self)}))
+        """Iterations of the solver over all mesh rounds."""
+        return sum(entry.iterations for entry in self.mesh_iterations)
 
     def value(self, expression: Any, *, replayed: bool = False) -> float:
         """One number: an expression of functionals, unknowns and constants, or its name.
 
-        Peaks and integrals are evaluated densely, between the points too; with `replayed` along
-        the independent replay.
+        Peaks and integrals are evaluated densely, between the points too.
+
+        Parameters
+        ----------
+        replayed : bool
+            Evaluate along the independent replay.
+
+        Raises
+        ------
+        StatementError
+            When the expression varies in time, or no such name is known.
         """
         source = self._source(replayed)
         expression = named(self.problem, expression)
@@ -88,34 +130,77 @@ class Solution:
         return self.evaluator.number(source, expression, peaks)
 
     def sample(
-        self, expression: Any, times: Any, phase: Phase | str | None = None, *,
+        self,
+        expression: Any,
+        times: Any,
+        phase: Phase | str | None = None,
+        *,
         replayed: bool = False,
-    ) -> Array:  # fmt: skip
-        """An expression of signals, or its name, at times [s], shape of `times`.
+    ) -> Array:
+        """Expressions of signals at times [s].
 
-        At an instant shared by two phases the later one answers unless `phase` says otherwise.
-        With `replayed`, states come from the independent replay.
+        Parameters
+        ----------
+        expression : expression or name, or list of these
+            ``x_t, v_t = solution.sample([x, v], times)`` samples several at once.
+        times : array of any shape
+            [s].  An instant shared by two phases belongs to the later one, unless `phase` says
+            otherwise.
+        replayed : bool
+            Take the states from the independent replay.
+
+        Returns
+        -------
+        Array
+            Shape of `times`; with a list, one such array for each expression.
+
+        Raises
+        ------
+        StatementError
+            When a time lies outside the motion, or no such name is known.
         """
-        t = np.asarray(times, dtype=float)
-        flat, source = t.ravel(), self._source(replayed)
-        result = np.full(flat.size, np.nan)
-        names = [p.name for p in self.problem.phases]
-        if phase is not None:
-            names = [phase if isinstance(phase, str) else phase.name]
-        for name in names:
-            own = source.phase(name)
-            slack = 1e-9 * (1.0 + abs(own.end - own.start))
-            here = (flat >= own.start - slack) & (flat <= own.end + slack)
-            if here.any():
-                k, tau = own.locate(np.clip(flat[here], own.start, own.end))
-                wanted = named(self.problem, expression, name)
-                result[here] = self.evaluator.values(source, name, [wanted], k, tau).ravel()
-        if np.isnan(result).any():
+        source, many = self._source(replayed), isinstance(expression, (list, tuple))
+        expressions = list(expression) if many else [expression]
+
+        def values(motion: PhaseTrajectory, intervals: Integers, tau: Array) -> Array:
+            wanted = [named(self.problem, e, motion.name) for e in expressions]
+            return self.evaluator.values(source, motion.name, wanted, intervals, tau)
+
+        sampled = _sampled(source, times, _phase_name(phase), len(expressions), values)
+        missing = np.isnan(sampled).any(axis=0)
+        if missing.any():
             first, last = source.phases[0].start, source.phases[-1].end
-            bad = flat[np.isnan(result)][0]
-            if not first <= bad <= last:
-                raise StatementError(f"{bad} s lies outside the motion ({first} to {last} s)")
-        return result.reshape(t.shape)
+            outside = np.asarray(times, dtype=float)[missing][0]
+            if not first <= outside <= last:
+                raise StatementError(f"{outside} s lies outside the motion ({first} to {last} s)")
+        return sampled if many else np.asarray(sampled[0])
+
+    def costate(self, state: Any, times: Any, phase: Phase | str | None = None) -> Array:
+        """The costate of a state (or running integral) at times [s], shape of `times`.
+
+        In the sign of `ocp.optimality.costates`: the change of the optimum, as it is minimised,
+        per unit added to the state.  An instant shared by two phases belongs to the later one,
+        unless `phase` says otherwise.
+
+        Raises
+        ------
+        StatementError
+            When the state has no costate there.
+        """
+        name = state if isinstance(state, str) else state.name
+        costates = {c.name: c for c in self.kept_multipliers.costates if name in c.names}
+
+        def values(motion: PhaseTrajectory, intervals: Integers, tau: Array) -> Array:
+            if motion.name not in costates:
+                return np.full((intervals.size, 1), np.nan)
+            own = costates[motion.name]
+            return own.local(intervals, tau)[:, [own.names.index(name)]]
+
+        sampled = _sampled(self.trajectory, times, _phase_name(phase), 1, values)[0]
+        if np.isnan(sampled).any():
+            missing = np.asarray(times, dtype=float)[np.isnan(sampled)][0]
+            raise StatementError(f"'{name}' has no costate at {missing} s")
+        return np.asarray(sampled)
 
     def _source(self, replayed: bool) -> Trajectory:
         """The solution or its replay; StatementError if that was not asked for."""
@@ -125,28 +210,35 @@ class Solution:
             )
         return self.replayed if replayed else self.trajectory
 
-    def costate(self, state: Any, times: Any, phase: Phase | str | None = None) -> Array:
-        """The costate of a state (or running integral) at times [s], shape of `times`.
+    def table(self, times: Any = None) -> dict[str, Array]:
+        """Columns by name: time [s] and all signals; ``pandas.DataFrame`` takes it as it is.
 
-        In the sign of `ocp.optimality.costates`: the change of the optimum, as it is minimised,
-        per unit
-        added to the state.  At an instant shared by two phases the later one answers unless
-        `phase` says otherwise.
+        Parameters
+        ----------
+        times : array, optional
+            [s].  By default several in each interval, its ends included.
         """
-        t, result = np.asarray(times, dtype=float), np.full(np.size(times), np.nan)
-        flat, name = t.ravel(), state if isinstance(state, str) else state.name
-        wanted = phase.name if isinstance(phase, Phase) else phase
-        for adjoint in self.kept_multipliers.costates:
-            if name not in adjoint.names or wanted not in (None, adjoint.name):
-                continue
-            own = self.trajectory.phase(adjoint.name)
-            slack = 1e-9 * (1.0 + abs(own.end - own.start))
-            here = (flat >= own.start - slack) & (flat <= own.end + slack)
-            k, tau = own.locate(np.clip(flat[here], own.start, own.end))
-            result[here] = adjoint.local(k, tau)[:, adjoint.names.index(name)]
-        if np.isnan(result).any():
-            raise StatementError(f"'{name}' has no costate at {flat[np.isnan(result)][0]} s")
-        return result.reshape(t.shape)
+        from ocp.solution.tables import table
+
+        return table(self, times)
+
+    def to_csv(self, path: str | Path, times: Any = None) -> None:
+        """Write the table of all signals, with units, behind lines of comments that begin with #."""
+        from ocp.solution.tables import write_csv
+
+        write_csv(self, path, times)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The solution in numbers, lists and text only, as JSON takes them."""
+        from ocp.solution.tables import as_dict
+
+        return as_dict(self)
+
+    def plot(self) -> Figure:
+        """A figure of states, controls, path constraints and costates with bounds and mesh."""
+        from ocp.solution.plot import plot
+
+        return plot(self)
 
     @property
     def scaling(self) -> ScalingReport:
@@ -163,28 +255,58 @@ class Solution:
         ActiveSetWarning
             Where the optimum has a kink; the number is then nan.
         """
-        from ocp.analysis.one_sided import single
+        from ocp.analysis.one_sided import sensitivities
 
-        return single(self.one_sided_sensitivities())
+        return sensitivities(self)
 
-    def one_sided_sensitivities(self) -> dict[str, Sided]:
+    def one_sided_sensitivities(self) -> Mapping[str, Sided]:
         """The same for a decrease and for an increase of the number.
 
         See `ocp.analysis.one_sided`.
         """
-        from ocp.analysis.one_sided import one_sided
+        from ocp.analysis.one_sided import one_sided_sensitivities
 
-        return one_sided(self.kept_iterate)
+        return one_sided_sensitivities(self)
 
     @property
     def kept_iterate(self) -> Iterate:
-        """The solved program; StatementError if the solution was made without."""
+        """The point of the program; StatementError if the solution was made without."""
         return _kept(self.iterate)
 
     @property
     def kept_multipliers(self) -> Multipliers:
         """The multipliers; StatementError if the solution was made without."""
         return _kept(self.multipliers)
+
+
+def _phase_name(phase: Phase | str | None) -> str | None:
+    return phase.name if isinstance(phase, Phase) else phase
+
+
+def _sampled(
+    trajectory: Trajectory,
+    times: Any,
+    phase: str | None,
+    count: int,
+    values: Callable[[PhaseTrajectory, Integers, Array], Array],
+) -> Array:
+    """Values (count, *shape of times), nan outside the phases.
+
+    Parameters
+    ----------
+    phase : the only one to look at; all of them if None.
+    values : of a phase's trajectory, intervals and local times: (m, count).
+    """
+    t = np.asarray(times, dtype=float)
+    flat = t.ravel()
+    result = np.full((count, flat.size), np.nan)
+    for motion in trajectory.phases if phase is None else [trajectory.phase(phase)]:
+        slack = _ROUNDING * (1.0 + abs(motion.end - motion.start))
+        here = (flat >= motion.start - slack) & (flat <= motion.end + slack)
+        if here.any():
+            intervals, tau = motion.locate(np.clip(flat[here], motion.start, motion.end))
+            result[:, here] = values(motion, intervals, tau).T
+    return result.reshape(count, *t.shape)
 
 
 def _kept(what: Kept | None) -> Kept:

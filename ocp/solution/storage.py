@@ -1,124 +1,351 @@
-"""Solutions in files: pickled with their statement, without live CasADi symbols.
+"""Solutions in files from which nothing can run code.
 
-CasADi expressions cannot be pickled, but its functions can be written out.  Every expression is
-stored as a serialised function of the bare symbols it depends on, and every bare symbol once, by
-name; loading declares the symbols anew and calls the functions on them.  What can be derived
-again is left out: compiled functions, the nonlinear program, guesses (which may be any callable).
-As with every pickle: load only files you trust.
+A file is a zip archive: the arrays as NumPy writes them, without Python objects, and one JSON text.
+The text lists objects of a few known classes with their fields.  An object refers to others by
+their numbers, and only to those before it.  An expression is a list of elementary functions by name
+(`ocp.numerics.expression_graph`), so that reading it builds an expression and does nothing else.
+
+Left out is what can be made again: compiled functions and the nonlinear program.  Guesses that are
+functions of time are kept as tables.
 """
 
 from __future__ import annotations
 
-import copyreg
 import io
-import pickle
-import zlib
+import json
+import math
+import zipfile
 from collections.abc import Callable, Mapping
+from dataclasses import fields, is_dataclass
+from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import casadi as ca
+import numpy as np
 
-from ocp.mesh.evaluation import Evaluator
-from ocp.problem.statement import Phase
-from ocp.problem.symbols import _DECLARED, Symbol, Time, time
+from ocp.arrays import Array
+from ocp.mesh.initial_guess import StatedGuess
+from ocp.numerics.expression_graph import ExpressionGraph, Instruction, graph_of
+from ocp.problem.parameters import parameters_of
+from ocp.problem.phase import Phase
+from ocp.problem.problem import Problem
+from ocp.problem.symbols import TIME, Signal, Symbol, Time, resolve
+from ocp.solution.solution import Solution
 
-if TYPE_CHECKING:
-    from ocp.solution.solution import Solution
-
-_HEADER = b"ocp solution 1\n"
+_FORMAT = "ocp solution"
+_VERSION = 2
+_TEXT = "solution.json"
+_FIRST_VERSION = b"ocp solution 1\n"  # how files of version 1 began, which held pickled objects
+_SAMPLES = 2001  # of a guess that is a function of time
 
 
 def save(solution: Solution, path: str | Path) -> None:
-    """Write a solution to one file."""
-    Path(path).write_bytes(_HEADER + zlib.compress(pickle.dumps(solution)))
+    """Write a solution with its problem, mesh, multipliers and verification to one file.
+
+    Raises
+    ------
+    TypeError
+        When the solution holds an object of a class that files do not know.
+    """
+    Path(path).write_bytes(packed(solution))
 
 
 def load(path: str | Path) -> Solution:
-    """Read a solution that `save` wrote.
+    """Read a solution that `save` wrote.  Nothing in the file can run code.
 
     Raises
     ------
     ValueError
-        When the file is no such file.
+        When the file holds no solution, is damaged, or was written by another version.
     """
-    data = Path(path).read_bytes()
-    if not data.startswith(_HEADER):
-        raise ValueError(f"'{path}' holds no solution; give a file that ocp.save wrote")
-    found: Solution = pickle.loads(zlib.decompress(data[len(_HEADER) :]))
-    return found
+    solution = unpacked(Path(path).read_bytes(), name=str(path))
+    if not isinstance(solution, Solution):
+        raise _no_solution(str(path))
+    return solution
 
 
-def packed(fields: Mapping[str, Any]) -> bytes:
-    """The fields of a solution as bytes."""
+def packed(thing: Any, known: Problem | None = None) -> bytes:
+    """A solution, problem or trajectory as bytes.
+
+    Parameters
+    ----------
+    known : Problem, optional
+        Left out, because whoever reads the bytes has the same problem.
+    """
+    writer = _Writer()
+    if known is not None:
+        writer.written(known)
+    entries, arrays = len(writer.entries), len(writer.arrays)
+    root = writer.written(thing)
+    text = {
+        "format": _FORMAT,
+        "version": _VERSION,
+        "objects": writer.entries[entries:],
+        "root": root,
+    }
+
     stream = io.BytesIO()
-    _Pickler(stream, protocol=pickle.HIGHEST_PROTOCOL).dump(dict(fields))
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr(_TEXT, json.dumps(text, allow_nan=False))
+        for number, array in enumerate(writer.arrays[arrays:], start=arrays):
+            with archive.open(f"{number}.npy", "w") as member:
+                np.lib.format.write_array(member, array, allow_pickle=False)
     return stream.getvalue()
 
 
-def unpacked(kind: Callable[..., Any], data: bytes) -> Any:
-    """The object of that kind from its fields."""
-    return kind(**pickle.loads(data))
+def unpacked(data: bytes, known: Problem | None = None, name: str = "the data") -> Any:
+    """What `packed` wrote.
+
+    Parameters
+    ----------
+    known : Problem, optional
+        The problem that was left out.  What is read refers to its symbols.
+    name : str
+        Of the file, for messages.
+
+    Raises
+    ------
+    ValueError
+        When it is no such data, damaged, or of another version.
+    """
+    archive = _opened(data, name)
+    # what is wrong inside a file shows in many ways, all of them while its objects are built
+    try:
+        text = json.loads(archive.read(_TEXT))
+        if text["format"] != _FORMAT:
+            raise ValueError(f"its format is {text['format']!r}")
+        version = text["version"]
+        if version == _VERSION:
+            return _read(archive, text, known)
+    except Exception as error:
+        raise ValueError(
+            f"'{name}' is a damaged solution ({error}); solve again and save it"
+        ) from error
+    raise _other_version(name, version)
 
 
-class _Pickler(pickle.Pickler):
-    """Knows how to write expressions, symbols and what holds them."""
+def _opened(data: bytes, name: str) -> zipfile.ZipFile:
+    """The archive; ValueError if it is none, or none of ours."""
+    if data.startswith(_FIRST_VERSION):
+        raise _other_version(name, 1)
+    try:
+        archive = zipfile.ZipFile(io.BytesIO(data))
+    except zipfile.BadZipFile as error:
+        # the list of members is at the end, the name of the first one at the beginning
+        if _TEXT.encode() in data[:100]:
+            raise ValueError(
+                f"'{name}' is a damaged solution (its end is missing); solve again and save it"
+            ) from error
+        raise _no_solution(name) from error
+    if _TEXT not in archive.namelist():
+        raise _no_solution(name)
+    return archive
 
-    def __init__(self, file: io.BytesIO, protocol: int) -> None:
-        super().__init__(file, protocol)
-        self._bare: dict[int, ca.SX] = {}
 
-    def reducer_override(self, value: Any) -> Any:
-        """How to write an object; NotImplemented for the usual way."""
+def _no_solution(name: str) -> ValueError:
+    return ValueError(f"'{name}' holds no solution; give a file that ocp.save wrote")
+
+
+def _other_version(name: str, version: Any) -> ValueError:
+    return ValueError(
+        f"'{name}' is a solution in file version {version!r}, but this version of ocp reads "
+        f"{_VERSION}; solve again and save it, or load it with the ocp that wrote it"
+    )
+
+
+def _read(archive: zipfile.ZipFile, text: Any, known: Problem | None) -> Any:
+    """The objects of an archive, which follow those of the known problem."""
+    writer = _Writer()
+    if known is not None:
+        writer.written(known)
+    reader = _Reader(archive, writer.originals)
+    for entry in text["objects"]:
+        reader.objects.append(reader.made(entry))
+    return reader.read(text["root"])
+
+
+class _Writer:
+    """Lists objects, each after those it refers to.
+
+    Attributes
+    ----------
+    entries : what JSON takes of each object.
+    originals : the objects themselves.
+    arrays : of the objects that are arrays.
+    """
+
+    def __init__(self) -> None:
+        self.entries: list[Any] = []
+        self.originals: list[Any] = []
+        self.arrays: list[Array] = []
+        self._places: dict[int, int] = {}
+        self._problem: Problem | None = None
+
+    def written(self, value: Any) -> Any:
+        """What JSON takes of a value: the value itself, or the number of an object."""
+        if value is None or isinstance(value, (bool, str)):
+            return value
+        if isinstance(value, np.bool_):
+            return bool(value)
+        if isinstance(value, (int, np.integer)):
+            return int(value)
+        if isinstance(value, (float, np.floating)):
+            number = float(value)
+            return number if math.isfinite(number) else {"number": repr(number)}
+        if isinstance(value, tuple):
+            return [self.written(item) for item in value]
+        if isinstance(value, list):
+            return {"list": [self.written(item) for item in value]}
+        if isinstance(value, Mapping):
+            pairs = value.items()
+            return {"mapping": [[self.written(key), self.written(item)] for key, item in pairs]}
+        return {"object": self._place(value)}
+
+    def _place(self, value: Any) -> int:
+        """The number of an object, which is listed if it is new."""
+        place = self._places.get(id(value))
+        if place is None:
+            entry = self._entry(value)
+            place = self._places[id(value)] = len(self.entries)
+            self.entries.append(entry)
+            self.originals.append(value)  # alive, so that nothing else gets its id
+        return place
+
+    def _entry(self, value: Any) -> Any:
+        if isinstance(value, np.ndarray):
+            if value.dtype.hasobject:
+                raise TypeError("an array of Python objects cannot be saved; give numbers")
+            self.arrays.append(value)
+            return {"array": len(self.arrays) - 1}
         if isinstance(value, ca.SX):
             return self._expression(value)
         if isinstance(value, Time):
-            return _the_time, ()
-        if isinstance(value, Symbol):
-            return _blank, (type(value),), dict(value.__dict__), None, None, _declare
+            return {"class": "Time", "fields": {}}
+        name = type(value).__name__
+        if _classes().get(name) is not type(value):
+            raise TypeError(f"an object of the class {name} cannot be saved with a solution")
+        if isinstance(value, Problem):
+            self._problem = value
+        stored = {field: getattr(value, field) for field in _stored_fields(type(value))}
         if isinstance(value, Phase):
-            state = {**value.__dict__, "guess": {}}
-            return copyreg.__newobj__, (Phase,), state  # type: ignore[attr-defined]
-        if isinstance(value, Evaluator):
-            return Evaluator, (value.problem,)
-        return NotImplemented
+            stored["guess"] = _tabulated(value, self._problem)
+        return {"class": name, "fields": {key: self.written(v) for key, v in stored.items()}}
 
     def _expression(self, value: ca.SX) -> Any:
-        if value.is_scalar() and value.is_symbolic():
-            if value.element_hash() == time.symbol.element_hash():
-                return _time_symbol, ()
-            kept = self._bare.setdefault(value.element_hash(), value)
-            return (_symbol, (value.name(),)) if kept is value else (_same, (kept,))
-        bare = [self._bare.setdefault(s.element_hash(), s) for s in ca.symvar(value)]
-        return _applied, (ca.Function("expression", bare, [value]).serialize(), *bare)
+        symbols = resolve(value, "an expression")
+        graph = graph_of([value], [symbol.symbol for symbol in symbols])
+        return {
+            "symbols": [self.written(symbol) for symbol in symbols],
+            "instructions": [
+                [i.operation, *([self.written(i.number)] if i.operation == "number" else i.operands)]
+                for i in graph.instructions
+            ],
+            "result": graph.results[0],
+        }
 
 
-def _applied(function: str, *bare: ca.SX) -> ca.SX:
-    found: ca.SX = ca.Function.deserialize(function).call(list(bare))[0]
-    return found
+class _Reader:
+    """Builds the objects of a file, each from those before it."""
+
+    def __init__(self, archive: zipfile.ZipFile, objects: list[Any]) -> None:
+        self.archive = archive
+        self.objects = objects
+
+    def read(self, value: Any) -> Any:
+        """The value that was written."""
+        if isinstance(value, list):
+            return tuple(self.read(item) for item in value)
+        if not isinstance(value, dict):
+            return value
+        ((kind, content),) = value.items()
+        if kind == "number":
+            return float(content)
+        if kind == "list":
+            return [self.read(item) for item in content]
+        if kind == "mapping":
+            return {self.read(key): self.read(item) for key, item in content}
+        if kind == "object" and 0 <= content < len(self.objects):
+            return self.objects[content]
+        raise ValueError(f"it refers to {value!r}, which is not there")
+
+    def made(self, entry: Mapping[str, Any]) -> Any:
+        """A new object."""
+        if "array" in entry:
+            with self.archive.open(f"{int(entry['array'])}.npy") as member:
+                return np.lib.format.read_array(member, allow_pickle=False)
+        if "instructions" in entry:
+            return self._expression(entry)
+        name = entry["class"]
+        if name == "Time":
+            return TIME
+        if name not in _classes():
+            raise ValueError(f"it has an object of the unknown class {name!r}")
+        made = _classes()[name]
+        values = {key: self.read(value) for key, value in entry["fields"].items()}
+        if not set(values) <= set(_stored_fields(made)):
+            raise ValueError(f"it has a {name} with other fields")
+        return made(**values)
+
+    def _expression(self, entry: Mapping[str, Any]) -> ca.SX:
+        symbols = [self.read(symbol) for symbol in entry["symbols"]]
+        if not all(isinstance(symbol, Symbol) for symbol in symbols):
+            raise ValueError("it has an expression of something else than symbols")
+        instructions = tuple(
+            Instruction(name, number=self.read(rest[0]))
+            if name == "number"
+            else Instruction(name, tuple(rest))
+            for name, *rest in entry["instructions"]
+        )
+        graph = ExpressionGraph(instructions, (entry["result"],))
+        (expression,) = graph.rebuilt([symbol.symbol for symbol in symbols])
+        return ca.SX(expression)  # an object of its own, as what was written
 
 
-def _symbol(name: str) -> ca.SX:
-    return ca.SX.sym(name)
+@cache
+def _stored_fields(kind: Callable[..., Any]) -> tuple[str, ...]:
+    """Names of the fields that a file keeps: those of the constructor but for compiled things."""
+    assert is_dataclass(kind)
+    return tuple(f.name for f in fields(kind) if f.init and f.name[0] != "_" and f.name != "built")
 
 
-def _same(bare: ca.SX) -> ca.SX:
-    return bare
+def _tabulated(phase: Phase, problem: Problem | None) -> dict[Signal, Any]:
+    """The guess of a phase, functions of time as tables (times, values)."""
+    guess: dict[Signal, Any] = {}
+    for signal, given in phase.guess.items():
+        guess[signal] = given
+        if callable(given) and problem is not None:
+            stated = StatedGuess(phase, (signal,), parameters_of(problem))
+            fractions = np.linspace(0.0, 1.0, _SAMPLES)
+            times = stated.start + fractions * (stated.end - stated.start)
+            guess[signal] = times, stated.at_fractions(fractions)[signal.name]
+    return guess
 
 
-def _the_time() -> Time:
-    return time
+@cache
+def _classes() -> dict[str, Callable[..., Any]]:
+    """The classes whose objects a file may hold; their constructors check what they are given."""
+    from ocp.mesh import evaluation, mesh, trajectory
+    from ocp.numerics import piecewise_polynomial, schemes
+    from ocp.optimality import costates, iterate, multipliers
+    from ocp.problem import bounds, functionals, symbols
+    from ocp.refinement import mesh_iteration
+    from ocp.transcription import scaling
+    from ocp.verification import bernstein_bounds, simulation, verify
 
-
-def _time_symbol() -> ca.SX:
-    return time.symbol
-
-
-def _blank(kind: type[Symbol]) -> Symbol:
-    return kind.__new__(kind)
-
-
-def _declare(symbol: Symbol, state: Mapping[str, Any]) -> None:
-    """Fill a symbol, and make its bare CasADi symbol lead to it."""
-    symbol.__dict__.update(state)
-    _DECLARED[symbol.symbol.element_hash()] = symbol
+    listed = (
+        *(symbols.State, symbols.Control, symbols.Algebraic, symbols.Unknown, symbols.Constant),
+        *(symbols.Between, bounds.Bound, Phase, Problem),
+        *(functionals.Integral, functionals.Peak, functionals.BoundaryValue),
+        *(functionals.PointValue, functionals.PhaseTime),
+        *schemes.SCHEMES.values(),
+        *(piecewise_polynomial.Bernstein, piecewise_polynomial.Lagrange),
+        *(piecewise_polynomial.Piece, piecewise_polynomial.PiecewisePolynomial),
+        *(mesh.PhaseMesh, mesh.ExtraPoints, mesh.Mesh, evaluation.Evaluator),
+        *(trajectory.SignalGroup, trajectory.PhaseTrajectory, trajectory.Trajectory),
+        *(scaling.Scales, iterate.Iterate, mesh_iteration.MeshIteration),
+        *(costates.PhaseCostates, multipliers.PathMultiplier, multipliers.Multipliers),
+        *(simulation.SimulatedPhase, simulation.SimulatedMotion),
+        *(bernstein_bounds.Margin, verify.Verification, Solution),
+    )
+    return {kind.__name__: kind for kind in listed}

@@ -1,0 +1,80 @@
+"""A solution in a few lines, for the console and for notebooks."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from ocp.problem.display import objective_unit, with_unit
+
+if TYPE_CHECKING:
+    from ocp.solution.solution import Solution
+
+_MOST_NUMBERS = 5  # of unknowns or peaks that are listed
+
+
+def summary(solution: Solution) -> str:
+    """At most ten lines: objective, verdict, time, mesh rounds, errors, unknowns and peaks."""
+    width = max(len(what) for what, _ in _lines(solution))
+    lines = [f"  {what:<{width}}  {text}" for what, text in _lines(solution)]
+    return "\n".join([f"Solution of '{solution.problem.name}'", *lines])
+
+
+def summary_html(solution: Solution) -> str:
+    """The same as a table."""
+    rows = "".join(
+        f"<tr><th style='text-align:left'>{html.escape(what)}</th>"
+        f"<td style='text-align:left'>{html.escape(text)}</td></tr>"
+        for what, text in _lines(solution)
+    )
+    title = html.escape(f"Solution of '{solution.problem.name}'")
+    return f"<table><caption>{title}</caption>{rows}</table>"
+
+
+def _lines(solution: Solution) -> Iterator[tuple[str, str]]:
+    problem, phases = solution.problem, solution.trajectory.phases
+    sense = "minimum" if problem.sense > 0 else "maximum"
+    yield sense, with_unit(f"{solution.objective:.10g}", objective_unit(problem))
+    yield "verdict", solution.verdict
+
+    span = f"{phases[0].start:.6g} to {max(phase.end for phase in phases):.6g} s"
+    count = sum(phase.intervals for phase in phases)
+    in_phases = f" in {len(phases)} phases" if len(phases) > 1 else ""
+    yield "time", f"{span}, {count} intervals{in_phases}"
+    yield (
+        "solved in",
+        f"{_counted(len(solution.mesh_iterations), 'mesh round')}, "
+        f"{_counted(solution.iterations, 'iteration')}, {solution.seconds:.3g} s",
+    )
+    yield "worst error", _errors(solution)
+
+    unknowns = {u.name: u.unit for u in problem.unknowns}
+    if unknowns:
+        values = solution.trajectory.unknowns
+        yield "unknowns", _listed([with_unit(f"{n} = {values[n]:.6g}", unknowns[n]) for n in unknowns])
+    if problem.peaks:
+        pairs = zip(problem.peaks, solution.trajectory.peaks, strict=True)
+        yield "peaks", _listed([with_unit(f"{p.name} = {v:.6g}", p.unit) for p, v in pairs])
+
+
+def _errors(solution: Solution) -> str:
+    """The worst errors, as parts of the sizes of what they are errors of."""
+    verification = solution.verification
+    if not solution.replay.phases:
+        return "not verified"
+    last = solution.mesh_iterations[-1].dynamics_error if solution.mesh_iterations else float("nan")
+    return (
+        f"replayed end {verification.miss:.1e}, constraints {max(verification.excess, 0.0):.1e}, "
+        f"dynamics {last:.1e} (relative)"
+    )
+
+
+def _listed(texts: list[str]) -> str:
+    shown = ", ".join(texts[:_MOST_NUMBERS])
+    more = len(texts) - _MOST_NUMBERS
+    return f"{shown} and {more} more" if more > 0 else shown
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}{'' if count == 1 else 's'}"

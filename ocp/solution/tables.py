@@ -1,0 +1,145 @@
+"""Solutions as columns, CSV files and plain dictionaries."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ocp.arrays import Array
+from ocp.problem.display import objective_unit, with_unit
+from ocp.problem.symbols import Signal
+
+if TYPE_CHECKING:
+    from ocp.solution.solution import Solution
+
+_PER_INTERVAL = 8  # rows of an interval by default, beside its right end
+
+
+def table(solution: Solution, times: Any = None) -> dict[str, Any]:
+    """Columns by name: "time" [s], "phase" where there are several, and all signals.
+
+    Parameters
+    ----------
+    times : array, optional
+        [s].  By default each phase is sampled on its own, both ends included, so that an instant
+        shared by two phases has two rows.
+
+    Returns
+    -------
+    dict
+        Arrays (m,) of one length; nan where a phase lacks a signal.
+    """
+    motions = solution.trajectory.phases
+    if times is None:
+        stretches = [(motion.name, _instants(motion.breakpoints)) for motion in motions]
+    else:
+        stretches = list(_by_phase(solution, np.atleast_1d(np.asarray(times, dtype=float))))
+
+    columns: dict[str, Any] = {"time": np.concatenate([t for _, t in stretches])}
+    if len(motions) > 1:
+        lengths = [len(t) for _, t in stretches]
+        columns["phase"] = np.repeat([name for name, _ in stretches], lengths)
+    for name in dict.fromkeys(name for motion in motions for name in motion.signals):
+        columns[name] = np.concatenate([_column(solution, name, *stretch) for stretch in stretches])
+    return columns
+
+
+def _instants(breakpoints: Array) -> Array:
+    """Times of one phase, equally spaced in each interval."""
+    inner = np.linspace(0.0, 1.0, _PER_INTERVAL, endpoint=False)
+    times = breakpoints[:-1, None] + np.diff(breakpoints)[:, None] * inner
+    return np.append(times.ravel(), breakpoints[-1])
+
+
+def _by_phase(solution: Solution, times: Array) -> Iterator[tuple[str, Array]]:
+    """Stretches of times that belong to one phase, in the order given."""
+    motions = solution.trajectory.phases
+    starts = np.array([motion.start for motion in motions])
+    owner = np.clip(np.searchsorted(starts, times, side="right") - 1, 0, None)
+    cuts = np.flatnonzero(np.diff(owner)) + 1
+    for numbers, stretch in zip(np.split(owner, cuts), np.split(times, cuts), strict=True):
+        if stretch.size:
+            yield motions[numbers[0]].name, stretch
+
+
+def _column(solution: Solution, name: str, phase: str, times: Array) -> Array:
+    """A signal at times of one phase, nan if the phase lacks it."""
+    if name not in solution.trajectory.phase(phase).signals:
+        return np.full(times.shape, np.nan)
+    return solution.sample(name, times, phase)
+
+
+def write_csv(solution: Solution, path: str | Path, times: Any = None) -> None:
+    """Write the table of a solution, with units in its header.
+
+    Lines that begin with ``#`` say what it is: the problem, the objective, the verdict, errors,
+    numbers of the problem and the version of the program.
+    """
+    columns = table(solution, times)
+    units = {s.name: s.unit for s in solution.problem.symbols if isinstance(s, Signal)}
+    header = [f"{name} [{units[name]}]" if name in units else name for name in columns]
+    header[0] = "time [s]"
+    with Path(path).open("w", newline="", encoding="utf-8") as file:
+        file.writelines(f"# {line}\n" for line in _remarks(solution))
+        rows = csv.writer(file)
+        rows.writerow(header)
+        rows.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
+
+
+def _remarks(solution: Solution) -> Iterator[str]:
+    """What a file says of its origin."""
+    problem, verification = solution.problem, solution.verification
+    unit = objective_unit(problem)
+    yield f"problem: {problem.name}"
+    yield f"objective: {with_unit(repr(solution.objective), unit)}"
+    yield f"verdict: {solution.verdict}"
+    yield f"replay misses the end by: {verification.miss:.3g} of the states' sizes"
+    yield f"largest excess of a constraint: {verification.excess:.3g} of its size"
+    numbers = {**solution.trajectory.constants, **solution.trajectory.unknowns}
+    for symbol in (*problem.constants, *problem.unknowns):
+        yield f"{symbol.name}: {with_unit(repr(numbers[symbol.name]), symbol.unit)}"
+    yield f"written by: antenna-ocp {version('antenna-ocp')}"
+
+
+def as_dict(solution: Solution) -> dict[str, Any]:
+    """A solution as dictionaries, lists, numbers and text; numbers that are not finite are None."""
+    trajectory = solution.trajectory
+    values = {
+        "problem": solution.problem.name,
+        "objective": solution.objective,
+        "unit": objective_unit(solution.problem),
+        "verdict": solution.verdict,
+        "seconds": solution.seconds,
+        "iterations": solution.iterations,
+        "unknowns": trajectory.unknowns,
+        "constants": trajectory.constants,
+        "verification": asdict(solution.verification),
+        "mesh_iterations": [asdict(entry) for entry in solution.mesh_iterations],
+        "mesh": [
+            {"phase": p.name, "breakpoints": p.breakpoints, "degrees": p.degrees}
+            for p in trajectory.phases
+        ],
+        "table": table(solution),
+        "version": version("antenna-ocp"),
+    }
+    return {key: _plain(value) for key, value in values.items()}
+
+
+def _plain(value: Any) -> Any:
+    """The value as JSON takes it."""
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
