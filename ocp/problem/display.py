@@ -1,10 +1,15 @@
-"""What a statement looks like as text."""
+"""What a statement looks like as text: expressions, units, and the problem as one states it."""
 
 from __future__ import annotations
 
+import html
+import math
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
 import casadi as ca
 
-from ocp.numerics.expression_graph import expression_text
+from ocp.numerics.expression_graph import ExpressionGraph, expression_text, graph_of
 from ocp.problem.functionals import (
     BoundaryValue,
     Functional,
@@ -13,35 +18,51 @@ from ocp.problem.functionals import (
     PhaseTime,
     PointValue,
 )
-from ocp.problem.symbols import Symbol, resolve, scalar
+from ocp.problem.symbols import Between, Signal, Symbol, Unknown, is_number, resolve, scalar
+
+if TYPE_CHECKING:
+    from ocp.problem.bounds import Bound
+    from ocp.problem.phase import Phase
+    from ocp.problem.problem import Problem
 
 
-def text_of(expression: ca.SX, longest: int = 160) -> str:
-    """An expression as one writes it, values of the motion with what they are values of."""
+def text_of(expression: Any, longest: int = 160) -> str:
+    """An expression as one writes it, values of the motion with what they are values of.
+
+    Parameters
+    ----------
+    longest : int
+        An expression of more characters is named by the symbols it depends on.
+    """
     symbols = {s.symbol.element_hash(): s for s in resolve(expression, "an expression")}
-    return expression_text(
-        scalar(expression, "an expression"),
-        lambda symbol: _name(symbols[symbol.element_hash()]),
-        longest,
-    )
+    sx = scalar(expression, "an expression")
+
+    def name_of(bare: ca.SX) -> str:
+        symbol = symbols[bare.element_hash()]
+        if not isinstance(symbol, Functional):
+            return symbol.name
+        text = functional_text(symbol)
+        return text if sx.is_symbolic() else f"({text})"
+
+    return expression_text(sx, name_of, longest)
 
 
-def _name(symbol: Symbol) -> str:
-    return symbol.accept(_FunctionalText()) if isinstance(symbol, Functional) else symbol.name
+def functional_text(functional: Functional) -> str:
+    """A functional as one writes it, such as ``integral of u^2 over flight``."""
+    return functional.accept(_FunctionalText())
 
 
 class _FunctionalText:
-    """A functional as one writes it."""
+    """One text for each kind of functional."""
 
     def integral(self, functional: Integral) -> str:
         return f"integral of {text_of(functional.expression)} over {functional.phase}"
 
     def peak(self, functional: Peak) -> str:
-        pieces = (
-            f"{f'|{text_of(e)}|' if functional.absolute else text_of(e)} over {phase}"
-            for phase, e in functional.pieces
-        )
-        return f"peak of {', '.join(pieces)}"
+        texts = [(phase, text_of(expression)) for phase, expression in functional.pieces]
+        if functional.absolute:
+            texts = [(phase, f"|{text}|") for phase, text in texts]
+        return f"peak of {', '.join(f'{text} over {phase}' for phase, text in texts)}"
 
     def boundary_value(self, functional: BoundaryValue) -> str:
         return f"{text_of(functional.expression)} at the {functional.end} of {functional.phase}"
@@ -51,3 +72,172 @@ class _FunctionalText:
 
     def phase_time(self, functional: PhaseTime) -> str:
         return f"{functional.end} of {functional.phase}"
+
+
+def unit_of(expression: Any) -> str | None:
+    """The unit of an expression; None if it is a number, "1" where its symbols do not tell."""
+    symbols = resolve(expression, "an expression")
+    sx = scalar(expression, "an expression")
+    graph = graph_of([sx], [symbol.symbol for symbol in symbols])
+    return _unit_of(graph, [_symbol_unit(symbol) for symbol in symbols], graph.results[0])
+
+
+def _symbol_unit(symbol: Symbol) -> str | None:
+    if isinstance(symbol, (BoundaryValue, PointValue)):
+        return unit_of(symbol.expression)  # of which it is the value
+    return symbol.unit
+
+
+def _unit_of(graph: ExpressionGraph, units: Sequence[str | None], position: int) -> str | None:
+    """The unit of one instruction's result."""
+    instruction = graph.instructions[position]
+    operands = instruction.operands
+    if instruction.operation == "number":
+        return None
+    if instruction.operation == "symbol":
+        return units[operands[0]]
+    if instruction.operation in ("neg", "fabs", "twice"):
+        return _unit_of(graph, units, operands[0])
+    if len(operands) == 1:
+        return "1"
+
+    first, second = (_unit_of(graph, units, i) for i in operands)
+    if instruction.operation in ("add", "sub", "fmin", "fmax", "hypot"):
+        return first if second in (None, first) else second if first is None else "1"
+    if second is None or (second == "1" and first is not None):
+        return first if instruction.operation in ("mul", "div") else "1"
+    if instruction.operation == "mul" and first in (None, "1"):
+        return second
+    return "1"
+
+
+def objective_unit(problem: Problem) -> str:
+    """The unit of the objective, "1" where its terms do not tell."""
+    return unit_of(problem.objective) or "1"
+
+
+def with_unit(text: str, unit: str) -> str:
+    """A number with its unit; without, if that is 1."""
+    return text if unit in ("", "1") else f"{text} {unit}"
+
+
+def problem_summary(problem: Problem) -> str:
+    """One line: what is asked for, and how large the problem is."""
+    parts = [
+        _counted(len(problem.phases), "phase"),
+        _counted(len({s for p in problem.phases for s in p.states}), "state"),
+        _counted(len({s for p in problem.phases for s in problem.controls(p)}), "control"),
+    ]
+    sense, objective = _objective(problem)
+    return f"Problem('{problem.name}': {sense} {text_of(objective, 60)}; {', '.join(parts)})"
+
+
+def problem_text(problem: Problem) -> str:
+    """The problem as a textbook states it: objective, dynamics, boundary values, bounds."""
+    sense, objective = _objective(problem)
+    sections = [(sense, [_with_bracket(text_of(objective), objective_unit(problem))])]
+    for phase in problem.phases:
+        sections.append((f"phase '{phase.name}'", [_times(phase)]))
+        sections += [(f"  {what}", lines) for what, lines in _phase_sections(problem, phase)]
+
+    sections.append(("bounds", [_bound_text(b) for b in problem.bounds]))
+    sections.append(("links", [_bound_text(b) for b in problem.links]))
+    sections.append(("unknowns", [_limits_text(u.name, u) for u in problem.unknowns]))
+    constants = [with_unit(f"{c.name} = {c.value:g}", c.unit) for c in problem.constants]
+    sections.append(("constants", constants))
+    return "\n".join([f"Problem '{problem.name}'", *_aligned(sections)])
+
+
+def problem_html(problem: Problem) -> str:
+    """The statement for notebooks."""
+    return f"<pre>{html.escape(problem_text(problem))}</pre>"
+
+
+def phase_summary(phase: Phase) -> str:
+    """One line: the times, and how many states and bounds."""
+    states = _counted(len(phase.states), "state")
+    return (
+        f"Phase('{phase.name}': {states}, {_counted(len(phase.bounds), 'bound')}, {_times(phase)})"
+    )
+
+
+def _aligned(sections: Sequence[tuple[str, Sequence[str]]]) -> Iterator[str]:
+    """Each section's title beside its lines; empty sections are left out."""
+    width = max(len(title) for title, lines in sections if lines)
+    for title, lines in sections:
+        for number, line in enumerate(lines):
+            yield f"  {title if number == 0 else '':<{width}}   {line}"
+
+
+def _objective(problem: Problem) -> tuple[str, Any]:
+    if problem.minimise is not None:
+        return "minimise", problem.minimise
+    return "maximise", problem.maximise
+
+
+def _phase_sections(problem: Problem, phase: Phase) -> Iterator[tuple[str, list[str]]]:
+    yield "dynamics", [f"d {s.name}/dt = {text_of(rate)}" for s, rate in phase.dynamics.items()]
+    for what, values in (("initial", phase.initial), ("final", phase.final)):
+        yield what, [_value_text(state, value) for state, value in values.items()]
+    for what, signals in (
+        ("states", phase.states),
+        ("controls", problem.controls(phase)),
+        ("algebraic", problem.algebraics(phase)),
+    ):
+        yield what, [_limits_text(signal.name, signal) for signal in signals]
+    yield "bounds", [_bound_text(bound) for bound in phase.bounds]
+
+
+def _times(phase: Phase) -> str:
+    start, end = (
+        f"{t.lower:g} to {t.upper:g} s (free)" if isinstance(t, Between) else f"{t:g} s"
+        for t in (phase.start, phase.end)
+    )
+    return f"from {start} to {end}" if "free" not in start + end else f"start {start}, end {end}"
+
+
+def _value_text(state: Signal, value: Any) -> str:
+    if isinstance(value, tuple):
+        return _between(state.name, *value, state.unit)
+    return with_unit(f"{state.name} = {_limit_text(value)}", state.unit)
+
+
+def _limits_text(name: str, symbol: Signal | Unknown) -> str:
+    return _between(name, symbol.lower, symbol.upper, symbol.unit)
+
+
+def _bound_text(bound: Bound) -> str:
+    text = text_of(bound.expression)
+    limits = _between(text, bound.lower, bound.upper, bound.unit)
+    # a bound that was written as a relation has the relation as its name
+    return limits if bound.name.startswith(text) else f"{bound.name}: {limits}"
+
+
+def _between(text: str, lower: Any, upper: Any, unit: str) -> str:
+    """An expression between limits, one-sided or equal ones included."""
+    low, high = (None if _is_infinite(limit) else _limit_text(limit) for limit in (lower, upper))
+    if low is None and high is None:
+        return _with_bracket(text, unit)
+    if low == high:
+        return with_unit(f"{text} = {low}", unit)
+    if low is None:
+        return with_unit(f"{text} <= {high}", unit)
+    if high is None:
+        return with_unit(f"{text} >= {low}", unit)
+    return with_unit(f"{low} <= {text} <= {high}", unit)
+
+
+def _is_infinite(limit: Any) -> bool:
+    return is_number(limit) and math.isinf(limit)
+
+
+def _limit_text(limit: Any) -> str:
+    return f"{float(limit):g}" if is_number(limit) else text_of(limit)
+
+
+def _with_bracket(text: str, unit: str) -> str:
+    return text if unit in ("", "1") else f"{text}   [{unit}]"
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}{'' if count == 1 else 's'}"

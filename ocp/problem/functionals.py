@@ -32,7 +32,7 @@ class FunctionalVisitor(Protocol[Result]):
     def phase_time(self, functional: PhaseTime) -> Result: ...
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Functional(Symbol):
     """A number that a motion has; it stands in the objective, in bounds and in links.
 
@@ -58,6 +58,11 @@ class Functional(Symbol):
         self._declare()
         check_scale(self.name, self.scale)
 
+    def __repr__(self) -> str:
+        from ocp.problem.display import functional_text
+
+        return f"{type(self).__name__}({functional_text(self)})"
+
     @property
     def phase(self) -> str:
         """Name of the phase of the first piece."""
@@ -73,7 +78,7 @@ class Functional(Symbol):
         raise TypeError(f"{type(self).__name__} is no kind of functional")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Integral(Functional):
     """Integral of an expression over a phase."""
 
@@ -81,7 +86,7 @@ class Integral(Functional):
         return visitor.integral(self)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Peak(Functional):
     """Largest value of expressions over all times of their phases.
 
@@ -102,7 +107,7 @@ class Peak(Functional):
         return (1.0, -1.0) if self.absolute else (1.0,)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class BoundaryValue(Functional):
     """Value of an expression at the start or the end of a phase."""
 
@@ -112,7 +117,7 @@ class BoundaryValue(Functional):
         return visitor.boundary_value(self)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PointValue(Functional):
     """Value of an expression at a given time [s] inside a phase of fixed times."""
 
@@ -122,7 +127,7 @@ class PointValue(Functional):
         return visitor.point_value(self)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PhaseTime(Functional):
     """Initial or final time of a phase [s]."""
 

@@ -79,6 +79,11 @@ class Phase:
         object.__setattr__(self, "bounds", checked_bounds(self.bounds, f"phase '{self.name}'"))
         check_phase(self)
 
+    def __repr__(self) -> str:
+        from ocp.problem.display import phase_summary
+
+        return phase_summary(self)
+
     @cached_property
     def symbols(self) -> tuple[Symbol, ...]:
         """All declared symbols the phase's expressions depend on, in order of appearance."""

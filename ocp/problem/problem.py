@@ -69,6 +69,21 @@ class Problem:
             raise StatementError(f"{where} needs exactly one of minimise and maximise")
         check_problem(self)
 
+    def __repr__(self) -> str:
+        from ocp.problem.display import problem_summary
+
+        return problem_summary(self)
+
+    def __str__(self) -> str:
+        from ocp.problem.display import problem_text
+
+        return problem_text(self)
+
+    def _repr_html_(self) -> str:
+        from ocp.problem.display import problem_html
+
+        return problem_html(self)
+
     @property
     def objective(self) -> ca.SX:
         """The expression to minimise (the negative of what is maximised)."""

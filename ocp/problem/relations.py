@@ -12,10 +12,8 @@ from typing import Any
 import casadi as ca
 
 from ocp.errors import StatementError
-from ocp.numerics.expression_graph import ExpressionGraph, graph_of
 from ocp.problem.bounds import Bound
-from ocp.problem.display import text_of
-from ocp.problem.functionals import BoundaryValue, PointValue
+from ocp.problem.display import text_of, unit_of
 from ocp.problem.symbols import Constant, Symbol, resolve, scalar
 
 _SIGNS = {ca.OP_LE: "<=", ca.OP_LT: "<=", ca.OP_EQ: "=="}
@@ -54,7 +52,7 @@ def bound_of(relation: Any, where: str) -> Bound:
     return Bound(
         name,
         expression,
-        unit=_unit(left) or _unit(right) or "1",
+        unit=unit_of(left) or unit_of(right) or "1",
         lower=-math.inf if sign == "<=" else limit,
         upper=math.inf if sign == ">=" else limit,
     )
@@ -89,36 +87,3 @@ def _is_limit(side: ca.SX) -> bool:
 
 def _limit(side: ca.SX) -> Any:
     return float(side) if side.is_constant() else side
-
-
-def _unit(side: ca.SX) -> str | None:
-    """The unit of a side: None if it is a number, "1" where it cannot be told from its symbols."""
-    symbols = resolve(side, "a side of a relation")
-    graph = graph_of([side], [symbol.symbol for symbol in symbols])
-    return _unit_of(graph, [_symbol_unit(symbol) for symbol in symbols], graph.results[0])
-
-
-def _symbol_unit(symbol: Symbol) -> str | None:
-    if isinstance(symbol, (BoundaryValue, PointValue)):
-        return _unit(symbol.expression)  # of which it is the value
-    return symbol.unit
-
-
-def _unit_of(graph: ExpressionGraph, units: list[str | None], position: int) -> str | None:
-    """The unit of one instruction's result."""
-    instruction = graph.instructions[position]
-    operands = instruction.operands
-    if instruction.operation == "number":
-        return None
-    if instruction.operation == "symbol":
-        return units[operands[0]]
-    if instruction.operation in ("neg", "fabs", "twice"):
-        return _unit_of(graph, units, operands[0])
-    first, *others = (_unit_of(graph, units, i) for i in operands)
-    if instruction.operation in ("add", "sub", "fmin", "fmax", "hypot"):
-        return first if others[0] in (None, first) else others[0] if first is None else "1"
-    if instruction.operation in ("mul", "div") and others[0] in (None, "1"):
-        return first
-    if instruction.operation == "mul" and first in (None, "1"):
-        return others[0]
-    return "1"

@@ -223,7 +223,7 @@ class Solution:
         return table(self, times)
 
     def to_csv(self, path: str | Path, times: Any = None) -> None:
-        """Write the table of all signals, with units, behind lines of comments that begin with #."""
+        """Write the table of all signals, with units, below lines of comments (#)."""
         from ocp.solution.tables import write_csv
 
         write_csv(self, path, times)

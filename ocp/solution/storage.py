@@ -238,7 +238,10 @@ class _Writer:
         return {
             "symbols": [self.written(symbol) for symbol in symbols],
             "instructions": [
-                [i.operation, *([self.written(i.number)] if i.operation == "number" else i.operands)]
+                [
+                    i.operation,
+                    *([self.written(i.number)] if i.operation == "number" else i.operands),
+                ]
                 for i in graph.instructions
             ],
             "result": graph.results[0],

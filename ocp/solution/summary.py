@@ -52,7 +52,10 @@ def _lines(solution: Solution) -> Iterator[tuple[str, str]]:
     unknowns = {u.name: u.unit for u in problem.unknowns}
     if unknowns:
         values = solution.trajectory.unknowns
-        yield "unknowns", _listed([with_unit(f"{n} = {values[n]:.6g}", unknowns[n]) for n in unknowns])
+        yield (
+            "unknowns",
+            _listed([with_unit(f"{n} = {values[n]:.6g}", unknowns[n]) for n in unknowns]),
+        )
     if problem.peaks:
         pairs = zip(problem.peaks, solution.trajectory.peaks, strict=True)
         yield "peaks", _listed([with_unit(f"{p.name} = {v:.6g}", p.unit) for p, v in pairs])
