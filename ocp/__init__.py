@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from ocp.analysis.homotopy import Homotopy, homotopy
     from ocp.analysis.lexicographic import solve_lexicographic
     from ocp.analysis.multistart import Audit, Optimum, audit
-    from ocp.analysis.one_sided import ActiveSetWarning, Sided
+    from ocp.analysis.sensitivity import ActiveSetWarning, Sided
     from ocp.analysis.parametric import Prepared, prepare
     from ocp.analysis.relaxation import Relaxation, Relaxed, relaxed
     from ocp.analysis.scaling_report import scaling_report
@@ -64,7 +64,7 @@ _LATER = {
     "analysis.homotopy": ("Homotopy", "homotopy"),
     "analysis.lexicographic": ("solve_lexicographic",),
     "analysis.multistart": ("Audit", "Optimum", "audit"),
-    "analysis.one_sided": ("ActiveSetWarning", "Sided"),
+    "analysis.sensitivity": ("ActiveSetWarning", "Sided"),
     "analysis.parametric": ("Prepared", "prepare"),
     "analysis.relaxation": ("Relaxation", "Relaxed", "relaxed"),
     "analysis.scaling_report": ("scaling_report",),

@@ -1,11 +1,18 @@
 """Sensitivities of the optimum to named numbers, from the multipliers on the solved mesh.
 
-By the envelope theorem ``dJ/dp`` is the partial derivative of the Lagrangian: through the
-functions for a constant, ``-mu`` for a limit (`ocp.optimality.multipliers` has the sign).  Nothing
-is solved
-again.  Breakpoints that the optimiser moved are unknowns like others and drop out.  Where several
-sets of multipliers fit, the optimum has a kink: `ocp.analysis.one_sided` finds the slope on either
-side.
+By the envelope theorem ``dJ/dp`` is the partial derivative of the Lagrangian: through the functions
+for a constant, ``-mu`` for a limit (`ocp.optimality.multipliers` has the sign).  Nothing is solved
+again.  Breakpoints that the optimiser moved are unknowns like others and drop out.
+
+Where several sets of multipliers fit the optimum, it has a kink, and the slopes on its two sides
+differ:
+
+    dJ/dp+ = max dL/dp,   dJ/dp- = min dL/dp   over all multipliers that fit the optimum
+
+(Gauvin and Tolle, "Differential stability in nonlinear programming", SIAM J. Control Optim. 15,
+1977, for a single minimiser).  Multipliers fit if the Lagrangian is stationary, their signs are
+right and they belong to limits that are touched.  That is a linear program, whose feasible set is a
+single point at ordinary optima.  Where two limits change places its two ends differ.
 
 The names are those of the statement: a constant's own; ``"x upper"`` for a bound of a signal,
 unknown or `Bound` of the problem; ``"phase: power upper"`` for a `Bound` of a phase;
@@ -16,30 +23,129 @@ unknown or `Bound` of the problem; ``"phase: power upper"`` for a `Bound` of a p
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
-from ocp.mesh.initial_guess import evaluate_limit
-from ocp.optimality.multipliers import SolvedProgram, column_multipliers, path_rows
-from ocp.problem.statement import Problem
+from ocp.arrays import Array, Integers
+from ocp.optimality.active_set import MULTIPLIER_FREE, TOUCHED, LimitDistances, limit_distances
+from ocp.optimality.iterate import Iterate
+from ocp.optimality.multipliers import all_multipliers
+from ocp.problem.functionals import PointValue
+from ocp.problem.parameters import Parameters
+from ocp.problem.phase import Phase
 from ocp.problem.symbols import Between, resolve, scalar
-from ocp.transcription.boundary import terminal_block
-from ocp.transcription.defects import phase_blocks
-from ocp.transcription.kernel_builder import Context
-from ocp.transcription.kernels import Block, evaluated
-from ocp.transcription.limits import Limits
-from ocp.transcription.transcribe import inline_weights
-from ocp.transcription.variables import PhaseLayout
+from ocp.transcription.columns import PhaseColumns
+from ocp.transcription.transcribe import Transcription, transcribe
 
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
-_STEP = 1e-3  # of the duration, in differences of fourth order: error 1e-12
-_NEAR = 1e-4  # scaled distance from a limit below which it is touched
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+
+    from ocp.solution.solution import Solution
+
+# Part of a slope, or of the objective per size, beyond which its two ends count as two.
+_SPREAD = 1e-3
+
+# Sum of scaled multipliers, below which a limit that is touched does not press.
+_IDLE = 1e-4
+
+# Largest change of a multiplier that is looked at, in sizes of the largest one. A slope that
+# changes by a hundredth of that has no end.
+_REACH = 1e3
+_ENDLESS = 1e-2
+
+_KINK = "several limits hold the optimum at once: the active set is about to change"
+_TOUCHES = "the limit is touched but does not press: the active set is about to change"
+
+
+class ActiveSetWarning(UserWarning):
+    """A sensitivity is not one number: it differs on the two sides."""
+
+
+@dataclass(frozen=True)
+class Sided:
+    """Change of the optimum per unit of a named number, for a decrease and for an increase.
+
+    Attributes
+    ----------
+    below, above : float
+        Equal where the optimum is smooth; infinite where it has no finite slope.
+    note : str
+        Empty, or why the value holds for small changes only.
+    """
+
+    below: float
+    above: float
+    note: str = ""
+
+    @property
+    def is_one(self) -> bool:
+        """Whether both sides agree."""
+        return self.below == self.above
+
+
+def sensitivities(solution: Solution) -> dict[str, float]:
+    """``dJ/dvalue`` for every named number, nan where the optimum has a kink.
+
+    `J` is meant as it is minimised or maximised, in its unit.
+
+    Raises
+    ------
+    StatementError
+        When the solution was made without its multipliers.
+
+    Warns
+    -----
+    ActiveSetWarning
+        Where the two sides differ.
+    """
+    both_sides = one_sided_sensitivities(solution)
+    kinks = [
+        f"by '{name}' it changes by {s.below:.6g} for a decrease and {s.above:.6g} for an increase"
+        for name, s in both_sides.items()
+        if not s.is_one
+    ]
+    if kinks:
+        warnings.warn(
+            f"the optimum has a kink, where the active set is about to change: {'; '.join(kinks)}; "
+            "see one_sided_sensitivities()",
+            ActiveSetWarning,
+            stacklevel=3,
+        )
+    return {name: s.below if s.is_one else math.nan for name, s in both_sides.items()}
+
+
+def one_sided_sensitivities(solution: Solution) -> dict[str, Sided]:
+    """``dJ/dvalue`` for a decrease and for an increase of every named number.
+
+    Raises
+    ------
+    StatementError
+        When the solution was made without its multipliers.
+    """
+    iterate = solution.kept_iterate
+    multipliers, distances = all_multipliers(iterate), limit_distances(iterate)
+    changes = _MultiplierChanges.of(iterate, multipliers, distances)
+    sense = iterate.problem.sense
+
+    sided = {}
+    for slope in lagrangian_slopes(iterate, multipliers, distances):
+        value = slope.direct + float(slope.by_multiplier @ multipliers)
+        down, up = changes.range_of(slope) if changes.many else (0.0, 0.0)
+
+        # round-off is measured against the largest single share of the slope
+        share = float(np.abs(slope.by_multiplier * multipliers).max(initial=0.0))
+        if up - down <= _SPREAD * max(abs(value), abs(up), abs(down), share):
+            idle = np.abs(multipliers[slope.by_multiplier != 0]).sum() <= _IDLE
+            note = _TOUCHES if slope.touching and idle else ""
+            sided[slope.name] = Sided(sense * value, sense * value, note)
+        else:
+            sided[slope.name] = Sided(sense * (value + down), sense * (value + up), _KINK)
+    return sided
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +154,10 @@ class Slope:
 
     Attributes
     ----------
-    by_multiplier : (rows + unknowns,) factors of the scaled multipliers of rows and bounds.
-    touching : whether it is a limit that the solution touches.
+    by_multiplier : (rows + unknowns,)
+        Factors of the scaled multipliers of rows and of the unknowns' bounds.
+    touching : bool
+        Whether it is a limit that the solution touches.
     """
 
     name: str
@@ -58,8 +166,104 @@ class Slope:
     touching: bool = False
 
 
+def lagrangian_slopes(
+    iterate: Iterate, multipliers: Array, distances: LimitDistances
+) -> list[Slope]:
+    """Derivatives of the Lagrangian by all named numbers, linear in the multipliers.
+
+    `J` is taken as it is minimised.  Fixed times of a phase with values at named instants are left
+    out, as these instants would have to move too.
+
+    Parameters
+    ----------
+    multipliers : (rows + unknowns,)
+        Scaled, see `ocp.optimality.multipliers.all_multipliers`.
+    """
+    parameters, units = iterate.parameters, _multiplier_units(iterate)
+    near_lower, near_upper = distances.touching(TOUCHED)
+    through_functions = {s.name: s for s in _constant_slopes(iterate)}
+
+    slopes: list[Slope] = []
+    for item in _named_limits(iterate):
+        if parameters.limit(item.lower) == parameters.limit(item.upper):
+            sides = [("", item.upper, item.at_upper, False)]
+        else:
+            # of the two limits of an entry, the sign of the multiplier says which one presses
+            pressing_lower = item.at_lower[multipliers[item.at_lower] < 0]
+            pressing_upper = item.at_upper[multipliers[item.at_upper] > 0]
+            touches_lower = bool(near_lower[item.at_lower].any())
+            touches_upper = bool(near_upper[item.at_upper].any())
+            sides = [
+                (" lower", item.lower, pressing_lower, touches_lower),
+                (" upper", item.upper, pressing_upper, touches_upper),
+            ]
+
+        for suffix, limit, entries, touching in sides:
+            if not math.isfinite(parameters.limit(limit)):
+                continue
+            by_multiplier = np.zeros(units.size)
+            by_multiplier[entries] = -units[entries]
+            slopes.append(Slope(item.name + suffix, 0.0, by_multiplier, touching))
+
+            # a limit that depends on constants passes its slope on to them
+            for name, share in _limit_slopes(limit, parameters).items():
+                before = through_functions[name]
+                total = before.by_multiplier + share * by_multiplier
+                through_functions[name] = replace(before, by_multiplier=total)
+    return [*slopes, *through_functions.values(), *_time_slopes(iterate)]
+
+
+def _multiplier_units(iterate: Iterate) -> Array:
+    """Multipliers in the user's units per scaled multiplier, of limited rows and of unknowns."""
+    transcription, scales = iterate.transcription, iterate.scales
+    rows = np.zeros(transcription.rows.count)
+    bounds = iterate.problem.boundary_constraints
+    rows[transcription.rows.boundary] = [1.0 / scales.bounds["", b.name] for b in bounds]
+    for part in transcription.rows.path:
+        rows[part.rows] = 1.0 / transcription.constraints[part.phase][part.constraint].scale
+    return np.concatenate([rows, 1.0 / transcription.columns.sizes]) * scales.objective
+
+
+def _constant_slopes(iterate: Iterate) -> list[Slope]:
+    """Slopes of the Lagrangian through its functions by each constant."""
+    transcription, constants = iterate.transcription, iterate.problem.constants
+    rows, columns = transcription.rows.count, transcription.columns.count
+    direct = np.zeros(len(constants))
+    table = np.zeros((rows + columns, len(constants)))
+
+    for block in transcription.blocks if constants else ():
+        kernel = block.kernel.whole
+        w, d, c = (ca.SX.sym(s, kernel.sparsity_in(i)) for i, s in enumerate("wdc"))
+        f, g = kernel(w, d, c)
+        parts = [ca.densify(ca.gradient(f, c)), ca.densify(ca.vec(ca.jacobian(g, c)))]
+        slope = ca.Function("slope", [w, d, c], parts)
+        by_f, by_g = slope(iterate.x[block.columns].T, block.data.T, iterate.parameters.vector)
+        direct += np.array(ca.sum2(by_f)).ravel()
+        if block.rows.size:
+            entries = np.array(by_g).reshape(len(constants), -1, block.count).transpose(2, 1, 0)
+            np.add.at(table, block.rows, entries)
+
+    size = iterate.scales.objective
+    return [
+        Slope(constant.name, float(value) * size, column * size)
+        for constant, value, column in zip(constants, direct, table.T, strict=True)
+    ]
+
+
+def _limit_slopes(limit: Any, parameters: Parameters) -> dict[str, float]:
+    """Derivatives of a limit by the constants it depends on."""
+    symbols = resolve(limit, "a limit")
+    if not symbols:
+        return {}
+    inputs = ca.vertcat(*[s.symbol for s in symbols])
+    jacobian = ca.densify(ca.jacobian(scalar(limit, "a limit"), inputs))
+    slope = ca.Function("slope", [inputs], [jacobian])
+    values = np.array(slope([parameters.values[s.name] for s in symbols])).ravel()
+    return {s.name: float(v) for s, v in zip(symbols, values, strict=True)}
+
+
 @dataclass(frozen=True, eq=False)
-class Limited:
+class _NamedLimits:
     """A named pair of limits and the entries, rows then unknowns, that it holds back."""
 
     name: str
@@ -69,227 +273,221 @@ class Limited:
     at_upper: Integers
 
 
-def all_multipliers(solved: SolvedProgram, constants: Mapping[str, float]) -> Array:
-    """Scaled multipliers of the rows, then of the unknowns' bounds."""
-    return np.concatenate([solved.row_multipliers, column_multipliers(solved, dict(constants))])
-
-
-def slopes(solved: SolvedProgram, constants: Mapping[str, float]) -> list[Slope]:
-    """Derivatives of the Lagrangian by all named numbers, linear in the multipliers.
-
-    `J` is taken as it is minimised.  Fixed times of a phase with values at named instants are left
-    out, as these instants would have to move too.
-    """
-    direct = {s.name: s for s in constant_slopes(solved, constants)}
-    units, room = per_unit(solved), distances(solved, constants)
-    both = all_multipliers(solved, constants)
-    found: list[Slope] = []
-    for item in limited(solved, constants):
-        low, high = (evaluate_limit(v, constants) for v in (item.lower, item.upper))
-        if low == high:
-            sides = [("", item.upper, item.at_upper, False)]
-        else:
-            at_lower, at_upper = item.at_lower, item.at_upper
-            sides = [(" lower", item.lower, at_lower[both[at_lower] < 0],
-                      bool((room[0][at_lower] <= _NEAR).any())),
-                     (" upper", item.upper, at_upper[both[at_upper] > 0],
-                      bool((room[1][at_upper] <= _NEAR).any()))]  # fmt: skip
-        for suffix, limit, ids, touching in sides:
-            if not math.isfinite(evaluate_limit(limit, constants)):
-                continue
-            vector = np.zeros(units.size)
-            vector[ids] = -units[ids]
-            found.append(Slope(item.name + suffix, 0.0, vector, touching))
-            for name, share in limit_slopes(limit, constants).items():
-                own = direct[name]
-                direct[name] = replace(own, by_multiplier=own.by_multiplier + share * vector)
-    return [*found, *direct.values(), *time_slopes(solved, constants)]
-
-
-def per_unit(solved: SolvedProgram) -> Array:
-    """Multipliers in the user's units per scaled multiplier, of limited rows and of unknowns."""
-    made, size = solved.transcription, solved.scales.objective
-    rows = np.zeros(made.rows.count)
-    for n, b in enumerate((*solved.problem.bounds, *solved.problem.links)):
-        rows[made.blocks[-1].rows[:, n]] = size / solved.scales.bounds["", b.name]
-    for p in path_rows(made):
-        rows[p.rows] = size / made.constraints[p.phase][p.constraint].scale
-    return np.concatenate([rows, size / made.sizes])
-
-
-def distances(solved: SolvedProgram, constants: Mapping[str, float]) -> tuple[Array, Array]:
-    """Scaled distances of rows and unknowns from their lower and upper limits."""
-    made = solved.transcription
-    values = ca.DM([constants[c.name] for c in solved.problem.constants] or ca.DM(0, 1))
-    rows = np.array(made.program.oracle(solved.x, values)[1]).ravel()
-    at = np.concatenate([rows, solved.x])
-    limits = np.hstack([made.rows.evaluate(constants), made.columns.evaluate(constants)])
-    return at - limits[0], limits[1] - at
-
-
-def constant_slopes(solved: SolvedProgram, constants: Mapping[str, float]) -> list[Slope]:
-    """Slopes of the Lagrangian through its functions by each constant."""
-    made, named = solved.transcription, solved.problem.constants
-    values = np.array([constants[c.name] for c in named])
-    direct = np.zeros(len(named))
-    table = np.zeros((made.rows.count + made.columns.count, len(named)))
-    for block in made.blocks if named else ():
-        kernel = block.kernel.whole
-        w, d, c = (ca.SX.sym(s, kernel.sparsity_in(i)) for i, s in enumerate("wdc"))
-        f, g = kernel(w, d, c)
-        parts = [ca.densify(ca.gradient(f, c)), ca.densify(ca.vec(ca.jacobian(g, c)))]
-        slope = ca.Function("slope", [w, d, c], parts)
-        by_f, by_g = slope(solved.x[block.columns].T, block.data.T, values)
-        direct += np.array(ca.sum2(by_f)).ravel()
-        if block.rows.size:
-            entries = np.array(by_g).reshape(len(named), -1, block.count).transpose(2, 1, 0)
-            np.add.at(table, block.rows, entries)
-    size = solved.scales.objective
-    return [
-        Slope(c.name, float(v) * size, column * size)
-        for c, v, column in zip(named, direct, table.T, strict=True)
-    ]
-
-
-def limit_slopes(limit: Any, constants: Mapping[str, float]) -> dict[str, float]:
-    """Derivatives of a limit by the constants it depends on."""
-    sx = scalar(limit, "a limit")
-    symbols = resolve(sx, "a limit")
-    if not symbols:
-        return {}
-    inputs = ca.vertcat(*[s.symbol for s in symbols])
-    slope = ca.Function("slope", [inputs], [ca.densify(ca.jacobian(sx, inputs))])
-    values = np.array(slope([constants[s.name] for s in symbols])).ravel()
-    return {s.name: float(v) for s, v in zip(symbols, values, strict=True)}
-
-
-def limited(solved: SolvedProgram, constants: Mapping[str, float]) -> Iterator[Limited]:
+def _named_limits(iterate: Iterate) -> Iterator[_NamedLimits]:
     """All named limits of a problem with the rows and unknowns they hold back."""
-    made = solved.transcription
-    first = made.rows.count
-    bounds = (*solved.problem.bounds, *solved.problem.links)
-    for n, b in enumerate(bounds):
-        yield _either(b.name, b.lower, b.upper, made.blocks[-1].rows[:, n])
-    for u, column in zip(solved.problem.unknowns, made.unknown_ids, strict=True):
-        yield _either(u.name, u.lower, u.upper, first + np.array([column]))
+    transcription, problem = iterate.transcription, iterate.problem
+    first = transcription.rows.count  # of the unknowns, which follow the rows
+
+    for bound, row in zip(
+        problem.boundary_constraints, transcription.rows.boundary[:, None], strict=True
+    ):
+        yield _NamedLimits(bound.name, bound.lower, bound.upper, row, row)
+    for unknown, column in zip(
+        problem.unknowns, first + transcription.columns.unknowns[:, None], strict=True
+    ):
+        yield _NamedLimits(unknown.name, unknown.lower, unknown.upper, column, column)
+
     signals: dict[Any, list[tuple[Integers, Integers]]] = {}
-    named: dict[str, tuple[Any, Any, list[Integers]]] = {}
-    for part in path_rows(made):
-        constraint = made.constraints[part.phase][part.constraint]
-        layout = made.layouts[part.phase]
-        if not constraint.sampled:
-            signal = next(s for s in layout.signals if s.name == constraint.name)
-            signals.setdefault(signal, []).append((part.rows, part.rows))
-        elif constraint.peak is None:
-            name = f"{layout.phase.name}: {constraint.name}"
-            named.setdefault(name, (constraint.lower, constraint.upper, []))[2].append(part.rows)
-    for name, (lower, upper, parts) in named.items():
-        yield _either(name, lower, upper, np.concatenate(parts))
-    for layout in made.layouts:
-        yield from _boundary(layout, first, constants, signals)
-        yield from _times(layout, first)
+    for i, columns in enumerate(transcription.phases):
+        yield from _path_limits(transcription, i, signals)
+        yield from _boundary_values(columns, first, iterate.parameters, signals)
+        yield from _times(columns, first)
     for signal, pairs in signals.items():
         low, high = (np.concatenate(side) for side in zip(*pairs, strict=True))
-        yield Limited(signal.name, signal.lower, signal.upper, low, high)
+        yield _NamedLimits(signal.name, signal.lower, signal.upper, low, high)
 
 
-def _either(name: str, lower: Any, upper: Any, ids: Integers) -> Limited:
-    return Limited(name, lower, upper, ids, ids)
+def _path_limits(
+    transcription: Transcription, index: int, signals: dict[Any, list[tuple[Integers, Integers]]]
+) -> Iterator[_NamedLimits]:
+    """Bounds of a phase; rows that hold a signal's own bounds between points go to `signals`."""
+    columns = transcription.phases[index]
+    by_name = {signal.name: signal for signal in columns.signals}
+    for j, constraint in enumerate(transcription.constraints[index]):
+        parts = [part.rows for part in transcription.rows.of_constraint(index, j)]
+        if not parts or constraint.peak is not None:
+            continue
+        rows = np.concatenate(parts)
+        if constraint.sampled:
+            name = f"{columns.phase.name}: {constraint.name}"
+            yield _NamedLimits(name, constraint.lower, constraint.upper, rows, rows)
+        else:
+            signals.setdefault(by_name[constraint.name], []).append((rows, rows))
 
 
-def _boundary(
-    layout: PhaseLayout, first: int, constants: Mapping[str, float],
+def _boundary_values(
+    columns: PhaseColumns,
+    first: int,
+    parameters: Parameters,
     signals: dict[Any, list[tuple[Integers, Integers]]],
-) -> Iterator[Limited]:  # fmt: skip
+) -> Iterator[_NamedLimits]:
     """Boundary values; the rest of the unknowns of a signal is held by its own bounds."""
-    none = np.empty(0, dtype=np.int64)
-    for j, state in enumerate(layout.states):
-        inner = [group.support[:, :, j].ravel() for group in layout.groups]
-        ids = np.unique(np.concatenate([layout.nodes[:, j], *inner]))
-        low, high = ids, ids
-        for node, what, values in ((0, "initial", layout.phase.initial),
-                                   (-1, "final", layout.phase.final)):  # fmt: skip
+    phase, none = columns.phase, np.empty(0, dtype=np.int64)
+    for j, state in enumerate(columns.states):
+        inner = [group.support[:, :, j].ravel() for group in columns.groups]
+        low = high = np.unique(np.concatenate([columns.nodes[:, j], *inner]))
+        widest = parameters.pair(state)
+
+        for node, what, values in ((0, "initial", phase.initial), (-1, "final", phase.final)):
             value = values.get(state)
             if value is None:
                 continue
-            pair = value if isinstance(value, tuple) else (value, value)
-            own, at = _numbers(pair, constants), layout.nodes[node, [j]]
-            wide = _numbers((state.lower, state.upper), constants)
-            fixed = own[0] == own[1]
-            mine_low, mine_high = fixed or own[0] >= wide[0], fixed or own[1] <= wide[1]
-            yield Limited(f"{layout.phase.name}: {state.name} {what}", pair[0], pair[1],
-                          first + at if mine_low else none,
-                          first + at if mine_high else none)  # fmt: skip
-            low = np.setdiff1d(low, at) if mine_low else low
-            high = np.setdiff1d(high, at) if mine_high else high
+            lower, upper = value if isinstance(value, tuple) else (value, value)
+            least, largest = parameters.limit(lower), parameters.limit(upper)
+            column = columns.nodes[node, [j]]
+
+            # the narrower one of boundary value and bound holds the unknown
+            holds_low = least == largest or least >= widest[0]
+            holds_high = least == largest or largest <= widest[1]
+            yield _NamedLimits(
+                f"{phase.name}: {state.name} {what}",
+                lower,
+                upper,
+                at_lower=first + column if holds_low else none,
+                at_upper=first + column if holds_high else none,
+            )
+            low = np.setdiff1d(low, column) if holds_low else low
+            high = np.setdiff1d(high, column) if holds_high else high
         signals.setdefault(state, []).append((first + low, first + high))
-    held = [(layout.constant, layout.steps), (layout.linear, layout.ramps)]
-    for group in layout.groups:
-        held += [(layout.polynomial, group.controls), (layout.algebraics, group.algebraics)]
-    for kind, table in held:
-        for j, signal in enumerate(kind):
-            own_ids = first + table[..., j].ravel()
-            signals.setdefault(signal, []).append((own_ids, own_ids))
+
+    for signal, _, ids in columns.coefficients():
+        entries = first + ids.ravel()
+        signals.setdefault(signal, []).append((entries, entries))
 
 
-def _numbers(pair: tuple[Any, Any], constants: Mapping[str, float]) -> tuple[float, float]:
-    return evaluate_limit(pair[0], constants), evaluate_limit(pair[1], constants)
-
-
-def _times(layout: PhaseLayout, first: int) -> Iterator[Limited]:
-    if layout.ends is None:
+def _times(columns: PhaseColumns, first: int) -> Iterator[_NamedLimits]:
+    """Times of a phase of which one is free."""
+    if columns.ends is None:
         return
-    phase = layout.phase
-    for value, column, what in zip(
-        (phase.start, phase.end), layout.ends, ("start", "end"), strict=True
+    phase = columns.phase
+    for what, time, column in zip(
+        ("start", "end"), (phase.start, phase.end), first + columns.ends[:, None], strict=True
     ):
-        pair = (value.lower, value.upper) if isinstance(value, Between) else (value, value)
-        yield _either(f"{phase.name}: {what}", *pair, first + np.array([column]))
+        lower, upper = (time.lower, time.upper) if isinstance(time, Between) else (time, time)
+        yield _NamedLimits(f"{phase.name}: {what}", lower, upper, column, column)
 
 
-def time_slopes(solved: SolvedProgram, constants: Mapping[str, float]) -> Iterator[Slope]:
+def _time_slopes(iterate: Iterate) -> Iterator[Slope]:
     """Slopes by the initial and final times of phases in which both are fixed.
 
-    The kernels are written anew for times a little off, and the Lagrangian is differenced.
+    In the same program with these times among its unknowns they are columns of the derivatives.
     """
-    made, size = solved.transcription, solved.scales.objective
-    values = np.array([constants[c.name] for c in solved.problem.constants])
-    unknowns = np.zeros(made.columns.count)
-    for i, layout in enumerate(made.layouts):
-        name = layout.phase.name
-        instants = any(
-            f.kind == "value" and f.pieces[0][0] == name for f in solved.problem.functionals
+    transcription, problem = iterate.transcription, iterate.problem
+    with_instants = {f.phase for f in problem.functionals if isinstance(f, PointValue)}
+    fixed = [
+        i
+        for i, columns in enumerate(transcription.phases)
+        if columns.ends is None and columns.phase.name not in with_instants
+    ]
+    if not fixed:
+        return
+
+    phases = [_released(p) if i in fixed else p for i, p in enumerate(problem.phases)]
+    released = transcribe(
+        replace(problem, phases=phases),
+        transcription.mesh,
+        iterate.scheme,
+        iterate.controls,
+        iterate.scales,
+    )
+    ends = {i: released.phases[i].ends for i in fixed}
+    times = {i: transcription.phases[i].fixed_times for i in fixed}
+
+    # beside the times and the rows of their order, unknowns and rows are the same in both programs
+    durations = [released.rows.phases[i].duration for i in fixed]
+    rows = np.setdiff1d(np.arange(released.rows.count), np.concatenate(durations))
+    columns = np.setdiff1d(np.arange(released.columns.count), np.concatenate(list(ends.values())))
+    x = np.empty(released.columns.count)
+    x[columns] = iterate.x
+    for i in fixed:
+        x[ends[i]] = np.array(times[i]) / iterate.scales.time
+
+    constants = iterate.parameters.vector
+    gradient = np.array(released.program.objective_gradient(x, constants)[1]).ravel()
+    jacobian = released.program.constraint_jacobian(x, constants)[1]
+    factor = iterate.scales.objective / iterate.scales.time
+    for i in fixed:
+        for what, column in zip(("start", "end"), ends[i], strict=True):
+            by_row = np.array(jacobian[:, int(column)]).ravel()[rows]
+            by_multiplier = np.concatenate([by_row, np.zeros(columns.size)])
+            name = f"{problem.phases[i].name}: {what}"
+            yield Slope(name, float(gradient[column]) * factor, by_multiplier * factor)
+
+
+def _released(phase: Phase) -> Phase:
+    """The phase with its fixed times as unknowns."""
+    start, end = phase.start, phase.end
+    assert not isinstance(start, Between)
+    assert not isinstance(end, Between)
+    return replace(phase, start=Between(start, start), end=Between(end, end))
+
+
+@dataclass(frozen=True, eq=False)
+class _MultiplierChanges:
+    """All sets of multipliers that fit: changes `z` with ``equations @ z = 0`` and bounds.
+
+    Attributes
+    ----------
+    entries : (m,)
+        The rows, then unknowns, whose multipliers may change.
+    lower, upper : (m,)
+        Of the changes.
+    many : bool
+        Whether there is a change but zero.
+    """
+
+    entries: Integers
+    equations: csr_matrix
+    lower: Array
+    upper: Array
+    many: bool
+
+    @classmethod
+    def of(
+        cls, iterate: Iterate, multipliers: Array, distances: LimitDistances
+    ) -> _MultiplierChanges:
+        """The multipliers around those of a solution."""
+        from scipy.sparse import csr_matrix, hstack, identity  # slow to load, seldom needed
+
+        program = iterate.transcription.program
+        jacobian = program.constraint_jacobian(iterate.x, iterate.parameters.vector)[1].sparse()
+        everything = hstack([csr_matrix(jacobian).T, identity(iterate.x.size)]).tocsc()
+
+        # multipliers of touched limits may take any value of their sign, of equations any at all
+        near_lower, near_upper = distances.touching(MULTIPLIER_FREE)
+        entries = np.flatnonzero(near_lower | near_upper)
+        is_equation = (distances.lower + distances.upper)[entries] <= 0.0
+        reach = _REACH * max(1.0, float(np.abs(multipliers).max()))
+        present = multipliers[entries]
+        lower = np.where(is_equation | near_lower[entries], -reach, np.minimum(-present, 0.0))
+        upper = np.where(is_equation | near_upper[entries], reach, np.maximum(-present, 0.0))
+        equations = csr_matrix(everything[:, entries])
+
+        # unless zero is the only change, one of two opposite random directions finds another
+        small = cls(entries, equations, np.maximum(lower, -1.0), np.minimum(upper, 1.0), False)
+        random = np.random.default_rng(0).normal(size=entries.size)
+        many = max(small.most(random), small.most(-random)) > _SPREAD
+        return cls(entries, equations, lower, upper, many)
+
+    def most(self, direction: Array) -> float:
+        """Largest value of ``direction @ z``; infinite if the linear program has no end."""
+        size = float(np.abs(direction).max(initial=0.0))
+        if size == 0.0:
+            return 0.0
+        from scipy.optimize import linprog
+
+        result = linprog(
+            -direction / size,
+            A_eq=self.equations,
+            b_eq=np.zeros(self.equations.shape[0]),
+            bounds=np.column_stack([self.lower, self.upper]),
+            method="highs",
         )
-        if layout.ends is not None or instants:
-            continue
-        step = _STEP * (layout.fixed_times[1] - layout.fixed_times[0])
-        for what in ("start", "end"):
-            at = {
-                n: evaluated(_retimed(solved, i, what, n * step), solved.x, values, made.rows.count)
-                for n in (-2, -1, 1, 2)
-            }
-            direct, rows = (
-                size * (8 * (at[1][p] - at[-1][p]) - (at[2][p] - at[-2][p])) / (12 * step)
-                for p in (0, 1)
-            )
-            yield Slope(f"{name}: {what}", float(direct), np.concatenate([rows, unknowns]))
+        return float(-result.fun * size) if result.status == 0 else math.inf
 
-
-def _retimed(solved: SolvedProgram, index: int, what: str, shift: float) -> tuple[Block, ...]:
-    """The blocks of the same program with one fixed time of a phase shifted."""
-    made, old = solved.transcription, solved.problem
-    phases = list(old.phases)
-    phases[index] = replace(phases[index], **{what: getattr(phases[index], what) + shift})
-    problem = Problem(old.name, phases, old.minimise, old.maximise, old.bounds, old.links)
-    layouts = list(made.layouts)
-    layouts[index] = replace(layouts[index], phase=phases[index])
-    scales, rows, weights = solved.scales, Limits(), inline_weights(problem)
-    context = Context(
-        problem, scales.signals, made.unknown_ids,
-        tuple(scales.unknowns[u.name] for u in problem.unknowns), scales.time,
-    )  # fmt: skip
-    blocks: list[Block] = []
-    for layout, found, extra in zip(layouts, made.constraints, made.mesh.extra, strict=True):
-        blocks += phase_blocks(context, layout, found, scales, weights, made.peak_ids, rows, extra)
-    blocks.append(terminal_block(context, layouts, scales, weights, made.peak_ids, rows))
-    return tuple(blocks)
+    def range_of(self, slope: Slope) -> tuple[float, float]:
+        """Smallest and largest change of a slope; infinite at the edge of what is looked at."""
+        direction = slope.by_multiplier[self.entries]
+        edge = _ENDLESS * _REACH * float(np.abs(direction).max(initial=0.0))
+        down, up = -self.most(-direction), self.most(direction)
+        return (-math.inf if down < -edge else down), (math.inf if up > edge else up)

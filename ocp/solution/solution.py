@@ -29,7 +29,7 @@ from ocp.verification.verify import Verification
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ocp.analysis.one_sided import Sided
+    from ocp.analysis.sensitivity import Sided
     from ocp.analysis.scaling_report import ScalingReport
 
 Kept = TypeVar("Kept")
@@ -255,16 +255,16 @@ class Solution:
         ActiveSetWarning
             Where the optimum has a kink; the number is then nan.
         """
-        from ocp.analysis.one_sided import sensitivities
+        from ocp.analysis.sensitivity import sensitivities
 
         return sensitivities(self)
 
     def one_sided_sensitivities(self) -> Mapping[str, Sided]:
         """The same for a decrease and for an increase of the number.
 
-        See `ocp.analysis.one_sided`.
+        See `ocp.analysis.sensitivity`.
         """
-        from ocp.analysis.one_sided import one_sided_sensitivities
+        from ocp.analysis.sensitivity import one_sided_sensitivities
 
         return one_sided_sensitivities(self)
 

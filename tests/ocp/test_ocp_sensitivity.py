@@ -178,7 +178,7 @@ def test_a_maximum_has_the_sign_of_the_user():
 
 def test_multipliers_of_problem_bounds_have_the_name_and_sign_of_their_limit():
     found = solve(swing(), settings=FROZEN)
-    effort = found.multipliers.terminal["effort"]
+    effort = found.multipliers.boundary["effort"]
     assert effort > 0
     assert found.sensitivities()["effort upper"] == pytest.approx(-effort, rel=1e-12)
     (speed,) = [p for p in found.multipliers.paths if p.name == "speed"]
