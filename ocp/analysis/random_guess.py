@@ -5,95 +5,119 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ocp.mesh.initial_guess import PhaseStart, Start, evaluate_limit, signals_of, start_of
+from ocp.arrays import Array
+from ocp.mesh.initial_guess import InitialGuess, PhaseGuess, initial_guess
 from ocp.mesh.mesh import Mesh, uniform
 from ocp.mesh.trajectory import Trajectory
-from ocp.problem.statement import Phase, Problem
-from ocp.problem.symbols import Between
+from ocp.problem.parameters import Parameters, parameters_of
+from ocp.problem.phase import Phase
+from ocp.problem.problem import Problem
+from ocp.problem.symbols import Between, Signal
 from ocp.settings import Settings
 from ocp.transcription.packing import decision_vector, trajectory_of
 from ocp.transcription.scaling import Scales, scales_of
-from ocp.transcription.transcribe import Method, transcribe
+from ocp.transcription.transcribe import transcribe
 
-Array = NDArray[np.float64]
 _WAVES = np.arange(4)  # cosines of half a period each, with amplitudes that fall as 1 / (1 + n)
 _FASTER = 2.0  # free times are stretched or shortened by up to this factor
+_SHORTEST = 1e-6  # of the typical duration, that a phase keeps
 
 
 def random_trajectory(
     problem: Problem, settings: Settings, random: np.random.Generator
 ) -> Trajectory:
-    """A random start of a problem, on the first mesh of its solve."""
-    constants = {c.name: float(c.value) for c in problem.constants}
-    stated = start_of(problem, constants)
-    scales = scales_of(problem, stated, constants)
+    """A random start of a problem, on a uniform mesh."""
+    parameters = parameters_of(problem)
+    stated = initial_guess(problem, parameters)
+    scales = scales_of(problem, stated, parameters)
+
+    # the same draws in the same order, so that a seed means the same start
     stretch = float(np.exp(random.uniform(-1.0, 1.0) * np.log(_FASTER)))
-    phases = {
-        phase.name: _Wavy.around(problem, phase, stated, scales, constants, stretch, random)
+    phases: dict[str, PhaseGuess] = {
+        phase.name: _wavy(problem, phase, stated, scales, parameters, stretch, random)
         for phase in problem.phases
     }
     unknowns = {
-        u.name: _drawn(
-            stated.unknowns[u.name], _limits(u, constants), scales.unknowns[u.name], random
-        )
+        u.name: _drawn(stated.unknowns[u.name], parameters.pair(u), scales.unknowns[u.name], random)
         for u in problem.unknowns
     }
-    mesh = Mesh(tuple(uniform(settings.intervals, settings.degree) for _ in problem.phases))
-    made = transcribe(problem, mesh, Method(settings.scheme, settings.control_shape), scales)
-    x = decision_vector(made, Start(phases, unknowns), constants)
-    return trajectory_of(made, np.nan_to_num(x), constants)
+
+    # as a trajectory it can be sent to another process
+    phase_mesh = uniform(settings.intervals, settings.scheme.degree)
+    mesh = Mesh(tuple(phase_mesh for _ in problem.phases))
+    program = transcribe(problem, mesh, settings.scheme, settings.controls, scales)
+    x = decision_vector(program, InitialGuess(phases, unknowns), parameters)
+    return trajectory_of(program, np.nan_to_num(x), parameters)
 
 
 @dataclass(frozen=True, eq=False)
-class _Wavy:
-    """The stated guess of a phase plus smooth waves, which vanish at prescribed boundary values."""
+class _WavyGuess:
+    """The stated guess of a phase plus smooth waves.
 
-    stated: PhaseStart
+    Attributes
+    ----------
+    limits : mapping of signal to (lower, upper)
+    waves : mapping of signal to (4,)
+        Amplitudes of the cosines.
+    held : mapping of signal to (bool, bool)
+        Whether its first and last value are prescribed: there the waves vanish.
+    """
+
+    stated: PhaseGuess
     start: float
     end: float
     limits: Mapping[str, tuple[float, float]]
     waves: Mapping[str, Array]
     held: Mapping[str, tuple[bool, bool]]
 
-    @classmethod
-    def around(
-        cls, problem: Problem, phase: Phase, stated: Start, scales: Scales,
-        constants: Mapping[str, float], stretch: float, random: np.random.Generator,
-    ) -> _Wavy:  # fmt: skip
-        """Draw the waves of all signals of a phase."""
-        own, signals = stated.phases[phase.name], signals_of(problem, phase)
-        first = min(p.start for p in stated.phases.values())
-        start, end = (
-            _inside(first + stretch * (guess - first), (value.lower, value.upper))
-            if isinstance(value, Between) else guess
-            for value, guess in ((phase.start, own.start), (phase.end, own.end))
-        )  # fmt: skip
-        return cls(
-            own, start, max(end, start + 1e-6 * scales.time),
-            {s.name: _limits(s, constants) for s in signals},
-            {s.name: 0.5 * _reach(s, scales.signals, constants) * random.normal(size=_WAVES.size)
-             / (1 + _WAVES) for s in signals},
-            {s.name: (s in phase.initial, s in phase.final) for s in signals},
-        )  # fmt: skip
-
     def at_fractions(self, fractions: Array) -> Mapping[str, Array]:
         """Signals by name at fractions of the phase."""
         cosines = np.cos(np.pi * np.outer(_WAVES, fractions))
-        found = {}
-        for name, values in self.stated.at_fractions(fractions).items():
+        values = {}
+        for name, stated in self.stated.at_fractions(fractions).items():
             first, last = self.held[name]
             taper = (np.sqrt(fractions) if first else 1.0) * (np.sqrt(1 - fractions) if last else 1)
-            found[name] = np.clip(values + taper * (self.waves[name] @ cosines), *self.limits[name])
-        return found
+            wavy = stated + taper * (self.waves[name] @ cosines)
+            values[name] = np.clip(wavy, *self.limits[name])
+        return values
 
 
-def _limits(symbol: Any, constants: Mapping[str, float]) -> tuple[float, float]:
-    return evaluate_limit(symbol.lower, constants), evaluate_limit(symbol.upper, constants)
+def _wavy(
+    problem: Problem,
+    phase: Phase,
+    stated: InitialGuess,
+    scales: Scales,
+    parameters: Parameters,
+    stretch: float,
+    random: np.random.Generator,
+) -> _WavyGuess:
+    """Draw the waves of all signals of a phase."""
+    own, signals = stated.phases[phase.name], problem.signals(phase)
+    first = min(p.start for p in stated.phases.values())
+    start, end = (
+        _inside(first + stretch * (guess - first), (time.lower, time.upper))
+        if isinstance(time, Between)
+        else guess
+        for time, guess in ((phase.start, own.start), (phase.end, own.end))
+    )
+    waves = {
+        s.name: 0.5
+        * _reach(s, scales.signals, parameters)
+        * random.normal(size=_WAVES.size)
+        / (1 + _WAVES)
+        for s in signals
+    }
+    return _WavyGuess(
+        stated=own,
+        start=start,
+        end=max(end, start + _SHORTEST * scales.time),
+        limits={s.name: parameters.pair(s) for s in signals},
+        waves=waves,
+        held={s.name: (s in phase.initial, s in phase.final) for s in signals},
+    )
 
 
 def _drawn(
@@ -105,10 +129,10 @@ def _drawn(
     return _inside(stated + size * random.normal(), limits)
 
 
-def _reach(symbol: Any, sizes: Mapping[str, float], constants: Mapping[str, float]) -> float:
-    """Half the distance of a symbol's limits where both are finite, its typical size elsewhere."""
-    lower, upper = _limits(symbol, constants)
-    return 0.5 * (upper - lower) if math.isfinite(upper - lower) else sizes[symbol.name]
+def _reach(signal: Signal, sizes: Mapping[str, float], parameters: Parameters) -> float:
+    """Half the distance of a signal's limits where both are finite, its typical size elsewhere."""
+    lower, upper = parameters.pair(signal)
+    return 0.5 * (upper - lower) if math.isfinite(upper - lower) else sizes[signal.name]
 
 
 def _inside(value: float, limits: tuple[float, float]) -> float:

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from ocp.mesh.initial_guess import start_of
+from ocp.keywords import checked_keywords
+from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.trajectory import Trajectory
-from ocp.problem.statement import Problem
+from ocp.problem.functionals import Integral, Peak
+from ocp.problem.parameters import parameters_of
+from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant, Signal
 from ocp.transcription.scaling import Scales, scales_of
 
@@ -18,9 +21,13 @@ class ScaleEntry:
 
     Attributes
     ----------
-    kind : "signal", "unknown", "time", "bound", "number" (integral or peak) or "objective".
-    size : in the unit.
-    reason : where it comes from; "stated" where the statement says so.
+    kind : str
+        "signal", "unknown", "time", "bound", "number" (integral or peak) or "objective".
+    name, unit : str
+    size : float
+        In the unit.
+    reason : str
+        Where it comes from; "stated" where the statement says so.
     """
 
     kind: str
@@ -30,12 +37,15 @@ class ScaleEntry:
     reason: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ScalingReport:
     """All sizes of a problem; prints as a table."""
 
     problem: str
     entries: tuple[ScaleEntry, ...]
+
+    def __repr__(self) -> str:
+        return f"ScalingReport('{self.problem}': {len(self.entries)} sizes; print it)"
 
     def __str__(self) -> str:
         width = max(len(e.name) for e in self.entries)
@@ -47,18 +57,29 @@ class ScalingReport:
         return "\n".join([f"scaling of '{self.problem}'", *lines])
 
 
+@checked_keywords()
 def scaling_report(
-    problem: Problem, *, guess: Trajectory | None = None,
+    problem: Problem,
+    *,
+    guess: Trajectory | None = None,
     constants: Mapping[Constant, float] | None = None,
-) -> ScalingReport:  # fmt: skip
+) -> ScalingReport:
     """The sizes that `ocp.solve` takes for a problem, before it is solved.
 
     To choose another one, give ``scale`` where the thing is stated: a signal, an unknown, a bound,
     an integral, a peak, or the problem for its objective.
+
+    Parameters
+    ----------
+    problem : Problem
+    guess : Trajectory, optional
+        Instead of the guess in the statement.
+    constants : mapping of Constant to number, optional
+        Values that replace those of the statement.
     """
-    values = {c.name: float(c.value) for c in problem.constants}
-    values |= {c.name: float(v) for c, v in (constants or {}).items()}
-    return report_of(problem, scales_of(problem, start_of(problem, values, guess), values))
+    parameters = parameters_of(problem, constants)
+    start = initial_guess(problem, parameters, guess)
+    return report_of(problem, scales_of(problem, start, parameters))
 
 
 def report_of(problem: Problem, scales: Scales) -> ScalingReport:
@@ -70,17 +91,21 @@ def _entries(problem: Problem, scales: Scales) -> Iterator[ScaleEntry]:
     why = scales.reasons
     for s in problem.symbols:
         if isinstance(s, Signal):
-            yield ScaleEntry("signal", s.name, s.unit, scales.signals[s.name],
-                             why["signal", s.name])  # fmt: skip
+            size, reason = scales.signals[s.name], why["signal", s.name]
+            yield ScaleEntry("signal", s.name, s.unit, size, reason)
     for u in problem.unknowns:
-        yield ScaleEntry("unknown", u.name, u.unit, scales.unknowns[u.name],
-                         why["unknown", u.name])  # fmt: skip
+        size, reason = scales.unknowns[u.name], why["unknown", u.name]
+        yield ScaleEntry("unknown", u.name, u.unit, size, reason)
     yield ScaleEntry("time", "durations", "s", scales.time, why["time", ""])
-    named = [(phase.name, b) for phase in problem.phases for b in phase.bounds]
-    for phase, b in (*named, *(("", b) for b in (*problem.bounds, *problem.links))):
+
+    bounds = [(phase.name, b) for phase in problem.phases for b in phase.bounds]
+    bounds += [("", b) for b in problem.boundary_constraints]
+    for phase, b in bounds:
+        key = phase, b.name
         name = f"{phase}: {b.name}" if phase else b.name
-        yield ScaleEntry("bound", name, b.unit, scales.bounds[phase, b.name],
-                         why["bound", (phase, b.name)])  # fmt: skip
-    for f in (f for f in problem.functionals if f.kind in ("integral", "peak")):
-        yield ScaleEntry("number", f.name, f.unit, scales.functionals[f], why["number", f])
+        yield ScaleEntry("bound", name, b.unit, scales.bounds[key], why["bound", key])
+
+    for f in problem.functionals:
+        if isinstance(f, (Integral, Peak)):
+            yield ScaleEntry("number", f.name, f.unit, scales.functionals[f], why["number", f])
     yield ScaleEntry("objective", "objective", "", scales.objective, why["objective", ""])
