@@ -20,7 +20,6 @@ from ocp import (
     Trapezoid,
     solve,
 )
-from ocp.numerics.schemes import scheme_named
 from ocp.problem.integrator_chains import chain_length, exact_degree, first_degree, shape_of
 
 
@@ -58,7 +57,7 @@ def test_the_chain_is_integrated_without_error_on_any_mesh(scheme):
     move = Phase("move", {x: v, v: a, a: u}, {x: 0, v: 0, a: 0}, {x: 1, v: 0, a: 0}, end=1)
     found = solve(
         Problem("jerk", [move], minimise=move.integral(u**2)),
-        settings=Settings(scheme=scheme_named(scheme, 4), intervals=7, refinement=FixedMesh()),
+        settings=Settings(scheme=scheme, intervals=7, refinement=FixedMesh()),
     )
     assert max(r.dynamics_error for r in found.mesh_iterations) <= 1e-12
     # u = 60 - 360 t + 360 t^2 costs 720; a linear control on 7 intervals costs a little more
@@ -95,7 +94,7 @@ def test_the_degree_of_the_first_mesh_suffices_for_a_long_chain(scheme):
     p = Phase("chain", dict(zip(states, [u, *states], strict=False)), dict.fromkeys(states, 0))
     found = solve(
         Problem("far", p, maximise=p.at_end(states[-1])),
-        settings=Settings(scheme=scheme_named(scheme, 4), intervals=3, refinement=FixedMesh()),
+        settings=Settings(scheme=scheme, intervals=3, refinement=FixedMesh()),
     )
     assert found.objective == pytest.approx(1 / 720, rel=1e-8)
     assert found.mesh_iterations[0].dynamics_error <= 1e-13
