@@ -57,7 +57,8 @@ if TYPE_CHECKING:
     from ocp.analysis.relaxation import Relaxation, Relaxed, relaxed
     from ocp.analysis.scaling_report import scaling_report
     from ocp.solution.storage import load, save
-    from ocp.verification.certificate import Certificate, Tolerances, certify
+    from ocp.verification.certificate import Certificate, certify
+    from ocp.verification.conditions import Tolerances
 
 # what a solve does not need is loaded when it is asked for: a third of the time of `import ocp`
 _LATER = {
@@ -69,7 +70,8 @@ _LATER = {
     "analysis.relaxation": ("Relaxation", "Relaxed", "relaxed"),
     "analysis.scaling_report": ("scaling_report",),
     "solution.storage": ("load", "save"),
-    "verification.certificate": ("Certificate", "Tolerances", "certify"),
+    "verification.certificate": ("Certificate", "certify"),
+    "verification.conditions": ("Tolerances",),
 }
 _MODULES = {name: module for module, names in _LATER.items() for name in names}
 

@@ -1,0 +1,411 @@
+"""The conditions of a certificate: what is tested of a solution, and how closely.
+
+Each group of conditions is a function that yields them: the replayed motion against the statement
+(`motion_conditions`), the first-order conditions of the nonlinear program (`program_conditions`),
+the minimum principle (`optimality_conditions`) and the multipliers of peaks (`peak_conditions`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from ocp.arrays import Array
+from ocp.keywords import checked_keywords
+from ocp.mesh.evaluation import Evaluator
+from ocp.optimality.active_set import limit_distances
+from ocp.optimality.iterate import Iterate
+from ocp.optimality.multipliers import Multipliers
+from ocp.problem.functionals import BoundaryValue, End, Functional, Peak, PhaseTime
+from ocp.problem.symbols import TIME, Between
+from ocp.refinement.accuracy import Accuracy
+from ocp.refinement.switch_detection import control_jumps
+from ocp.verification.minimum_principle import MinimumPrinciple, minimum_principle
+from ocp.verification.simulation import SimulatedMotion, replayed, simulate
+from ocp.verification.verify import boundary_excesses, objective_size, verify
+
+# Fraction of a phase within which a jump is on a breakpoint
+_ON_BREAKPOINT = 1e-9
+
+# Against a division by zero: a peak of zero, and a peak that nothing depends on
+_LEAST_SIZE = 1e-300
+_LEAST_WEIGHT = 1e-12
+
+
+@checked_keywords({"corners": "write changes={value}"})
+@dataclass(frozen=True)
+class Tolerances:
+    """What a certificate allows, all relative.
+
+    Attributes
+    ----------
+    replay : float
+        Missed end state of the replay: what a solve promises by default.
+    excess : float
+        Excess of a path constraint or peak of the replay: ten times the default of a solve, because
+        the replayed motion is off by a little, too.
+    objective, bounds : float
+        Difference of the replayed objective, and excess of the problem's bounds and links: ten
+        times the default for the missed end state, as misses of all states act on them.
+    feasible : float
+        Violated rows and bounds of the scaled program. The solver stops at 1e-10.
+    stationary : float
+        Slope of the scaled Lagrangian. The solver stops at 1e-6.
+    complementary : float
+        Product of a multiplier and the distance to its limit. The solver accepts 1e-8.
+    within : float
+        Range of the Hamiltonian between two changes of the active set, where costates are as exact
+        as the slope of the Lagrangian.
+    strict : float
+        Worst interval mean of dH/du, in all intervals but those that hold a change of the active
+        set or are next to one. It is relative to terms that cancel, hence wider than `within`.
+    changes : float
+        Part of the duration that these may take. Where it is most of it, little has been tested.
+    hamiltonian : float
+        Mean drift of the Hamiltonian over the whole phase, and its end values at free times.
+        Costates are of first order only in intervals that hold a jump of theirs, so that this is
+        far wider than what holds between changes.
+    slope : float
+        Interval means of dH/du, averaged over time, changes included.
+    concave : float
+        Negative curvature of the Hamiltonian by a free control: rounding of a few products.
+    peak : float
+        Sum and sign of a peak's multipliers: ten times what the solver leaves of the slope of the
+        Lagrangian by the peak.
+    """
+
+    replay: float = 1e-6
+    excess: float = 1e-6
+    objective: float = 1e-5
+    bounds: float = 1e-5
+    feasible: float = 1e-8
+    stationary: float = 1e-5
+    complementary: float = 1e-6
+    hamiltonian: float = 5e-3
+    slope: float = 1e-3
+    within: float = 1e-5
+    strict: float = 1e-4
+    changes: float = 0.5
+    concave: float = 1e-6
+    peak: float = 1e-5
+
+
+@dataclass(frozen=True)
+class Condition:
+    """One number, what it may be at most, and what it means."""
+
+    name: str
+    value: float
+    tolerance: float
+    sentence: str
+
+    @property
+    def passed(self) -> bool:
+        """Whether the value is a number within its tolerance."""
+        return bool(self.value <= self.tolerance)
+
+    def __str__(self) -> str:
+        return (
+            f"{'pass' if self.passed else 'FAIL'}  {self.name}: {self.value:.1e} of "
+            f"{self.tolerance:.0e} allowed; {self.sentence}"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """What the conditions are tested on.
+
+    Attributes
+    ----------
+    iterate : Iterate
+        With the trajectory and the objective that the solution shows.
+    multipliers : Multipliers
+        As the solution shows them.
+    scaled : (rows + n,)
+        Scaled multipliers of the rows, then of the unknowns' bounds.
+    """
+
+    iterate: Iterate
+    multipliers: Multipliers
+    scaled: Array
+    evaluator: Evaluator
+
+    @property
+    def peaks(self) -> dict[Peak, float]:
+        """Values of the peaks as the solution shows them."""
+        return dict(zip(self.iterate.problem.peaks, self.iterate.trajectory.peaks, strict=True))
+
+    def bound_multiplier(self, column: int) -> float:
+        """Multiplier of the bound of an unknown [unit of the objective / unit of the unknown]."""
+        multiplier = self.scaled[self.iterate.row_multipliers.size + column]
+        size = self.iterate.transcription.columns.sizes[column]
+        return float(multiplier * self.iterate.scales.objective / size)
+
+    def slope(self, functional: Functional) -> float:
+        """Slope by a functional of the objective with the bounds and links adjoined to it."""
+        problem = self.iterate.problem
+        total = problem.objective
+        for bound in problem.boundary_constraints:
+            total = total + self.multipliers.boundary[bound.name] * bound.expression
+        by_functional = ca.densify(ca.jacobian(total, functional.symbol))
+        return self.evaluator.number(self.iterate.trajectory, by_functional, self.peaks)
+
+
+def motion_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condition]:
+    """The replayed motion against the statement."""
+    iterate, evaluator = evidence.iterate, evidence.evaluator
+    simulated = simulate(iterate.problem, iterate.trajectory, iterate.scales.signals)
+    verification = verify(iterate, simulated, Accuracy(), evaluator)
+
+    yield Condition("replay", simulated.miss, allowed.replay, _replay_words(simulated))
+    yield Condition(
+        "path constraints",
+        verification.excess,
+        allowed.excess,
+        "the replayed motion exceeds a path constraint, bound or peak between the points by this "
+        "part of its size",
+    )
+    for name, stated, dense in verification.peaks:
+        yield Condition(
+            f"peak '{name}'",
+            abs(dense - stated) / max(abs(stated), _LEAST_SIZE),
+            allowed.excess,
+            f"its largest value on the replayed motion is {dense:.8g}, reported as {stated:.8g}",
+        )
+    yield Condition(
+        "objective",
+        abs(verification.replayed_objective - iterate.objective) / objective_size(iterate),
+        allowed.objective,
+        "the replayed motion has an objective that differs by this part",
+    )
+
+    # bounds and links of the problem, with the peaks of the replay as they are between the points
+    dense_peaks = (dense for _, _, dense in verification.peaks)
+    peaks = dict(zip(iterate.problem.peaks, dense_peaks, strict=True))
+    replay = replayed(iterate.trajectory, simulated)
+    excesses = dict(boundary_excesses(iterate, replay, evaluator, peaks))
+    exceeded = [f"'{name}'" for name, excess in excesses.items() if not excess <= allowed.bounds]
+    yield Condition(
+        "problem bounds",
+        float(np.max([0.0, *excesses.values()])),
+        allowed.bounds,
+        f"the replayed motion does not meet {', '.join(exceeded)}"
+        if exceeded
+        else "the replayed motion meets all bounds and links up to this part of their sizes",
+    )
+
+
+def _replay_words(simulated: SimulatedMotion) -> str:
+    begin = "the initial state"
+    if simulated.restarts:
+        begin += f" and {simulated.restarts} restarts (the motion amplifies too much for one run)"
+    return (
+        f"the controls, replayed by another integrator from {begin}, miss the end state by this "
+        f"part of its size; errors of the states grow up to {simulated.amplification:.1e} times"
+    )
+
+
+def program_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condition]:
+    """First-order conditions of the nonlinear program (Karush, Kuhn and Tucker)."""
+    iterate, multipliers = evidence.iterate, evidence.scaled
+    distances = limit_distances(iterate)
+
+    yield Condition(
+        "constraint residuals",
+        distances.violation,
+        allowed.feasible,
+        "the largest violation of a row or bound of the program, scaled",
+    )
+    yield Condition(
+        "stationarity",
+        float(np.abs(_lagrangian_slope(iterate, multipliers)).max()),
+        allowed.stationary,
+        "the largest slope of the scaled Lagrangian",
+    )
+
+    # a multiplier at a side without a limit counts by its own size
+    with np.errstate(invalid="ignore"):
+        distance = np.where(multipliers > 0, distances.upper, distances.lower)
+        products = np.where(multipliers == 0, 0.0, np.abs(multipliers * distance))
+    products = np.where(np.isfinite(products), products, np.abs(multipliers))
+    yield Condition(
+        "complementarity",
+        float(products.max(initial=0.0)),
+        allowed.complementary,
+        "the largest product of a multiplier and the distance to its limit",
+    )
+
+
+def _lagrangian_slope(iterate: Iterate, multipliers: Array) -> Array:
+    """Scaled slope of the Lagrangian by each unknown, (n,)."""
+    program, constants = iterate.transcription.program, iterate.parameters.vector
+    gradient = np.array(program.objective_gradient(iterate.x, constants)[1]).ravel()
+    jacobian = program.constraint_jacobian(iterate.x, constants)[1]
+    rows = iterate.row_multipliers.size
+    of_rows = np.array(ca.mtimes(jacobian.T, ca.DM(multipliers[:rows]))).ravel()
+    return np.asarray(gradient + of_rows + multipliers[rows:])
+
+
+def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condition]:
+    """The minimum principle, phase by phase."""
+    iterate = evidence.iterate
+    for index, costates in enumerate(evidence.multipliers.costates):
+        principle = minimum_principle(iterate, evidence.evaluator, costates, index)
+        yield from _between_changes(principle, allowed)
+        yield from _on_the_whole(principle, _undetermined_jumps(iterate, index), allowed)
+        yield from _end_values(evidence, principle, index, allowed)
+
+
+def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterator[Condition]:
+    """What must hold strictly where the active set does not change."""
+    count, name = int(principle.changes.sum()), principle.name
+    yield Condition(
+        f"active-set changes of '{name}'",
+        principle.share_of_changes,
+        allowed.changes,
+        f"{count} of {principle.changes.size} intervals hold a change of the active set or are "
+        "next to one; they take this part of the duration and are judged by means",
+    )
+    if principle.autonomous:
+        yield Condition(
+            f"between changes of '{name}': Hamiltonian",
+            principle.drift_between_changes,
+            allowed.within,
+            "its largest range over a run of intervals without changes of the active set",
+        )
+    if principle.slopes.size:
+        yield Condition(
+            f"between changes of '{name}': dH/du",
+            principle.slope_between_changes,
+            allowed.strict,
+            "the worst interval mean of those without changes of the active set, projected on the "
+            "controls' bounds, relative to its terms",
+        )
+        if np.isfinite(principle.concavity):
+            yield Condition(
+                f"curvature of '{name}'",
+                principle.concavity,
+                allowed.concave,
+                "the Hamiltonian is nowhere concave in a control off its bounds, so that the "
+                "motion is no maximum of what is minimised",
+            )
+
+
+def _on_the_whole(
+    principle: MinimumPrinciple, remark: str, allowed: Tolerances
+) -> Iterator[Condition]:
+    """What holds in the mean over the phase, changes of the active set included."""
+    if principle.autonomous:
+        yield Condition(
+            f"Hamiltonian of '{principle.name}'",
+            principle.drift,
+            allowed.hamiltonian,
+            f"time does not enter, so it is constant: {principle.mean:.8g} with this mean drift"
+            + remark,
+        )
+    if principle.slopes.size:
+        yield Condition(
+            f"dH/du of '{principle.name}'",
+            principle.mean_slope,
+            allowed.slope,
+            "the interval means, projected on the controls' bounds, relative to their terms: mean "
+            "over time",
+        )
+
+
+def _undetermined_jumps(iterate: Iterate, index: int) -> str:
+    """Where the multipliers of a right answer may not be unique, in words."""
+    phase = iterate.trajectory.phases[index]
+    fixed = np.delete(phase.fractions, list(iterate.mesh.phases[index].movable))
+    places = {jump.at for jump in control_jumps(phase)}
+
+    # with a movable breakpoint on it the place of the jump is optimal, and the multipliers unique
+    times = [
+        f"{phase.start + place * (phase.end - phase.start):.6g} s"
+        for place in sorted(places)
+        if np.abs(fixed - place).min() < _ON_BREAKPOINT
+    ]
+    if not times:
+        return ""
+    return (
+        f"; a control jumps on a breakpoint that does not move ({', '.join(times)}), where the "
+        "multipliers need not be unique: another number of intervals tells"
+    )
+
+
+def _end_values(
+    evidence: Evidence, principle: MinimumPrinciple, index: int, allowed: Tolerances
+) -> Iterator[Condition]:
+    """Transversality: ``H = -dJ/dt`` at a free final time, ``dJ/dt`` at a free initial one."""
+    columns = evidence.iterate.transcription.columns.phases[index]
+    if columns.ends is None:
+        return
+    statement = columns.phase
+
+    sides: tuple[tuple[End, object, float], ...] = (
+        ("start", statement.start, 1.0),
+        ("end", statement.end, -1.0),
+    )
+    for node, (end, value, sign) in enumerate(sides):
+        if not isinstance(value, Between):
+            continue
+
+        # the time acts through its own bounds, and through what is stated of the ends
+        slope = evidence.bound_multiplier(columns.ends[node])
+        slope += _slope_by_time(evidence, principle.name, end)
+        found = principle.mean if principle.autonomous else principle.ends[node]
+        yield Condition(
+            f"Hamiltonian at the {end} of '{principle.name}'",
+            abs(found - sign * slope) / max(principle.size, abs(slope)),
+            allowed.hamiltonian,
+            f"the time is free, so it is {sign * slope:.8g}; found {found:.8g}",
+        )
+
+
+def _slope_by_time(evidence: Evidence, phase: str, end: End) -> float:
+    """Slope of objective, bounds and links by an end time, through the time and end values."""
+    iterate, evaluator = evidence.iterate, evidence.evaluator
+    last = iterate.trajectory.phase(phase).intervals - 1
+    interval, tau = (0, 0.0) if end == "start" else (last, 1.0)
+
+    slope = 0.0
+    for functional in iterate.problem.functionals:
+        if not isinstance(functional, (BoundaryValue, PhaseTime)):
+            continue
+        if (functional.phase, functional.end) != (phase, end):
+            continue
+        share = evidence.slope(functional)
+        if isinstance(functional, BoundaryValue):
+            # the value depends on the time by itself, beside the state that moves with it
+            by_time = ca.densify(ca.jacobian(functional.expression, TIME.symbol))
+            values = evaluator.values(iterate.trajectory, phase, [by_time], interval, [tau])
+            share *= float(values[0, 0])
+        slope += share
+    return slope
+
+
+def peak_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condition]:
+    """Multipliers of a peak's rows: not negative, and together the weight of the peak."""
+    iterate = evidence.iterate
+    transcription = iterate.transcription
+    for peak, column in transcription.columns.peaks.items():
+        scaled = [
+            iterate.row_multipliers[path.rows]
+            for path in transcription.rows.path
+            if transcription.constraints[path.phase][path.constraint].peak is peak
+        ]
+
+        # the peak's own bound takes its share: a peak of an absolute value is not negative
+        factor = iterate.scales.objective / iterate.scales.functionals[peak]
+        masses = np.concatenate(scaled) * factor
+        weight = evidence.slope(peak) + evidence.bound_multiplier(column)
+        size = max(abs(weight), np.abs(masses).max(), _LEAST_WEIGHT)
+        yield Condition(
+            f"multipliers of peak '{peak.name}'",
+            max(abs(masses.sum() - weight), -masses.min()) / size,
+            allowed.peak,
+            f"none is negative, their sum is its weight of {weight:.8g}",
+        )
