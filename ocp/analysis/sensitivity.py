@@ -390,7 +390,7 @@ def _time_slopes(iterate: Iterate) -> Iterator[Slope]:
         iterate.controls,
         iterate.scales,
     )
-    ends = {i: released.phases[i].ends for i in fixed}
+    ends: dict[int, Any] = {i: released.phases[i].ends for i in fixed}
     times = {i: transcription.phases[i].fixed_times for i in fixed}
 
     # beside the times and the rows of their order, unknowns and rows are the same in both programs

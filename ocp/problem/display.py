@@ -198,7 +198,8 @@ def _times(phase: Phase) -> str:
 
 def _value_text(state: Signal, value: Any) -> str:
     if isinstance(value, tuple):
-        return _between(state.name, *value, state.unit)
+        lower, upper = value
+        return _between(state.name, lower, upper, state.unit)
     return with_unit(f"{state.name} = {_limit_text(value)}", state.unit)
 
 

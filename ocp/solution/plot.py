@@ -21,6 +21,8 @@ from ocp.problem.symbols import Signal
 if TYPE_CHECKING:
     from ocp.solution.solution import Solution
 
+__all__ = ["Figure", "plot"]
+
 _PER_INTERVAL = 24  # points of a curve
 _MOST_ROWS = 6  # of panels in a column
 _WIDTH, _HEIGHT = 3.6, 1.75  # of a panel [inch]

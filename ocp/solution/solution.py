@@ -27,10 +27,9 @@ from ocp.verification.simulation import SimulatedMotion
 from ocp.verification.verify import Verification
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from ocp.analysis.sensitivity import Sided
     from ocp.analysis.scaling_report import ScalingReport
+    from ocp.analysis.sensitivity import Sided
+    from ocp.solution.plot import Figure
 
 Kept = TypeVar("Kept")
 _ROUNDING = 1e-9  # of a phase's times, by which a time may miss its ends

@@ -222,12 +222,13 @@ class _Writer:
             return self._expression(value)
         if isinstance(value, Time):
             return {"class": "Time", "fields": {}}
-        name = type(value).__name__
-        if _classes().get(name) is not type(value):
+        kind: Any = type(value)
+        name = kind.__name__
+        if _classes().get(name) is not kind:
             raise TypeError(f"an object of the class {name} cannot be saved with a solution")
-        if isinstance(value, Problem):
+        if kind is Problem:
             self._problem = value
-        stored = {field: getattr(value, field) for field in _stored_fields(type(value))}
+        stored = {field: getattr(value, field) for field in _stored_fields(kind)}
         if isinstance(value, Phase):
             stored["guess"] = _tabulated(value, self._problem)
         return {"class": name, "fields": {key: self.written(v) for key, v in stored.items()}}
