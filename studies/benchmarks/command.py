@@ -17,15 +17,8 @@ if TYPE_CHECKING:
     from studies.common.folder import ResultsFolder
 
 
-def add_to(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the sub-command."""
-    parser = subparsers.add_parser(
-        "benchmarks",
-        help="fifteen optimal control problems with known optima",
-        description="Solves problems of the literature from their stated guesses, all with the "
-        "same default settings, and holds the answers against trusted optima. The exit code is 0 "
-        "only if all pass.",
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The arguments of the sub-command."""
     parser.add_argument("names", nargs="*", metavar="NAME", help="problems to solve; all if none")
     parser.add_argument("--tag", metavar="TAG", help="only those so tagged, e.g. 'free time'")
     parser.add_argument("--list", action="store_true", help="list them with their sources")
@@ -41,7 +34,6 @@ def add_to(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         "5 %% higher, solved cold and from the solution",
     )  # fmt: skip
     parser.add_argument("--overwrite", action="store_true", help="replace the results folder")
-    parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace, console: Console) -> ExitCode:
