@@ -118,6 +118,7 @@ FORMER_FLAGS: Mapping[str, Mapping[str, str]] = {
         "--verify": "write antenna-ocp check PROFILE, with the same study and flags",
         "--config": "write the file before the flags: antenna-ocp truss STUDY.toml",
     },
+    "benchmarks": {"--output": "write --results DIR"},
 }
 
 LATER = ("flex", "sweep", "pareto", "codesign", "mission")  # known, but not built yet

@@ -6,8 +6,8 @@ import pytest
 
 from ocp import Between, Control
 from studies.benchmarks.benchmark import Benchmark
-from studies.benchmarks.catalogue import CATALOGUE
 from studies.benchmarks.command import select
+from studies.benchmarks.problems import CATALOGUE
 from studies.common.exit_codes import StudyError
 
 # name: phases, states a phase, controls a phase, unknowns, free times, optimum as published
