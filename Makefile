@@ -52,7 +52,7 @@ table: $(READY)
 	$(BIN)/antenna-ocp paper
 
 docs: $(READY)
-	$(BIN)/python -m sphinx -W --keep-going -n -q -b html docs docs/build/html
+	$(BIN)/python -m sphinx -E -W --keep-going -n -q -b html docs docs/build/html
 	@echo "open docs/build/html/index.html"
 
 test: $(READY)

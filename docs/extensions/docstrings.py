@@ -46,10 +46,24 @@ def _short(
     """Class names without their modules, where a default keeps autodoc from parsing them."""
     if arguments:
         arguments = re.sub(r"~[\w.]*\.(\w+)", r"\1", arguments).replace("<factory>", "...")
-        arguments = ARRAY.sub("Array", arguments)
+        arguments = _without_long_defaults(ARRAY.sub("Array", arguments))
     if result:
         result = ARRAY.sub("Array", result)
     return arguments, result
+
+
+def _without_long_defaults(arguments: str) -> str:
+    """Dots in place of a default that is an object written out: its class says enough."""
+    start = re.search(r" = (?=[A-Z]\w*\()", arguments)
+    if start is None:
+        return arguments
+    depth, end = 0, start.end()
+    while depth or arguments[end] != ")":
+        depth += {"(": 1, ")": -1}.get(arguments[end], 0)
+        end += 1
+        if depth == 0 and arguments[end - 1] == ")":
+            break
+    return arguments[: start.end()] + "..." + _without_long_defaults(arguments[end:])
 
 
 def _meanings(
@@ -86,7 +100,7 @@ def _readable(
     app: Sphinx, what: str, name: str, thing: Any, options: Any, lines: list[str]
 ) -> None:
     """Short types, and |x| as it is written: it is no substitution of reStructuredText."""
-    short = [ARRAY.sub("Array", line) for line in lines]
+    short = [ARRAY.sub("Array", line).replace(" -- ", " \u2013 ") for line in lines]
     lines[:] = [line if "`" in line else line.replace("|", "\\|") for line in short]
 
 

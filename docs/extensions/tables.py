@@ -97,7 +97,9 @@ def commands() -> str:
     """Every sub-command with its arguments."""
     parts = []
     for name, command in COMMANDS.items():
-        rows = [_argument(action) for action in build_parser(name)._actions]
+        rows = [
+            _argument(action) for action in build_parser(name)._actions if action.dest != "help"
+        ]
         parts.append(
             f"### `{PROGRAM} {name}`\n\n{command.description}\n\n"
             + table(("argument", "meaning"), rows)
