@@ -42,8 +42,6 @@ napoleon_use_rtype = False
 # "name : meaning [unit]" is this project's form; as directives they would clash with the fields
 napoleon_custom_sections = [("Attributes", "params_style")]
 
-smartquotes_action = "qe"  # two hyphens stay two: they begin a flag
-
 html_theme = "furo"
 html_title = "antenna-ocp"
 html_math_renderer = "mathml"

@@ -100,7 +100,7 @@ def _readable(
     app: Sphinx, what: str, name: str, thing: Any, options: Any, lines: list[str]
 ) -> None:
     """Short types, and |x| as it is written: it is no substitution of reStructuredText."""
-    short = [ARRAY.sub("Array", line).replace(" -- ", " \u2013 ") for line in lines]
+    short = [ARRAY.sub("Array", line) for line in lines]
     lines[:] = [line if "`" in line else line.replace("|", "\\|") for line in short]
 
 

@@ -101,7 +101,7 @@ def commands() -> str:
             _argument(action) for action in build_parser(name)._actions if action.dest != "help"
         ]
         parts.append(
-            f"### `{PROGRAM} {name}`\n\n{command.description}\n\n"
+            f"### `{PROGRAM} {name}`\n\n{_markdown(command.description)}\n\n"
             + table(("argument", "meaning"), rows)
         )
     return "\n".join(parts)
@@ -116,9 +116,13 @@ def _argument(action: argparse.Action) -> tuple[str, str]:
         takes = action.dest.upper()
     written = ", ".join(action.option_strings) or action.dest
     written = f"{written} {takes}" if action.option_strings else str(takes or action.dest)
-    # the texts are plain: what looks like a mark of Markdown is none
-    meaning = re.sub(r"([|*_<>^\[\]])", r"\\\1", (action.help or "").replace("%%", "%"))
-    return f"`{written.strip()}`", meaning
+    return f"`{written.strip()}`", _markdown((action.help or "").replace("%%", "%"))
+
+
+def _markdown(text: str) -> str:
+    """Plain text in Markdown: what looks like a mark is none, and flags are code."""
+    escaped = re.sub(r"([|*_<>^\[\]])", r"\\\1", text)
+    return re.sub(r"(?<!`)(--[a-z-]+)", r"`\1`", escaped)
 
 
 GENERATED = {
