@@ -41,18 +41,18 @@ $(READY): pyproject.toml constraints.txt
 	@touch $@
 
 study: $(READY)
-	$(BIN)/antenna-ocp truss --config studies/truss/main.toml $(STUDY_FLAGS)
+	$(BIN)/antenna-ocp truss studies/truss/main.toml $(STUDY_FLAGS)
 
 picture: $(READY)
-	$(BIN)/antenna-ocp truss --config studies/truss/main.toml --results results/picture --overwrite
+	$(BIN)/antenna-ocp truss studies/truss/main.toml --results results/picture --overwrite
 	cp results/picture/overview.png docs/overview.png
 	cd docs && MPLBACKEND=Agg PYTHONPATH=.. ../$(BIN)/python examples/bryson_denham.py
 
 table: $(READY)
-	$(BIN)/antenna-ocp table
+	$(BIN)/antenna-ocp paper
 
 docs: $(READY)
-	$(BIN)/python -m sphinx -W --keep-going -n -q -b html docs docs/build/html
+	$(BIN)/python -m sphinx -E -W --keep-going -n -q -b html docs docs/build/html
 	@echo "open docs/build/html/index.html"
 
 test: $(READY)

@@ -89,7 +89,7 @@ class Effort:
 
 def names() -> tuple[str, ...]:
     """All cases, in the order in which they are run."""
-    from studies.benchmarks.catalogue import CATALOGUE
+    from studies.benchmarks.problems import CATALOGUE
 
     return (*CATALOGUE, "race_A", "race_B", *ARM_STUDIES, *TRUSS_STUDIES)
 
@@ -203,7 +203,7 @@ def _solved(problem: Any, tolerance: float) -> Answer:
 
 def _benchmark(name: str) -> Answer:
     """One problem of the catalogue."""
-    from studies.benchmarks.catalogue import CATALOGUE
+    from studies.benchmarks.problems import CATALOGUE
 
     benchmark = CATALOGUE[name]()
     return _solved(benchmark.problem, benchmark.tolerance)
@@ -242,24 +242,25 @@ def _arm(given: Mapping[str, Any]) -> Answer:
 
 def _truss(given: Mapping[str, Any] | None) -> Answer:
     """One study of the truss, from all its starts, as its command does."""
-    from studies.common.console import Console
-    from studies.truss.checks import check_feasible
-    from studies.truss.config import read_toml, study_from
-    from studies.truss.solve import Search
-    from studies.truss.verify import checks
+    from studies.common.configuration import read_toml
+    from studies.common.console import silent
+    from studies.truss.config import study_from
+    from studies.truss.search import Search
+    from studies.truss.study import criteria
 
     study = study_from(read_toml(MAIN_STUDY) if given is None else given)
     begin = time.process_time()
-    search = Search(study, Console())
-    check_feasible(study, lambda: search.least_force)
-    outcome = search.run()
+    search = Search(study, silent())
+    search.check()
+    best = search.run()
     seconds = time.process_time() - begin
 
     study_checks = tuple(
-        (f"study: {check.name}", check.passed) for check in checks(study, outcome.deployment)
+        (f"study: {check.name}", check.passed) for check in criteria(study, best.deployment)
     )
-    value = outcome.deployment.values[study.objectives[0]]
-    return Answer(value, TRUSS_TOLERANCE, outcome.solution, outcome.verdict, seconds, study_checks)
+    value = best.deployment.values[study.objectives[0]]
+    verdict = best.verdict.sentence
+    return Answer(value, TRUSS_TOLERANCE, best.solution, verdict, seconds, study_checks)
 
 
 def main() -> None:

@@ -1,71 +1,278 @@
-"""The command `antenna-ocp`: finds the sub-command, turns errors into one sentence and a code."""
+"""The command `antenna-ocp`: finds the sub-command, turns errors into one sentence and a code.
+
+A sub-command is a line in `COMMANDS`. Its module is loaded only when it is called, so that
+`antenna-ocp --help` loads none of them.
+"""
+
+from __future__ import annotations
 
 import argparse
 import importlib
 import os
 import sys
 import tempfile
+import textwrap
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NoReturn
 
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError, exit_code_table
 
-# One line a sub-command: its module has `add_to(subparsers)`, which sets the parser's `run`.
-COMMANDS = (
-    "studies.truss.command",
-    "studies.arm.command",
-    "studies.arm.questions.robust.command",
-    "studies.benchmarks.command",
-    "studies.table",
-)
-
-# Former sub-commands, and the sentence that says what to write instead.
-FORMER = {
-    "benchmark-speed": "'antenna-ocp benchmark-speed' is now 'make race' in the source tree; "
-    "'python -m benchmarks.race --help' names its parts and flags",
-    "arm-speed": "'antenna-ocp arm-speed' is now 'make exudyn' in the source tree",
-    "build-time": "'antenna-ocp build-time' is now 'python -m benchmarks.race --only build' in "
-    "the source tree",
-}
+PROGRAM = "antenna-ocp"
 
 Run = Callable[[argparse.Namespace, Console], ExitCode]
 
 
-def build_parser() -> argparse.ArgumentParser:
-    """Return the parser of the whole command."""
-    parser = argparse.ArgumentParser(
-        prog="antenna-ocp",
-        description="Optimal deployment of a large ring-truss space antenna.",
-        epilog=f"exit codes:\n{exit_code_table()}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    subparsers = parser.add_subparsers(title="sub-commands", metavar="COMMAND", required=True)
-    for module in COMMANDS:
-        importlib.import_module(module).add_to(subparsers)
-    return parser
+@dataclass(frozen=True)
+class Command:
+    """One sub-command.
+
+    Attributes
+    ----------
+    summary : its line in `antenna-ocp --help`.
+    module : where it is.
+    description : further sentences for its own `--help`.
+    arguments : name of the function that adds its arguments to a parser.
+    run : name of the function that carries it out.
+    """
+
+    summary: str
+    module: str
+    description: str = ""
+    arguments: str = "add_arguments"
+    run: str = "run"
+
+
+# In the order of `--help`. A name of two words is a sub-command of a sub-command.
+COMMANDS: Mapping[str, Command] = {
+    "truss": Command(
+        "optimal deployment of the ring truss",
+        "studies.truss.command",
+        "Finds the optimal deployment of the ring truss under stated caps, compares it with the "
+        "laws of the paper, verifies, draws and exports it.",
+    ),
+    "arm": Command(
+        "motions of the supporting arm that leave it still",
+        "studies.arm.command",
+        "Finds a motion of the flexible arm that rests at both ends, elastic coordinates "
+        "included, and replays it on the full ANCF model. --baselines sets it beside the paper's "
+        "laws.",
+    ),
+    "robust": Command(
+        "a motion of the arm that stands a spread of stiffness or tip mass",
+        "studies.arm.questions.robust.command",
+        "Finds the motion of least peak torque of one arm, and two that leave arms of other "
+        "stiffness (torque drive) or stiffness and tip mass (angle drive) as still as can be: "
+        "with a tenth more peak torque, and with no more. Replays all over the spread. Exit code "
+        "5 if a tenth more torque does not bring the worst residual to a fifth.",
+    ),
+    "check": Command(
+        "hold a deployment profile of your own against caps and model",
+        "studies.truss.command",
+        "Optimises nothing: evaluates the profile between its points on the truss model, prints "
+        "the same table as `antenna-ocp truss`, and names every check and cap that fails.",
+        arguments="add_check_arguments",
+        run="run_check",
+    ),
+    "report": Command(
+        "what a results folder says, or its figures drawn again",
+        "studies.report",
+        "Prints question, table, verdict, costs, checks and provenance of a result that a study "
+        "left, without solving anything.",
+    ),
+    "export": Command(
+        "the profile of a results folder as CSV or JSON",
+        "studies.export",
+        "Writes the arrays of a result that a study left, with units, study and provenance.",
+    ),
+    "paper": Command(
+        "the paper's figures beside ours",
+        "studies.paper",
+        "Prints figures of the paper, or that follow from it in closed form, beside what the "
+        "models give, and the difference.",
+    ),
+    "benchmarks": Command(
+        "fifteen optimal control problems with known optima",
+        "studies.benchmarks.command",
+        "Solves problems of the literature from their stated guesses, all with the same default "
+        "settings, and holds the answers against trusted optima. The exit code is 0 only if all "
+        "pass.",
+    ),
+}
+
+# What a name that is no longer a sub-command became.
+FORMER_COMMANDS = {
+    "table": "write antenna-ocp paper",
+    "arm-robust": "write antenna-ocp robust",
+    "benchmark-speed": "write make race in the source tree; python -m benchmarks.race --help "
+    "names its parts and flags",
+    "arm-speed": "write make exudyn in the source tree",
+    "build-time": "write python -m benchmarks.race --only build in the source tree",
+}
+
+# What a flag that a sub-command no longer has became.
+FORMER_FLAGS: Mapping[str, Mapping[str, str]] = {
+    "truss": {
+        "--verify": "write antenna-ocp check PROFILE, with the same study and flags",
+        "--config": "write the file before the flags: antenna-ocp truss STUDY.toml",
+    },
+    "benchmarks": {"--output": "write --results DIR"},
+}
+
+LATER = ("flex", "sweep", "pareto", "codesign", "mission")  # known, but not built yet
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command with `arguments` (those of the process by default); return its exit code."""
-    console, words = Console(), sys.argv[1:] if arguments is None else arguments
-    if words and words[0] in FORMER:
-        console.complain(FORMER[words[0]])
-        return int(ExitCode.BAD_INPUT)
-    options = build_parser().parse_args(words)
+    console = Console()
     try:
-        return int(options.run(options, console))
+        options, run = parse(sys.argv[1:] if arguments is None else arguments)
+        return int(run(options, console))
     except StudyError as error:
         console.complain(str(error))
         return int(error.exit_code)
     except KeyboardInterrupt:
         console.complain("interrupted; what was written until then is kept")
         return int(ExitCode.INTERRUPTED)
-    except BrokenPipeError:  # as in `antenna-ocp table | head`
+    except BrokenPipeError:  # as in `antenna-ocp paper | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return int(ExitCode.OK)
     except Exception as error:
         return _report_defect(error, console)
+
+
+def parse(words: Sequence[str]) -> tuple[argparse.Namespace, Run]:
+    """What a command line asks, and the function that does it.
+
+    Raises
+    ------
+    StudyError
+        If a sub-command or flag is unknown or no longer there, or an argument is missing.
+    """
+    words = list(words)
+    if not words:
+        raise StudyError(f"no sub-command is given; {PROGRAM} --help lists them")
+    if words[0] in ("-h", "--help"):
+        return argparse.Namespace(), _say(overview())
+    if words[0] == "--version":
+        return argparse.Namespace(), _say_version
+
+    name = _command_name(words)
+    if name not in COMMANDS:  # a group of sub-commands, with a wish for help or with nothing
+        return argparse.Namespace(), _say(overview(name))
+    rest = words[len(name.split()) :]
+    _refuse_former_flags(name, rest)
+
+    parser = build_parser(name)
+    options, unknown = parser.parse_known_args(rest)
+    if unknown:
+        raise StudyError(_unknown_argument(unknown[0], parser))
+    return options, getattr(importlib.import_module(COMMANDS[name].module), COMMANDS[name].run)
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose errors are one sentence, as all errors of the command are."""
+
+    def error(self, message: str) -> NoReturn:
+        raise StudyError(f"{message}; {self.prog} --help explains")
+
+
+def build_parser(name: str) -> argparse.ArgumentParser:
+    """The parser of one sub-command."""
+    command = COMMANDS[name]
+    parser = _Parser(
+        prog=f"{PROGRAM} {name}",
+        description=textwrap.fill(command.description, 80),
+        epilog=f"exit codes:\n{exit_code_table()}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        # a shortened flag would one day be another one's
+        allow_abbrev=False,
+    )
+    getattr(importlib.import_module(command.module), command.arguments)(parser)
+    return parser
+
+
+def overview(group: str = "") -> str:
+    """The text of `--help`, of the whole command or of a group of sub-commands."""
+    names = [name for name in COMMANDS if not group or name.startswith(f"{group} ")]
+    width = max(map(len, names))
+    prefix = f"{PROGRAM} {group}".rstrip()
+    lines = [
+        f"usage: {prefix} COMMAND ...",
+        "",
+        "Optimal deployment of a large ring-truss space antenna and of its supporting arm.",
+        "",
+        "sub-commands (each has a --help of its own):",
+        *(f"  {name:<{width}}  {COMMANDS[name].summary}" for name in names),
+    ]
+    if not group:
+        lines += ["", "flags:", "  -h, --help  this text", "  --version   the version"]
+    return "\n".join([*lines, "", "exit codes:", exit_code_table()])
+
+
+def _command_name(words: Sequence[str]) -> str:
+    """The sub-command that a line names, or the group of which it names no member."""
+    first, second = words[0], words[1] if len(words) > 1 else ""
+    if f"{first} {second}" in COMMANDS:
+        return f"{first} {second}"
+    if first in COMMANDS:
+        return first
+
+    members = [name.split()[1] for name in COMMANDS if name.startswith(f"{first} ")]
+    if members and second in ("-h", "--help"):
+        return first
+    if members:
+        given = f"{PROGRAM} {first} has no '{second}'" if second else f"{PROGRAM} {first} of what"
+        raise StudyError(f"{given}; {_suggestion(second, members)}")
+    if first in FORMER_COMMANDS:
+        raise StudyError(f"'{PROGRAM} {first}' is no longer there; {FORMER_COMMANDS[first]}")
+    if first in LATER:
+        raise StudyError(
+            f"'{PROGRAM} {first}' is not yet part of this version; {PROGRAM} --help lists what is"
+        )
+    known = dict.fromkeys(name.split()[0] for name in COMMANDS)
+    raise StudyError(f"unknown sub-command '{first}'; {_suggestion(first, known)}")
+
+
+def _refuse_former_flags(name: str, words: Iterable[str]) -> None:
+    former = FORMER_FLAGS.get(name, {})
+    for word in words:
+        flag = word.split("=")[0]
+        if flag in former:
+            raise StudyError(f"'{PROGRAM} {name} {flag}' is no longer there; {former[flag]}")
+
+
+def _unknown_argument(word: str, parser: argparse.ArgumentParser) -> str:
+    """What to say of an argument that a sub-command does not have."""
+    if not word.startswith("-"):
+        return f"'{word}' is one argument too many; {parser.prog} --help explains"
+    flags = [flag for action in parser._actions for flag in action.option_strings]
+    return f"unknown flag {word.split('=')[0]}; {_suggestion(word.split('=')[0], flags)}"
+
+
+def _suggestion(word: str, known: Iterable[str]) -> str:
+    import difflib  # for errors only
+
+    known = list(known)
+    near = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
+    return f"did you mean {near[0]}?" if near else f"choose one of {', '.join(known)}"
+
+
+def _say(text: str) -> Run:
+    def run(options: argparse.Namespace, console: Console) -> ExitCode:
+        console.say(text)
+        return ExitCode.OK
+
+    return run
+
+
+def _say_version(options: argparse.Namespace, console: Console) -> ExitCode:
+    from studies.common.folder import version
+
+    console.say(f"{PROGRAM} {version(PROGRAM)}")
+    return ExitCode.OK
 
 
 def _report_defect(error: Exception, console: Console) -> int:

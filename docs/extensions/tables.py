@@ -1,5 +1,6 @@
-"""Tables that are generated from the code: model parameters, exit codes, study keys."""
+"""Tables that are generated from the code: parameters, keys of studies, flags, exit codes."""
 
+import argparse
 import dataclasses
 import inspect
 import math
@@ -13,7 +14,10 @@ from sphinx.errors import ExtensionError
 
 from models.arm.parameters import ArmParameters
 from models.truss import JointMasses, TrussParameters
+from studies.cli import COMMANDS, PROGRAM, build_parser
+from studies.common.configuration import key_lines
 from studies.common.exit_codes import ExitCode
+from studies.truss import TrussStudy
 
 SECTION = re.compile(r"^(?:Attributes|Parameters)\n-+\n(.*?)(?=\n\n\S[^\n]*\n-+\n|\Z)", re.M | re.S)
 FIELD = re.compile(r"^(\w+(?:, \w+)*) : (.*(?:\n[ ]+.*)*)", re.M)
@@ -80,10 +84,53 @@ def exit_code_table() -> str:
     return table(("code", "meaning"), ((str(code.value), code.meaning) for code in ExitCode))
 
 
+def key_table(kind: type) -> str:
+    """All keys of a study's TOML file."""
+    rows = [
+        (f"`{line.key}`", line.meaning, line.unit or "-", f"`{line.default}`")
+        for line in key_lines(kind)
+    ]
+    return table(("key", "meaning", "unit", "default"), rows)
+
+
+def commands() -> str:
+    """Every sub-command with its arguments."""
+    parts = []
+    for name, command in COMMANDS.items():
+        rows = [
+            _argument(action) for action in build_parser(name)._actions if action.dest != "help"
+        ]
+        parts.append(
+            f"### `{PROGRAM} {name}`\n\n{_markdown(command.description)}\n\n"
+            + table(("argument", "meaning"), rows)
+        )
+    return "\n".join(parts)
+
+
+def _argument(action: argparse.Action) -> tuple[str, str]:
+    """How an argument is written, and what it means."""
+    takes = action.metavar or (
+        "{" + ",".join(map(str, action.choices)) + "}" if action.choices else ""
+    )
+    if not takes and action.nargs != 0 and action.option_strings:
+        takes = action.dest.upper()
+    written = ", ".join(action.option_strings) or action.dest
+    written = f"{written} {takes}" if action.option_strings else str(takes or action.dest)
+    return f"`{written.strip()}`", _markdown((action.help or "").replace("%%", "%"))
+
+
+def _markdown(text: str) -> str:
+    """Plain text in Markdown: what looks like a mark is none, and flags are code."""
+    escaped = re.sub(r"([|*_<>^\[\]])", r"\\\1", text)
+    return re.sub(r"(?<!`)(--[a-z-]+)", r"`\1`", escaped)
+
+
 GENERATED = {
     "truss_parameters": lambda: parameter_table(TrussParameters),
     "joint_masses": lambda: parameter_table(JointMasses),
     "arm_parameters": lambda: parameter_table(ArmParameters),
+    "truss_keys": lambda: key_table(TrussStudy),
+    "commands": commands,
     "exit_codes": exit_code_table,
 }
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studies.common.console import Console
-from studies.common.exit_codes import ExitCode, StudyError, exit_code_table
+from studies.common.exit_codes import ExitCode, StudyError
 
 if TYPE_CHECKING:
     from models.arm.reduced_simulation import ReducedMotion
@@ -18,17 +18,8 @@ if TYPE_CHECKING:
 SHARES = {"big": 0.01, "small": 0.03, "both": 0.03}  # of a baseline's E_res
 
 
-def add_to(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the sub-command."""
-    parser = subparsers.add_parser(
-        "arm",
-        help="motions of the supporting arm that leave it still",
-        description="Finds a motion of the flexible arm that rests at both ends, elastic "
-        "coordinates included, and replays it on the full ANCF model. --baselines sets it beside "
-        "the paper's laws.",
-        epilog=f"exit codes:\n{exit_code_table()}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The arguments of the sub-command."""
     parser.add_argument("--stage", metavar="NAME", help="big, small or both")
     parser.add_argument(
         "--objective", metavar="NAME",
@@ -65,7 +56,6 @@ def add_to(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     parser.add_argument("--results", type=Path, metavar="DIR", help="a new results folder")
     parser.add_argument("--overwrite", action="store_true", help="replace the results folder")
     parser.add_argument("--no-figures", action="store_true", help="leave the figures out")
-    parser.set_defaults(run=run)
 
 
 def _numbers() -> dict[str, str]:

@@ -3,45 +3,41 @@
 from __future__ import annotations
 
 import argparse
+import math
 import warnings
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studies.common.console import Console, Table, number
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.running import add_results_flags
 
 if TYPE_CHECKING:
     from studies.benchmarks.benchmark import Benchmark
     from studies.benchmarks.measure import Measurement
     from studies.common.folder import ResultsFolder
+    from studies.common.result import Result
 
 
-def add_to(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the sub-command."""
-    parser = subparsers.add_parser(
-        "benchmarks",
-        help="fifteen optimal control problems with known optima",
-        description="Solves problems of the literature from their stated guesses, all with the "
-        "same default settings, and holds the answers against trusted optima. The exit code is 0 "
-        "only if all pass.",
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The arguments of the sub-command."""
     parser.add_argument("names", nargs="*", metavar="NAME", help="problems to solve; all if none")
     parser.add_argument("--tag", metavar="TAG", help="only those so tagged, e.g. 'free time'")
     parser.add_argument("--list", action="store_true", help="list them with their sources")
     parser.add_argument(
-        "--output", "--results", type=Path, metavar="DIR", help="a new folder, for table and JSON"
+        "--starts",
+        type=_positive,
+        metavar="K",
+        help="audit instead: solve each from K starts, the stated guess and random ones, and list "
+        "the distinct optima found",
     )
     parser.add_argument(
-        "--starts", type=_positive, metavar="K", help="audit instead: solve each from K starts, "
-        "the stated guess and random ones, and list the distinct optima found",
-    )  # fmt: skip
-    parser.add_argument(
-        "--warm", action="store_true", help="count iterations instead: one number of each problem "
-        "5 %% higher, solved cold and from the solution",
-    )  # fmt: skip
-    parser.add_argument("--overwrite", action="store_true", help="replace the results folder")
-    parser.set_defaults(run=run)
+        "--warm",
+        action="store_true",
+        help="count iterations instead: one number of each problem 5 %% higher, solved cold and "
+        "from the solution",
+    )
+    add_results_flags(parser, figures=False)
 
 
 def run(options: argparse.Namespace, console: Console) -> ExitCode:
@@ -54,27 +50,70 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
         return _audit_all(chosen, options.starts, console)
     if options.warm:
         return _warm_all(chosen, console)
+
     folder = None
-    if options.output is not None:
+    if options.results is not None:
         from studies.common.folder import open_results
 
-        folder = open_results(options.output, "benchmarks", options.overwrite)
-    found = _measure_all(chosen, console)
-    interrupted = len(found) < len(chosen)
-    console.say(_table(found))
-    for measurement in found:
+        # opened before the work, so that a folder that cannot be written costs nothing
+        folder = open_results(options.results, "benchmarks", options.overwrite)
+    return _measured(chosen, folder, console)
+
+
+def _measured(
+    chosen: Sequence[Benchmark], folder: ResultsFolder | None, console: Console
+) -> ExitCode:
+    """Measure, print the table, and keep it if there is a folder."""
+    from studies.common.writers import exit_code
+
+    measurements = _measure_all(chosen, console)
+    console.say(_table(measurements))
+    for measurement in measurements:
         if not measurement.passed:
             console.say(f"\n{measurement.name}: {_why(measurement)}")
         for doubt in measurement.doubts:
             console.say(f"\n{measurement.name}, certificate: {doubt}")
+
+    result = result_of(chosen, measurements)
     if folder is not None:
-        _write(folder, found)
+        folder.write_json("benchmarks.json", result.details)
+        folder.file("table.txt").write_text(f"{_table(measurements)}\n", "utf-8")
+        result.save(folder.path)
+        folder.complete()
         console.say(f"\neverything is in {folder.path}")
-    failed = sum(not measurement.passed for measurement in found)
-    console.say(f"\n{len(found) - failed} of {len(chosen)} passed")
-    if interrupted:
-        return ExitCode.INTERRUPTED
-    return ExitCode.NOT_VERIFIED if failed else ExitCode.OK
+    console.say(f"\n{result.verdict.sentence}")
+    return exit_code(result)
+
+
+def result_of(chosen: Sequence[Benchmark], measurements: Sequence[Measurement]) -> Result:
+    """The result of the measurements of chosen problems, which an interruption leaves out."""
+    from studies.common.folder import provenance
+    from studies.common.result import Criterion, Result, TableRow, Verdict
+
+    table = tuple(
+        TableRow(m.name, m.name, "1", {"value": _or_nan(m.value), "trusted optimum": m.optimum})
+        for m in measurements
+    )
+    checks = tuple(
+        Criterion(f"{m.name}, error", "1", abs(_or_nan(m.error)), m.tolerance, m.passed)
+        for m in measurements
+    )
+    passed = sum(m.passed for m in measurements)
+    return Result(
+        kind="benchmarks",
+        question="Do default settings find the trusted optima from the stated guesses?",
+        configuration={"names": [benchmark.name for benchmark in chosen]},
+        table=table,
+        verdict=Verdict("measured", f"{passed} of {len(chosen)} passed"),
+        checks=checks,
+        details={"results": [m.as_record() for m in measurements]},
+        provenance=provenance(),
+        interrupted=len(measurements) < len(chosen),
+    )
+
+
+def _or_nan(value: float | None) -> float:
+    return math.nan if value is None else value
 
 
 def select(names: Sequence[str], tag: str | None = None) -> list[Benchmark]:
@@ -85,7 +124,7 @@ def select(names: Sequence[str], tag: str | None = None) -> list[Benchmark]:
     StudyError
         If a name or tag is unknown, or no problem is left.
     """
-    from studies.benchmarks.catalogue import CATALOGUE
+    from studies.benchmarks.problems import CATALOGUE
 
     for name in names:
         if name not in CATALOGUE:
@@ -182,13 +221,24 @@ def _contents(chosen: Sequence[Benchmark]) -> Table:
 
 def _table(found: Sequence[Measurement]) -> Table:
     from ocp import Accuracy
-    from studies.benchmarks.violation import POINTS
+    from studies.benchmarks.measure import POINTS
 
     return Table(
         title="Benchmarks, default settings, from their stated guesses",
         head=(
-            "problem", "value", "error", "tolerance", "", "verdict", "certificate", "intervals",
-            "rounds", "iterations", "seconds", "replay miss", "violation",
+            "problem",
+            "value",
+            "error",
+            "tolerance",
+            "",
+            "verdict",
+            "certificate",
+            "intervals",
+            "rounds",
+            "iterations",
+            "seconds",
+            "replay miss",
+            "violation",
         ),
         rows=[_row(measurement) for measurement in found],
         notes=(
@@ -198,7 +248,7 @@ def _table(found: Sequence[Measurement]) -> Table:
             f"violation: the largest of any bound at {POINTS} times of each phase, relative, of "
             f"solution and replay; {Accuracy().path:.0e} is allowed.",
         ),
-    )  # fmt: skip
+    )
 
 
 def _row(found: Measurement) -> tuple[str, ...]:
@@ -229,9 +279,3 @@ def _why(found: Measurement) -> str:
             f"{found.tolerance:.0e}) and the violation {number(found.violation, 2)}"
         )
     return found.verdict
-
-
-def _write(folder: ResultsFolder, found: Sequence[Measurement]) -> None:
-    folder.write_json("benchmarks.json", {"results": [m.as_record() for m in found]})
-    folder.file("table.txt").write_text(f"{_table(found)}\n", "utf-8")
-    folder.complete()

@@ -110,11 +110,13 @@ def warm_start(benchmark: Benchmark, progress: Callable[[str], None] | None = No
     if cold is not None and warm is not None:
         difference = abs(warm.objective - cold.objective) / max(abs(cold.objective), 1e-12)
     return replace(
-        start, intervals=made.mesh.intervals, difference=difference,
+        start,
+        intervals=made.mesh.intervals,
+        difference=difference,
         cold=None if cold is None else cold.iterations,
         warm=None if warm is None else warm.iterations,
         failure="; ".join(why for why in (why_cold, why_warm) if why),
-    )  # fmt: skip
+    )
 
 
 def table(found: Sequence[WarmStart]) -> Table:
@@ -139,5 +141,5 @@ def table(found: Sequence[WarmStart]) -> Table:
 def _row(w: WarmStart) -> tuple[str, ...]:
     count = ["-" if n is None else str(n) for n in (w.intervals, w.cold, w.warm)]
     word = "half" if w.halved else "kept" if w.kept else "WORSE"
-    return (w.name, w.varied, number(w.before), number(w.after), *count,
-            number(w.difference, 2), word)  # fmt: skip
+    optima = number(w.difference, 2)
+    return (w.name, w.varied, number(w.before), number(w.after), *count, optima, word)

@@ -1,5 +1,6 @@
 """All that is printed: progress lines, plain lines and tables. Nothing else prints."""
 
+import io
 import shutil
 import sys
 import time
@@ -86,3 +87,8 @@ class Console:
         """Print an error."""
         self._clear()
         print(f"antenna-ocp: {sentence}", file=self.progress_to, flush=True)
+
+
+def silent() -> Console:
+    """A console that keeps everything to itself, for studies that are run from Python."""
+    return Console(io.StringIO(), io.StringIO())

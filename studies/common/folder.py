@@ -120,9 +120,9 @@ def provenance() -> dict[str, object]:
     return {
         "program": PROGRAM,
         "versions": {
-            PROGRAM: _version(PROGRAM),
+            PROGRAM: version(PROGRAM),
             "python": platform.python_version(),
-            **{name: _version(name) for name in ("casadi", "numpy", "scipy", "matplotlib")},
+            **{name: version(name) for name in ("casadi", "numpy", "scipy", "matplotlib")},
         },
         "machine": platform.machine(),
         "made": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -130,7 +130,8 @@ def provenance() -> dict[str, object]:
     }
 
 
-def _version(name: str) -> str:
+def version(name: str) -> str:
+    """The installed version of a distribution."""
     try:
         return metadata.version(name)
     except metadata.PackageNotFoundError:

@@ -8,12 +8,10 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from studies.common.console import Console, Table, number
+from studies.common.console import Table, number
 from studies.common.exit_codes import ExitCode
 from studies.common.folder import ResultsFolder, plain
 from studies.common.result import OUTSTANDING, WORSE, Cost, Result, TableRow
-
-FORMATS = ("csv", "json")
 
 
 def exit_code(result: Result) -> ExitCode:
@@ -153,11 +151,6 @@ def _columns(result: Result) -> dict[str, list[float]]:
     }
 
 
-def exported(result: Result, form: str) -> str:
-    """The profile in one of `FORMATS`."""
-    return profile_csv(result) if form == "csv" else profile_json(result)
-
-
 def write(result: Result, folder: ResultsFolder) -> None:
     """Write a result, and beside it the files that people read."""
     folder.file("table.txt").write_text(table_text(result), "utf-8")
@@ -183,15 +176,6 @@ def record(result: Result) -> dict[str, object]:
         "values": {row.key: row.values[own] for row in result.table},
         "made_by": result.provenance,
     }
-
-
-def finish(result: Result, folder: ResultsFolder, console: Console, again: str) -> ExitCode:
-    """Print the end of a study; `again` is the command that repeats it."""
-    folder.complete()
-    if result.interrupted:
-        console.complain("interrupted; what was found until then is kept")
-    console.say(f"everything is in {folder.path}; rerun: {again}")
-    return exit_code(result)
 
 
 def flat(content: Mapping[str, Any], prefix: str = "") -> list[str]:

@@ -12,20 +12,42 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from models.laws import AngularMotion, Law
 from models.numerics import dense_peak
 from models.truss import TrussMotion, TrussParameters, evaluate_motion
+from ocp.arrays import Array
 from studies.truss.quantities import QUANTITIES
-
-Array = NDArray[np.float64]
 
 GRID_POINTS = 4000  # samples of a motion, spread over its pieces, before peaks are refined
 CANDIDATES = 4  # highest samples of a quantity that are refined
 BACKWARD = 1e-6  # of the mean speed: what a bound of an optimiser may leave below zero
 GAUSS_POINTS = 8  # per cell of the energy quadrature
 GAUSS_CELLS = 400  # cells of the energy quadrature, spread over the pieces
+SAMPLES = 2001  # evenly spaced rows of a profile; the times of kinks are added
+CLOSE = 0.4  # of the spacing: rows closer than this to a kink give way to it
+
+# column: unit and meaning; forces are those of one of the two ropes
+COLUMNS = {
+    "time": ("s", "since the start"),
+    "rope_length": ("m", "length of one driving rope"),
+    "rope_speed": ("m/s", "rate of that length, negative while the rope is hauled in"),
+    "rope_acceleration": ("m/s^2", "rate of the rope's speed"),
+    "motor_force": ("N", "force of the motor on one rope"),
+    "far_end_tension": ("N", "tension of the rope's last segment"),
+    "motor_power": ("W", "power of both motors"),
+    "angle": ("rad", "deployment angle"),
+    "angular_speed": ("rad/s", "rate of the angle"),
+    "angular_acceleration": ("rad/s^2", "rate of the speed"),
+    "angular_jerk": ("rad/s^3", "rate of the acceleration"),
+    "angular_jerk_before": ("rad/s^3", "its limit from the left, since the jerk may jump"),
+    "reaction_force": ("N", "reaction on the supporting arm"),
+    "joint_power": ("W", "dissipated in the joints"),
+    "pulley_power": ("W", "dissipated in the pulleys"),
+    "kinetic_energy": ("J", "of the truss"),
+    "potential_energy": ("J", "of springs and net"),
+}
 
 
 class Extreme(NamedTuple):
@@ -179,6 +201,44 @@ class Deployment:
             joints=integral(inside.joint_power),
             pulleys=integral(inside.pulley_power),
         )
+
+
+def profile(deployment: Deployment, samples: int = SAMPLES) -> dict[str, Array]:
+    """All of `COLUMNS`, shape (m,) each."""
+    time = _profile_times(deployment, samples)
+    motion, truss = deployment.at(time)
+    return {
+        "time": time,
+        "rope_length": truss.rope_length,
+        "rope_speed": truss.rope_speed,
+        "rope_acceleration": truss.rope_acceleration,
+        "motor_force": truss.rope_force,
+        "far_end_tension": truss.far_end_tension,
+        "motor_power": truss.motor_power,
+        "angle": motion.angle,
+        "angular_speed": motion.speed,
+        "angular_acceleration": motion.acceleration,
+        "angular_jerk": motion.jerk,
+        "angular_jerk_before": deployment.law.motion(np.nextafter(time, 0.0)).jerk,
+        "reaction_force": truss.reaction_force,
+        "joint_power": truss.joint_power,
+        "pulley_power": truss.pulley_power,
+        "kinetic_energy": truss.kinetic_energy,
+        "potential_energy": truss.potential_energy,
+    }
+
+
+def _profile_times(deployment: Deployment, samples: int) -> Array:
+    """Times of all kinks, and even ones that are not next to a kink."""
+    even, spacing = np.linspace(0.0, deployment.law.duration, samples, retstep=True)
+    edges = np.array([t for t in deployment.edges if 0 < t < deployment.law.duration])
+
+    if edges.size:
+        nearest = np.abs(even[:, None] - edges).min(axis=1)
+        keep = nearest > CLOSE * spacing
+        keep[[0, -1]] = True
+        even = even[keep]
+    return np.unique(np.concatenate([even, edges]))
 
 
 def _bracket(grid: Array, k: int) -> tuple[float, float]:

@@ -1,6 +1,7 @@
-"""Figures after 11-14 and 17-20 of the paper, each with all laws.
+"""Figures after 11-14 and 17-20 of the paper, each with all laws, and a study in one picture.
 
 A function takes deployments and returns a `Figure`; nothing is shown and no global state used.
+`draw` takes a result, so that one that was stored is drawn again without solving.
 """
 
 from __future__ import annotations
@@ -8,32 +9,64 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import casadi as ca
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
+from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
-from models.truss import static_peak, tension_ratios
+from models.truss import TrussParameters, node_position, static_peak, tension_ratios
+from ocp.arrays import Array
 from studies.common.drawing import SHADES, label_axes, legend_below, look, show_lowest
+from studies.common.exit_codes import StudyError
+from studies.common.result import Result
+from studies.truss.config import study_from
 from studies.truss.deployment import Deployment
-
-Array = NDArray[np.float64]
+from studies.truss.laws import paper_laws, stored_law
 
 POINTS = 1201
 MU_SWEEP = (0.0, 0.25, 0.5, 1.0)  # of the truss's own pulley friction
 PAPER_MU = 0.01  # for the sweep where the truss has none
 WIDTHS = (3.4, 2.6, 1.8, 1.0)  # of lines that may cover one another, lowest first
 BARS = (1, 4, 8, 12)  # the vertical bars of Fig. 13
+SNAPSHOTS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)  # of the duration, in Fig. 14
+OVERVIEW_SNAPSHOTS = (0.0, 0.4, 0.6, 1.0)
+
+# rods between the nodes of a module
+VERTICAL = ((1, 2), (4, 5))
+CROSS_BARS = ((2, 3), (3, 4), (5, 6), (6, 1))
+LINKS = ((7, 8), (9, 10), (11, 12), (13, 14))
+KINDS = (  # rods, colour, width, name
+    (VERTICAL, "#0b5fa5", 1.3, "vertical bars"),
+    (CROSS_BARS, "#d1495b", 0.8, "cross-bars"),
+    (LINKS, "#5a8f29", 0.8, "links"),
+)
+
+
+def draw(result: Result) -> Iterator[tuple[str, Figure]]:
+    """Every figure of a result with the name of its file."""
+    yield from all_figures(deployments_of(result))
+
+
+def deployments_of(result: Result) -> list[Deployment]:
+    """The law of a result and the paper's laws, on the truss of its study.
+
+    Raises
+    ------
+    StudyError
+        If the result has no profile.
+    """
+    columns = {name: series.values for name, series in result.arrays.items()}
+    if "angle" not in columns:
+        raise StudyError("the result has no profile to draw; run its study again")
+    truss, law = study_from(result.configuration).truss, stored_law(columns)
+    return [Deployment(result.laws[0], law, truss), *paper_laws(truss, law.duration)]
 
 
 def all_figures(deployments: Sequence[Deployment]) -> Iterator[tuple[str, Figure]]:
     """Every figure with the name of its file."""
-    # imported here: they use what is below
-    from studies.truss.overview import overview_figure
-    from studies.truss.snapshots import snapshots_figure
-
     yield "overview", overview_figure(deployments)
     yield "fig11_angle", angle_figure(deployments)
     yield "fig12_rope", rope_figure(deployments)
@@ -183,6 +216,98 @@ def tension_figure(deployments: Sequence[Deployment]) -> Figure:
     for panel in axes:
         panel.legend(frameon=False, fontsize=8)
     return figure
+
+
+def overview_figure(deployments: Sequence[Deployment]) -> Figure:
+    """Snapshots of the first law above; rope length, acceleration and force of all laws below."""
+    first = deployments[0]
+    figure = Figure(figsize=(12.0, 5.6), dpi=110, layout="constrained")
+    parts: Any = figure.subfigures(2, 1, height_ratios=(1, 1.5))
+    above, below = parts
+    above.suptitle(f"{first.truss.modules} modules opening under the {first.name} law")
+    for place, fraction in enumerate(OVERVIEW_SNAPSHOTS, start=1):
+        panel = above.add_subplot(1, len(OVERVIEW_SNAPSHOTS), place, projection="3d")
+        draw_snapshot(panel, first, fraction * first.law.duration)
+    axes = list(below.subplots(1, 3))
+    for deployment, colour, style in styled(deployments):
+        t = times(deployment)
+        motion, truss = deployment.at(t)
+        histories = (motion.acceleration, truss.rope_length, truss.rope_force)
+        for panel, history in zip(axes, histories, strict=True):
+            panel.plot(t, history, style, color=colour, label=deployment.name)
+    label_times(
+        axes, ("angular acceleration [rad/s²]", "length of each rope [m]", "force on each rope [N]")
+    )
+    legend_below(below, axes[0])
+    return figure
+
+
+def snapshots_figure(deployment: Deployment) -> Figure:
+    """The truss at even times, all to the same scale."""
+    figure = Figure(figsize=(12.0, 6.0), dpi=150, layout="constrained")
+    figure.suptitle(f"The antenna opening under the {deployment.name} law, to scale", fontsize=12)
+    for place, fraction in enumerate(SNAPSHOTS, start=1):
+        panel: Any = figure.add_subplot(2, 3, place, projection="3d")
+        draw_snapshot(panel, deployment, fraction * deployment.law.duration)
+    handles = panel.collections
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(KINDS), frameon=False)
+    return figure
+
+
+def draw_snapshot(panel: Any, deployment: Deployment, time: float) -> None:
+    """The truss at a time [s] in a three-dimensional panel, with a title that says when."""
+    truss = deployment.truss
+    angle = float(deployment.law.motion(time).angle[0])
+    _draw(panel, truss, angle)
+    diameter = 2 * truss.half_cross_bar * math.sin(angle) / math.sin(math.pi / truss.modules)
+    panel.set_title(
+        f"t = {time:.4g} s,  α = {math.degrees(angle):.1f}°,  diameter {diameter:.2f} m",
+        fontsize=10,
+    )
+
+
+def _draw(panel: Any, truss: TrussParameters, angle: float) -> None:
+    radius = truss.half_cross_bar / math.sin(math.pi / truss.modules)
+    for rods, colour, width, name in KINDS:
+        lines = Line3DCollection(
+            _segments(truss, angle, rods),
+            colors=colour,
+            linewidths=width,
+            label=name,
+            clip_on=False,
+        )
+        panel.add_collection3d(lines)
+    # the fixed bar is at the origin; the ring opens along +y from it
+    centre = ring_centre(truss, angle)
+    panel.set_xlim(centre[0] - radius, centre[0] + radius)
+    panel.set_ylim(centre[1] - radius, centre[1] + radius)
+    panel.set_zlim(-truss.bar_length, 0)
+    panel.set_box_aspect((2 * radius, 2 * radius, truss.bar_length), zoom=1.5)
+    panel.view_init(elev=28, azim=-60)
+    panel.set_axis_off()
+
+
+def _segments(
+    truss: TrussParameters, angle: float, rods: tuple[tuple[int, int], ...]
+) -> list[Array]:
+    return [
+        np.stack([position(truss, angle, module, node) for node in rod])
+        for module in range(1, truss.modules + 1)
+        for rod in rods
+    ]
+
+
+def position(truss: TrussParameters, angle: float, module: int, node: int) -> Array:
+    """Position of a node of a module, shape (3,) [m]."""
+    place: Array = node_position(truss, node, ca.DM(angle), module=module).full().ravel()
+    return place
+
+
+def ring_centre(truss: TrussParameters, angle: float) -> Array:
+    """Mean of the upper ends of all vertical bars, shape (3,) [m]."""
+    modules = range(1, truss.modules + 1)
+    centre: Array = np.mean([position(truss, angle, module, 1) for module in modules], axis=0)
+    return centre
 
 
 def _row(panels: int, title: str, share: bool = False) -> tuple[Figure, list[Axes]]:

@@ -15,7 +15,7 @@ import math
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from models.truss import (
     Net,
@@ -28,8 +28,10 @@ from models.truss import (
 )
 from ocp import Between, Bound, Control, Phase, Problem, State, joined, peak
 from studies.truss.config import DEPLOYED, TrussStudy
-from studies.truss.guesses import Start
 from studies.truss.quantities import OBJECTIVES
+
+if TYPE_CHECKING:  # which needs this module
+    from studies.truss.laws import StartingMotion
 
 EARLIEST, LATEST = 1e-5, 1 - 1e-5  # of the duration, between which the net becomes taut
 
@@ -87,7 +89,7 @@ def needs_forces(study: TrussStudy) -> bool:
 
 
 def state(
-    study: TrussStudy, start: Start, references: Mapping[str, float], with_forces: bool
+    study: TrussStudy, start: StartingMotion, references: Mapping[str, float], with_forces: bool
 ) -> Statement:
     """State the study's problem with a start as guess.
 
@@ -102,15 +104,20 @@ def state(
     nets: tuple[Net, ...] = ("slack", "taut") if with_forces else ("by angle",)
     phases = _phases(study, start, signals, nets)
     pairs = tuple(zip(phases, nets, strict=True))
+
+    def weighted(name: str, weight: float) -> Any:
+        return weight / references[name] * _objective(name, study, pairs, signals)
+
     stages = tuple(
-        _sum(weight / references[name] * _objective(name, study, pairs, signals)
-             for name, weight in stage.items())
-        for stage in study.minimise
-    )  # fmt: skip
+        _sum(weighted(name, weight) for name, weight in stage.items()) for stage in study.minimise
+    )
+
+    # the roughness is a part of the cap's own, so that it is between 0 and 1
     roughness = None
     if signals.jerk is not None and study.caps.jerk is not None:
         square = (signals.jerk.symbol / study.caps.jerk) ** 2 / study.duration[1]
         roughness = _sum(phase.integral(square, "roughness") for phase in phases)
+
     links = joined(*phases) if len(phases) == 2 else ()
     return Statement(phases, nets, signals, stages, roughness, tuple(links))
 
@@ -125,6 +132,7 @@ def _signals(study: TrussStudy, with_forces: bool) -> Signals:
     angle = State("angle", "rad", lower=stowed / 2, upper=2.0)
     speed = State("speed", "rad/s", lower=0.0, upper=_or_infinity(caps.speed))
     most = _or_infinity(caps.acceleration)
+
     if caps.jerk is not None:
         acceleration = State("acceleration", "rad/s^2", lower=-most, upper=most)
         jerk = Control("jerk", "rad/s^3", lower=-caps.jerk, upper=caps.jerk, shape=shape)
@@ -170,12 +178,13 @@ def force_in(study: TrussStudy, signals: Signals, net: Net) -> Any:
 
 
 def _phases(
-    study: TrussStudy, start: Start, signals: Signals, nets: tuple[Net, ...]
+    study: TrussStudy, start: StartingMotion, signals: Signals, nets: tuple[Net, ...]
 ) -> tuple[Phase, ...]:
-    angle, low_high = signals.angle, study.duration
-    low, high = low_high
+    angle = signals.angle
+    low, high = study.duration
     guess = min(max(start.duration, low), high)
     end: Any = high if low == high else Between(low, high, guess=guess)
+
     rest = {signals.speed: 0.0}
     if signals.jerk is not None:
         rest[signals.acceleration] = 0.0
@@ -183,6 +192,8 @@ def _phases(
     last = {angle: DEPLOYED, **rest}
     if len(nets) == 1:
         return (_phase("deployment", study, signals, nets[0], start, 0.0, end, first, last),)
+
+    # two phases that meet where the net becomes taut
     earliest, latest = EARLIEST * low, LATEST * high
     net_time = min(max(start.net_time, earliest), latest)
     taut_from = Between(earliest, latest, guess=net_time)
@@ -198,7 +209,7 @@ def _phase(
     study: TrussStudy,
     signals: Signals,
     net: Net,
-    start: Start,
+    start: StartingMotion,
     begin: Any,
     end: Any,
     initial: Mapping[State, float],
@@ -207,6 +218,7 @@ def _phase(
     acceleration = acceleration_in(study, signals, net)
     dynamics = {signals.angle: signals.speed, signals.speed: acceleration}
     guess: dict[Any, Any] = {signals.angle: start.angle, signals.speed: start.speed}
+
     if signals.jerk is not None:
         dynamics[signals.acceleration] = signals.jerk
         guess |= {signals.acceleration: start.acceleration, signals.jerk: start.jerk}
@@ -214,28 +226,37 @@ def _phase(
         guess[signals.force] = start.rope_force
     else:
         guess[signals.acceleration] = start.acceleration
+
     return Phase(
-        name, dynamics=dynamics, initial=initial, final=final, start=begin, end=end,
-        bounds=_bounds(study, signals, net), guess=guess,
-    )  # fmt: skip
+        name,
+        dynamics=dynamics,
+        initial=initial,
+        final=final,
+        start=begin,
+        end=end,
+        bounds=_bounds(study, signals, net),
+        guess=guess,
+    )
 
 
 def _bounds(study: TrussStudy, signals: Signals, net: Net) -> list[Bound]:
     """Path constraints on forces, and on the acceleration where it is no signal."""
     if net == "by angle":
         return []
-    caps, found = study.caps, []
+    caps, bounds = study.caps, []
     force = force_in(study, signals, net)
+
     if signals.force is None:
-        found.append(Bound("rope force", force, "N", lower=0.0, upper=_or_infinity(caps.force)))
+        bounds.append(Bound("rope force", force, "N", lower=0.0, upper=_or_infinity(caps.force)))
     elif caps.acceleration is not None:
         acceleration, most = acceleration_in(study, signals, net), caps.acceleration
-        found.append(Bound("acceleration", acceleration, "rad/s^2", lower=-most, upper=most))
+        bounds.append(Bound("acceleration", acceleration, "rad/s^2", lower=-most, upper=most))
+
+    # tensions fall along the rope, so that the last segment has the least of all
     if caps.least_tension > 0:
-        share = far_end_ratio(study.truss, signals.angle.symbol)
-        far_end = force * share
-        found.append(Bound("far-end tension", far_end, "N", lower=caps.least_tension))
-    return found
+        far_end = force * far_end_ratio(study.truss, signals.angle.symbol)
+        bounds.append(Bound("far-end tension", far_end, "N", lower=caps.least_tension))
+    return bounds
 
 
 def _objective(
@@ -245,6 +266,7 @@ def _objective(
     if name == "time":
         return pairs[-1][0].end_time
     expression = _expressions(study, signals)[name]
+
     if name == "energy":
         return _sum(phase.integral(expression(net), "work", "J") for phase, net in pairs)
     return peak(
@@ -262,8 +284,8 @@ def _expressions(study: TrussStudy, signals: Signals) -> dict[str, Callable[[Net
         return -2 * force_in(study, signals, net) * rope_speed(truss, alpha, omega)
 
     def acceleration(net: Net) -> Any:
-        found = acceleration_in(study, signals, net)
-        return getattr(found, "symbol", found)
+        signal_or_expression = acceleration_in(study, signals, net)
+        return getattr(signal_or_expression, "symbol", signal_or_expression)
 
     return {
         "peak-acceleration": acceleration,

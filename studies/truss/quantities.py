@@ -25,6 +25,11 @@ class Quantity:
     kind: Kind
     needs_forces: bool
 
+    @property
+    def better(self) -> Literal["less", "more"]:
+        """Whether less or more of it is better."""
+        return "more" if self.kind == "least" else "less"
+
 
 OBJECTIVES = {
     "peak-acceleration": Quantity("peak angular acceleration", "rad/s^2", "peak", False),

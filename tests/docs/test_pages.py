@@ -8,10 +8,14 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import pytest
 
-from studies.cli import build_parser
-from studies.common.console import Console
+from models.laws import JerkLimited
+from studies.cli import parse
+from studies.common.console import Console, number
 from studies.truss.command import read_study
-from studies.truss.config import study_from
+from studies.truss.config import DEPLOYED, study_from
+from studies.truss.deployment import Deployment
+from studies.truss.laws import paper_laws
+from studies.truss.quantities import QUANTITIES
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGES = sorted(
@@ -42,8 +46,8 @@ def test_python_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     """The blocks of a page are one script: later ones use what earlier ones define."""
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
-    for number, code in enumerate(blocks(page, "python"), start=1):
-        exec(compile(code, f"{page.name}, block {number}", "exec"), names)
+    for place, code in enumerate(blocks(page, "python"), start=1):
+        exec(compile(code, f"{page.name}, block {place}", "exec"), names)
     plt.close("all")
 
 
@@ -67,9 +71,10 @@ def test_commands_are_understood(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.toml").write_text(blocks(DOCS / "how-to" / "own-truss.md", "toml")[0])
-    options = build_parser().parse_args(shlex.split(line, comments=True))
-    if line.startswith("truss"):
-        read_study(options, Console())
+    options, _ = parse(shlex.split(line, comments=True))
+    if line.startswith(("truss", "check")):
+        # what checks a profile needs no objective
+        read_study(options, Console(), "energy" if line.startswith("check") else None)
 
 
 def test_targets_that_are_named_exist() -> None:
@@ -78,3 +83,17 @@ def test_targets_that_are_named_exist() -> None:
         text = page.read_text("utf-8")
         for target in set(re.findall(r"(?:`|^)make ([a-z-]+)", text, re.MULTILINE)):
             assert f"\n{target}:" in makefile, f"{label(page)}: make {target}"
+
+
+def test_the_main_study_prints_the_table_of_the_tutorial() -> None:
+    """The rows that the tutorial shows, from the laws and bounds in closed form."""
+    page = (DOCS / "tutorial" / "main-study.md").read_text("utf-8")
+    study = study_from(tomllib.loads((DOCS.parent / "studies/truss/main.toml").read_text("utf-8")))
+    T, truss = study.duration[0], study.truss
+    law = JerkLimited(T, truss.stowed_angle, DEPLOYED, study.caps.jerk)
+    columns = [Deployment("optimal", law, truss), *paper_laws(truss, T)]
+    rows = re.findall(r"^\| (peak .*?) \[.*?\] \| (.*) \| .* \| .* \|$", page, re.MULTILINE)
+    assert len(rows) == 4
+    for title, cells in rows:
+        (key,) = (key for key, quantity in QUANTITIES.items() if quantity.title == title)
+        assert cells == " | ".join(number(column.values[key], 6) for column in columns), title

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studies.cli import FORMER, main
+from studies.cli import COMMANDS, FORMER_COMMANDS, FORMER_FLAGS, LATER, main
 from studies.common.exit_codes import ExitCode
 
 FAST = ("truss", "--objective", "peak-force", "--duration", "5", "--jerk-cap", "200/T^3")
@@ -43,8 +43,13 @@ FAST = ("truss", "--objective", "peak-force", "--duration", "5", "--jerk-cap", "
         ((*FAST, "--force-cap", "9"), 3, "statics need 9.40983 N"),
         ((*FAST, "--jerk-cap", "none", "--duration", "3", "--force-cap", "21"), 3, "21.107 N"),
         ((*FAST, "--jerk-cap", "none", "--duration", "20"), 3, "a limit that no motion attains"),
-        ((*FAST, "--config", "missing.toml"), 2, "missing.toml cannot be read"),
-        (("truss", "--verify", "missing.csv"), 2, "missing.csv cannot be read"),
+        ((FAST[0], "missing.toml", *FAST[1:]), 2, "missing.toml cannot be read"),
+        (("check", "missing.csv"), 2, "missing.csv cannot be read"),
+        (("check",), 2, "the following arguments are required: PROFILE"),
+        ((*FAST, "--friktion", "0.1"), 2, "unknown flag --friktion; did you mean --friction?"),
+        ((*FAST, "--objectiv=energy"), 2, "unknown flag --objectiv; did you mean --objective?"),
+        ((*FAST, "a.toml", "b.toml"), 2, "'b.toml' is one argument too many"),
+        (("trus",), 2, "unknown sub-command 'trus'; did you mean truss?"),
     ],
 )
 def test_bad_input_is_one_sentence(
@@ -86,7 +91,7 @@ def test_an_unknown_key_of_a_file_is_named(
         ("b.toml", "unknown key whatever; known are"),
         ("c.toml", "is not valid TOML"),
     ):
-        assert main(["truss", "--config", str(tmp_path / name)]) == ExitCode.BAD_INPUT
+        assert main(["truss", str(tmp_path / name)]) == ExitCode.BAD_INPUT
         assert words in capsys.readouterr().err
 
 
@@ -107,10 +112,12 @@ def test_unwritable_and_existing_folders_are_found_before_the_solve(
 def test_help_and_the_solve_load_no_plotting() -> None:
     script = (
         "import sys, studies.cli as c\n"
+        "c.main(['--help'])\n"
+        "assert not [name for name in sys.modules if name.startswith('studies.truss')]\n"
         "try: c.main(['truss', '--help'])\n"
         "except SystemExit: pass\n"
         "assert not {'casadi', 'numpy', 'scipy', 'matplotlib'} & set(sys.modules)\n"
-        "import studies.truss.solve\n"
+        "import studies.truss.study\n"
         "assert not {'scipy', 'matplotlib'} & set(sys.modules)\n"
     )
     root = Path(__file__).parents[2]
@@ -136,8 +143,8 @@ def test_verify_accepts_the_bezier_law_and_names_a_broken_cap(
 ) -> None:
     path = tmp_path / "mine.csv"
     write_bezier(path, "time [s], angle [rad]")
-    assert main(["truss", "--verify", str(path), "--friction", "0.01"]) == ExitCode.OK
-    capped = ["truss", "--verify", str(path), "--acceleration-cap", "4e-4"]
+    assert main(["check", str(path), "--friction", "0.01"]) == ExitCode.OK
+    capped = ["check", str(path), "--acceleration-cap", "4e-4"]
     assert main(capped) == ExitCode.NOT_VERIFIED
     assert "FAILED: peak angular acceleration" in capsys.readouterr().out
 
@@ -156,7 +163,7 @@ def test_bad_profiles_are_named(
 ) -> None:
     path = tmp_path / "mine.csv"
     path.write_text(content)
-    assert main(["truss", "--verify", str(path)]) == ExitCode.BAD_INPUT
+    assert main(["check", str(path)]) == ExitCode.BAD_INPUT
     assert words in capsys.readouterr().err
 
 
@@ -168,12 +175,64 @@ def test_the_table_agrees_with_the_closed_forms(capsys: pytest.CaptureFixture[st
             assert row.ours == pytest.approx(row.formula, rel=1e-8), row.quantity
         if row.paper is not None:  # the paper's 2.51e-3 misses its own law by 3.5 %
             assert row.ours == pytest.approx(row.paper, rel=0.036), row.quantity
-    assert main(["table"]) == ExitCode.OK
+    assert main(["paper"]) == ExitCode.OK
     assert "deployed diameter" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("name", FORMER)
-def test_a_former_sub_command_answers_with_what_to_write(name: str, capsys) -> None:
-    assert main([name, "--list"]) == 2
+def answer(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+    """The one line with which a command line is refused."""
+    assert main(words) == ExitCode.BAD_INPUT
     (line,) = capsys.readouterr().err.splitlines()
-    assert f"'antenna-ocp {name}' is now" in line
+    assert line.startswith("antenna-ocp: ")
+    return line
+
+
+@pytest.mark.parametrize("name", FORMER_COMMANDS)
+def test_a_former_sub_command_answers_with_what_to_write(
+    name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    line = answer([name, "--list"], capsys)
+    assert f"'antenna-ocp {name}' is no longer there; write " in line
+    assert name not in COMMANDS
+
+
+@pytest.mark.parametrize(
+    ("name", "flag"), [(name, flag) for name, flags in FORMER_FLAGS.items() for flag in flags]
+)
+def test_a_former_flag_answers_with_what_to_write(
+    name: str, flag: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for words in ([flag, "mine"], [f"{flag}=mine"]):
+        line = answer([*name.split(), *words], capsys)
+        assert f"'antenna-ocp {name} {flag}' is no longer there; write " in line
+
+
+@pytest.mark.parametrize("name", LATER)
+def test_what_is_not_built_yet_says_so(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert f"'antenna-ocp {name}' is not yet part of this version" in answer([name], capsys)
+
+
+def test_the_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--version"]) == ExitCode.OK
+    program, number = capsys.readouterr().out.split()
+    assert program == "antenna-ocp"
+    assert number[0].isdigit()
+
+
+def test_help_lists_every_sub_command_and_exit_code(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--help"]) == ExitCode.OK
+    text = capsys.readouterr().out
+    for name, command in COMMANDS.items():
+        assert f"  {name} " in text
+        assert command.summary in text
+    for code in ExitCode:
+        assert code.meaning in text
+    assert "no sub-command is given" in answer([], capsys)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_sub_command_explains_itself(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main([*name.split(), "--help"])
+    assert stop.value.code == 0
+    assert f"usage: antenna-ocp {name}" in capsys.readouterr().out

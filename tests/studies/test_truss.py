@@ -8,17 +8,26 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from models.laws import JerkLimited, least_peak_acceleration, linear_jerk
+from models.laws import (
+    JerkLimited,
+    Piecewise,
+    constant_acceleration,
+    least_peak_acceleration,
+    linear_jerk,
+)
 from studies.cli import main
+from studies.common.configuration import key_lines
 from studies.common.console import Console
-from studies.common.exit_codes import ExitCode
+from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.result import Result
 from studies.paper import PINNED, STEP5, WITH_FRICTION, D, T
+from studies.truss import figures
 from studies.truss.bounds import least_time, least_work
-from studies.truss.config import Caps, study_from
-from studies.truss.deployment import Deployment
-from studies.truss.export import as_dictionary
-from studies.truss.figures import all_figures
-from studies.truss.solve import Search
+from studies.truss.config import Caps, TrussStudy, as_dictionary, study_from
+from studies.truss.deployment import Deployment, profile
+from studies.truss.figures import all_figures, angle_figure
+from studies.truss.laws import SampledLaw, knots, stored_law
+from studies.truss.search import Search
 
 MAIN = ("truss", "--objective", "peak-acceleration", "--jerk-cap", "bezier", "--friction", "0.01")
 
@@ -32,14 +41,14 @@ def test_the_main_study_meets_its_bound_and_reproduces(tmp_path: Path) -> None:
     assert record["verdict"].startswith("global")
     # the accuracy asked of the jerk-limited problem
     assert record["values"]["peak-acceleration"] == pytest.approx(bound, rel=1e-5)
-    again = ["truss", "--config", str(first / "input.toml"), "--results", str(second)]
+    again = ["truss", str(first / "input.toml"), "--results", str(second)]
     assert main([*again, "--no-figures"]) == ExitCode.OK
     columns = [json.loads((p / "profile.json").read_text())["columns"] for p in (first, second)]
     for name, column in columns[0].items():
         values = np.array(column["values"])
         miss = np.abs(values - columns[1][name]["values"]).max()
         assert miss <= 1e-9 * np.abs(values).max(), name
-    verify = ["truss", "--verify", str(first / "profile.csv"), "--jerk-cap", "bezier"]
+    verify = ["check", str(first / "profile.csv"), "--jerk-cap", "bezier"]
     assert main([*verify, "--friction", "0.01"]) == ExitCode.OK
 
 
@@ -121,3 +130,89 @@ def test_every_figure_is_drawn_with_labelled_axes() -> None:
         flat = [axes for axes in figure.axes if axes.name != "3d"]
         assert all(axes.get_xlabel() for axes in flat), name
     assert names == ["overv", *(f"fig{k}" for k in (11, 12, 13, 14, 17, 18, 19, 20))]
+
+
+def test_a_stored_study_is_reported_exported_and_drawn_without_solving(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out, drawn, file = tmp_path / "out", tmp_path / "figures", tmp_path / "mine.csv"
+    assert main([*MAIN, "--starts", "bezier", "--no-figures", "--results", str(out)]) == 0
+    printed = capsys.readouterr().out
+    result = Result.load(out)
+    assert result.verdict.kind == "global"
+    assert result.laws == ("optimal", "Bezier", "Step5")
+    assert study_from(result.configuration).duration == (T, T)
+    costs = {cost.key: cost for cost in result.costs_elsewhere}
+    assert costs["peak-jerk"].baseline == "Step5"
+    assert costs["peak-jerk"].ratio == pytest.approx(1.800, rel=1e-3)  # of the two laws' own jerks
+    assert costs["peak-jerk"].sentence in printed
+
+    def refuse(*_: object, **__: object) -> None:
+        pytest.fail("a stored result was solved again")
+
+    monkeypatch.setattr(Search, "run", refuse)
+    monkeypatch.setattr(figures, "all_figures", lambda laws: [("angle", angle_figure(laws))])
+    assert main(["report", str(out), "--figures", str(drawn)]) == ExitCode.OK
+    report = capsys.readouterr().out
+    for words in (result.question, result.verdict.sentence, "passed: energy imbalance", "casadi"):
+        assert words in report
+    assert (drawn / "angle.png").is_file()
+    assert main(["export", str(out), "--to", "csv", "--output", str(file)]) == ExitCode.OK
+    assert file.read_bytes() == (out / "profile.csv").read_bytes()
+    assert main(["export", str(out), "--to", "csv", "--output", str(file)]) == 6
+    capsys.readouterr()
+    assert main(["export", str(out), "--to", "json"]) == ExitCode.OK
+    assert "motor_force" in json.loads(capsys.readouterr().out)["columns"]
+
+
+def test_the_stored_law_is_the_one_that_was_found() -> None:
+    limited = JerkLimited(T, math.pi / 2 - D, math.pi / 2, 200 / T**3).profile
+    # knots give the law itself; a profile is linear between 2001 rows, enough to draw
+    for law, kind, tolerance in (
+        (limited, Piecewise, 1e-14),
+        (PINNED, SampledLaw, 1e-6),
+        (JUMPING, SampledLaw, 1e-6),
+    ):
+        columns = profile(Deployment("law", law, WITH_FRICTION)) | knots(law)
+        stored = stored_law(columns)
+        assert isinstance(stored, kind)
+        t = np.linspace(0.0, law.duration, 777)
+        miss = stored.motion(t).angle - law.motion(t).angle
+        assert np.abs(miss).max() <= tolerance
+
+
+JUMPING = constant_acceleration((0.0, 70.0, 140.0), (4 * D / T**2, -4 * D / T**2), math.pi / 2 - D)
+
+
+def test_a_study_in_python_takes_what_toml_takes() -> None:
+    study = TrussStudy(minimise="energy", duration=5.0, caps=Caps(jerk="200/T^3"))
+    assert study == study_from({"minimise": "energy", "duration": 5, "caps": {"jerk": 1.6}})
+    with pytest.raises(StudyError, match=r"caps\.force is -1; give a finite positive number"):
+        Caps(force=-1)
+    with pytest.raises(StudyError, match="did you mean energy"):
+        TrussStudy(minimise="enery")
+
+
+def test_every_key_is_documented_with_unit_and_default() -> None:
+    lines = {line.key: line for line in key_lines(TrussStudy)}
+    assert lines["caps.force"].unit == "N"
+    assert lines["duration"].default == "140.0"
+    assert lines["solver.intervals"].default == "40"
+    assert all(line.meaning for line in lines.values())
+
+
+def test_a_study_that_failed_leaves_an_incomplete_result(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(_: Search) -> None:
+        raise StudyError("no motion was found", ExitCode.NOT_SOLVED)
+
+    monkeypatch.setattr(Search, "run", fail)
+    out = tmp_path / "out"
+    assert main([*MAIN, "--results", str(out)]) == ExitCode.NOT_SOLVED
+    assert json.loads((out / "failure.json").read_text())["code"] == "NOT_SOLVED"
+    with pytest.raises(StudyError, match="is incomplete, arrays, table, verdict, checks missing"):
+        Result.load(out)
+    assert main(["report", str(out)]) == ExitCode.BAD_INPUT
+    assert main(["report", str(out), "--partial"]) == ExitCode.OK
+    assert Result.load(out, partial=True).configuration["minimise"] == "peak-acceleration"

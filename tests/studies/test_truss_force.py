@@ -7,18 +7,17 @@ import pytest
 
 from models.laws import JerkLimited
 from models.truss import static_peak
-from ocp import Settings
+from ocp import Ipopt, Settings
 from studies.common.console import Console
 from studies.paper import PINNED, WITH_FRICTION, D
 from studies.truss.config import DEPLOYED, study_from
 from studies.truss.deployment import Deployment
-from studies.truss.outcome import Outcome
-from studies.truss.solve import Search
+from studies.truss.search import BestMotion, Search
 
 BALANCE = 1e-8  # of the motor's work; the quadrature leaves 1e-14
 
 
-def least_force(duration: float, mu: float, jerk: str | None, start: str = "bezier") -> Outcome:
+def least_force(duration: float, mu: float, jerk: str | None, start: str = "bezier") -> BestMotion:
     """Least peak force from one start."""
     raw = {
         "minimise": "peak-force",
@@ -40,7 +39,7 @@ def assert_energy_balances(deployment: Deployment) -> None:
     assert np.abs(miss).max() <= BALANCE * e.motor[-1]
 
 
-def assert_peak_is_dense(outcome: Outcome) -> None:
+def assert_peak_is_dense(outcome: BestMotion) -> None:
     """The solver's epigraph and the replay between the points agree; both are the table's."""
     ((_, epigraph, dense),) = outcome.solution.verification.peaks
     assert epigraph == pytest.approx(dense, rel=1e-6)
@@ -56,8 +55,8 @@ def test_at_140_s_the_least_force_is_the_static_peak(mu: float) -> None:
     # physics of a slow motion: inertia is negligible and the ridge of U'/f is what is left
     assert force == pytest.approx({0.0: 20.0751, 0.01: 39.6438}[mu], rel=1e-4)
     assert force == pytest.approx(static_peak(outcome.deployment.truss).force, rel=1e-4)
-    assert "slow" in outcome.verdict
-    limit = Settings().ipopt.max_iterations
+    assert "slow" in outcome.verdict.sentence
+    limit = Ipopt().max_iterations
     assert all(round_.iterations < limit for round_ in outcome.solution.mesh_iterations)
     assert_peak_is_dense(outcome)
     assert_energy_balances(outcome.deployment)
@@ -96,7 +95,7 @@ def test_without_a_jerk_cap_the_phase_plane_is_met(duration: float, mu: float) -
     bound = outcome.bounds["peak-force"]  # F with T_min(F) = T, global
     force = outcome.deployment.values["peak-force"]
     assert force == pytest.approx(bound, rel=1e-4)
-    assert outcome.verdict.startswith("global")
+    assert outcome.verdict.kind == "global"
     static = static_peak(outcome.deployment.truss).force
     assert outcome.basins[0].kind == ("fast" if force < 0.999 * static else "inertial")
 

@@ -10,18 +10,18 @@ import pytest
 from ocp import Unverified
 from studies.cli import main
 from studies.common.exit_codes import ExitCode
-from studies.truss import solve
+from studies.truss import search
 
 
 def test_an_unverified_answer_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    honest = solve.solve
+    honest = search.solve
 
     def doubtful(*arguments: Any, **options: Any) -> Any:
         found = honest(*arguments, **options)
         failed = dataclasses.replace(found.verification, passed=False, reasons=("off by 1",))
         raise Unverified("off", dataclasses.replace(found, verification=failed))
 
-    monkeypatch.setattr(solve, "solve", doubtful)
+    monkeypatch.setattr(search, "solve", doubtful)
     out = tmp_path / "out"
     arguments = ["truss", "--objective", "peak-acceleration", "--jerk-cap", "bezier"]
     arguments += ["--starts", "straight", "--no-figures", "--results", str(out)]

@@ -8,7 +8,7 @@ import pytest
 from benchmarks.shows import truss_random
 from benchmarks.shows.truss_random import answer, question, read_output, tables
 from models.truss import TrussParameters
-from studies.cli import build_parser
+from studies.cli import parse
 from studies.common.console import Console
 from studies.truss.command import read_study
 from studies.truss.quantities import OBJECTIVES
@@ -34,7 +34,7 @@ def test_questions_are_what_they_promise() -> None:
 @pytest.mark.filterwarnings("ignore:.*spring:UserWarning")
 def test_every_command_is_understood_and_states_what_was_drawn() -> None:
     for drawn in QUESTIONS[:35]:
-        study = read_study(build_parser().parse_args(drawn["command"]), Console())
+        study = read_study(parse(drawn["command"])[0], Console())
         assert study.objectives == (drawn["objective"],)
         assert study.duration[1] == drawn["duration"]
         assert study.truss.modules == drawn["modules"]

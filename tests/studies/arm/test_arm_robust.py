@@ -111,7 +111,7 @@ def test_a_coarse_robust_motion_of_the_small_arm_stands_the_spread(monkeypatch):
     ],
 )
 def test_bad_input_is_said(flags, said, capsys):
-    assert main(["arm-robust", *flags]) == ExitCode.BAD_INPUT
+    assert main(["robust", *flags]) == ExitCode.BAD_INPUT
     assert said in capsys.readouterr().err
 
 
@@ -119,8 +119,8 @@ def test_bad_input_is_said(flags, said, capsys):
 def test_a_file_says_nothing_that_the_study_decides(line, tmp_path, capsys):
     file = tmp_path / "study.toml"
     file.write_text(f"{line}\n", "utf-8")
-    assert main(["arm-robust", "--config", str(file)]) == ExitCode.BAD_INPUT
-    assert f"arm-robust takes no {line.split()[0]}" in capsys.readouterr().err
+    assert main(["robust", "--config", str(file)]) == ExitCode.BAD_INPUT
+    assert f"robust takes no {line.split()[0]}" in capsys.readouterr().err
 
 
 def test_one_joint_turns():

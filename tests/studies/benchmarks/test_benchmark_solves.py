@@ -8,11 +8,11 @@ import pytest
 
 from ocp import Control, FixedMesh, Phase, Problem, Settings, State, solve
 from studies.benchmarks.benchmark import Benchmark
-from studies.benchmarks.catalogue import CATALOGUE
-from studies.benchmarks.measure import Measurement, measure
-from studies.benchmarks.violation import largest_violation
+from studies.benchmarks.measure import Measurement, largest_violation, measure
+from studies.benchmarks.problems import CATALOGUE
 from studies.cli import main
 from studies.common.exit_codes import ExitCode
+from studies.common.result import Result
 
 # name: optimum. The sources stand in the problems' docstrings; each must be met to the
 # benchmark's own tolerance, between 1e-5 and 1e-9 relative.
@@ -61,7 +61,7 @@ def test_a_wrong_optimum_fails_and_is_explained(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     wrong = Benchmark("line", _line(), 2.0, 1e-6, "a mistake", ("test",))
-    monkeypatch.setattr("studies.benchmarks.catalogue.CATALOGUE", {"line": lambda: wrong})
+    monkeypatch.setattr("studies.benchmarks.problems.CATALOGUE", {"line": lambda: wrong})
     assert main(["benchmarks"]) == ExitCode.NOT_VERIFIED
     printed = capsys.readouterr().out
     assert "FAIL" in printed
@@ -82,12 +82,15 @@ def test_a_failed_solve_is_listed_not_raised() -> None:
 
 def test_command_writes_its_record(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "out"
-    assert main(["benchmarks", "via_point", "--output", str(folder)]) == ExitCode.OK
+    assert main(["benchmarks", "via_point", "--results", str(folder)]) == ExitCode.OK
     assert "1 of 1 passed" in capsys.readouterr().out
     (record,) = json.loads((folder / "benchmarks.json").read_text("utf-8"))["results"]
     assert record["passed"]
     assert record["value"] == pytest.approx(10.125, rel=1e-9)
     assert (folder / "table.txt").read_text("utf-8").startswith("Benchmarks")
+    result = Result.load(folder)
+    assert result.passed
+    assert result.value("via_point", "trusted optimum") == 10.125
 
 
 def test_list_names_sources(capsys: pytest.CaptureFixture[str]) -> None:

@@ -3,7 +3,7 @@
 import pytest
 
 from ocp import Constant
-from studies.benchmarks.catalogue import CATALOGUE
+from studies.benchmarks.problems import CATALOGUE
 from studies.benchmarks.warm import WarmStart, passed, warm_start
 
 

@@ -1,4 +1,4 @@
-"""`antenna-ocp arm-robust`: motions for a spread of arms, beside the nominal one."""
+"""`antenna-ocp robust`: motions for a spread of arms, beside the nominal one."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studies.common.console import Console
-from studies.common.exit_codes import ExitCode, StudyError, exit_code_table
+from studies.common.exit_codes import ExitCode, StudyError
 
 if TYPE_CHECKING:
     from studies.arm.config import ArmStudy
@@ -16,18 +16,8 @@ if TYPE_CHECKING:
 _OWN = ("torque_cap", "rate_cap", "latch", "satellite_inertia")  # what the study decides itself
 
 
-def add_to(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the sub-command."""
-    parser = subparsers.add_parser(
-        "arm-robust",
-        help="a motion of the arm that stands a spread of stiffness or tip mass",
-        description="Finds the motion of least peak torque of one arm, and two that leave arms of "
-        "other stiffness (torque drive) or stiffness and tip mass (angle drive) as still as can "
-        "be: with a tenth more peak torque, and with no more. Replays all over the spread. Exit "
-        "code 5 if a tenth more torque does not bring the worst residual to a fifth.",
-        epilog=f"exit codes:\n{exit_code_table()}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The arguments of the sub-command."""
     parser.add_argument("--drive", choices=("torque", "angle"), default="torque")
     parser.add_argument("--stage", metavar="NAME", help="big (8.6 s) or small (11.2 s)")
     parser.add_argument("--duration", metavar="X", help="of the motion [s]")
@@ -39,7 +29,6 @@ def add_to(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     parser.add_argument("--results", type=Path, metavar="DIR", help="a new results folder")
     parser.add_argument("--overwrite", action="store_true", help="replace the results folder")
     parser.add_argument("--no-figures", action="store_true", help="leave the figures out")
-    parser.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace, console: Console) -> ExitCode:
@@ -84,14 +73,14 @@ def read_study(options: argparse.Namespace) -> ArmStudy:
     study = read(options.config, {"stage": options.stage, "duration": options.duration})
     if len(study.stage.moving) > 1:
         raise StudyError(
-            f"arm-robust turns one joint, the stage '{study.stage.name}' both; give big or small"
+            f"robust turns one joint, the stage '{study.stage.name}' both; give big or small"
         )
     for key in _OWN:
         if key in study.given:
-            raise StudyError(f"arm-robust takes no {key}; leave it out of the file")
+            raise StudyError(f"robust takes no {key}; leave it out of the file")
     if study.objective != "smoothest":
         raise StudyError(
-            f"arm-robust takes no objective, the file says {study.objective}; leave it out"
+            f"robust takes no objective, the file says {study.objective}; leave it out"
         )
     return study
 

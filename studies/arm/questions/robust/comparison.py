@@ -155,7 +155,7 @@ def mass_misses(motion: Solved, live: Say) -> dict[float, float]:
 
 
 def table(found: Comparison, misses: dict[float, float]) -> Table:
-    """What `antenna-ocp arm-robust` prints."""
+    """What `antenna-ocp robust` prints."""
     size, (first, second) = len(found.nominal.reduced), found.spread.axes
     missed = ", ".join(f"x {mass:g}: {miss:.2g} rad" for mass, miss in misses.items())
     judged = found.robust[0].solved.name

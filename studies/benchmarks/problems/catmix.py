@@ -16,6 +16,7 @@ def catmix() -> Benchmark:
     u = Control("u", lower=0, upper=1)
     rate = Constant("rate", "1", 10)
     exchange = u * (rate * b - a)
+
     reactor = Phase(
         "reactor",
         {a: exchange, b: -exchange - (1 - u) * b},
@@ -23,14 +24,13 @@ def catmix() -> Benchmark:
         end=1,
         guess={a: 1, b: 0, u: 0.3},
     )
+
     return Benchmark(
         "catmix",
-        Problem(
-            "catmix", (reactor,), minimise=-1 + reactor.at_end(a) + reactor.at_end(b)
-        ),
+        Problem("catmix", (reactor,), minimise=-1 + reactor.at_end(a) + reactor.at_end(b)),
         optimum=-0.04805568445,
         tolerance=1e-6,
         source="COPS 3.0, catmix (-4.80556e-2); refined computation",
         tags=("singular arc", "bang-bang"),
         varied=rate,
-    )  # fmt: skip
+    )

@@ -26,6 +26,7 @@ def robot_arm() -> Benchmark:
     d_rho, d_theta, d_phi = (State(f"d_{s.name}", f"{s.unit}/s") for s in (rho, theta, phi))
     u_rho, u_theta, u_phi = (Control(f"u_{s.name}", lower=-1, upper=1) for s in (rho, theta, phi))
     inertia = ((LENGTH - rho) ** 3 + rho.symbol**3) / 3
+
     turn = Phase(
         "turn",
         {
@@ -51,6 +52,7 @@ def robot_arm() -> Benchmark:
             u_phi: 0,
         },
     )
+
     return Benchmark(
         "robot_arm",
         Problem("robot_arm", (turn,), minimise=turn.end_time),
@@ -59,4 +61,4 @@ def robot_arm() -> Benchmark:
         source="COPS 3.0, robot; Betts (9.14093620); two computations with exact switches",
         tags=("bang-bang", "free time"),
         varied=angle,
-    )  # fmt: skip
+    )

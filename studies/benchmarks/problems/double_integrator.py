@@ -19,6 +19,7 @@ def bryson_denham() -> Benchmark:
     """
     cap = Constant("l", "m", 1 / 9)
     x, v, u = State("x", "m", upper=cap), State("v", "m/s"), Control("u", "m/s^2")
+
     move = Phase(
         "move",
         {x: v, v: u},
@@ -26,6 +27,7 @@ def bryson_denham() -> Benchmark:
         final={x: 0, v: -1},
         guess={x: 0, v: (1, -1), u: 0},
     )
+
     return Benchmark(
         "bryson_denham",
         Problem("bryson_denham", (move,), minimise=move.integral(u.symbol**2 / 2, "effort")),
@@ -48,6 +50,7 @@ def di_min_time() -> Benchmark:
     distance = Constant("distance", "m", 300)
     x, v = State("x", "m"), State("v", "m/s")
     u = Control("u", "m/s^2", lower=-2, upper=1)
+
     move = Phase(
         "move",
         {x: v, v: u},
@@ -56,6 +59,7 @@ def di_min_time() -> Benchmark:
         end=Between(0.1, 100, guess=10),
         guess={x: (0, 300), v: 0, u: 0},
     )
+
     return Benchmark(
         "di_min_time",
         Problem("di_min_time", (move,), minimise=move.end_time),
@@ -76,6 +80,7 @@ def peak_accel() -> Benchmark:
     """
     distance, duration = Constant("distance", "m", 3), 2
     x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
+
     move = Phase(
         "move",
         {x: v, v: u},
@@ -85,6 +90,7 @@ def peak_accel() -> Benchmark:
         guess={x: (0, distance.value), v: 0, u: 0},
     )
     highest = move.peak(u, name="acceleration", unit="m/s^2", absolute=True)
+
     return Benchmark(
         "peak_accel",
         Problem("peak_accel", (move,), minimise=highest),
@@ -108,6 +114,7 @@ def peak_accel_jerk() -> Benchmark:
     distance, duration, cap = 1, 2, Constant("jerk cap", "m/s^3", 6)
     x, v, a = State("x", "m"), State("v", "m/s"), State("a", "m/s^2")
     j = Control("j", "m/s^3", lower=-cap, upper=cap)
+
     move = Phase(
         "move",
         {x: v, v: a, a: j},
@@ -118,6 +125,7 @@ def peak_accel_jerk() -> Benchmark:
     )
     highest = move.peak(a, name="acceleration", unit="m/s^2", absolute=True)
     root = math.sqrt(1 - 32 * distance / (cap.value * duration**3))
+
     return Benchmark(
         "peak_accel_jerk",
         Problem("peak_accel_jerk", (move,), minimise=highest),
@@ -139,6 +147,7 @@ def via_point() -> Benchmark:
     """
     x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
     through = Constant("through", "m", 1)
+
     there = Phase(
         "there",
         {x: v, v: u},
@@ -146,6 +155,7 @@ def via_point() -> Benchmark:
         end=1,
         guess={x: (0, 0.5), v: (0, 1), u: 0},
     )
+
     back = Phase(
         "back",
         {x: v, v: u},
@@ -156,10 +166,14 @@ def via_point() -> Benchmark:
     )
     effort = there.integral(u.symbol**2, "effort there") + back.integral(u.symbol**2, "effort back")
     via = Bound("via point", there.at_end(x), "m", through, through)
+
     return Benchmark(
         "via_point",
         Problem(
-            "via_point", (there, back), minimise=effort, bounds=(via,),
+            "via_point",
+            (there, back),
+            minimise=effort,
+            bounds=(via,),
             links=joined(there, back),
         ),
         optimum=81 / 8,
@@ -167,4 +181,4 @@ def via_point() -> Benchmark:
         source="closed form 81/8 of the cubic spline",
         tags=("multi-phase",),
         varied=through,
-    )  # fmt: skip
+    )

@@ -17,6 +17,7 @@ def hypersensitive() -> Benchmark:
     """
     first = Constant("first", "1", 1.5)
     x, u = State("x", lower=-50, upper=50), Control("u", lower=-50, upper=50)
+
     run = Phase(
         "run",
         {x: -(x.symbol**3) + u},
@@ -26,6 +27,7 @@ def hypersensitive() -> Benchmark:
         guess={x: 0.5, u: 0},
     )
     cost = run.integral((x.symbol**2 + u.symbol**2) / 2, "cost")
+
     return Benchmark(
         "hypersensitive_50",
         Problem("hypersensitive_50", (run,), minimise=cost),
@@ -53,6 +55,7 @@ def alp_rider() -> Benchmark:
     norm = ca.sumsqr(ca.vertcat(y1.symbol, y2.symbol, y3.symbol, y4.symbol))
     bells = ((3, 12, 3), (3, 10, 6), (3, 6, 10), (8, 4, 15))
     terrain = sum(height * ca.exp(-rate * (t - at) ** 2) for height, rate, at in bells)
+
     ride = Phase(
         "ride",
         {
@@ -68,6 +71,7 @@ def alp_rider() -> Benchmark:
         guess={y1: (2, 2), y2: (1, 3), y3: (2, 1), y4: (1, -2), u1: 0, u2: 0},
     )
     cost = ride.integral(100 * norm + 0.01 * (u1.symbol**2 + u2.symbol**2), "cost")
+
     return Benchmark(
         "alp_rider",
         Problem("alp_rider", (ride,), minimise=cost),

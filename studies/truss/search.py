@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import functools
 import time as clock
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from models.truss import static_peak
 from ocp import (
     AdaptiveMesh,
     Bound,
@@ -26,25 +27,81 @@ from ocp.mesh.mesh import PhaseMesh
 from ocp.nlp.interrupts import noted_interrupts
 from studies.common.console import Console, number
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.truss.bounds import lower_bounds
-from studies.truss.compare import paper_laws
+from studies.common.result import Verdict
+from studies.truss.bounds import check_feasible, lower_bounds
 from studies.truss.config import TrussStudy
 from studies.truss.deployment import Deployment
-from studies.truss.guesses import Start, starts
-from studies.truss.outcome import Attempt, Outcome, basins, global_verdict, local_verdict
+from studies.truss.laws import law_of, paper_laws, starting_motion
 from studies.truss.problem import Statement, control_shape, needs_forces, state
 from studies.truss.quantities import OBJECTIVES
-from studies.truss.solved_law import law_of
 
 if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
     from studies.truss.phase_plane import LeastForce, PhasePlane
 
 BOUND_MET = 1e-4  # relative distance to a global bound that counts as meeting it
 SMOOTHING = 3e-5  # of the Bezier law's value: what smoothness may cost a peak at most
+SAME_BASIN = 1e-4  # relative: optima closer than this are one basin, solved to different meshes
+FAST = 1e-3  # relative: a force peak this far below the static one is due to momentum
+
+
+@dataclass(frozen=True, eq=False)
+class Attempt:
+    """One start and what came of it: a solution with its statement, or why there is none.
+
+    An unverified solution has both.
+    """
+
+    start: str
+    value: float | None
+    seconds: float
+    statement: Statement | None = None
+    solution: Solution | None = None
+    failure: str | None = None
+
+
+@dataclass(frozen=True)
+class Basin:
+    """Starts that ended in the same optimum.
+
+    Attributes
+    ----------
+    kind : of the force problem: "fast" (momentum carries the motion over the ridge of the static
+        force), "slow" (on that ridge) or "inertial" (above it); else empty.
+    """
+
+    value: float
+    starts: tuple[str, ...]
+    kind: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class BestMotion:
+    """The best motion found.
+
+    Attributes
+    ----------
+    deployment : the optimal law on its truss.
+    solution : of the last stage.
+    attempts : all starts, those that failed among them.
+    basins : optima found, best first.
+    bounds : lower bounds by quantity.
+    verdict : how sure the result is.
+    remarks : sentences that belong beside it.
+    interrupted : whether the user stopped the search.
+    """
+
+    deployment: Deployment
+    solution: Solution
+    attempts: tuple[Attempt, ...]
+    basins: tuple[Basin, ...]
+    bounds: Mapping[str, float]
+    verdict: Verdict
+    remarks: tuple[str, ...]
+    interrupted: bool
 
 
 class Search:
-    """One study on its way to an outcome; holds what is computed once and used often."""
+    """One study on its way to a result; holds what is computed once and used often."""
 
     def __init__(self, study: TrussStudy, console: Console) -> None:
         self.study = study
@@ -72,6 +129,7 @@ class Search:
         least_time, force = 0.0, None
         if self.interrupted:  # no more long work
             return lower_bounds(self.study, None)
+
         try:
             least_time = 0.0 if cap is None else self.plane.least_time(cap)
             force = self.least_force if "peak-force" in self.study.objectives else None
@@ -87,43 +145,59 @@ class Search:
         bezier, _ = paper_laws(self.study.truss, self.study.duration[1])
         return {name: bezier.values[name] for name in OBJECTIVES}
 
-    def run(self) -> Outcome:
-        """Search, first without forces where they do not matter, and report the best."""
-        self._check_attained()
-        with_forces = needs_forces(self.study)
-        outcome = self._from_all_starts(with_forces)
-        floor = self.study.caps.least_tension
-        if not with_forces and outcome.deployment.values["least-tension"] < floor:
-            self.console.progress("the rope would have to push: again with forces in the problem")
-            self.remarks.append("The rope's pull limits this motion (T1 >= 0 is active).")
-            outcome = self._from_all_starts(True)
-        return outcome
+    def check(self) -> None:
+        """Refuse caps that no motion meets, and optima that no motion attains.
 
-    def _check_attained(self) -> None:
-        """Refuse to print an optimum that no motion attains."""
+        Raises
+        ------
+        StudyError
+            With the nearest value that works.
+        """
+        check_feasible(self.study, lambda: self.least_force)
+
         caps = self.study.caps
         free = caps.jerk is None and caps.acceleration is None and caps.speed is None
-        if free and self.study.minimise[0].keys() == {"peak-force"}:
-            try:
-                least = self.least_force
-            except StudyError:  # it gives no bound here, which is said beside the result
-                return
-            if not least.attained:
-                raise StudyError(
-                    f"there is no optimal motion: {least.sentence}; cap the jerk, or choose a "
-                    f"duration below {least.motion.duration:.3g} s",
-                    ExitCode.INFEASIBLE,
-                )
+        if not free or self.study.minimise[0].keys() != {"peak-force"}:
+            return
+        try:
+            least = self.least_force
+        except StudyError:  # it gives no bound here, which is said beside the result
+            return
+        if not least.attained:
+            raise StudyError(
+                f"there is no optimal motion: {least.sentence}; cap the jerk, or choose a "
+                f"duration below {least.motion.duration:.3g} s",
+                ExitCode.INFEASIBLE,
+            )
 
-    def _from_all_starts(self, with_forces: bool) -> Outcome:
-        attempts: list[Attempt] = []
-        recipes = starts(self.study, lambda: self.least_force)
-        named = list(zip(self.study.solver.starts, recipes, strict=True))
+    def run(self) -> BestMotion:
+        """Search, first without forces where they do not matter, and report the best.
+
+        Raises
+        ------
+        StudyError
+            If no motion was found.
+        """
+        with_forces = needs_forces(self.study)
+        best = self._from_all_starts(with_forces)
+
+        floor = self.study.caps.least_tension
+        if not with_forces and best.deployment.values["least-tension"] < floor:
+            self.console.progress("the rope would have to push: again with forces in the problem")
+            self.remarks.append("The rope's pull limits this motion (T1 >= 0 is active).")
+            best = self._from_all_starts(True)
+        return best
+
+    def _from_all_starts(self, with_forces: bool) -> BestMotion:
+        """The best of all starts, one after the other until one meets the bound."""
+        names = list(self.study.solver.starts)
         if not with_forces:  # the phase plane of the force says nothing here
-            named = [item for item in named if item[0] != "phase-plane"] or named
-        for place, (name, recipe) in enumerate(named, start=1):
-            label = f"start {place} of {len(named)} ({name})"
-            attempt = self._attempt(name, recipe, with_forces, label)
+            names = [name for name in names if name != "phase-plane"] or names
+
+        attempts: list[Attempt] = []
+        for place, name in enumerate(names, start=1):
+            label = f"start {place} of {len(names)} ({name})"
+            attempt = self._attempt(name, with_forces, label)
             if attempt is None:
                 break
             attempts.append(attempt)
@@ -131,16 +205,15 @@ class Search:
             met = attempt.failure is None and self._bound_met(attempt.value)
             if met or self.interrupted:
                 break
-        return self._outcome(attempts)
+        return self._best_of(attempts)
 
-    def _attempt(
-        self, name: str, recipe: Callable[[], Start], with_forces: bool, label: str
-    ) -> Attempt | None:
-        """One start; None if the user interrupted it."""
+    def _attempt(self, name: str, with_forces: bool, label: str) -> Attempt | None:
+        """One start; None if the user interrupted it and nothing is left of it."""
         begin = clock.monotonic()
         statement = None
         try:
-            statement = state(self.study, recipe(), self._weights(), with_forces)
+            start = starting_motion(name, self.study, lambda: self.least_force)
+            statement = state(self.study, start, self._weights(), with_forces)
             solution = self._solve(statement, 0, (), None, label)
         except (Interrupted, KeyboardInterrupt) as stop:
             self.interrupted = True
@@ -152,6 +225,7 @@ class Search:
             return self._unverified(name, clock.monotonic() - begin, statement, error)
         except (OcpError, StudyError) as error:
             return Attempt(name, None, clock.monotonic() - begin, failure=str(error))
+
         value = solution.value(statement.stages[0], replayed=True)
         return Attempt(name, value, clock.monotonic() - begin, statement, solution)
 
@@ -159,13 +233,12 @@ class Search:
         self, name: str, seconds: float, statement: Statement | None, error: Unverified
     ) -> Attempt:
         """An answer that failed its verification: kept, but second to every other."""
-        found = error.iterate
-        if statement is None or not isinstance(found, Solution):
+        answer = error.iterate
+        if statement is None or not isinstance(answer, Solution):
             return Attempt(name, None, seconds, failure=str(error))
-        value = found.value(statement.stages[0], replayed=True)
-        return Attempt(
-            name, value, seconds, statement, found, "; ".join(found.verification.reasons)
-        )
+        value = answer.value(statement.stages[0], replayed=True)
+        reasons = "; ".join(answer.verification.reasons)
+        return Attempt(name, value, seconds, statement, answer, reasons)
 
     def _rescued(self, statement: Statement | None, stop: BaseException) -> Solution | None:
         """What a stopped solve had reached, solved on its own mesh once more to be verified."""
@@ -199,6 +272,7 @@ class Search:
             ),
         )
         problem = statement.problem(stage, held, self._smoothing(stage))
+
         with noted_interrupts() as interrupts:
             solution = solve(
                 problem,
@@ -206,7 +280,8 @@ class Search:
                 guess=guess,
                 progress=lambda line: self.console.live(f"{label}: {line}"),
             )
-        self.interrupted = self.interrupted or interrupts.asked  # too late to stop this one
+        # a Ctrl-C too late to stop this solve stops the next one
+        self.interrupted = self.interrupted or interrupts.asked
         return solution
 
     def _smoothing(self, stage: int) -> float:
@@ -216,32 +291,37 @@ class Search:
         if not self.study.smooth or not peaks or set(terms) == {"peak-acceleration"}:
             return 0.0
         references, weights = self.references, self._weights()
-        return SMOOTHING * sum(w * references[n] / weights[n] for n, w in terms.items())
+        return SMOOTHING * sum(
+            weight * references[name] / weights[name] for name, weight in terms.items()
+        )
 
-    def _outcome(self, attempts: Sequence[Attempt]) -> Outcome:
+    def _best_of(self, attempts: Sequence[Attempt]) -> BestMotion:
+        """The best attempt, its later stages, and the verdict."""
         answered = [attempt for attempt in attempts if attempt.solution is not None]
         if not answered:
             raise self._nothing_found(attempts)
         verified = [attempt for attempt in answered if attempt.failure is None]
-        solved = verified or answered
-        best = min(solved, key=lambda attempt: attempt.value or 0.0)
+        candidates = verified or answered
+        best = min(candidates, key=lambda attempt: attempt.value or 0.0)
         assert best.statement is not None
         assert best.solution is not None
-        found = basins(self.study, solved)
         assert best.value is not None
-        if self._bound_met(best.value):
-            verdict = global_verdict(self.study, best.value, self._bound(), found[0])
+
+        found = basins(self.study, candidates)
+        if not verified:
+            verdict = Verdict("unverified", f"unverified: {best.failure}")
+        elif self._bound_met(best.value):
+            verdict = _global_verdict(self.study, best.value, self._bound(), found[0])
         else:
-            verdict = local_verdict(
+            verdict = _local_verdict(
                 self.study, best.value, self._bound(), found, len(attempts), self.interrupted
             )
-        if not verified:
-            verdict = f"unverified: {best.failure}"
+
         solution = best.solution
         if verified and not self.interrupted:
             solution = self._later_stages(best.statement, solution)
         law = law_of(self.study, best.statement, solution)
-        return Outcome(
+        return BestMotion(
             deployment=Deployment("optimal", law, self.study.truss),
             solution=solution,
             attempts=tuple(attempts),
@@ -257,6 +337,7 @@ class Search:
             return StudyError(
                 "interrupted before a motion was found; the inputs are kept", ExitCode.INTERRUPTED
             )
+
         cap, least = self.study.caps.force, self._least_force_found()
         if cap is not None and least is not None and least > cap:
             return StudyError(
@@ -265,6 +346,7 @@ class Search:
                 "that or loosen another one",
                 ExitCode.INFEASIBLE,
             )
+
         failures = "; ".join(f"from {a.start}: {a.failure}" for a in attempts[:1])
         return StudyError(
             f"no motion was found from {len(attempts)} starts; {failures}", ExitCode.NOT_SOLVED
@@ -282,7 +364,9 @@ class Search:
             solver=replace(self.study.solver, starts=("bezier",)),
         )
         try:
-            return Search(relaxed, self.console).run().deployment.values["peak-force"]
+            search = Search(relaxed, self.console)
+            search.check()
+            return search.run().deployment.values["peak-force"]
         except (StudyError, KeyboardInterrupt):
             return None
 
@@ -290,9 +374,11 @@ class Search:
         """Later objectives, each with the earlier ones held; never a loss."""
         held: list[Bound] = []
         for stage in range(1, len(statement.stages)):
+            # held at the replayed value, which is the one that is reported
             reached = solution.value(statement.stages[stage - 1], replayed=True)
             limit = reached + self.study.concession * abs(reached)
             held.append(Bound(f"objective {stage}", statement.stages[stage - 1], upper=limit))
+
             label = f"objective {stage + 1}"
             try:
                 solution = self._solve(statement, stage, held, solution, label)
@@ -325,17 +411,81 @@ def _mesh_of(phase: PhaseTrajectory) -> PhaseMesh:
 
 
 def _result_of(attempt: Attempt, study: TrussStudy) -> str:
+    """One line of progress for a start that is done."""
     if attempt.solution is None:
         return f"failed, {attempt.failure}"
     if attempt.failure is not None:
         return f"unverified, {attempt.failure}"
-    first = study.minimise[0]
-    name, unit = (
-        (next(iter(first)), OBJECTIVES[next(iter(first))].unit)
-        if len(first) == 1
-        else ("weighted sum", "1")
-    )
+
+    first = list(study.minimise[0])
+    name, unit = (first[0], OBJECTIVES[first[0]].unit) if len(first) == 1 else ("weighted sum", "1")
     return (
         f"{name} {number(attempt.value, 7)} {unit}, {attempt.solution.iterations} iterations, "
         f"{attempt.seconds:.1f} s"
     )
+
+
+def basins(study: TrussStudy, solved: Sequence[Attempt]) -> tuple[Basin, ...]:
+    """The distinct optima that the starts found, best first."""
+    distinct: list[Basin] = []
+    for attempt in sorted(solved, key=lambda attempt: attempt.value or 0.0):
+        value = attempt.value or 0.0
+        last = distinct[-1] if distinct else None
+        if last is not None and abs(value - last.value) <= SAME_BASIN * abs(last.value):
+            distinct[-1] = replace(last, starts=(*last.starts, attempt.start))
+        else:
+            distinct.append(Basin(value, (attempt.start,), _kind(study, value)))
+    return tuple(distinct)
+
+
+def _global_verdict(study: TrussStudy, value: float, bound: float | None, basin: Basin) -> Verdict:
+    """The verdict on a value that meets its bound."""
+    assert bound is not None
+    gap = f"gap {abs(value / bound - 1):.1e}"
+    words = f"global: the bound {bound:.6g} is met ({gap}){_in_words(study, basin)}"
+    return Verdict("global", words)
+
+
+def _local_verdict(
+    study: TrussStudy,
+    value: float,
+    bound: float | None,
+    found: Sequence[Basin],
+    tried: int,
+    interrupted: bool,
+) -> Verdict:
+    """The verdict on the best of several starts."""
+    kind = f"local: best of {tried} start{'s' * (tried > 1)}"
+    if interrupted:
+        kind += f" of {len(study.solver.starts)}, then interrupted"
+
+    listed = "; ".join(
+        f"{basin.value:.6g}{_in_words(study, basin)} from {', '.join(basin.starts)}"
+        for basin in found
+    )
+    gap = f"; its bound leaves room for {100 * (1 - bound / value):.3g} % less" if bound else ""
+    words = f"{kind}; {len(found)} basin{'s' * (len(found) > 1)} found: {listed}{gap}"
+    return Verdict("local", words)
+
+
+def _kind(study: TrussStudy, value: float) -> str:
+    """Which basin of the force problem has this value."""
+    if study.minimise[0].keys() != {"peak-force"}:
+        return ""
+    ratio = value / static_peak(study.truss).force
+    if ratio < 1 - FAST:
+        return "fast"
+    return "slow" if ratio < 1 + FAST else "inertial"
+
+
+def _in_words(study: TrussStudy, basin: Basin) -> str:
+    """Which basin of the force problem this is."""
+    if not basin.kind:
+        return ""
+    ridge = f"the static {static_peak(study.truss).force:.6g} N"
+    words = {
+        "fast": f"momentum carries it over {ridge}",
+        "slow": ridge,
+        "inertial": f"above {ridge}",
+    }
+    return f" ({basin.kind}: {words[basin.kind]})"

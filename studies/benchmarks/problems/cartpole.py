@@ -22,6 +22,7 @@ def cartpole() -> Benchmark:
     dq1, dq2 = State("dq1", "m/s"), State("dq2", "rad/s")
     F = Control("F", "N", lower=-20, upper=20, scale=10)
     sin, cos, spin = ca.sin(q2), ca.cos(q2), dq2.symbol**2
+
     swing = Phase(
         "swing",
         {
@@ -36,6 +37,7 @@ def cartpole() -> Benchmark:
         end=2,
         guess={q1: (0, 1), q2: (0, ca.pi), dq1: 0, dq2: 0, F: 0},
     )
+
     return Benchmark(
         "cartpole_kelly",
         Problem("cartpole_kelly", (swing,), minimise=swing.integral(F.symbol**2, "effort")),

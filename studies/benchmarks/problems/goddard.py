@@ -23,6 +23,7 @@ def goddard_vmax() -> Benchmark:
     cap = Constant("speed cap", "1", 0.1)
     v, thrust = State("v", lower=0, upper=cap), Control("T", lower=0, upper=3.5)
     drag = 310 * v.symbol**2 * ca.exp(-500 * (h - 1))
+
     ascent = Phase(
         "ascent",
         {h: v, v: (thrust - drag) / m - 1 / h.symbol**2, m: -2 * thrust},
@@ -36,6 +37,7 @@ def goddard_vmax() -> Benchmark:
             thrust: lambda t: 3.5 * np.exp(-6 * t / QUICK),
         },
     )
+
     return Benchmark(
         "goddard_vmax",
         Problem("goddard_vmax", (ascent,), maximise=ascent.at_end(h)),
@@ -80,6 +82,7 @@ def goddard_betts() -> Benchmark:
         end=Between(1, 45, guess=13.7),
         guess={h: (0, 4500), v: (0, 770), m: (3, 1.3)},
     )
+
     sustain = Phase(
         "sustain",
         dynamics(thrust.symbol),
@@ -88,6 +91,7 @@ def goddard_betts() -> Benchmark:
         bounds=(Bound("singular arc", singular, "lb", 0, 0),),
         guess={h: (4500, 11000), v: (770, 800), m: (1.3, 1), thrust: 40},
     )
+
     coast = Phase(
         "coast",
         dynamics(ca.SX(0)),
@@ -97,15 +101,19 @@ def goddard_betts() -> Benchmark:
         guess={h: (11000, 18000), v: (800, 1), m: 1},
     )
     entry = Bound("entry of the singular arc", sustain.at_start(singular), "lb", 0, 0, scale=30)
+
     return Benchmark(
         "goddard_betts_3ph",
         Problem(
-            "goddard_betts_3ph", (boost, sustain, coast), maximise=coast.at_end(h),
-            bounds=(entry,), links=(*joined(boost, sustain), *joined(sustain, coast)),
+            "goddard_betts_3ph",
+            (boost, sustain, coast),
+            maximise=coast.at_end(h),
+            bounds=(entry,),
+            links=(*joined(boost, sustain), *joined(sustain, coast)),
         ),
         optimum=18550.8718635,
         tolerance=1e-8,
         source="Betts, sec. 4.14 (18550.872); yapss (18550.8718638)",
         tags=("multi-phase", "singular arc", "free time"),
         varied=most,
-    )  # fmt: skip
+    )

@@ -1,23 +1,23 @@
-"""All benchmark problems by name, in the order in which the command solves them."""
+"""The benchmark problems, one a file, in the order in which the command solves them."""
 
 from collections.abc import Callable, Mapping
 
 from studies.benchmarks.benchmark import Benchmark
-from studies.benchmarks.brachistochrone import brachistochrone
-from studies.benchmarks.cartpole import cartpole
-from studies.benchmarks.catmix import catmix
-from studies.benchmarks.double_integrator import (
+from studies.benchmarks.problems.brachistochrone import brachistochrone
+from studies.benchmarks.problems.cartpole import cartpole
+from studies.benchmarks.problems.catmix import catmix
+from studies.benchmarks.problems.double_integrator import (
     bryson_denham,
     di_min_time,
     peak_accel,
     peak_accel_jerk,
     via_point,
 )
-from studies.benchmarks.gas_oil import gas_oil
-from studies.benchmarks.goddard import goddard_betts, goddard_vmax
-from studies.benchmarks.robot_arm import robot_arm
-from studies.benchmarks.shuttle import shuttle
-from studies.benchmarks.stiff import alp_rider, hypersensitive
+from studies.benchmarks.problems.gas_oil import gas_oil
+from studies.benchmarks.problems.goddard import goddard_betts, goddard_vmax
+from studies.benchmarks.problems.robot_arm import robot_arm
+from studies.benchmarks.problems.shuttle import shuttle
+from studies.benchmarks.problems.stiff import alp_rider, hypersensitive
 
 CATALOGUE: Mapping[str, Callable[[], Benchmark]] = {
     "brachistochrone": brachistochrone,

@@ -18,6 +18,7 @@ def brachistochrone() -> Benchmark:
     x, y = State("x", "m", lower=0, upper=20), State("y", "m", lower=0, upper=20)
     v = State("v", "m/s", lower=0, upper=20)
     theta = Control("theta", "rad", lower=0, upper=2 * ca.pi)
+
     slide = Phase(
         "slide",
         {x: v * ca.sin(theta), y: v * ca.cos(theta), v: 9.8 * ca.cos(theta)},
@@ -26,6 +27,7 @@ def brachistochrone() -> Benchmark:
         end=Between(0.1, 10, guess=2),
         guess={x: (0, 2), y: (0, 2), v: (0, 5), theta: 0.8},
     )
+
     return Benchmark(
         "brachistochrone",
         Problem("brachistochrone", (slide,), minimise=slide.end_time),

@@ -37,6 +37,7 @@ def shuttle() -> Benchmark:
     drag = (0.07854 - 0.61592e-2 * alpha + 0.621408e-3 * alpha**2) * WING * pressure
     lift = (-0.20704 + 0.029244 * alpha) * WING * pressure
     turn = v / r * ca.cos(path) * ca.sin(heading) / ca.cos(latitude)
+
     entry = Phase(
         "entry",
         {
@@ -48,16 +49,27 @@ def shuttle() -> Benchmark:
             heading: lift * ca.sin(bank) / (mass * v * ca.cos(path)) + turn * ca.sin(latitude),
         },
         initial={
-            h: 260000, longitude: 0, latitude: 0, v: 25600, path: -deg, heading: 90 * deg,
+            h: 260000,
+            longitude: 0,
+            latitude: 0,
+            v: 25600,
+            path: -deg,
+            heading: 90 * deg,
         },
         final={h: 80000, v: 2500, path: -5 * deg},
         end=Between(500, 4000, guess=DURATION),
         guess={
-            h: (260000, 80000), longitude: (0, 0.8), latitude: (0, 0.4), v: (25600, 2500),
-            path: (-deg, -5 * deg), heading: (90 * deg, 0.2), attack: 17 * deg,
+            h: (260000, 80000),
+            longitude: (0, 0.8),
+            latitude: (0, 0.4),
+            v: (25600, 2500),
+            path: (-deg, -5 * deg),
+            heading: (90 * deg, 0.2),
+            attack: 17 * deg,
             bank: lambda t: -1.2 * (1 - np.asarray(t) / DURATION),
         },
-    )  # fmt: skip
+    )
+
     return Benchmark(
         "shuttle",
         Problem("shuttle", (entry,), maximise=entry.at_end(latitude) / deg),

@@ -1,0 +1,311 @@
+"""Configurations: frozen dataclasses whose fields know their unit, meaning and range.
+
+A field is declared by `key`, with a reader that turns what TOML, a flag or a caller gives into a
+value, or raises one sentence with the key, the value and the remedy. Reading, checking, the list
+of known keys and the table of the documentation all come from these fields.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+import numbers
+import tomllib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from studies.common.exit_codes import StudyError
+
+Reader = Callable[[str, Any], Any]  # from the key's full name and its value to the value meant
+Configuration = TypeVar("Configuration")
+
+CLOSE_ENOUGH = 0.5  # similarity of words from which one is suggested for the other
+
+
+@dataclass(frozen=True)
+class Key:
+    """What is known of one key.
+
+    Attributes
+    ----------
+    read : turns a raw value into the one meant.
+    unit : SI unit or suffix unit; empty where it has none.
+    meaning : in words, for the documentation.
+    """
+
+    read: Reader
+    unit: str
+    meaning: str
+
+
+def key(
+    read: Reader,
+    unit: str,
+    meaning: str,
+    *,
+    default: Any = dataclasses.MISSING,
+    factory: Any = dataclasses.MISSING,
+) -> Any:
+    """A field of a configuration; without `default` and `factory` it has to be stated."""
+    about = {"key": Key(read, unit, meaning)}
+    if factory is not dataclasses.MISSING:
+        return dataclasses.field(default_factory=factory, metadata=about)
+    return dataclasses.field(default=default, metadata=about)
+
+
+def check(configuration: Any, where: str = "") -> None:
+    """Read every field of a new configuration; for its `__post_init__`.
+
+    Parameters
+    ----------
+    where : str
+        Name of its section with a dot, such as "caps.", for the sentences.
+
+    Raises
+    ------
+    StudyError
+        Naming the key, its value and the remedy.
+    """
+    for field in dataclasses.fields(configuration):
+        value = field.metadata["key"].read(where + field.name, getattr(configuration, field.name))
+        object.__setattr__(configuration, field.name, value)
+
+
+def from_mapping(
+    kind: type[Configuration], raw: Mapping[str, Any], where: str = ""
+) -> Configuration:
+    """The configuration that a nested mapping states.
+
+    Raises
+    ------
+    StudyError
+        If a key is unknown or a value is wrong.
+    """
+    fields = dataclasses.fields(kind)  # type: ignore[arg-type]
+    check_keys(raw, [field.name for field in fields], where)
+    return kind(**raw)
+
+
+def check_keys(raw: Mapping[str, Any], known: Iterable[str], where: str = "") -> None:
+    """Raise StudyError at the first key that is not known."""
+    known = list(known)
+    for name in raw:
+        if name not in known:
+            near = nearest(name, known)
+            hint = f"did you mean {where}{near}?" if near else f"known are {', '.join(known)}"
+            raise StudyError(f"unknown key {where}{name}; {hint}")
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """The known word most like `word`; empty if none is like it."""
+    return next(iter(difflib.get_close_matches(word, list(known), n=1, cutoff=CLOSE_ENOUGH)), "")
+
+
+def positive(name: str, value: Any) -> float:
+    """A finite number above zero."""
+    if not (_is_finite(value) and value > 0):
+        raise StudyError(f"{name} is {value!r}; give a finite positive number")
+    return float(value)
+
+
+def not_negative(name: str, value: Any) -> float:
+    """A finite number of at least zero."""
+    if not (_is_finite(value) and value >= 0):
+        raise StudyError(f"{name} is {value!r}; give a finite non-negative number")
+    return float(value)
+
+
+def finite(name: str, value: Any) -> float:
+    """A finite number of either sign."""
+    if not _is_finite(value):
+        raise StudyError(f"{name} is {value!r}; give a finite number")
+    return float(value)
+
+
+def boolean(name: str, value: Any) -> bool:
+    """True or false."""
+    if not isinstance(value, bool):
+        raise StudyError(f"{name} is {value!r}; give true or false")
+    return value
+
+
+def _is_finite(value: Any) -> bool:
+    real = isinstance(value, numbers.Real) and not isinstance(value, bool)
+    return real and math.isfinite(value)
+
+
+def whole(least: int, most: int | None = None) -> Reader:
+    """Reader of a whole number between two limits."""
+
+    def read(name: str, value: Any) -> int:
+        is_whole = isinstance(value, int) and not isinstance(value, bool)
+        if not is_whole or value < least:
+            raise StudyError(f"{name} is {value!r}; give a whole number of at least {least}")
+        if most is not None and value > most:
+            raise StudyError(f"{name} is {value!r}; give a whole number of at most {most}")
+        return int(value)
+
+    return read
+
+
+def choice(names: Iterable[str]) -> Reader:
+    """Reader of one of several words."""
+    names = tuple(names)
+
+    def read(name: str, value: Any) -> str:
+        if value not in names:
+            near = nearest(str(value), names)
+            hint = f"did you mean {near}?" if near else f"choose one of {', '.join(names)}"
+            raise StudyError(f"{name} is {value!r}; {hint}")
+        return str(value)
+
+    return read
+
+
+def choices(names: Iterable[str]) -> Reader:
+    """Reader of a list out of several words."""
+    names = tuple(names)
+    one = choice(names)
+
+    def read(name: str, value: Any) -> tuple[str, ...]:
+        if isinstance(value, str) or not isinstance(value, Sequence) or not value:
+            raise StudyError(f"{name} is {value!r}; give a list out of {', '.join(names)}")
+        return tuple(one(name, item) for item in value)
+
+    return read
+
+
+def optional(read: Reader) -> Reader:
+    """Reader that also takes None, and "none" where TOML has no such value."""
+
+    def maybe(name: str, value: Any) -> Any:
+        return None if value is None or value == "none" else read(name, value)
+
+    return maybe
+
+
+def section(kind: type[Any]) -> Reader:
+    """Reader of a table that is a configuration of its own."""
+
+    def read(name: str, value: Any) -> Any:
+        if isinstance(value, kind):
+            return value
+        return from_mapping(kind, table(name, value), f"{name}.")
+
+    return read
+
+
+def table(name: str, value: Any) -> Mapping[str, Any]:
+    """A table of TOML."""
+    if not isinstance(value, Mapping):
+        raise StudyError(f"{name} is {value!r}; make it a table: [{name}]")
+    return value
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Read a TOML file.
+
+    Raises
+    ------
+    StudyError
+        If it cannot be read or is no TOML.
+    """
+    try:
+        return tomllib.loads(path.read_text("utf-8"))
+    except OSError as error:
+        raise StudyError(f"the file {path} cannot be read ({error.strerror})") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise StudyError(f"the file {path} is not valid TOML: {error}") from error
+
+
+def put(raw: dict[str, Any], place: Sequence[str], value: Any) -> None:
+    """Set a nested key, as a flag on top of a file does.
+
+    Raises
+    ------
+    StudyError
+        If the file has a plain value where a table has to be.
+    """
+    for name in place[:-1]:
+        raw = raw.setdefault(name, {})
+        if not isinstance(raw, dict):
+            raise StudyError(f"{name} is {raw!r} in the TOML file; make it a table: [{name}]")
+    raw[place[-1]] = value
+
+
+def as_number(text: str) -> Any:
+    """The number that `text` spells, or the text itself."""
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return text
+
+
+def toml_text(content: Mapping[str, Any], inline: Iterable[str] = ()) -> str:
+    """A nested mapping as TOML; tables named in `inline` stay in one line."""
+    return "\n".join(_toml_lines(content, frozenset(inline), "")) + "\n"
+
+
+def _toml_lines(content: Mapping[str, Any], inline: frozenset[str], table: str) -> list[str]:
+    tables = {k: v for k, v in content.items() if isinstance(v, Mapping) and k not in inline}
+    lines = [f"{k} = {_toml_value(v)}" for k, v in content.items() if k not in tables]
+    for name, value in tables.items():
+        full = f"{table}.{name}" if table else name
+        lines += ["", f"[{full}]", *_toml_lines(value, inline, full)]
+    return lines
+
+
+def _toml_value(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(_toml_value, value)) + "]"
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{k} = {_toml_value(v)}" for k, v in value.items()) + " }"
+    return repr(value)
+
+
+@dataclass(frozen=True)
+class KeyLine:
+    """One line of the documentation's table of keys."""
+
+    key: str
+    unit: str
+    default: str
+    meaning: str
+
+
+def key_lines(kind: type[Any], where: str = "") -> list[KeyLine]:
+    """All keys of a configuration and of its sections, in order.
+
+    A section that is a dataclass of the models has one line: its own documentation lists the rest.
+    """
+    lines: list[KeyLine] = []
+    for field in dataclasses.fields(kind):
+        default, about, name = _default(field), field.metadata["key"], where + field.name
+        if not dataclasses.is_dataclass(default):
+            lines.append(KeyLine(name, about.unit, _shown(default), about.meaning))
+        elif all("key" in inner.metadata for inner in dataclasses.fields(default)):
+            lines += key_lines(type(default), f"{name}.")
+        else:
+            lines.append(KeyLine(name, about.unit, type(default).__name__, about.meaning))
+    return lines
+
+
+def _default(field: dataclasses.Field[Any]) -> Any:
+    if field.default_factory is not dataclasses.MISSING:
+        return field.default_factory()
+    return field.default
+
+
+def _shown(default: Any) -> str:
+    if default is dataclasses.MISSING:
+        return "to be stated"
+    return "none" if default is None else _toml_value(default)
