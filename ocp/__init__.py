@@ -52,10 +52,10 @@ if TYPE_CHECKING:
     from ocp.analysis.homotopy import Homotopy, homotopy
     from ocp.analysis.lexicographic import solve_lexicographic
     from ocp.analysis.multistart import Audit, Optimum, audit
-    from ocp.analysis.sensitivity import ActiveSetWarning, Sided
     from ocp.analysis.parametric import Prepared, prepare
     from ocp.analysis.relaxation import Relaxation, Relaxed, relaxed
     from ocp.analysis.scaling_report import scaling_report
+    from ocp.analysis.sensitivity import ActiveSetWarning, Sided
     from ocp.solution.storage import load, save
     from ocp.verification.certificate import Certificate, certify
     from ocp.verification.conditions import Tolerances

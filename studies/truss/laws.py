@@ -34,7 +34,7 @@ from models.laws import (
 )
 from models.laws.motion import law_times
 from models.truss import TrussParameters, angle_from_rope_length
-from ocp import PhaseTrajectory, Solution
+from ocp import Solution
 from ocp.arrays import Array
 from studies.common.exit_codes import StudyError
 from studies.truss.bounds import least_time
@@ -197,22 +197,14 @@ def law_of(study: TrussStudy, statement: Statement, solution: Solution) -> Law:
     ramps: list[tuple[float, float]] = []
     for phase in solution.trajectory.phases:
         shortest = SHORTEST * phase.breakpoints[-1]
-        for begin, end in itertools.pairwise(phase.breakpoints):
+        values = phase.polynomial(jerk.name).ends()[:, :, 0]
+        for (begin, end), (first, last) in zip(
+            itertools.pairwise(phase.breakpoints), values, strict=True
+        ):
             if end - begin > shortest:
                 edges.append(float(end))
-                ramps.append(_ramp(solution, jerk, phase, begin, end))
+                ramps.append((float(first), float(last)))
     return linear_jerk(tuple(edges), tuple(ramps), start_angle=study.truss.stowed_angle)
-
-
-def _ramp(
-    solution: Solution, jerk: Any, phase: PhaseTrajectory, begin: float, end: float
-) -> tuple[float, float]:
-    """Jerk at the start and the end of an interval, in which it is linear."""
-    # sampled inside, where no neighbour has a say, and continued to the ends
-    quarter = (end - begin) / 4
-    first, last = solution.sample(jerk, np.array([begin + quarter, end - quarter]), phase.name)
-    rest = (last - first) / 2
-    return float(first - rest), float(last + rest)
 
 
 @dataclass(frozen=True, eq=False)

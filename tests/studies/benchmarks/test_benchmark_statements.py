@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from ocp import Between, Control
+from ocp import Between
 from studies.benchmarks.benchmark import Benchmark
 from studies.benchmarks.command import select
 from studies.benchmarks.problems import CATALOGUE
