@@ -16,8 +16,8 @@ import numpy as np
 from ocp.arrays import Array
 from ocp.mesh.trajectory import PhaseTrajectory
 
-# Factor by which a segment may amplify errors: a replay to 1e-11 then still tells 1e-5 of a size
-# apart, and 1e-6 where the error is made in one place.
+# Factor by which a segment may amplify errors. Beyond it the errors of the replay's own steps of
+# 1e-11 would fill ten times the tolerance of 1e-6 for the missed end.
 MOST = 1e6
 
 # Parts of an interval in each of which df/dx is taken as constant. The growth is asked for its

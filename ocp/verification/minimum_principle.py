@@ -6,10 +6,15 @@ control is not negative (Bryson and Ho, "Applied Optimal Control", ch. 2 and 3).
 
 Integrals over an interval use the points and weights of the collocation, where the costates are
 given. For a control that is constant in an interval, the interval mean of the slope must vanish.
+
+Where the active set changes, because a control jumps or a limit is met or left, costates jump or
+bend inside an interval. Polynomials follow that to first order only, so that the principle is
+judged strictly in all other intervals.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,13 +22,24 @@ import numpy as np
 from ocp.arrays import Array, Flags, Integers
 from ocp.mesh.evaluation import Evaluator
 from ocp.mesh.trajectory import PhaseTrajectory
-from ocp.optimality.active_set import AT, CLOSE, at_limit, share_at_limit
+from ocp.optimality.active_set import (
+    AT,
+    CLOSE,
+    PRESSING,
+    at_limit,
+    path_forces,
+    pressing,
+    share_at_limit,
+)
 from ocp.optimality.costates import PhaseCostates
 from ocp.optimality.hamiltonian import Hamiltonian, HamiltonianValues, hamiltonian_of
 from ocp.optimality.iterate import Iterate
 from ocp.problem.functionals import PointValue
+from ocp.refinement.switch_detection import control_samples, jumps
 from ocp.transcription.columns import PhaseColumns
-from ocp.verification.active_set_changes import active_set_changes
+
+# Fraction of a phase within which a jump touches an interval: round-off of fractions
+_ROUND_OFF = 1e-12
 
 # Samples of an interval in which a control has to stay off its bounds to be called free
 _SAMPLES = 9
@@ -273,3 +289,42 @@ def _concavity(values: HamiltonianValues, hamiltonian: Hamiltonian, free: Flags)
     blocks = values.curvature * (free[:, :, None] & free[:, None, :])
     size = float(np.abs(values.curvature).mean()) or 1.0
     return max(0.0, -float(np.linalg.eigvalsh(blocks).min(initial=0.0))) / size
+
+
+def active_set_changes(iterate: Iterate, index: int) -> Flags:
+    """Which intervals of a phase hold a change of the active set or are next to one, (N,)."""
+    changes = _jumping(iterate, iterate.trajectory.phases[index])
+    for status in (*_pressing(iterate, index), *_at_bounds(iterate, index)):
+        changed = np.flatnonzero(np.diff(status) != 0)
+        changes[changed], changes[changed + 1] = True, True
+    return changes
+
+
+def _jumping(iterate: Iterate, phase: PhaseTrajectory) -> Flags:
+    """Intervals that overlap a jump of a control or touch it."""
+    fractions = phase.fractions
+    jumping = np.zeros(phase.intervals, dtype=bool)
+    for name in phase.controls:
+        times, values = control_samples(phase, name)
+        if np.ptp(values) <= AT * iterate.scales.signals[name]:
+            continue  # round-off of a constant
+        for jump in jumps(times, values, fractions):
+            ends_after = fractions[1:] >= jump.first - _ROUND_OFF
+            jumping |= ends_after & (fractions[:-1] <= jump.last + _ROUND_OFF)
+    return jumping
+
+
+def _pressing(iterate: Iterate, index: int) -> Iterator[Array]:
+    """Whether each path constraint of a phase presses in each interval, (N,) each."""
+    for force in path_forces(iterate, index).values():
+        yield pressing(force, PRESSING).astype(float)
+
+
+def _at_bounds(iterate: Iterate, index: int) -> Iterator[Array]:
+    """How much of each control and state is at its lower, and its upper bound, (N,) each."""
+    phase, columns = iterate.trajectory.phases[index], iterate.transcription.columns.phases[index]
+    for signal in (*columns.controls, *columns.states):
+        polynomial = phase.polynomial(signal.name)
+        margin = AT * iterate.scales.signals[signal.name]
+        for limit in iterate.parameters.pair(signal):
+            yield share_at_limit(polynomial, limit, margin)

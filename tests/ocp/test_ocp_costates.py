@@ -26,7 +26,7 @@ from ocp.problem.parameters import parameters_of
 from ocp.transcription.packing import decision_vector
 from ocp.transcription.scaling import scales_of
 from ocp.transcription.transcribe import transcribe
-from ocp.verification.active_set_changes import active_set_changes
+from ocp.verification.minimum_principle import active_set_changes
 
 SCHEMES = [Radau(4), Gauss(4)]
 
