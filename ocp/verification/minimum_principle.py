@@ -107,32 +107,19 @@ def minimum_principle(
     costates : PhaseCostates
         Of the phase; what is tested, together with the iterate.
     """
-    trajectory, phase = iterate.trajectory, iterate.trajectory.phases[index]
     hamiltonian = hamiltonian_of(evaluator, iterate.transcription, index)
-    steps = np.diff(phase.breakpoints)
+    tested = _TestedPhase(iterate, index, evaluator, hamiltonian, costates)
+    phase, steps = tested.phase, np.diff(tested.phase.breakpoints)
     duration = steps.sum()
 
     # at the collocation points, and as means over the intervals
     points = _collocation_points(iterate.transcription.columns.phases[index])
-    values = hamiltonian.along(evaluator, trajectory, costates, points.intervals, points.tau)
+    values = tested.values(points.intervals, points.tau)
     means = points.means(values.value)
-    sizes = points.means(np.abs(values.terms))
-    size = float(sizes.sum(axis=1) @ steps / duration) or 1.0
-    slopes = _with_paths(
-        (points.means(values.slope), points.means(values.slope_size)),
-        iterate,
-        evaluator,
-        hamiltonian,
-        costates,
-        index,
-    )
-    slopes = _projected(iterate, hamiltonian, phase, slopes)
+    size = float(points.means(np.abs(values.terms)).sum(axis=1) @ steps / duration) or 1.0
+    slopes = _projected(tested, _slopes(tested, points, values))
 
     first_and_last = np.array([0, phase.intervals - 1])
-    ends = hamiltonian.along(
-        evaluator, trajectory, costates, first_and_last, np.array([0.0, 1.0])
-    ).value
-
     stretches = _stretches(iterate, phase)
     drift = float(np.abs(means - _means_of_stretches(means, steps, stretches)) @ steps / duration)
     changes = active_set_changes(iterate, index)
@@ -140,7 +127,7 @@ def minimum_principle(
         name=phase.name,
         autonomous=hamiltonian.autonomous,
         mean=float(means @ steps / duration),
-        ends=ends,
+        ends=tested.values(first_and_last, np.array([0.0, 1.0])).value,
         size=size,
         drift=drift / size,
         drift_between_changes=_range_between(means, changes, stretches) / size,
@@ -149,10 +136,29 @@ def minimum_principle(
         slope_between_changes=float(np.abs(slopes[~changes]).max(initial=0.0)),
         changes=changes,
         share_of_changes=float(steps[changes].sum() / duration),
-        concavity=_concavity(
-            values, hamiltonian, _free(iterate, hamiltonian, index)[points.intervals]
-        ),
+        concavity=_concavity(values, hamiltonian, _free(tested)[points.intervals]),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _TestedPhase:
+    """A phase with its Hamiltonian and the costates under test."""
+
+    iterate: Iterate
+    index: int
+    evaluator: Evaluator
+    hamiltonian: Hamiltonian
+    costates: PhaseCostates
+
+    @property
+    def phase(self) -> PhaseTrajectory:
+        """The phase of the trajectory."""
+        return self.iterate.trajectory.phases[self.index]
+
+    def values(self, intervals: Integers, tau: Array) -> HamiltonianValues:
+        """The Hamiltonian at local times of intervals, both (m,)."""
+        trajectory = self.iterate.trajectory
+        return self.hamiltonian.along(self.evaluator, trajectory, self.costates, intervals, tau)
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,33 +189,25 @@ def _collocation_points(columns: PhaseColumns) -> _CollocationPoints:
     )
 
 
-def _with_paths(
-    slopes_and_sizes: tuple[Array, Array],
-    iterate: Iterate,
-    evaluator: Evaluator,
-    hamiltonian: Hamiltonian,
-    costates: PhaseCostates,
-    index: int,
-) -> Array:
+def _slopes(tested: _TestedPhase, points: _CollocationPoints, values: HamiltonianValues) -> Array:
     """Interval means of ``H_u + sum mu c_u`` relative to the mean size of its terms, (N, n_u).
 
     Parameters
     ----------
-    slopes_and_sizes : tuple of (N, n_u)
-        Interval means of ``H_u`` and of the size of its terms.
+    points, values
+        The collocation points, and the Hamiltonian there.
     """
-    slopes, sizes = (table.copy() for table in slopes_and_sizes)
-    trajectory = iterate.trajectory
-    steps = np.diff(trajectory.phases[index].breakpoints)
+    iterate, steps = tested.iterate, np.diff(tested.phase.breakpoints)
+    slopes, sizes = points.means(values.slope), points.means(values.slope_size)
 
     # multipliers of path constraints are masses at points: divided by the step, interval means
-    for path in iterate.transcription.rows.phases[index].path:
-        constraint = iterate.transcription.constraints[index][path.constraint]
+    for path in iterate.transcription.rows.phases[tested.index].path:
+        constraint = iterate.transcription.constraints[tested.index][path.constraint]
         if not constraint.sampled:
             continue
         masses = iterate.row_multipliers[path.rows] * iterate.scales.objective / constraint.scale
-        at_rows = hamiltonian.along(evaluator, trajectory, costates, path.intervals, path.tau)
-        by_control = at_rows.path_slope[:, hamiltonian.paths.index(path.constraint)]
+        number = tested.hamiltonian.paths.index(path.constraint)
+        by_control = tested.values(path.intervals, path.tau).path_slope[:, number]
         share = (masses / steps[path.intervals])[:, None] * by_control
         np.add.at(slopes, path.intervals, share)
         np.add.at(sizes, path.intervals, np.abs(share))
@@ -218,14 +216,12 @@ def _with_paths(
     return np.asarray(slopes / np.where(typical > 0, typical, 1.0))
 
 
-def _projected(
-    iterate: Iterate, hamiltonian: Hamiltonian, phase: PhaseTrajectory, slopes: Array
-) -> Array:
+def _projected(tested: _TestedPhase, slopes: Array) -> Array:
     """Zero where a control touches the bound against which the slope presses it."""
-    projected = slopes.copy()
-    for j, control in enumerate(hamiltonian.controls):
+    iterate, projected = tested.iterate, slopes.copy()
+    for j, control in enumerate(tested.hamiltonian.controls):
         margin = AT * iterate.scales.signals[control.name]
-        polynomial = phase.polynomial(control.name)
+        polynomial = tested.phase.polynomial(control.name)
         at_lower, at_upper = (
             share_at_limit(polynomial, limit, margin) > 0.0
             for limit in iterate.parameters.pair(control)
@@ -259,14 +255,14 @@ def _range_between(means: Array, changes: Flags, stretches: Integers) -> float:
     return max((float(np.ptp(kept[runs == run])) for run in set(runs.tolist())), default=0.0)
 
 
-def _free(iterate: Iterate, hamiltonian: Hamiltonian, index: int) -> Flags:
+def _free(tested: _TestedPhase) -> Flags:
     """Whether each control stays off its bounds all through an interval, (N, n_u)."""
-    phase = iterate.trajectory.phases[index]
+    iterate, phase, controls = tested.iterate, tested.phase, tested.hamiltonian.controls
     intervals = np.repeat(np.arange(phase.intervals), _SAMPLES)
     tau = np.tile(np.linspace(0.0, 1.0, _SAMPLES), phase.intervals)
 
-    free = np.ones((phase.intervals, len(hamiltonian.controls)), dtype=bool)
-    for j, control in enumerate(hamiltonian.controls):
+    free = np.ones((phase.intervals, len(controls)), dtype=bool)
+    for j, control in enumerate(controls):
         margin = CLOSE * iterate.scales.signals[control.name]
         values = phase.polynomial(control.name).value(intervals, tau).reshape(-1, _SAMPLES)
         for limit in iterate.parameters.pair(control):

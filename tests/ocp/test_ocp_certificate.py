@@ -16,6 +16,7 @@ from ocp import (
     Problem,
     Settings,
     State,
+    Tolerances,
     certify,
     joined,
     peak,
@@ -212,3 +213,8 @@ def test_without_multipliers():
     found = solve(least_effort(), settings=Settings(intervals=5, refinement=FixedMesh()))
     with pytest.raises(StatementError, match="multipliers"):
         certify(dataclasses.replace(found, multipliers=None, iterate=None))
+
+
+def test_a_former_tolerance_is_answered_with_the_present_one():
+    with pytest.raises(StatementError, match=r"'corners' any more; write changes=0\.3"):
+        Tolerances(corners=0.3)
