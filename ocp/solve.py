@@ -21,13 +21,15 @@ from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
 from ocp.problem.validation import check_values
 from ocp.progress import Progress, shown
-from ocp.refinement.loop import MeshSolver, Refinement, Start, budget_error, refine
-from ocp.refinement.mesh_iteration import SolvedMesh, best_of
+from ocp.refinement.loop import MeshSolver, Refinement, Start, refine
+from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
 from ocp.transcription.packing import trajectory_of
 from ocp.verification.simulation import SimulatedMotion, replayed, simulate
 from ocp.verification.verify import Verification, unverified, verify
+
+_DEFAULTS = Settings()
 
 # Every interval can meet its tolerance while their errors add up to a miss of the replayed end
 # state. The tolerance is then made stricter by this factor, so many times at most.
@@ -88,7 +90,7 @@ def solve(
     Interrupted
         The user stopped the solve.
     """
-    settings = Settings() if settings is None else settings
+    settings = _DEFAULTS if settings is None else settings
     check_arguments(problem, settings, guess, mesh)
     if mesh is None:
         mesh = guess.mesh if isinstance(guess, Solution) else first_mesh(problem, settings)
@@ -104,24 +106,23 @@ def solve_from(
     """`solve` from a given start and mesh."""
     settings, accuracy = meshes.settings, meshes.settings.accuracy
     check_values(meshes.problem, meshes.parameters)
-    refinement, checking = Refinement((), (), "tolerances"), 0.0
+    rounds: tuple[MeshIteration, ...] = ()
+    checking = 0.0
 
     for _ in range(_STRICTER_GOES):
-        refinement = refine(meshes, start, mesh, accuracy, refinement.rounds)
-        last = best_of(refinement.solved, accuracy)
-        if refinement.ending == "budget" and not last.holds(accuracy):
-            raise budget_error(meshes, refinement.rounds, last.iterate.trajectory, last)
-
-        checked = _checked(meshes, last.iterate)
+        refinement = refine(meshes, start, mesh, accuracy, rounds)
+        iterate, rounds = refinement.best.iterate, refinement.rounds
+        checked = _checked(meshes, iterate)
         checking += checked.seconds
-        if not (settings.refinement.adapts and settings.verify) or meshes.spent(refinement.rounds):
+
+        if not (settings.refinement.adapts and settings.verify) or meshes.spent(rounds):
             break
         if checked.motion.miss <= settings.accuracy.replay:
             break
         accuracy = replace(accuracy, dynamics=accuracy.dynamics / _STRICTER)
-        mesh, start = last.mesh, last.iterate
+        mesh, start = iterate.mesh, iterate
 
-    return _solution(meshes, refinement, last, replace(checked, seconds=checking), bound)
+    return _solution(meshes, refinement, replace(checked, seconds=checking), bound)
 
 
 @checked_keywords()
@@ -144,7 +145,7 @@ def collocate(
     objective : float
         Its value [unit of the objective].
     """
-    settings = Settings() if settings is None else settings
+    settings = _DEFAULTS if settings is None else settings
     check_arguments(problem, settings, guess, mesh)
     parameters = parameters_of(problem)
     with shown(progress) as say:
@@ -241,32 +242,31 @@ def _checked(meshes: MeshSolver, iterate: Iterate) -> _Checked:
 def _solution(
     meshes: MeshSolver,
     refinement: Refinement,
-    last: SolvedMesh,
     checked: _Checked,
     bound: float | None,
 ) -> Solution:
     """The solution, or the error of an answer that takes no time or does not pass."""
-    settings, iterate = meshes.settings, last.iterate
+    settings, iterate = meshes.settings, refinement.best.iterate
     if error := collapsed(iterate.transcription, iterate.trajectory):
         raise error
 
     verdict = "unverified"
     if checked.verification.passed:
-        verdict = _verdict(meshes, last.objective, bound)
-        if shortfall := _shortfall(meshes, refinement, last):
+        verdict = _verdict(meshes, iterate.objective, bound)
+        if shortfall := _shortfall(meshes, refinement):
             verdict += f"; {shortfall}"
     solution = Solution(
         problem=meshes.problem,
-        objective=last.objective,
+        objective=iterate.objective,
         trajectory=iterate.trajectory,
         replayed=checked.replayed,
         replay=checked.motion,
         verification=replace(checked.verification, seconds=checked.seconds),
-        mesh=last.mesh,
+        mesh=iterate.mesh,
         mesh_iterations=refinement.rounds,
         verdict=verdict,
         evaluator=meshes.evaluator,
-        seconds=meshes.budget.elapsed,
+        seconds=clock.perf_counter() - meshes.budget.begin,
         multipliers=multipliers(iterate),
         iterate=iterate,
     )
@@ -285,14 +285,15 @@ def _solution(
     return solution
 
 
-def _shortfall(meshes: MeshSolver, refinement: Refinement, last: SolvedMesh) -> str:
+def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:
     """Why the refinement ended short of its tolerances, if it did."""
     if refinement.ending == "budget":
         return f"the budget of {meshes.budget} ended the refinement"
     if not meshes.settings.refinement.adapts or refinement.ending == "tolerances":
         return ""
-    state = f"finer controls promise a gain of {last.errors.gain:.0e}"
-    if last.errors.gain <= meshes.settings.accuracy.objective:
+    gain = refinement.best.errors.gain
+    state = f"finer controls promise a gain of {gain:.0e}"
+    if gain <= meshes.settings.accuracy.objective:
         state = "the errors between the points were not all below tolerance"
     ended_by_rounds = refinement.ending == "rounds"
     where = f"{len(refinement.rounds)} mesh rounds" if ended_by_rounds else "a mesh that failed"

@@ -17,7 +17,6 @@ from ocp.keywords import checked_keywords
 from ocp.nlp.interrupts import Interrupts, noted_interrupts
 from ocp.nlp.result import NlpResult, Outcome
 from ocp.nlp.solver import Listener, StartingPoint
-from ocp.problem.symbols import is_real
 from ocp.transcription.kernels import Program
 from ocp.transcription.transcribe import ProgramLimits
 
@@ -127,9 +126,9 @@ class Ipopt:
                 raise StatementError(f"the {what} is {value!r}; choose one of {', '.join(known)}")
 
         for name in ("tolerance", "dual_tolerance", "constraint_violation", "complementarity"):
-            value = getattr(self, name)
-            if not (is_real(value) and value > 0):
-                raise StatementError(f"IPOPT's {name} is {value!r}; give a positive number")
+            number = getattr(self, name)
+            if not (isinstance(number, (int, float)) and number > 0):
+                raise StatementError(f"IPOPT's {name} is {number!r}; give a positive number")
 
     def within(self, iterations: float, seconds: float) -> Ipopt:
         """The same options with a budget of one run that is not above the given one."""
@@ -178,9 +177,9 @@ class Ipopt:
         begin = clock.perf_counter()
         options = _casadi_options(program) | self._options()
         multipliers: dict[str, Any] = {}
-        if start.warm:
+        if start.multipliers is not None:
             options |= _WARM_START
-            multipliers = {"lam_x0": start.bound_multipliers, "lam_g0": start.row_multipliers}
+            multipliers = dict(zip(("lam_x0", "lam_g0"), start.multipliers, strict=True))
 
         with noted_interrupts() as interrupts:
             watch = _Watch(program, interrupts, listener)

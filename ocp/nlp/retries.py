@@ -53,11 +53,11 @@ def _attempts(
     long has lost its way, and is made once more with other options. Then follow starts without
     multipliers, in later mesh rounds first with the options that stray less from a good start.
     """
-    bare = start.without_multipliers()
+    bare = StartingPoint(start.x)
 
-    if start.warm and first:
+    if start.multipliers is not None and first:
         yield solver, start
-    elif start.warm:
+    elif start.multipliers is not None:
         patient = solver.within(_PATIENCE, float("inf"))
         yield patient, start
         for other in patient.alternatives(warm=True):

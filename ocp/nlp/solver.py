@@ -30,25 +30,13 @@ class StartingPoint:
     ----------
     x : (n,)
         Scaled unknowns.
-    bound_multipliers : (n,) or None
-        Of the bounds of the unknowns, scaled, in CasADi's sign, ``L = f + lam^T g``; None where
-        they are not known.
-    row_multipliers : (m,) or None
-        Of the rows.
+    multipliers : (bounds (n,), rows (m,)) or None
+        Of the bounds of the unknowns and of the rows, scaled, in CasADi's sign,
+        ``L = f + lam^T g``; None where they are not known.
     """
 
     x: Array
-    bound_multipliers: Array | None = None
-    row_multipliers: Array | None = None
-
-    @property
-    def warm(self) -> bool:
-        """Whether it brings multipliers."""
-        return self.bound_multipliers is not None and self.row_multipliers is not None
-
-    def without_multipliers(self) -> StartingPoint:
-        """The unknowns alone."""
-        return StartingPoint(self.x)
+    multipliers: tuple[Array, Array] | None = None
 
 
 @runtime_checkable

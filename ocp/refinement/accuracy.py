@@ -7,7 +7,6 @@ from dataclasses import dataclass, fields
 
 from ocp.errors import StatementError
 from ocp.keywords import checked_keywords
-from ocp.problem.symbols import is_real
 
 
 @checked_keywords()
@@ -40,7 +39,7 @@ class Accuracy:
     def __post_init__(self) -> None:
         for entry in fields(self):
             value = getattr(self, entry.name)
-            if not (is_real(value) and math.isfinite(value) and value > 0):
+            if not (isinstance(value, (int, float)) and math.isfinite(value) and value > 0):
                 raise StatementError(
                     f"the accuracy of '{entry.name}' is {value!r}; give a positive number"
                 )

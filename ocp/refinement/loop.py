@@ -118,9 +118,9 @@ class MeshSolver:
             return StartingPoint(self._packed(program, start))
         if start.transcription is program:
             # to the last digit, which its multipliers belong to
-            return StartingPoint(start.x, start.bound_multipliers, start.row_multipliers)
-        multipliers = carried_multipliers(start, program) or (None, None)
-        return StartingPoint(self._packed(program, start.trajectory), *multipliers)
+            return StartingPoint(start.x, (start.bound_multipliers, start.row_multipliers))
+        multipliers = carried_multipliers(start, program)
+        return StartingPoint(self._packed(program, start.trajectory), multipliers)
 
     def solve(
         self,
@@ -174,19 +174,19 @@ class MeshSolver:
 
 @dataclass(frozen=True, eq=False)
 class Refinement:
-    """All mesh rounds of a refinement.
+    """The end of a refinement.
 
     Attributes
     ----------
-    solved : tuple of SolvedMesh
-        Those that the solver finished.
+    best : SolvedMesh
+        The best mesh round that holds between its points; the last one if none does.
     rounds : tuple of MeshIteration
         Records of all, those before this refinement included.
     ending : str
         What ended it.
     """
 
-    solved: tuple[SolvedMesh, ...]
+    best: SolvedMesh
     rounds: tuple[MeshIteration, ...]
     ending: Ending
 
@@ -211,6 +211,13 @@ def refine(
         May be stricter than that of the settings.
     before : sequence of MeshIteration
         Mesh rounds until then.
+
+    Raises
+    ------
+    SolveFailed
+        No mesh was solved, or the budget ended before one held between its points.
+    Interrupted
+        The user stopped it.
     """
     solved: list[SolvedMesh] = []
     rounds = list(before)
@@ -218,7 +225,11 @@ def refine(
         ending = _refine(meshes, start, mesh, accuracy, solved, rounds)
     except KeyboardInterrupt as stop:
         raise _interrupted(meshes.problem, solved, accuracy, None) from stop
-    return Refinement(tuple(solved), tuple(rounds), ending)
+
+    best = best_of(solved, accuracy)
+    if ending == "budget" and not best.holds(accuracy):
+        raise _budget_spent(meshes, rounds, best.iterate.trajectory, best)
+    return Refinement(best, tuple(rounds), ending)
 
 
 def _refine(
@@ -286,13 +297,13 @@ def _fatal(
     if result.outcome == "interrupted":
         return _interrupted(meshes.problem, solved, accuracy, last)
     if meshes.spent(rounds) and not any(s.holds(accuracy) for s in solved):
-        return budget_error(meshes, rounds, last, solved[-1] if solved else None)
+        return _budget_spent(meshes, rounds, last, solved[-1] if solved else None)
     if not solved:
         return failure(program, result, meshes.parameters, last)
     return None
 
 
-def budget_error(
+def _budget_spent(
     meshes: MeshSolver,
     rounds: Sequence[MeshIteration],
     last: Trajectory,
