@@ -130,6 +130,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         options, run = parse(sys.argv[1:] if arguments is None else arguments)
         return int(run(options, console))
+
     except StudyError as error:
         console.complain(str(error))
         return int(error.exit_code)
