@@ -64,7 +64,7 @@ if TYPE_CHECKING:
 _LATER = {
     "analysis.homotopy": ("Homotopy", "homotopy"),
     "analysis.lexicographic": ("solve_lexicographic",),
-    "analysis.multistart": ("Audit", "Optimum", "audit"),
+    "analysis.multistart": ("Audit", "audit"),
     "analysis.sensitivity": ("ActiveSetWarning", "Sided"),
     "analysis.parametric": ("Prepared", "prepare"),
     "analysis.relaxation": ("Relaxation", "Relaxed", "relaxed"),

@@ -1,189 +1,365 @@
-"""Many starts, in parallel: which optima a problem has, as far as they find out.
+"""Many starts: which optima a problem has, as far as they find out.
 
-Every start is solved and verified on its own, in processes forked from this one where the
-platform forks (problems hold CasADi symbols and cannot be sent; what comes back refers to the
-symbols of the caller by their place in the statement), one after the other elsewhere.
+Every start is solved and verified on its own.  They run one after the other, or side by side in
+processes of their own: forked where the platform forks, which is faster, and spawned elsewhere.
+Either way a process is sent the problem and its guess, and sends back its solution, in the form in
+which solutions are stored (`ocp.solution.storage`).
 """
 
 from __future__ import annotations
 
-import io
+import math
 import multiprocessing
 import os
-import pickle
+import time as clock
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
 
 import numpy as np
 
-from ocp.errors import Interrupted, SolveFailed, StatementError
-from ocp.mesh.random_guess import random_trajectory
+from ocp.analysis.optima import Optimum, Trial, distinct_optima, same_value
+from ocp.analysis.random_guess import random_trajectory
+from ocp.analysis.rescue import rescued
+from ocp.errors import Interrupted, OcpError, StatementError, Unverified
+from ocp.keywords import checked_keywords
 from ocp.mesh.trajectory import Trajectory
-from ocp.problem.statement import Problem
-from ocp.problem.symbols import time
+from ocp.nlp.interrupts import noted_interrupts
+from ocp.problem.problem import Problem
+from ocp.progress import Progress, shown
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
-from ocp.solution.storage import _Pickler
-from ocp.solve import solve
+from ocp.solution.storage import packed, unpacked
+from ocp.solve import check_arguments, solve
 
-_SAME_PATH = 1e-2  # of the states' sizes, within which two motions count as one
-_SAMPLES = np.linspace(0.0, 1.0, 201)
+Guess = Solution | Trajectory | None
+Start = Problem | Solution | Trajectory
+StartLike = Start | Callable[[], Start]
+
+_BOUND_MET = 1e-5  # of a proven bound, within which it is met
 
 
-@dataclass(frozen=True, eq=False)
-class Optimum:
-    """One of the distinct optima.
+@dataclass(frozen=True, eq=False, repr=False)
+class Audit:
+    """What came of all starts.
 
     Attributes
     ----------
-    starts : names of the starts that ended here.
-    distance : of its states from the best motion's, largest over time, relative to their sizes.
+    problem : str
+    trials : tuple of Trial
+        In the order in which they were tried.
+    optima : tuple of Optimum
+        Distinct ones, the best one first.
+    verdict : str
+        "global: ...", "local: best of n starts ..." or "unverified: ...".
+    interrupted : bool
+        Whether the user stopped it, so that later starts are left out.
     """
 
-    solution: Solution
-    starts: tuple[str, ...]
-    distance: float
-
-    @property
-    def objective(self) -> float:
-        """Value of the objective, in the user's sense."""
-        return self.solution.objective
-
-
-@dataclass(frozen=True, eq=False)
-class Audit:
-    """What came of all starts: distinct optima, the best one first, and failures with reasons."""
-
     problem: str
+    trials: tuple[Trial, ...]
     optima: tuple[Optimum, ...]
-    failures: tuple[tuple[str, str], ...]
     verdict: str
+    interrupted: bool = False
 
     @property
     def best(self) -> Solution:
         """The best solution found, with the verdict of the audit."""
         return replace(self.optima[0].solution, verdict=self.verdict)
 
-    def __str__(self) -> str:
-        lines = [f"{self.problem}: {self.verdict}"]
-        lines += [
-            f"  {o.objective:.10g} from {len(o.starts)} ({', '.join(o.starts)}), "
-            f"{o.distance:.2g} away"
-            for o in self.optima
-        ]
+    @property
+    def failures(self) -> tuple[tuple[str, str], ...]:
+        """Starts without a verified solution, and why."""
+        return tuple((trial.name, trial.reason) for trial in self.trials if trial.error)
+
+    def __repr__(self) -> str:
+        lines = [f"{self.problem}: {self.verdict}", *(f"  {optimum!r}" for optimum in self.optima)]
         return "\n".join([*lines, *(f"  failed: {name}: {why}" for name, why in self.failures)])
 
 
+@checked_keywords()
 def audit(
-    problem: Problem, *, starts: int = 8, guesses: Sequence[Solution | Trajectory] = (),
-    seed: int = 0, processes: int | None = None, settings: Settings | None = None,
-    bound: float | None = None, progress: Callable[[str], None] | None = None,
-) -> Audit:  # fmt: skip
+    problem: Problem | None = None,
+    *,
+    starts: int | Mapping[str, StartLike] = 8,
+    guesses: Sequence[Solution | Trajectory] = (),
+    seed: int = 0,
+    processes: int | None = None,
+    settings: Settings | None = None,
+    bound: float | Callable[[], float | None] | None = None,
+    bound_gap: float = _BOUND_MET,
+    value: Callable[[Problem, Solution], float] | None = None,
+    same: float | None = None,
+    failures: tuple[type[Exception], ...] = (),
+    progress: Progress | bool | None = None,
+    finished: Callable[[Trial], None] | None = None,
+) -> Audit:
     """Solve from several starts and compare what they find.
 
     Parameters
     ----------
-    starts : int
-        Number of starts: the stated guess, then `guesses`, and random ones around the stated
-        guess and inside all bounds for the rest.
+    problem : Problem, optional
+        None if each start is a problem.
+    starts : int or mapping of name to start
+        A number of starts: the stated guess, then `guesses`, and random ones around the stated
+        guess and inside all bounds for the rest.  Or named starts: a solution or trajectory to
+        start from, a problem (the same statement with a guess of its own), or a function that
+        gives one of these when its turn comes.
+    guesses : sequence of Solution or Trajectory
+        Starts of one's own beside the stated guess, if `starts` is a number.
     seed : int
         Of the random starts.
     processes : int, optional
-        At once; by default as many as there are processors for this process.
-    bound : float, optional
+        At once.  By default one where a bound may end the audit early, else as many as there are
+        processors for this process.
+    settings : Settings, optional
         As of `ocp.solve`.
-    progress : callable, optional
-        Receives one line of text for each start that is done.
+    bound : float or function, optional
+        A proven bound of the optimum, as of `ocp.solve`.  The first verified value that meets it
+        ends the audit.  A function is called after the first solved start; it may return None.
+    bound_gap : float
+        Relative gap within which the bound counts as met.
+    value : function of problem and solution, optional
+        What is compared, in the sense of the objective; by default the objective.
+    same : float, optional
+        Relative distance of two values within which they count as one optimum.  By default ten
+        times the tolerance on the objective, and then the motions have to agree too.
+    failures : tuple of exception classes
+        Further errors that count as the failure of a start, for functions that give one.
+    progress : bool or callable, optional
+        As of `ocp.solve`, each line with the start that it is about.
+    finished : function of Trial, optional
+        Called after each start.
 
     Raises
     ------
     StatementError
         When the statement contradicts itself or there is no start.
     SolveFailed
-        When every start failed; the message is that of the stated guess.
+        When every start failed; the error is that of the first one.
     Interrupted
-        When the user stopped it; ``error.verified`` is the best solution until then.
+        When the user stopped it before anything was found.
     """
+    settings = settings or Settings()
+    named = _named_starts(problem, settings, starts, guesses, seed)
+    workers = min(processes or (1 if bound is not None else _processors()), len(named))
+    limit = _Bound(bound, bound_gap)
+    search = _Search(problem, settings, value, limit.number, (OcpError, *failures))
+
+    trials: list[Trial] = []
+    interrupted = False
+    with shown(progress) as say:
+        running = search.side_by_side(named, workers) if workers > 1 else search.in_turn(named, say)
+        try:
+            for trial, stopped in running:
+                trials.append(trial)
+                if say and workers > 1:
+                    say(f"{trial.name} done, {len(trials)} of {len(named)} starts")
+                if finished:
+                    finished(trial)
+                interrupted = stopped
+                if stopped or (trial.error is None and limit.is_met(trial)):
+                    break
+        except (KeyboardInterrupt, Interrupted):
+            interrupted = True
+        finally:
+            running.close()
+    return _audit(problem, settings, trials, same, limit, interrupted)
+
+
+def _named_starts(
+    problem: Problem | None,
+    settings: Settings,
+    starts: int | Mapping[str, StartLike],
+    guesses: Sequence[Solution | Trajectory],
+    seed: int,
+) -> dict[str, StartLike]:
+    """The starts by name, in their order."""
+    if isinstance(starts, Mapping):
+        named = dict(starts)
+        if not named:
+            raise StatementError("an audit without starts finds nothing; give at least one")
+        return named
     if starts < 1:
         raise StatementError(f"an audit of {starts} starts finds nothing; give at least 1")
-    settings = settings or Settings()
-    named: list[tuple[str, Solution | Trajectory | None]] = [("stated guess", None)]
-    named += [(f"guess {i}", guess) for i, guess in enumerate(guesses, start=1)]
-    named += [
-        (f"random {i}", random_trajectory(problem, settings, np.random.default_rng([seed, i])))
-        for i in range(1, starts - len(named) + 1)
-    ]
-    job = _Job(problem, settings, bound, [guess for _, guess in named])
-    found: list[tuple[str, Solution]] = []
-    failures: list[tuple[str, SolveFailed]] = []
-    try:
-        for (name, _), result in zip(named, _results(job, processes), strict=True):
-            if isinstance(result, Solution):
-                found.append((name, result))
-            else:
-                failures.append((name, result))
-            if progress:
-                progress(f"{problem.name}: {name} done, {len(found)} of {len(named)} solved")
-    except (KeyboardInterrupt, Interrupted) as stop:
-        best = min(found, key=lambda f: problem.sense * f[1].objective, default=(None, None))[1]
-        raise Interrupted(
-            f"the audit of '{problem.name}' was stopped after {len(found)} solved starts",
-            verified=best) from stop  # fmt: skip
-    if not found:
-        raise failures[0][1]
-    return _compared(problem, settings, found, failures)
+    check_arguments(problem, settings, None, None)
+    assert problem is not None
+
+    named = {"stated guess": problem}
+    named |= {f"guess {i}": guess for i, guess in enumerate(guesses, start=1)}
+    for i in range(1, starts - len(named) + 1):
+        random = np.random.default_rng([seed, i])
+        named[f"random {i}"] = partial(random_trajectory, problem, settings, random)
+    return named
+
+
+class _Bound:
+    """A proven bound, evaluated when it is first needed.
+
+    Attributes
+    ----------
+    number : float or None
+        The bound if it is known beforehand.
+    gap : float or None
+        By which the value that met it was off.
+    """
+
+    def __init__(self, bound: float | Callable[[], float | None] | None, allowed: float) -> None:
+        self.number = None if callable(bound) else bound
+        self.gap: float | None = None
+        self._bound = bound
+        self._allowed = allowed
+
+    def is_met(self, trial: Trial) -> bool:
+        """Whether the value of a trial is as good as any can be."""
+        if callable(self._bound):
+            self._bound = self._bound()
+        if self._bound is None or trial.solution is None:
+            return False
+        sense = trial.solution.problem.sense
+        gap = sense * (trial.value - self._bound) / max(abs(self._bound), 1e-300)
+        if gap <= self._allowed:
+            self.gap = abs(gap)
+        return gap <= self._allowed
 
 
 @dataclass(frozen=True, eq=False)
-class _Job:
-    """What every process needs; forked processes inherit it."""
+class _Search:
+    """What all starts have in common.
 
-    problem: Problem
+    Attributes
+    ----------
+    failures : errors that end a start and nothing more.
+    """
+
+    problem: Problem | None
     settings: Settings
+    value: Callable[[Problem, Solution], float] | None
     bound: float | None
-    guesses: list[Solution | Trajectory | None]
+    failures: tuple[type[Exception], ...]
 
-    def run(self, number: int) -> Solution | SolveFailed:
-        """Solve from one start; a failure is returned without its iterate."""
-        try:
-            return solve(self.problem, settings=self.settings, guess=self.guesses[number],
-                         bound=self.bound)  # fmt: skip
-        except SolveFailed as error:
-            return type(error)(str(error))
+    def in_turn(
+        self, named: Mapping[str, StartLike], say: Progress | None
+    ) -> Generator[tuple[Trial, bool]]:
+        """Trials one after the other, each with whether the user has asked to stop."""
+        for number, (name, start) in enumerate(named.items(), start=1):
+            prefix = f"start {number} of {len(named)} ({name}): "
+            told = partial(_prefixed, say, prefix) if say else None
+            begin = clock.perf_counter()
+            solution: Solution | None = None
+            error: Exception | None = None
+            problem: Problem | None = None
+            with noted_interrupts() as interrupts:
+                try:
+                    problem, guess = self._resolved(name, start)
+                    solution = solve(
+                        problem,
+                        settings=self.settings,
+                        guess=guess,
+                        bound=self.bound,
+                        progress=told,
+                    )
+                except Unverified as unverified:
+                    solution, error = _unverified(unverified)
+                except self.failures as failure:
+                    error = failure
 
-    def shared(self) -> list[Any]:
-        """Objects that both sides of a fork know, in one order."""
-        problem = self.problem
-        return [problem, *problem.phases, *problem.symbols, time, *problem.bounds, *problem.links]
+            # what comes too late to stop this start leaves out those after it
+            stopped = isinstance(error, Interrupted)
+            stopped = stopped or (interrupts.asked and number < len(named))
+            if isinstance(error, Interrupted) and problem is not None:
+                solution, error = self._rescued(problem, error, told)
+            yield self._trial(name, solution, error, clock.perf_counter() - begin), stopped
 
+    def side_by_side(
+        self, named: Mapping[str, StartLike], workers: int
+    ) -> Generator[tuple[Trial, bool]]:
+        """Trials in the order of the starts, solved in processes of their own."""
+        jobs: list[tuple[str, Problem, Guess] | Trial] = []
+        for name, start in named.items():
+            try:
+                jobs.append((name, *self._resolved(name, start)))
+            except self.failures as failure:
+                jobs.append(Trial(name, None, failure, math.nan, 0.0))
 
-_JOB: list[_Job] = []  # set before the fork, read behind it
-
-
-def _results(job: _Job, processes: int | None) -> Iterator[Solution | SolveFailed]:
-    count = len(job.guesses)
-    workers = min(processes or _processors(), count)
-    if workers == 1 or "fork" not in multiprocessing.get_all_start_methods():
-        yield from map(job.run, range(count))
-        return
-    _JOB[:] = [job]
-    others = set(multiprocessing.active_children())
-    try:
+        method = "fork" if "fork" in multiprocessing.get_all_start_methods() else "spawn"
+        others = set(multiprocessing.active_children())
         with warnings.catch_warnings():
             # Python 3.12 and later warn of threads around a fork; those of linear algebra are idle
             warnings.simplefilter("ignore", DeprecationWarning)
-            with ProcessPoolExecutor(workers, multiprocessing.get_context("fork")) as pool:
+            with ProcessPoolExecutor(workers, multiprocessing.get_context(method)) as pool:
                 try:
-                    yield from (_received(job, data) for data in pool.map(_sent, range(count)))
+                    futures = [
+                        None
+                        if isinstance(job, Trial)
+                        else pool.submit(
+                            _solved_elsewhere, *_sent(*job[1:]), self.settings, self.bound
+                        )
+                        for job in jobs
+                    ]
+                    for job, future in zip(jobs, futures, strict=True):
+                        if isinstance(job, Trial) or future is None:
+                            assert isinstance(job, Trial)
+                            yield job, False
+                            continue
+                        data, error, seconds = future.result()
+                        name, problem, _ = job
+                        solution = None if data is None else unpacked(data, known=problem)
+                        yield self._trial(name, solution, error, seconds), False
                 except BaseException:
+                    pool.shutdown(wait=False, cancel_futures=True)
                     for child in set(multiprocessing.active_children()) - others:
                         child.terminate()  # or they would finish starts nobody waits for
                     raise
-    finally:
-        _JOB.clear()
+
+    def _resolved(self, name: str, start: StartLike) -> tuple[Problem, Guess]:
+        """The problem and guess of a start."""
+        given = start() if callable(start) else start
+        if isinstance(given, Problem):
+            return given, None
+        if not isinstance(given, (Solution, Trajectory)):
+            raise StatementError(
+                f"the start '{name}' is of type {type(given).__name__}; give a Problem, a Solution "
+                "or a Trajectory, or a function that returns one"
+            )
+        if self.problem is None:
+            raise StatementError(
+                f"the start '{name}' is a guess without a problem; write audit(problem, starts=...)"
+            )
+        return self.problem, given
+
+    def _rescued(
+        self, problem: Problem, stop: Interrupted, told: Progress | None
+    ) -> tuple[Solution | None, Exception | None]:
+        """What a stopped start had reached, and why it does not count if it does not."""
+        try:
+            solution = rescued(problem, stop, settings=self.settings, progress=told)
+        except (Interrupted, KeyboardInterrupt):
+            return None, stop
+        if solution is None or not solution.verification.passed:
+            return solution, stop
+        return solution, None
+
+    def _trial(
+        self, name: str, solution: Solution | None, error: Exception | None, seconds: float
+    ) -> Trial:
+        value = math.nan
+        if solution is not None:
+            value = solution.objective
+            if self.value is not None:
+                value = float(self.value(solution.problem, solution))
+        return Trial(name, solution, error, value, seconds)
+
+
+def _prefixed(say: Progress, prefix: str, line: str) -> None:
+    say(prefix + line)
+
+
+def _unverified(error: Unverified) -> tuple[Solution | None, Exception]:
+    """The answer that did not pass, and the error."""
+    return (error.iterate if isinstance(error.iterate, Solution) else None), error
 
 
 def _processors() -> int:
@@ -192,87 +368,92 @@ def _processors() -> int:
     return os.cpu_count() or 1
 
 
-class _Sender(_Pickler):
-    """Writes what both sides of a fork share as a number."""
-
-    def __init__(self, file: io.BytesIO, shared: list[Any]) -> None:
-        super().__init__(file, pickle.HIGHEST_PROTOCOL)
-        self._places = {id(thing): i for i, thing in enumerate(shared)}
-
-    def persistent_id(self, value: Any) -> int | None:
-        return self._places.get(id(value))
+def _sent(problem: Problem, guess: Guess) -> tuple[bytes, bytes]:
+    """A problem and a guess on the way to another process."""
+    return packed(problem), packed(guess, known=problem)
 
 
-class _Receiver(pickle.Unpickler):
-    def __init__(self, file: io.BytesIO, shared: list[Any]) -> None:
-        super().__init__(file)
-        self._shared = shared
-
-    def persistent_load(self, place: int) -> Any:
-        return self._shared[place]
-
-
-def _sent(number: int) -> bytes:
-    """Run in a forked process: the result of one start as bytes."""
-    job = _JOB[0]
-    result, stream = job.run(number), io.BytesIO()
-    parts = (
-        {f.name: getattr(result, f.name) for f in fields(result)}
-        if isinstance(result, Solution) else (type(result), str(result))
-    )  # fmt: skip
-    _Sender(stream, job.shared()).dump(parts)
-    return stream.getvalue()
+@lru_cache(maxsize=8)
+def _received(problem: bytes) -> Problem:
+    """The problem of several starts in a row, built once in a process."""
+    received = unpacked(problem)
+    assert isinstance(received, Problem)
+    return received
 
 
-def _received(job: _Job, data: bytes) -> Solution | SolveFailed:
-    parts = _Receiver(io.BytesIO(data), job.shared()).load()
-    return Solution(**parts) if isinstance(parts, dict) else parts[0](parts[1])
+def _solved_elsewhere(
+    statement: bytes, guess: bytes, settings: Settings, bound: float | None
+) -> tuple[bytes | None, Exception | None, float]:
+    """Run in another process: a solution for the way back, or the error without its iterate."""
+    begin = clock.perf_counter()
+    problem = _received(statement)
+    solution: Solution | None = None
+    error: Exception | None = None
+    try:
+        start = unpacked(guess, known=problem)
+        solution = solve(problem, settings=settings, guess=start, bound=bound)
+    except Unverified as unverified:
+        solution, error = _unverified(unverified)
+    except OcpError as failure:
+        error = failure
+    if error is not None:
+        error = type(error)(str(error))
+    data = None if solution is None else packed(solution, known=problem)
+    return data, error, clock.perf_counter() - begin
 
 
-def _compared(
-    problem: Problem, settings: Settings, found: list[tuple[str, Solution]],
-    failures: list[tuple[str, SolveFailed]],
-) -> Audit:  # fmt: skip
-    """Sort solutions by value, and put those of one motion together."""
-    order = [name for name, _ in found]
-    found = sorted(found, key=lambda f: problem.sense * f[1].objective)
-    best = found[0][1]
-    groups: list[tuple[Solution, list[str]]] = []
-    for name, solution in found:
-        for other, names in groups:
-            if _close(solution, other, settings) and distance(solution, other) <= _SAME_PATH:
-                names.append(name)
-                break
-        else:
-            groups.append((solution, [name]))
-    optima = tuple(
-        Optimum(s, tuple(sorted(names, key=order.index)), distance(s, best)) for s, names in groups
-    )
-    agreed = sum(_close(s, best, settings) for _, s in found)
-    count = len(found) + len(failures)
-    verdict = best.verdict
-    if not verdict.startswith("global"):
-        parts = [f"{agreed} agree"]
-        parts += [f"{len(found) - agreed} ended elsewhere"] if agreed < len(found) else []
-        parts += [f"{len(failures)} failed"] if failures else []
-        verdict = f"local: best of {count} starts ({', '.join(parts)})"
-    reasons = tuple((name, f"{type(e).__name__}: {e}") for name, e in failures)
-    return Audit(problem.name, optima, reasons, verdict)
+def _audit(
+    problem: Problem | None,
+    settings: Settings,
+    trials: Sequence[Trial],
+    same: float | None,
+    bound: _Bound,
+    interrupted: bool,
+) -> Audit:
+    """Compare the verified trials; the unverified ones if there is no other."""
+    answered = [trial for trial in trials if trial.solution is not None]
+    verified = [trial for trial in answered if trial.error is None]
+    name = _name(problem, answered)
+    if not answered:
+        if interrupted or not trials:
+            raise Interrupted(f"the audit of '{name}' was stopped before anything was found")
+        assert trials[0].error is not None
+        raise trials[0].error
+
+    optima = distinct_optima(verified or answered, settings, same)
+    best = optima[0].solution
+    if not verified:
+        verdict = f"unverified: {'; '.join(best.verification.reasons)}"
+    elif bound.gap is not None:
+        verdict = f"global: bound met (gap {bound.gap:.1e})"
+    else:
+        verdict = _verdict(trials, verified, optima[0], settings, same)
+    if interrupted:
+        verdict += "; stopped by the user"
+    return Audit(name, tuple(trials), optima, verdict, interrupted)
 
 
-def _close(one: Solution, other: Solution, settings: Settings) -> bool:
-    """Whether two objectives are the same to ten times the tolerance of either."""
-    size = max(abs(one.objective), abs(other.objective), 1e-3 * one.kept_program.scales.objective)
-    return abs(one.objective - other.objective) <= 10 * settings.objective_tolerance * size
+def _name(problem: Problem | None, answered: Sequence[Trial]) -> str:
+    if problem is None and answered:
+        problem = answered[0].solved.problem
+    return problem.name if problem else "several starts"
 
 
-def distance(one: Solution, other: Solution) -> float:
-    """Largest distance of two motions at equal fractions of their phases, relative to sizes."""
-    most, scales = 0.0, one.kept_program.scales
-    for a, b in zip(one.trajectory.phases, other.trajectory.phases, strict=True):
-        first, second = a.at_fractions(_SAMPLES), b.at_fractions(_SAMPLES)
-        for name in a.states:
-            gap = float(np.abs(first[name] - second[name]).max()) / scales.signals[name]
-            most = max(most, gap)
-        most = max(most, abs((a.end - a.start) - (b.end - b.start)) / scales.time)
-    return most
+def _verdict(
+    trials: Sequence[Trial],
+    verified: Sequence[Trial],
+    best: Optimum,
+    settings: Settings,
+    same: float | None,
+) -> str:
+    """How many starts agree on the best value, ended elsewhere, or failed."""
+    own = best.solution.verdict
+    if own.startswith("global"):
+        return own
+    first = min(verified, key=lambda trial: trial.rank)
+    agreed = sum(same_value(trial, first, settings, same) for trial in verified)
+    failed = len(trials) - len(verified)
+    parts = [f"{agreed} agree"]
+    parts += [f"{len(verified) - agreed} ended elsewhere"] if agreed < len(verified) else []
+    parts += [f"{failed} failed"] if failed else []
+    return f"local: best of {len(trials)} starts ({', '.join(parts)})"
