@@ -32,6 +32,7 @@ from ocp.errors import (
 )
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
+from ocp.nlp.interrupts import noted_interrupts
 from ocp.nlp.ipopt import Ipopt
 from ocp.nlp.solver import NlpSolver
 from ocp.numerics.schemes import Gauss, HermiteSimpson, Lobatto, Radau, Trapezoid
@@ -50,10 +51,12 @@ from ocp.verification.verify import Verification
 
 if TYPE_CHECKING:
     from ocp.analysis.homotopy import Homotopy, homotopy
-    from ocp.analysis.lexicographic import solve_lexicographic
-    from ocp.analysis.multistart import Audit, Optimum, audit
+    from ocp.analysis.lexicographic import Lexicographic, PriorityLevel, solve_lexicographic
+    from ocp.analysis.multistart import Audit, audit
+    from ocp.analysis.optima import Optimum, Trial
     from ocp.analysis.parametric import Prepared, prepare
     from ocp.analysis.relaxation import Relaxation, Relaxed, relaxed
+    from ocp.analysis.rescue import rescued
     from ocp.analysis.scaling_report import scaling_report
     from ocp.analysis.sensitivity import ActiveSetWarning, Sided
     from ocp.solution.storage import load, save
@@ -63,12 +66,14 @@ if TYPE_CHECKING:
 # what a solve does not need is loaded when it is asked for: a third of the time of `import ocp`
 _LATER = {
     "analysis.homotopy": ("Homotopy", "homotopy"),
-    "analysis.lexicographic": ("solve_lexicographic",),
+    "analysis.lexicographic": ("Lexicographic", "PriorityLevel", "solve_lexicographic"),
     "analysis.multistart": ("Audit", "audit"),
-    "analysis.sensitivity": ("ActiveSetWarning", "Sided"),
+    "analysis.optima": ("Optimum", "Trial"),
     "analysis.parametric": ("Prepared", "prepare"),
     "analysis.relaxation": ("Relaxation", "Relaxed", "relaxed"),
+    "analysis.rescue": ("rescued",),
     "analysis.scaling_report": ("scaling_report",),
+    "analysis.sensitivity": ("ActiveSetWarning", "Sided"),
     "solution.storage": ("load", "save"),
     "verification.certificate": ("Certificate", "certify"),
     "verification.conditions": ("Tolerances",),
@@ -107,6 +112,7 @@ __all__ = [
     "InvalidNumber",
     "Ipopt",
     "IterationLimit",
+    "Lexicographic",
     "Lobatto",
     "Mesh",
     "MeshIteration",
@@ -118,6 +124,7 @@ __all__ = [
     "Phase",
     "PhaseTrajectory",
     "Prepared",
+    "PriorityLevel",
     "Problem",
     "Radau",
     "RefinementPolicy",
@@ -133,6 +140,7 @@ __all__ = [
     "Tolerances",
     "Trajectory",
     "Trapezoid",
+    "Trial",
     "Unbounded",
     "Unknown",
     "Unverified",
@@ -143,9 +151,11 @@ __all__ = [
     "homotopy",
     "joined",
     "load",
+    "noted_interrupts",
     "peak",
     "prepare",
     "relaxed",
+    "rescued",
     "save",
     "scaling_report",
     "solve",

@@ -309,7 +309,6 @@ class _Search:
                         solution = None if data is None else unpacked(data, known=problem)
                         yield self._trial(name, solution, error, seconds), False
                 except BaseException:
-                    pool.shutdown(wait=False, cancel_futures=True)
                     for child in set(multiprocessing.active_children()) - others:
                         child.terminate()  # or they would finish starts nobody waits for
                     raise

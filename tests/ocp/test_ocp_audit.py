@@ -1,11 +1,15 @@
 """Audits of problems whose optima are known: one, several, and one that fails from everywhere."""
 
+import dataclasses
 import multiprocessing
+import os
+import signal
 
 import numpy as np
 import pytest
 
 from ocp import (
+    Accuracy,
     Between,
     Control,
     Infeasible,
@@ -99,11 +103,148 @@ def test_when_all_fail_the_stated_guess_tells_why():
 def test_a_stopped_audit_hands_back_the_best_until_then(processes):
     problem, _, _ = valley()
 
-    def stop(line):
+    def stop(trial):
         raise KeyboardInterrupt
 
     others = set(multiprocessing.active_children())
-    with pytest.raises(Interrupted, match="'valley' was stopped after 1 solved starts") as caught:
-        audit(problem, starts=3, processes=processes, settings=FEW, progress=stop)
-    assert caught.value.verified.verification.passed
+    found = audit(problem, starts=3, processes=processes, settings=FEW, finished=stop)
+    assert found.interrupted
+    assert [trial.name for trial in found.trials] == ["stated guess"]
+    assert found.best.verification.passed
+    assert found.verdict == "local: best of 1 starts (1 agree); stopped by the user"
     assert not set(multiprocessing.active_children()) - others
+
+
+def started_at(guess):
+    """The two valleys, with a start of one's own for k."""
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
+    k = Unknown("k", lower=-2, upper=2, guess=guess)
+    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0})
+    cost = phase.integral(u**2) + (k**2 - 1) ** 2 + 0.2 * k
+    return Problem("valley", [phase], minimise=cost)
+
+
+def lowest():
+    """The value of the deeper valley."""
+    left, _ = roots()
+    return 12 + (left**2 - 1) ** 2 + 0.2 * left
+
+
+@pytest.mark.parametrize("method", [None, "spawn"])
+def test_each_start_may_be_a_problem_a_guess_or_a_function(method, monkeypatch):
+    if method:
+        monkeypatch.setattr(multiprocessing, "get_all_start_methods", lambda: [method])
+    problem = started_at(0.9)
+    right = solve(problem, settings=FEW)
+    starts = {
+        "problem": started_at(-0.9),
+        "solution": right,
+        "function": lambda: right.trajectory,
+        "function of a problem": lambda: started_at(0.8),
+    }
+    processes = 2 if method else 1
+    found = audit(problem, starts=starts, processes=processes, settings=FEW)
+    assert [trial.name for trial in found.trials] == list(starts)
+    assert [optimum.starts for optimum in found.optima] == [
+        ("problem",),
+        ("solution", "function", "function of a problem"),
+    ]
+    assert found.best.value("k") == pytest.approx(roots()[0], abs=1e-6)
+    # what comes back refers to the problem that was given
+    assert found.trials[0].solution.problem is starts["problem"]
+    assert found.trials[1].solution.problem is problem
+
+
+def test_a_bound_that_is_met_ends_the_audit():
+    asked = []
+
+    def bound():
+        asked.append("bound")
+        return lowest()
+
+    def unneeded():
+        raise AssertionError
+
+    starts = {
+        "right": started_at(0.9),
+        "left": lambda: asked.append("left") or started_at(-0.9),
+        "more": unneeded,
+    }
+    found = audit(starts=starts, settings=FEW, bound=bound, bound_gap=1e-6)
+    assert asked == ["bound", "left"]  # the bound once, after the first start
+    assert [trial.name for trial in found.trials] == ["right", "left"]
+    assert found.verdict.startswith("global: bound met (gap ")
+
+
+def test_values_of_ones_own_are_compared():
+    found = audit(
+        starts={"right": started_at(0.9), "left": started_at(-0.9)},
+        settings=FEW,
+        value=lambda problem, solution: -solution.objective,
+    )
+    assert [optimum.starts for optimum in found.optima] == [("right",), ("left",)]
+    assert found.optima[0].value == -found.optima[0].objective
+    alike = audit(
+        starts={"right": started_at(0.9), "left": started_at(-0.9)}, settings=FEW, same=0.1
+    )
+    assert [optimum.starts for optimum in alike.optima] == [("right", "left")]
+
+
+def test_a_start_that_fails_is_one_failure():
+    class Trouble(Exception):
+        """Of a function that gives a start."""
+
+    def trouble():
+        raise Trouble("no such start")
+
+    found = audit(
+        starts={"bad": trouble, "good": started_at(0.9)}, settings=FEW, failures=(Trouble,)
+    )
+    assert found.failures == (("bad", "Trouble: no such start"),)
+    assert found.verdict == "local: best of 2 starts (1 agree, 1 failed)"
+    with pytest.raises(Trouble):
+        audit(starts={"bad": trouble, "good": started_at(0.9)}, settings=FEW)
+    with pytest.raises(StatementError, match="the start 'bad' is of type int; give a Problem"):
+        audit(valley()[0], starts={"bad": 3}, settings=FEW)
+    with pytest.raises(StatementError, match="'bad' is a guess without a problem"):
+        audit(starts={"bad": solve(started_at(0.9), settings=FEW)}, settings=FEW)
+
+
+def test_an_unverified_answer_counts_only_if_there_is_no_other():
+    # a replay is never as good as 1e-300, so that no answer passes
+    strict = dataclasses.replace(FEW, accuracy=Accuracy(replay=1e-300))
+    found = audit(starts={"right": started_at(0.9)}, settings=strict)
+    assert found.verdict.startswith("unverified: ")
+    assert found.best.objective == pytest.approx(12.2, abs=0.1)
+    assert found.trials[0].error is not None
+
+
+def test_a_stopped_start_is_rescued_and_later_ones_are_left_out():
+    # the signal comes in the second mesh round of the second start
+    def interrupting(line):
+        if "start 2 of 3" in line and "mesh round 2" in line:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    def oscillator(start):
+        x, v, u = State("x"), State("v"), Control("u", lower=-1, upper=1)
+        phase = Phase("swing", {x: v, v: u - x**3}, {x: 1, v: 0}, {x: 0, v: 0},
+                      end=Between(1, 9, start))  # fmt: skip
+        return Problem("swing", phase, minimise=phase.end_time)
+
+    named = {"one": oscillator(3), "two": oscillator(4), "three": oscillator(5)}
+    found = audit(starts=named, processes=1, settings=FEW, progress=interrupting)
+    assert found.interrupted
+    assert [trial.name for trial in found.trials] == ["one", "two"]
+    assert found.trials[1].solution is not None
+    assert found.verdict.endswith("; stopped by the user")
+
+
+def test_an_audit_that_is_stopped_before_anything_is_found_says_so():
+    with pytest.raises(Interrupted, match="'valley' was stopped before anything was found"):
+        audit(
+            valley()[0],
+            starts=2,
+            processes=1,
+            settings=FEW,
+            progress=lambda line: os.kill(os.getpid(), signal.SIGINT),
+        )

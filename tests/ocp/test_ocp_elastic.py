@@ -10,11 +10,13 @@ from ocp import (
     Infeasible,
     Phase,
     Problem,
+    Settings,
     State,
     StatementError,
     Unknown,
     joined,
     relaxed,
+    solve,
 )
 
 INITIAL = ["flight: x initial", "flight: v initial"]
@@ -82,6 +84,42 @@ def test_a_bound_of_a_phase_and_one_of_an_unknown():
     found = relaxed(Problem("go", [phase], minimise=k), keep=["go: x initial", "go: x final"])
     assert {i.name: pytest.approx(i.needed, rel=EXACT) for i in found.items} == {
         "k": 2.0, "go: speed": 2.0}  # fmt: skip
+
+
+def there_and_back(first=0.7, second=0.6):
+    """1 m and 2 m, a second each, below a limit of speed that both phases state."""
+    x, v = State("x", "m"), Control("v", "m/s")
+    there = Phase("there", {x: v}, {x: 0}, {x: 1}, bounds=[Bound("pace", v, "m/s", upper=first)])
+    on = Phase("on", {x: v}, {}, {x: 3}, start=1.0, end=2.0,
+               bounds=[Bound("pace", v, "m/s", upper=second)])  # fmt: skip
+    effort = there.integral(v**2) + on.integral(v**2)
+    return Problem("trip", [there, on], minimise=effort, links=joined(there, on))
+
+
+def test_only_what_is_named_gives_way_and_bounds_of_one_name_together():
+    found = relaxed(there_and_back(first=0.7, second=0.7), only=["pace"])
+    (item,) = found.items
+    assert (item.name, item.side, item.phase) == ("pace", "upper", "on")
+    assert item.needed == pytest.approx(2.0, rel=EXACT)
+    apart = relaxed(there_and_back(), only=["there: pace", "on: pace"])
+    assert {i.name: pytest.approx(i.needed, rel=EXACT) for i in apart.items} == {
+        "on: pace": 2.0,
+        "there: pace": 1.0,
+    }
+
+
+def test_a_name_for_all_phases_keeps_them_all():
+    ends = ["there: x final", "on: x final", "there: x initial"]
+    with pytest.raises(StatementError, match="no limit of 'trip' may give way"):
+        relaxed(there_and_back(), keep=["pace", *ends])
+    found = relaxed(there_and_back(), keep=["pace"])
+    assert all("pace" not in item.name for item in found.items)
+
+
+def test_a_solution_of_another_statement_is_a_guess():
+    start = solve(there_and_back(first=9, second=9), settings=Settings(intervals=5))
+    found = relaxed(there_and_back(first=0.7, second=0.7), only=["pace"], guess=start)
+    assert found.items[0].needed == pytest.approx(2.0, rel=EXACT)
 
 
 def test_a_feasible_problem_needs_nothing():

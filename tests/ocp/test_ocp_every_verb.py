@@ -228,7 +228,7 @@ def test_objectives_in_order(name):
     found = solve_lexicographic(
         problem, [-phase.at_end(x), phase.integral(u**2)], slack=3e-3, settings=settings_of(name)
     )
-    assert found.objective == optimum(name, 1 - 2 / 3 * math.sqrt(6 * 1.5e-3))
+    assert found.solution.objective == optimum(name, 1 - 2 / 3 * math.sqrt(6 * 1.5e-3))
 
 
 def test_costates(name):

@@ -236,8 +236,8 @@ def test_first_the_end_then_the_effort():
     found = solve_lexicographic(
         problem, [-phase.at_end(x), phase.integral(u**2)], slack=1e-3, settings=FEW
     )
-    assert found.value(phase.at_end(x)) == pytest.approx(0.5 * (1 - 1e-3), rel=1e-6)
-    assert 0.9 < found.objective < 1.0
+    assert found.solution.value(phase.at_end(x)) == pytest.approx(0.5 * (1 - 1e-3), rel=1e-6)
+    assert 0.9 < found.solution.objective < 1.0
 
 
 def test_a_proven_bound_is_reported():
