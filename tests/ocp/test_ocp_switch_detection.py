@@ -1,0 +1,170 @@
+"""Jumps of controls of any order: where they are, and meshes that close in on them."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ocp import PhaseTrajectory, Radau
+from ocp.mesh.mesh import PhaseMesh, uniform
+from ocp.mesh.trajectory import SignalGroup
+from ocp.numerics.interpolation import bernstein
+from ocp.numerics.piecewise_polynomial import Bernstein, Lagrange, Piece, PiecewisePolynomial
+from ocp.refinement.switch_detection import (
+    Jump,
+    control_errors,
+    control_jumps,
+    control_samples,
+    saturated,
+    settled,
+    with_jumps,
+)
+
+
+def motion(coefficients, breakpoints=None, degree=4) -> PhaseTrajectory:
+    """A phase from 1 s to 3 s with one control of given Bernstein coefficients, (N, count)."""
+    table = np.atleast_2d(np.asarray(coefficients, dtype=float))
+    count = len(table)
+    if breakpoints is None:
+        breakpoints = np.linspace(0.0, 1.0, count + 1)
+    times = 1.0 + 2.0 * np.asarray(breakpoints)
+    every = np.arange(count)
+    support = Lagrange(tuple(Radau().at(degree).support.tolist()))
+    nothing = Piece(every, support, np.zeros((count, degree + 1, 1)))
+    control = Piece(every, Bernstein(table.shape[1]), table[:, :, None])
+    groups = (
+        SignalGroup("state", ("x",), PiecewisePolynomial(times, (nothing,))),
+        SignalGroup("control", ("u",), PiecewisePolynomial(times, (control,))),
+    )
+    return PhaseTrajectory("phase", Radau(), times, np.full(count, degree), groups)
+
+
+def fitted(function, intervals, count, degree=4) -> PhaseTrajectory:
+    """A phase whose control interpolates a function of the fraction in every interval."""
+    points = np.linspace(0.0, 1.0, count) if count > 1 else np.array([0.5])
+    fractions = (np.arange(intervals)[:, None] + points) / intervals
+    change = np.linalg.inv(bernstein(count, points))
+    return motion(function(fractions) @ change.T, degree=degree)
+
+
+SAMPLED = {
+    "constant": ([[3.0], [5.0]], [0.25, 0.75], [3, 5]),
+    "linear": ([[3.0, 4.0], [5.0, 7.0]], [0, 0.5, 0.5, 1], [3, 4, 5, 7]),
+}
+
+
+@pytest.mark.parametrize("case", SAMPLED)
+def test_samples_of_a_control(case) -> None:
+    coefficients, fractions, values = SAMPLED[case]
+    found = control_samples(motion(coefficients), "u")
+    np.testing.assert_allclose(found[0], fractions, atol=1e-15)
+    np.testing.assert_allclose(found[1], values, rtol=1e-15)
+
+
+def test_a_control_of_a_higher_order_is_sampled_at_the_collocation_points() -> None:
+    fractions, values = control_samples(fitted(lambda s: s**3, 5, 4), "u")
+    points = (np.arange(5)[:, None] + Radau().at(4).points) / 5
+    np.testing.assert_allclose(fractions, points.ravel(), rtol=1e-14)
+    np.testing.assert_allclose(values, fractions**3, atol=1e-14)
+
+
+@given(
+    interval=st.integers(1, 3),
+    part=st.floats(0.16, 0.84),
+    low=st.floats(-3, -0.5),
+    high=st.floats(0.5, 3),
+)
+def test_a_switch_inside_an_interval_is_located_by_the_area(interval, part, low, high) -> None:
+    # five levels that keep the area of a switch from `low` to `high`; its level is 0.15 of their
+    # difference away from both, or it counts as one of them
+    breaks, switch = np.linspace(0.0, 1.0, 6), 0.2 * (interval + part)
+    share = np.clip((switch - breaks[:-1]) / 0.2, 0.0, 1.0)
+    found = control_jumps(motion((share * low + (1 - share) * high)[:, None]))
+    assert len(found) == 1
+    assert found[0].at == pytest.approx(switch, abs=1e-12)
+    assert found[0].size == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("count", [1, 2, 4])
+def test_a_jump_at_a_breakpoint_is_located_there(count) -> None:
+    levels = np.repeat([[1.0], [1.0], [-2.0], [-2.0]], count, axis=1)
+    (jump,) = control_jumps(motion(levels))
+    assert jump.at == pytest.approx(0.5, abs=1e-15)
+
+
+@pytest.mark.parametrize("count", [1, 2, 4])
+def test_a_slope_is_no_jump(count) -> None:
+    assert control_jumps(fitted(lambda s: np.sin(3 * s), 20, count)) == []
+
+
+def test_the_error_of_a_line_is_that_of_its_interpolation() -> None:
+    # between the ends of an interval of length h the line is h^2 / 8 u'' off at most
+    found = control_errors(fitted(lambda s: s**2, 10, 2), uniform(10, 4))
+    np.testing.assert_allclose(found, 0.1**2 / 4, rtol=1e-12)
+
+
+def test_the_error_of_a_level_is_its_mean_error() -> None:
+    # a ramp is off by h / 4 of its slope on average; the samples span 0.9 of the range
+    found = control_errors(fitted(lambda s: s, 10, 1), uniform(10, 4))
+    np.testing.assert_allclose(found, 0.1 / 4 / 0.9, rtol=1e-12)
+
+
+def test_the_error_of_a_polynomial_is_its_last_legendre_coefficient() -> None:
+    # 2 + P_3 on one interval; its range is taken at the collocation points
+    legendre = np.polynomial.legendre.Legendre([2.0, 0.0, 0.0, 1.0], domain=[0, 1])
+    control = fitted(legendre, 1, 4)
+    size = np.ptp(control_samples(control, "u")[1])
+    np.testing.assert_allclose(control_errors(control, uniform(1, 4)), 1.0 / size, rtol=1e-12)
+
+
+def test_a_level_beside_a_jump_is_no_error_but_one_between_two_levels_is() -> None:
+    levels = np.array([1.0, 1.0, 0.2, -1.0, -1.0])[:, None]
+    found = control_errors(motion(levels), uniform(5, 4))
+    np.testing.assert_allclose(found, [0, 0, 0.8 / 4 / 2, 0, 0], atol=1e-15)
+
+
+@pytest.mark.parametrize("count", [1, 2, 4])
+def test_intervals_on_a_bound(count) -> None:
+    levels = np.repeat([[1.0], [0.5], [-2.0]], count, axis=1)
+    levels[2, -1] += 1e-4  # of a range of 3: close enough
+    found = saturated(motion(levels), {"u": (-2.0, 1.0)})
+    assert found.tolist() == [True, False, True]
+
+
+def test_a_jump_gets_a_bracket_with_a_breakpoint_that_moves() -> None:
+    mesh = uniform(5, 4)
+    jump = Jump(0.3, 0.7, 0.52, 1.0)
+    moved = with_jumps(mesh, [jump], move=True)
+    assert moved is not None
+    (index,) = moved.movable
+    assert moved.breakpoints[index] == 0.52
+    # it stands in a bracket of 0.15 of where the jump may be, 0.4, on either side
+    np.testing.assert_allclose(moved.breakpoints[index + np.array([-1, 1])], [0.46, 0.58])
+    assert with_jumps(moved, [jump], move=True) is None
+
+
+def test_a_bracket_without_a_moving_breakpoint_is_not_replaced_by_one_of_its_width() -> None:
+    jump = Jump(0.3, 0.7, 0.52, 1.0)
+    fixed = with_jumps(uniform(5, 4), [jump], move=False)
+    assert fixed is not None
+    assert fixed.movable == ()
+    assert with_jumps(fixed, [jump], move=False) is None
+
+
+def test_a_breakpoint_that_ran_into_its_neighbour_takes_its_place() -> None:
+    # the breakpoint at 0.5 may move; it went to 0.6 - 1e-3, where its control jumps
+    mesh = PhaseMesh(np.array([0, 0.4, 0.5, 0.6, 1.0]), 4, (2,))
+    solved = motion([[1.0], [1.0], [-1.0], [-1.0]], [0, 0.4, 0.599, 0.6, 1.0])
+    after, pressed = settled(mesh, solved)
+    assert pressed
+    np.testing.assert_allclose(after.breakpoints, [0, 0.4, 0.599, 1.0])
+    assert after.movable == (2,)
+
+
+def test_a_breakpoint_without_a_jump_stays_put() -> None:
+    mesh = PhaseMesh(np.array([0, 0.4, 0.5, 0.6, 1.0]), 4, (2,))
+    solved = motion([[1.0], [1.0], [1.0], [-1.0]], [0, 0.4, 0.55, 0.6, 1.0])
+    after, pressed = settled(mesh, solved)
+    assert not pressed
+    assert after.movable == ()
+    np.testing.assert_allclose(after.breakpoints, [0, 0.4, 0.55, 0.6, 1.0])
