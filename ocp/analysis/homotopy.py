@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ocp.errors import HomotopyStopped, SolveFailed, StatementError, Unverified
+from ocp.keywords import checked_keywords
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
 from ocp.progress import Progress
@@ -13,12 +14,23 @@ from ocp.settings import Settings
 from ocp.solution.solution import Solution
 from ocp.solve import solve
 
-_GROWTH = 2.0
+_GROWTH = 2.0  # of a step after one that succeeded
+_SHRINKING = 0.5  # of a step that failed
 
 
 @dataclass(frozen=True)
 class Step:
-    """One attempt of a homotopy; a failed one has neither iterations nor objective."""
+    """One attempt of a homotopy; a failed one has neither iterations nor objective.
+
+    Attributes
+    ----------
+    value : float
+        Of the constant [its unit].
+    solved : bool
+    iterations : int or None
+        Of the solver.
+    objective : float or None
+    """
 
     value: float
     solved: bool
@@ -26,14 +38,16 @@ class Step:
     objective: float | None = None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Homotopy:
     """A path of solutions.
 
     Attributes
     ----------
-    solutions : at the values that were asked for, in their order, verified.
-    steps : all attempts, those in between and the failed ones included.
+    solutions : tuple of Solution
+        At the values that were asked for, in their order, verified.
+    steps : tuple of Step
+        All attempts, those in between and the failed ones included.
     """
 
     solutions: tuple[Solution, ...]
@@ -44,7 +58,16 @@ class Homotopy:
         """The last solution."""
         return self.solutions[-1]
 
+    def __repr__(self) -> str:
+        objectives = ", ".join(f"{solution.objective:.8g}" for solution in self.solutions)
+        failed = sum(not step.solved for step in self.steps)
+        return (
+            f"Homotopy of '{self.solution.problem.name}': objectives {objectives}; "
+            f"{len(self.steps)} steps, {failed} failed"
+        )
 
+
+@checked_keywords()
 def homotopy(
     problem: Problem,
     constant: Constant,
@@ -59,16 +82,27 @@ def homotopy(
     """Solve a problem for one value of a constant after the other.
 
     Each solve starts from the primal and dual variables of the one before.  The way to the next
-    value is tried in one step; a step that fails is halved, one that succeeds lets the next be
+    value is tried in one step.  A step that fails is halved, one that succeeds lets the next be
     twice as long.  Solutions between the values asked for are not replayed.
 
     Parameters
     ----------
-    values : where the constant goes, one value or several in order.
-    guess : where to start, at the value of the constant that it was solved for; by default the
+    problem : Problem
+    constant : Constant
+        The one that changes.
+    values : number or sequence of numbers
+        Where the constant goes, one value or several in order [its unit].
+    settings : Settings, optional
+        As of `ocp.solve`.
+    guess : Solution, optional
+        Where to start, at the value of the constant that it was solved for; by default the
         problem is first solved as stated, or with the value in `constants`.
-    constants : values of other constants.
-    least_step : shortest step, as a fraction of the way to the next value.
+    constants : mapping of Constant to number, optional
+        Values of other constants.
+    least_step : float
+        Shortest step, as a fraction of the way to the next value.
+    progress : bool or callable, optional
+        As of `ocp.solve`.
 
     Raises
     ------
@@ -79,20 +113,22 @@ def homotopy(
     StatementError, SolveFailed, Interrupted
         As `ocp.solve`, of the first solve.
     """
-    wanted = [float(values)] if isinstance(values, (int, float)) else [float(v) for v in values]
-    if not wanted:
+    targets = [float(values)] if isinstance(values, (int, float)) else [float(v) for v in values]
+    if not targets:
         raise StatementError(
             f"the homotopy in '{constant.name}' has no value to go to; give at least one"
         )
     if not 0 < least_step <= 1:
         raise StatementError(f"the least step of a homotopy is {least_step!r}; give 0 < step <= 1")
+
     settings, others = settings or Settings(), dict(constants or {})
     if guess is None:
         unchecked = replace(settings, verify=False)
         guess = solve(problem, settings=unchecked, constants=others, progress=progress)
+
     path = _Path(problem, constant, settings, others, least_step, progress)
     solutions, steps = [], []
-    for target in wanted:
+    for target in targets:
         guess, taken = path.follow(guess, target)
         solutions.append(guess)
         steps += taken
@@ -113,40 +149,53 @@ class _Path:
     def follow(self, start: Solution, target: float) -> tuple[Solution, list[Step]]:
         """From a solution to the one at `target`, and the steps taken."""
         first = float(start.trajectory.constants[self.constant.name])
-        done, step, steps, last = 0.0, 1.0, [], start
+        last, steps = start, list[Step]()
+        reached, step = 0.0, 1.0  # fractions of the way
         while True:
-            at = min(done + step, 1.0)
-            value = target if at == 1.0 else first + at * (target - first)
+            fraction = min(reached + step, 1.0)
+            value = target if fraction == 1.0 else first + fraction * (target - first)
             try:
-                last = self._solved(last, value, final=at == 1.0)
-            except Unverified:  # shorter steps lead to the same answer
+                last = self._solved(last, value, final=fraction == 1.0)
+            except Unverified:
+                # shorter steps lead to the same answer
                 raise
             except SolveFailed as error:
                 steps.append(Step(value, False))
-                step = 0.5 * (at - done)
+                step = _SHRINKING * (fraction - reached)
                 if step < self.least:
-                    raise self._stopped(first + done * (target - first), target, last, error,
-                                        steps) from error  # fmt: skip
+                    value = first + reached * (target - first)
+                    raise self._stopped(value, target, last, error, steps) from error
                 continue
+
             steps.append(Step(value, True, last.iterations, last.objective))
-            if at == 1.0:
+            if fraction == 1.0:
                 return last, steps
-            done, step = at, _GROWTH * (at - done)
+            reached, step = fraction, _GROWTH * (fraction - reached)
 
     def _solved(self, last: Solution, value: float, final: bool) -> Solution:
-        settings = replace(self.settings, verify=final and self.settings.verify)
-        constants = {**self.others, self.constant: value}
-        return solve(self.problem, settings=settings, guess=last, constants=constants,
-                     progress=self.progress)  # fmt: skip
+        """The solution at a value, verified only where that was asked for."""
+        return solve(
+            self.problem,
+            settings=replace(self.settings, verify=final and self.settings.verify),
+            guess=last,
+            constants={**self.others, self.constant: value},
+            progress=self.progress,
+        )
 
     def _stopped(
-        self, reached: float, target: float, last: Solution, error: SolveFailed,
+        self,
+        reached: float,
+        target: float,
+        last: Solution,
+        error: SolveFailed,
         steps: Sequence[Step],
-    ) -> HomotopyStopped:  # fmt: skip
+    ) -> HomotopyStopped:
         name, unit = self.constant.name, self.constant.unit
         return HomotopyStopped(
             f"the homotopy in '{name}' stopped at {reached:.6g} {unit} on the way to "
             f"{target:.6g} {unit}: steps of {self.least:.2g} of the way still fail ({error}); "
             "take this value, allow shorter steps (least_step) or change another constant first",
-            reached, last, tuple(steps),
-        )  # fmt: skip
+            reached,
+            last,
+            tuple(steps),
+        )

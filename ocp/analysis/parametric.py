@@ -40,6 +40,9 @@ class Prepared:
     settings: Settings
     transcription: Transcription
 
+    def __repr__(self) -> str:
+        return f"Prepared('{self.problem.name}': {self.transcription.columns.count} unknowns)"
+
     @property
     def mesh(self) -> Mesh:
         """The mesh of every solve."""

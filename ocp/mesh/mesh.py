@@ -28,6 +28,11 @@ class PhaseMesh:
     degrees: Integers
     movable: tuple[int, ...] = ()
 
+    def __repr__(self) -> str:
+        lowest, highest = int(self.degrees.min()), int(self.degrees.max())
+        degree = f"{lowest}" if lowest == highest else f"{lowest} to {highest}"
+        return f"PhaseMesh({self.intervals} intervals of degree {degree})"
+
     def __post_init__(self) -> None:
         points = np.asarray(self.breakpoints, dtype=float)
         degrees = np.broadcast_to(np.asarray(self.degrees, dtype=np.int64), (len(points) - 1,))
@@ -81,6 +86,9 @@ class Mesh:
 
     phases: tuple[PhaseMesh, ...]
     extra: tuple[tuple[ExtraPoints, ...], ...] = ()
+
+    def __repr__(self) -> str:
+        return f"Mesh({', '.join(str(phase) for phase in self.phases)})"
 
     def __post_init__(self) -> None:
         if not self.extra:

@@ -57,6 +57,12 @@ class PhaseTrajectory:
     degrees: Integers
     groups: tuple[SignalGroup, ...]
 
+    def __repr__(self) -> str:
+        return (
+            f"PhaseTrajectory('{self.name}': {', '.join(self.signals)}; {self.intervals} "
+            f"intervals, {self.start:.6g} to {self.end:.6g} s)"
+        )
+
     @property
     def start(self) -> float:
         """Initial time [s]."""
@@ -154,6 +160,11 @@ class Trajectory:
     unknowns: Mapping[str, float] = field(default_factory=dict)
     constants: Mapping[str, float] = field(default_factory=dict)
     peaks: tuple[float, ...] = ()
+
+    def __repr__(self) -> str:
+        phases = (f"'{p.name}' {p.start:.6g} to {p.end:.6g} s" for p in self.phases)
+        unknowns = "".join(f", {name} = {v:.6g}" for name, v in self.unknowns.items())
+        return f"Trajectory({', '.join(phases)}{unknowns})"
 
     def phase(self, name: str) -> PhaseTrajectory:
         """The phase of that name."""

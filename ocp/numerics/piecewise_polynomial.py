@@ -110,6 +110,15 @@ class PiecewisePolynomial:
     breakpoints: Array
     pieces: tuple[Piece, ...]
 
+    def __repr__(self) -> str:
+        lowest, highest = int(self.orders.min()), int(self.orders.max())
+        degree = f"{lowest}" if lowest == highest else f"{lowest} to {highest}"
+        return (
+            f"PiecewisePolynomial({self.intervals} intervals of degree {degree}, "
+            f"{self.components} components, {self.breakpoints[0]:.6g} to "
+            f"{self.breakpoints[-1]:.6g} s)"
+        )
+
     @property
     def components(self) -> int:
         """Number of components n."""

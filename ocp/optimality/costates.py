@@ -44,6 +44,9 @@ class PhaseCostates:
     names: tuple[str, ...]
     polynomial: PiecewisePolynomial
 
+    def __repr__(self) -> str:
+        return f"PhaseCostates('{self.name}': {', '.join(self.names)})"
+
     def local(self, intervals: Integers, tau: Array) -> Array:
         """Costates at local times of intervals, shape (m, n)."""
         numbers, tau = np.broadcast_arrays(np.asarray(intervals), np.asarray(tau, dtype=float))

@@ -50,6 +50,12 @@ class Iterate:
     row_multipliers: Array
     built: Transcription | None = field(default=None, repr=False)
 
+    def __repr__(self) -> str:
+        return (
+            f"Iterate('{self.problem.name}': objective {self.objective:.10g}, {self.x.size} "
+            f"unknowns, {self.row_multipliers.size} rows)"
+        )
+
     @cached_property
     def transcription(self) -> Transcription:
         """The program."""

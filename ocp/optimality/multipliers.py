@@ -47,6 +47,9 @@ class PathMultiplier:
     masses: Array
     densities: Array
 
+    def __repr__(self) -> str:
+        return f"PathMultiplier('{self.name}' in '{self.phase}': {self.times.size} points)"
+
 
 @dataclass(frozen=True, eq=False)
 class Multipliers:
@@ -65,6 +68,11 @@ class Multipliers:
     costates: tuple[PhaseCostates, ...]
     boundary: dict[str, float]
     paths: tuple[PathMultiplier, ...]
+
+    def __repr__(self) -> str:
+        names = dict.fromkeys(name for costates in self.costates for name in costates.names)
+        others = dict.fromkeys((*self.boundary, *(path.name for path in self.paths)))
+        return f"Multipliers(costates of {', '.join(names)}; of {', '.join(others) or 'no bounds'})"
 
 
 def multipliers(iterate: Iterate) -> Multipliers:

@@ -58,6 +58,12 @@ class Scales:
     objective: float
     reasons: Mapping[tuple[str, Any], str] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        return (
+            f"Scales({len(self.signals)} signals, {len(self.bounds)} bounds; objective "
+            f"{self.objective:.4g}, time {self.time:.4g} s)"
+        )
+
 
 def scales_of(problem: Problem, guess: InitialGuess, parameters: Parameters) -> Scales:
     """Scales of a problem around a guess."""

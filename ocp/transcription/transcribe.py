@@ -65,6 +65,12 @@ class Transcription:
     program: Program
     kernels: dict[tuple[Any, ...], Any] = field(default_factory=dict, repr=False)
 
+    def __repr__(self) -> str:
+        return (
+            f"Transcription('{self.problem.name}': {self.columns.count} unknowns, "
+            f"{self.rows.count} rows)"
+        )
+
     @property
     def blocks(self) -> tuple[Block, ...]:
         """The blocks of the program."""

@@ -37,6 +37,12 @@ class Certificate:
     verdict: str
     checks: tuple[Condition, ...]
 
+    def __repr__(self) -> str:
+        met = sum(check.passed for check in self.checks)
+        return (
+            f"Certificate('{self.problem}': {met} of {len(self.checks)} conditions met; print it)"
+        )
+
     @property
     def passed(self) -> bool:
         """Whether every condition is met."""

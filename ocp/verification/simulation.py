@@ -80,6 +80,9 @@ class SimulatedPhase:
     amplification: float = 1.0
     restarts: int = 0
 
+    def __repr__(self) -> str:
+        return f"SimulatedPhase('{self.name}': {', '.join(self.state_names)})"
+
 
 @dataclass(frozen=True, eq=False)
 class SimulatedMotion:
@@ -94,6 +97,12 @@ class SimulatedMotion:
 
     phases: tuple[SimulatedPhase, ...]
     sizes: Mapping[str, float] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        if not self.phases:
+            return "SimulatedMotion(not simulated)"
+        names = ", ".join(f"'{phase.name}'" for phase in self.phases)
+        return f"SimulatedMotion({names}; misses the end by {self.miss:.2g} of the states' sizes)"
 
     @property
     def miss(self) -> float:

@@ -68,6 +68,13 @@ class Verification:
     amplification: float = 1.0
     restarts: int = 0
 
+    def __repr__(self) -> str:
+        verdict = "passed" if self.passed else "; ".join(self.reasons) or "not verified"
+        return (
+            f"Verification({verdict}: replayed end {self.miss:.2g}, constraints {self.excess:.2g} "
+            "of their sizes)"
+        )
+
 
 def verify(
     iterate: Iterate, simulated: SimulatedMotion, accuracy: Accuracy, evaluator: Evaluator
