@@ -219,20 +219,18 @@ def _race(name: str) -> Answer:
 def _arm(given: Mapping[str, Any]) -> Answer:
     """One stage of the arm, solved and refined as its command does."""
     from studies.arm.config import study_from
-    from studies.arm.optimal.solve import check_bending, check_caps, refine, solve_stage
-    from studies.arm.report.facts import check_mesh
+    from studies.arm.optimal.solve import refine, solve_stage
+    from studies.arm.questions.one_motion import check_study
 
     study = study_from(given)
     begin = time.process_time()
-    check_bending(study.stage)
-    check_caps(study.stage, study.limits)
-    check_mesh(study)
+    check_study(study)
     with kept_solutions("studies.arm") as solutions:  # the study keeps the trajectory alone
-        solved = solve_stage(study.stage, limits=study.limits, objective=study.objective)
-        refined = refine(solved, study.limits, objective=study.objective)
+        solved = solve_stage(study.slew, caps=study.caps, objective=study.objective)
+        refined = refine(solved, study.caps, objective=study.objective)
     seconds = time.process_time() - begin
 
-    trajectory = refined.solved.trajectory
+    trajectory = refined.motion.trajectory
     solution = next(s for s in solutions if s.trajectory is trajectory)
     agreement = ("study: replays on both models agree", refined.agrees)
     return Answer(

@@ -15,7 +15,8 @@ import textwrap
 import traceback
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NoReturn
+from operator import attrgetter
+from typing import Any, NoReturn
 
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError, exit_code_table
@@ -53,20 +54,54 @@ COMMANDS: Mapping[str, Command] = {
         "Finds the optimal deployment of the ring truss under stated caps, compares it with the "
         "laws of the paper, verifies, draws and exports it.",
     ),
-    "arm": Command(
-        "motions of the supporting arm that leave it still",
+    "arm solve": Command(
+        "a motion of the supporting arm that leaves it still",
         "studies.arm.command",
         "Finds a motion of the flexible arm that rests at both ends, elastic coordinates "
-        "included, and replays it on the full ANCF model. --baselines sets it beside the paper's "
-        "laws.",
+        "included, and replays it on the full ANCF model, beside the paper's laws.",
+        arguments="solve.add_arguments",
+        run="solve.run",
+    ),
+    "arm baselines": Command(
+        "an optimum of no higher peak torque beside each law",
+        "studies.arm.command",
+        "Replays the paper's laws, a linear torque and shaped ones, and finds an optimum of no "
+        "higher peak torque beside each.",
+        arguments="baselines.add_arguments",
+        run="baselines.run",
+    ),
+    "arm least-duration": Command(
+        "least durations that leave the arm still, of the optimum and each law",
+        "studies.arm.command",
+        "Finds the least durations of the optimum and of each law that leave at most 1e-6 J under "
+        "the Bezier law's peak torque.",
+        arguments="least_duration.add_arguments",
+        run="least_duration.run",
+    ),
+    "arm sequence": Command(
+        "big arm, locked dwell and small arm as one problem",
+        "studies.arm.command",
+        "States both stages and the lock between them as one problem whose times are free: least "
+        "common peak torque in a total time, or least time under a torque cap.",
+        arguments="sequence.add_arguments",
+        run="sequence.run",
+    ),
+    "pareto arm": Command(
+        "residual energy of the arm against the duration",
+        "studies.arm.command",
+        "Sets what the smoothest motion and the smooth laws leave against the duration.",
+        arguments="trade_off.add_arguments",
+        run="trade_off.run",
     ),
     "robust": Command(
         "a motion of the arm that stands a spread of stiffness or tip mass",
-        "studies.arm.questions.robust.command",
+        "studies.arm.command",
         "Finds the motion of least peak torque of one arm, and two that leave arms of other "
         "stiffness (torque drive) or stiffness and tip mass (angle drive) as still as can be: "
         "with a tenth more peak torque, and with no more. Replays all over the spread. Exit code "
         "5 if a tenth more torque does not bring the worst residual to a fifth.",
+        arguments="robust.add_arguments",
+        run="robust.run",
     ),
     "check": Command(
         "hold a deployment profile of your own against caps and model",
@@ -118,10 +153,20 @@ FORMER_FLAGS: Mapping[str, Mapping[str, str]] = {
         "--verify": "write antenna-ocp check PROFILE, with the same study and flags",
         "--config": "write the file before the flags: antenna-ocp truss STUDY.toml",
     },
+    "arm": {
+        "--baselines": "write antenna-ocp arm baselines --drive torque (or angle)",
+        "--least-duration": "write antenna-ocp arm least-duration --drive torque (or angle)",
+        "--sequence": "write antenna-ocp arm sequence --least peak-torque (or time)",
+        "--trade-off": "write antenna-ocp pareto arm",
+        "--config": "write antenna-ocp arm solve STUDY.toml",
+    },
+    "robust": {
+        "--config": "write the file before the flags: antenna-ocp robust STUDY.toml",
+    },
     "benchmarks": {"--output": "write --results DIR"},
 }
 
-LATER = ("flex", "sweep", "pareto", "codesign", "mission")  # known, but not built yet
+LATER = ("flex", "sweep", "codesign", "mission")  # known, but not built yet
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -130,7 +175,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         options, run = parse(sys.argv[1:] if arguments is None else arguments)
         return int(run(options, console))
-
     except StudyError as error:
         console.complain(str(error))
         return int(error.exit_code)
@@ -170,7 +214,7 @@ def parse(words: Sequence[str]) -> tuple[argparse.Namespace, Run]:
     options, unknown = parser.parse_known_args(rest)
     if unknown:
         raise StudyError(_unknown_argument(unknown[0], parser))
-    return options, getattr(importlib.import_module(COMMANDS[name].module), COMMANDS[name].run)
+    return options, _named(COMMANDS[name].module, COMMANDS[name].run)
 
 
 class _Parser(argparse.ArgumentParser):
@@ -191,8 +235,13 @@ def build_parser(name: str) -> argparse.ArgumentParser:
         # a shortened flag would one day be another one's
         allow_abbrev=False,
     )
-    getattr(importlib.import_module(command.module), command.arguments)(parser)
+    _named(command.module, command.arguments)(parser)
     return parser
+
+
+def _named(module: str, name: str) -> Any:
+    """What a module calls by a name, which may have dots."""
+    return attrgetter(name)(importlib.import_module(module))
 
 
 def overview(group: str = "") -> str:
@@ -224,6 +273,11 @@ def _command_name(words: Sequence[str]) -> str:
     members = [name.split()[1] for name in COMMANDS if name.startswith(f"{first} ")]
     if members and second in ("-h", "--help"):
         return first
+    if members and second.startswith("-"):
+        _refuse_former_flags(first, words)
+        raise StudyError(
+            f"{PROGRAM} {first} of what: before {second} comes one of {', '.join(members)}"
+        )
     if members:
         given = f"{PROGRAM} {first} has no '{second}'" if second else f"{PROGRAM} {first} of what"
         raise StudyError(f"{given}; {_suggestion(second, members)}")

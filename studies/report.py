@@ -13,7 +13,16 @@ if TYPE_CHECKING:
     from studies.common.result import Result
 
 # kind of study: module with a function `draw(result)`
-FIGURES = {"truss": "studies.truss.figures", "check": "studies.truss.figures"}
+ARM_FIGURES = "studies.arm.report.comparison_figures"
+FIGURES = {
+    "truss": "studies.truss.figures",
+    "check": "studies.truss.figures",
+    "arm": ARM_FIGURES,
+    "arm-baselines": ARM_FIGURES,
+    "arm-sequence": ARM_FIGURES,
+    "pareto-arm": ARM_FIGURES,
+    "robust": ARM_FIGURES,
+}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -71,7 +71,7 @@ def arm(duration: str) -> Answer:
 
     study = study_from({"stage": "big", "duration": float(duration)})
     imported, begin = memory(), perf_counter()
-    solve_stage(study.stage, limits=study.limits)  # raises unless converged
+    solve_stage(study.slew, caps=study.caps)  # raises unless converged
     return {"whole": perf_counter() - begin, "imports": imported}
 
 

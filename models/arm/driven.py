@@ -1,4 +1,4 @@
-"""The reduced arm with its one moving joint on a given angle, and what a lock of it leaves.
+"""The reduced arm with its one moving joint on a given angle.
 
 Symbols: s, sdot, sddot angle of the joint [rad] and its rates; z the elastic coordinates, zdot
 their rates; q = Q(z, s) all coordinates of the arm with the joint free, v their rates. The joint
@@ -11,10 +11,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
-import numpy as np
 
-from models.arm.reduced import ReducedArm, solve_small, tip_turn
-from models.arrays import Array
+from models.arm.lock import ELBOW, ROOT, all_coordinates, kept_by_lock
+from models.arm.reduced import ReducedArm, solve_small
 from models.errors import ModelError
 
 
@@ -44,25 +43,22 @@ class DrivenArm:
             )
 
     @property
+    def joint(self) -> int:
+        """The joint that is driven, 0 the root and 1 the elbow."""
+        return ROOT if self.model.root_lock is None else ELBOW
+
+    @property
     def elastic(self) -> tuple[int, ...]:
         """Places of z in q."""
-        names = self.model.coordinates
-        return tuple(k for k, name in enumerate(names) if not name.startswith("theta"))
+        return kept_by_lock(self.model, (self.joint,))
 
     def coordinates(self, z: Any, s: Any) -> Any:
         """Q: all coordinates (n, 1) from the elastic ones and the joint's angle."""
-        model = self.model
-        values = {model.coordinates[k]: z[i] for i, k in enumerate(self.elastic)}
-        if model.root_lock is None:
-            values["theta1"] = s
-        else:
-            # the tangent before the elbow turns with the bent big arm
-            values["theta2"] = model.root_lock + tip_turn(values["psi1"]) + s
-        return ca.vertcat(*(values[name] for name in model.coordinates))
+        return all_coordinates(self.model, (self.joint,), z, {self.joint: s})
 
     def angle(self, q: Any) -> Any:
         """Angle s of the joint [rad]."""
-        return q[0] if self.model.root_lock is None else self.model.elbow_angle(q)
+        return q[0] if self.joint == ROOT else self.model.elbow_angle(q)
 
     def motion(self, z: Any, rate: Any, s: Any, turn: Any) -> tuple[Any, Any]:
         """All coordinates q and rates v (n, 1).
@@ -84,12 +80,6 @@ class DrivenArm:
             z, rate, s, turn
         )
         return q_and_v
-
-    def tangent(self, q: Array) -> Array:
-        """Q_z (n, n - 1) at coordinates (n,)."""
-        x = ca.SX.sym("q", len(q))
-        angle = float(ca.Function("angle", [x], [self.angle(x)])(q))
-        return np.asarray(self._tangent_function()(q[list(self.elastic)], angle).full())
 
     def balance(self, z: Any, rate: Any, s: Any, turn: Any, spin: Any) -> tuple[Any, Any]:
         """Mass matrix Q_z^T M Q_z and force on z, while the joint follows an angle.
@@ -120,24 +110,8 @@ class DrivenArm:
         """Elastic accelerations (n - 1, 1) while the joint follows an angle, see `balance`."""
         return ca.vertcat(*solve_small(*self.balance(z, rate, s, turn, spin)))
 
-    def locked(self, q: Any, v: Any) -> tuple[Any, Any, Any]:
-        """Mass matrix of z, its momentum and the strain energy [J] if the joint locked now.
-
-        The inelastic impulse keeps the momentum p = Q_z^T M v of coordinates q and rates v, so
-        that E_res = 1/2 p^T (Q_z^T M Q_z)^-1 p + strain energy.
-        """
-        z = ca.vertcat(*(q[k] for k in self.elastic))
-        tangent = self._tangent_function()(z, self.angle(q))
-        mass = self.model.mass_matrix(q)
-        return tangent.T @ mass @ tangent, tangent.T @ (mass @ v), self.model.strain_energy(q)
-
     def _elastic_symbols(self, name: str) -> Any:
         return ca.SX.sym(name, len(self.elastic))
-
-    def _tangent_function(self) -> ca.Function:
-        """(z, s) -> Q_z."""
-        Z, S = self._elastic_symbols("z"), ca.SX.sym("s")
-        return ca.Function("Qz", [Z, S], [ca.jacobian(self.coordinates(Z, S), Z)])
 
     def _mechanics(self, q: Any, v: Any) -> tuple[Any, Any]:
         """M and f of the free arm without torque, for expressions q and v."""

@@ -72,10 +72,12 @@ class ArmParameters:
 
     Parameters
     ----------
-    big, small : Link
-        From root to elbow, from elbow to tip.
+    big : Link
+        From root to elbow.
+    small : Link
+        From elbow to tip.
     tip_mass : float
-        Antenna [kg].
+        The antenna, a particle at the tip [kg].
     elbow_mass : float
         Elbow drive, a particle [kg].
     hub_inertia : float
@@ -83,7 +85,7 @@ class ArmParameters:
     damping_ratio : float
         Internal damping over critical at `damping_frequency`; zero by default.
     damping_frequency : float
-        [Hz]
+        Where the damping ratio holds [Hz].
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Numbers from the reduced arm: motion under torque laws, natural modes, lock.
+"""Numbers from the reduced arm: motion under torque laws, natural modes.
 
 Symbols: q, v coordinates and rates of the model (n,); y = (q, v) its state (2 n,); m instants.
 """
@@ -10,11 +10,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 from math import pi
 
-import casadi as ca
 import numpy as np
 
 from models.ancf.joints import Free, Torque
-from models.arm.reduced import COORDINATES, ReducedArm
+from models.arm.reduced import ReducedArm
 from models.arrays import Array
 from models.errors import require
 from models.numerics import interior
@@ -139,32 +138,3 @@ def reduced_modes(model: ReducedArm, q: Array) -> tuple[Array, Array]:
     squares, vectors = eigh(stiffness, mass)
     elastic = squares > _RIGID * squares[-1]
     return np.sqrt(squares[elastic]) / (2 * pi), vectors[:, elastic]
-
-
-def lock_reduced(
-    model: ReducedArm, q: Array, v: Array, *, root: bool = False, elbow: bool = False
-) -> tuple[ReducedArm, Array, Array]:
-    """Lock joints at the angles reached: the locked model, its coordinates and its rates.
-
-    The rates are those after the inelastic impulse: J^T M J v+ = J^T M v, with J the tangent
-    of the locked coordinates in the free ones.
-    """
-    from scipy.linalg import solve
-
-    p = np.array(model.embed(q).full())[:, 0]
-    elbow_angle = float(model.elbow_angle(q))
-    locked = ReducedArm(
-        model.parameters,
-        model.variant,
-        root_lock=float(p[0]) if root else model.root_lock,
-        elbow_lock=elbow_angle if elbow else model.elbow_lock,
-    )
-    kept = q[[model.coordinates.index(name) for name in locked.coordinates]]
-
-    # The six coordinates of both models are the same: J is a choice of rows of dp/dq.
-    z = ca.SX.sym("z", locked.size)
-    all_six = ca.Function("p", [z], [ca.jacobian(locked.embed(z), z)])(kept).full()
-    J = all_six[[COORDINATES.index(name) for name in model.coordinates]]
-
-    mass = model.linear(q)[0].full()
-    return locked, kept, solve(J.T @ mass @ J, J.T @ mass @ v, assume_a="pos")

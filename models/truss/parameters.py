@@ -30,10 +30,10 @@ class JointMasses:
 
     Attributes
     ----------
-    bar_end : nodes 1, 2, 4, 5, the ends of the vertical bars.
-    middle : nodes 3, 6, where the two halves of a cross-bar pair meet.
-    crank : nodes 7, 9, 11, 13, where the links meet the cross-bars.
-    slider : nodes 8, 10, 12, 14, on the vertical bars.
+    bar_end : nodes 1, 2, 4, 5, the ends of the vertical bars [kg].
+    middle : nodes 3, 6, where the two halves of a cross-bar meet [kg].
+    crank : nodes 7, 9, 11, 13, where the links meet the cross-bars [kg].
+    slider : nodes 8, 10, 12, 14, on the vertical bars [kg].
 
     Raises
     ------
@@ -63,16 +63,16 @@ class TrussParameters:
     half_cross_bar : b [m], half of a cross-bar.
     crank : c [m], from the end of the vertical bar along the cross-bar to the link.
     link : d [m], from the crank joint to the slider.
-    modules : n [-].
+    modules : n [-], number of modules.
     stowed_angle : alpha0 [rad], between vertical bar and cross-bar before deployment.
     net_angle : alpha_c [rad], from which the cable net is taut.
     spring_stiffness : k1 [N/m], springs between slider and end of the bar.
     net_stiffness : k2 [N/m], equivalent springs of the cable net.
-    spring_free_length : l0 [m].
+    spring_free_length : l0 [m], of these springs at rest.
     joint_friction : xi1 [N m s/rad], viscous friction of the rotating joints.
     slider_friction : xi2 [N s/m], viscous friction of the sliders.
     pulley_friction : mu [-], between rope and pulley.
-    linear_density : rho [kg/m].
+    linear_density : rho [kg/m], of all rods.
     joint_masses : point masses at the nodes [kg].
     counting : "once" counts what neighbours share (vertical bars, their ends and sliders)
         once; "as printed" counts it in both modules, as (22)-(23) do.

@@ -1,161 +1,357 @@
-"""What the user asks of the arm: one TOML file, its flags on top, checked before any work."""
+"""What the user asks of the arm: a TOML file, flags on top, or Python; checked before any work.
+
+A study for each question. All but the sequence state one stage of the deployment; all state the
+arm in a table `[arm]`.
+"""
 
 from __future__ import annotations
 
-import difflib
+import dataclasses
 import math
-import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from functools import cached_property
+from typing import Any, Literal, TypeVar, get_args
 
-from models.arm.parameters import ASSUMED_DENSITY, ASSUMED_MODULUS, ArmParameters, tube
+from models.arm.parameters import (
+    ASSUMED_ANTENNA_MASS,
+    ASSUMED_DENSITY,
+    ASSUMED_MODULUS,
+    ArmParameters,
+    tube,
+)
 from models.errors import ModelError
-from studies.arm.numbers import MOST, NOT_NEGATIVE, NUMBERS, POSITIVE, WHOLE
 from studies.arm.optimal.objectives import OBJECTIVES
-from studies.arm.optimal.phase import Limits
-from studies.arm.replay.full import ELEMENTS, MODES
-from studies.arm.stage import STAGES, Stage
+from studies.arm.replay.full_model import ELEMENTS, MODES, Drive
+from studies.arm.search_limits import MOST_ELEMENTS, MOST_MODES
+from studies.arm.stage import STAGES, Stage, TorqueCaps
+from studies.common.configuration import (
+    Reader,
+    check,
+    choice,
+    finite,
+    from_mapping,
+    key,
+    not_negative,
+    optional,
+    positive,
+    section,
+)
 from studies.common.exit_codes import StudyError
 
 DURATIONS = {"big": 8.6, "small": 11.2, "both": 11.2}  # [s], a tenth of the paper's
-TUBES = {"big": (3.0, 0.060, 0.002), "small": (2.0, 0.050, 0.0015)}  # ours but for the lengths
-WORDS = ("stage", "objective")
+DRIVES: tuple[Drive, ...] = get_args(Drive)
+PAPER_TOTAL, OUR_DWELL = 198.0, 10.0  # [s], the paper's 86 and 112 s; the dwell is ours
+
+_Study = TypeVar("_Study")
 
 
-@dataclass(frozen=True)
-class ArmStudy:
-    """One motion of the arm.
+def _count(most: int) -> Reader:
+    """Reader of a whole number from 1 to `most`."""
 
-    Attributes
-    ----------
-    stage : Stage
-    objective : what is least, a key of `OBJECTIVES`.
-    limits : caps.
-    sample_time : of the exported profile [s].
-    pointing_error : of the tip [m].
-    latch : largest miss of an end angle that a latch accepts [rad]; None locks anywhere.
-    satellite_inertia : of a satellite that is free to turn [kg m^2]; None where it is held.
-    elements : of the full model, a link.
-    modes : number of locked modes that are reported.
-    given : the configuration as read, to reproduce the result.
-    """
+    def read(name: str, value: Any) -> int:
+        number = finite(name, value)
+        if number != int(number) or not 1 <= number <= most:
+            raise StudyError(f"{name} is {number:g}; give a whole number from 1 to {most}")
+        return int(number)
 
-    stage: Stage
-    objective: str
-    limits: Limits
-    sample_time: float
-    pointing_error: float
-    latch: float | None
-    satellite_inertia: float | None
-    elements: int
-    modes: int
-    given: Mapping[str, Any]
+    return read
 
 
-def read(path: Path | None, flags: Mapping[str, Any]) -> ArmStudy:
-    """The study of a TOML file with flags on top.
+@dataclass(frozen=True, kw_only=True)
+class ArmDescription:
+    """The arm: two tubes, its masses, its damping.
 
     Raises
     ------
     StudyError
         Naming the key, its value and the remedy.
     """
-    raw: dict[str, Any] = {}
-    if path is not None:
+
+    big_length: float = key(positive, "m", "of the big arm, the paper's", default=3.0)
+    big_diameter: float = key(positive, "m", "outer one of its tube", default=0.060)
+    big_wall: float = key(positive, "m", "thickness of its wall", default=0.002)
+    small_length: float = key(positive, "m", "of the small arm, the paper's", default=2.0)
+    small_diameter: float = key(positive, "m", "outer one of its tube", default=0.050)
+    small_wall: float = key(positive, "m", "thickness of its wall", default=0.0015)
+    modulus: float = key(positive, "Pa", "Young's modulus of both tubes", default=ASSUMED_MODULUS)
+    density: float = key(positive, "kg/m^3", "of both tubes", default=ASSUMED_DENSITY)
+    tip_mass: float = key(
+        not_negative, "kg", "the antenna as a particle", default=ASSUMED_ANTENNA_MASS
+    )
+    elbow_mass: float = key(not_negative, "kg", "of the elbow's drive, a particle", default=0.0)
+    hub_inertia: float = key(
+        not_negative, "kg m^2", "that turns with the big arm, a drive's", default=0.0
+    )
+    damping_ratio: float = key(
+        not_negative, "", "internal damping over critical at damping_frequency", default=0.0
+    )
+    damping_frequency: float = key(positive, "Hz", "where damping_ratio holds", default=1.0)
+
+    def __post_init__(self) -> None:
+        check(self)
+        assert self.parameters  # made once here, so that a tube that cannot be is said early
+
+    @cached_property
+    def parameters(self) -> ArmParameters:
+        """Parameters of the models."""
         try:
-            raw = tomllib.loads(path.read_text("utf-8"))
-        except OSError as error:
-            raise StudyError(f"the file {path} cannot be read ({error.strerror})") from error
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise StudyError(f"the file {path} is not valid TOML: {error}") from error
-    return study_from({**raw, **{k: v for k, v in flags.items() if v is not None}})
+            big, small = (
+                tube(
+                    getattr(self, f"{name}_length"),
+                    getattr(self, f"{name}_diameter"),
+                    getattr(self, f"{name}_wall"),
+                    self.modulus,
+                    self.density,
+                )
+                for name in ("big", "small")
+            )
+            return ArmParameters(
+                big,
+                small,
+                tip_mass=self.tip_mass,
+                elbow_mass=self.elbow_mass,
+                hub_inertia=self.hub_inertia,
+                damping_ratio=self.damping_ratio,
+                damping_frequency=self.damping_frequency,
+            )
+        except ModelError as error:
+            raise StudyError(str(error)) from error
+
+
+@dataclass(frozen=True, kw_only=True)
+class StageStudy:
+    """One stage of the deployment: what every question but the sequence states."""
+
+    stage: str = key(choice(STAGES), "", f"{', '.join(STAGES)}: what turns", default="big")
+    duration: float | None = key(
+        optional(positive), "s", "of the stage; 8.6, 11.2 and 11.2 by default", default=None
+    )
+    root_start_deg: float | None = key(
+        optional(finite), "deg", "instead of the stage's own", default=None
+    )
+    root_end_deg: float | None = key(
+        optional(finite), "deg", "instead of the stage's own", default=None
+    )
+    elbow_start_deg: float | None = key(
+        optional(finite), "deg", "instead of the stage's own", default=None
+    )
+    elbow_end_deg: float | None = key(
+        optional(finite), "deg", "instead of the stage's own", default=None
+    )
+    arm: ArmDescription = key(section(ArmDescription), "", "the arm", factory=ArmDescription)
+
+    def __post_init__(self) -> None:
+        check(self)
+        assert self.slew  # made once here, so that a stage that turns nothing is said early
+
+    @cached_property
+    def slew(self) -> Stage:
+        """The stage with its angles, its duration and its arm."""
+        duration = self.duration or DURATIONS[self.stage]
+        base = STAGES[self.stage](duration, self.arm.parameters)
+
+        def angles(when: str, defaults: tuple[float, float]) -> tuple[float, float]:
+            stated = [getattr(self, f"{joint}_{when}_deg") for joint in ("root", "elbow")]
+            root, elbow = (
+                default if given is None else math.radians(given)
+                for given, default in zip(stated, defaults, strict=True)
+            )
+            return root, elbow
+
+        start, end = angles("start", base.start), angles("end", base.end)
+        return Stage(self.stage, start, end, duration, self.arm.parameters)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArmStudy(StageStudy):
+    """One motion of the arm: `antenna-ocp arm solve`."""
+
+    objective: str = key(
+        choice(OBJECTIVES),
+        "",
+        f"what is least: {', '.join(OBJECTIVES)}; time needs both caps",
+        default="smoothest",
+    )
+    torque_cap: float | None = key(optional(positive), "N m", "on each driven joint", default=None)
+    rate_cap: float | None = key(optional(positive), "N m/s", "on the torque's rate", default=None)
+    latch: float | None = key(
+        optional(positive),
+        "rad",
+        "a joint that misses its end angle by more fails to lock",
+        default=None,
+    )
+    sample_time: float = key(positive, "s", "of the exported profile", default=0.1)
+    pointing_error: float = key(positive, "m", "of the tip, for the settling time", default=1e-4)
+    satellite_inertia: float | None = key(
+        optional(positive),
+        "kg m^2",
+        "about the root: replay the motion where the satellite is not held but turns",
+        default=None,
+    )
+    elements: int = key(_count(MOST_ELEMENTS), "", "of the full model, a link", default=ELEMENTS)
+    modes: int = key(
+        _count(MOST_MODES), "", "locked modes whose amplitudes are reported", default=MODES
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.sample_time > self.slew.duration:
+            raise StudyError(
+                f"sample_time is {self.sample_time:g} s, more than the stage's "
+                f"{self.slew.duration:g} s; give less"
+            )
+
+    @property
+    def caps(self) -> TorqueCaps:
+        """The caps of both joints."""
+        torque, rate = self.torque_cap, self.rate_cap
+        return TorqueCaps((torque, torque), (rate, rate))
+
+    @property
+    def question(self) -> str:
+        """What is asked, in one line."""
+        time = "" if self.objective == "time" else f" in {self.slew.duration:.6g} s"
+        return f"{self.stage} arm{time}: {OBJECTIVES[self.objective].title}, rest to rest"
+
+
+@dataclass(frozen=True, kw_only=True)
+class BaselinesStudy(StageStudy):
+    """An optimum beside each of the paper's laws: `antenna-ocp arm baselines`."""
+
+    drive: Drive = key(choice(DRIVES), "", f"{' or '.join(DRIVES)}", default="torque")
+    latch: float | None = key(
+        optional(positive),
+        "rad",
+        "a joint that misses its end angle by more fails to lock",
+        default=None,
+    )
+
+    @property
+    def question(self) -> str:
+        """What is asked, in one line."""
+        return (
+            f"{self.stage} arm in {self.slew.duration:g} s, {self.drive} drive: what does an "
+            "optimum of no higher peak torque leave, beside each law?"
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class LeastDurationStudy(StageStudy):
+    """Least durations under one torque cap and one residual: `antenna-ocp arm least-duration`."""
+
+    drive: Drive = key(choice(DRIVES), "", f"{' or '.join(DRIVES)}", default="torque")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_one_joint("arm least-duration", self.slew)
+
+    @property
+    def question(self) -> str:
+        """What is asked, in one line."""
+        return f"{self.stage} arm, {self.drive} drive: the least duration that leaves it still"
+
+
+@dataclass(frozen=True, kw_only=True)
+class TradeOffStudy(StageStudy):
+    """Residual energy against duration: `antenna-ocp pareto arm`."""
+
+    @property
+    def question(self) -> str:
+        """What is asked, in one line."""
+        return f"{self.stage} arm, torque drive: residual energy on the full model against duration"
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobustStudy(StageStudy):
+    """One motion for a spread of arms: `antenna-ocp robust`."""
+
+    drive: Drive = key(choice(DRIVES), "", f"{' or '.join(DRIVES)}", default="torque")
+    points: int = key(_count(MOST_ELEMENTS), "", "arms a side of the grid on B21", default=21)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_one_joint("robust", self.slew)
+        if self.points < 2:
+            raise StudyError(f"points is {self.points}; give 2 or more arms a side")
+
+    @property
+    def question(self) -> str:
+        """What is asked, in one line."""
+        return (
+            f"{self.stage} arm in {self.slew.duration:g} s, {self.drive} drive: the motion that "
+            "leaves a spread of arms most still"
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class SequenceStudy:
+    """Big arm, locked dwell and small arm as one problem: `antenna-ocp arm sequence`."""
+
+    least: Literal["peak-torque", "time"] = key(
+        choice(("peak-torque", "time")),
+        "",
+        "peak-torque in a total time, or time under torque_cap",
+        default="peak-torque",
+    )
+    total: float = key(positive, "s", "time of both motions", default=PAPER_TOTAL)
+    dwell: float = key(positive, "s", "locked time between them, on top", default=OUR_DWELL)
+    torque_cap: float | None = key(optional(positive), "N m", "on both joints", default=None)
+    lock_energy: float | None = key(
+        optional(positive),
+        "J",
+        "also a sequence whose first lock may meet this energy instead of rest",
+        default=None,
+    )
+    sample_time: float = key(positive, "s", "of the exported profile", default=0.1)
+    arm: ArmDescription = key(section(ArmDescription), "", "the arm", factory=ArmDescription)
+
+    def __post_init__(self) -> None:
+        check(self)
+        if self.least == "time" and self.torque_cap is None:
+            raise StudyError("the least time of a sequence needs torque_cap; give one in N m")
+        if self.least != "time" and self.torque_cap is not None:
+            raise StudyError(
+                f"torque_cap is {self.torque_cap:g}, but the torque itself is least; leave it out "
+                "or ask for the least time"
+            )
+
+    @property
+    def question(self) -> str:
+        """What is asked, in one line."""
+        least = self.least.replace("-", " ")
+        return f"big arm, {self.dwell:g} s locked, small arm: least {least}, rest at each lock"
+
+
+def _check_one_joint(question: str, stage: Stage) -> None:
+    if len(stage.moving) > 1:
+        raise StudyError(
+            f"{question} turns one joint, the stage '{stage.name}' both; give big or small"
+        )
 
 
 def study_from(raw: Mapping[str, Any]) -> ArmStudy:
-    """Check a flat dictionary and return the study it states."""
-    for key in raw:
-        if key not in (*WORDS, *NUMBERS):
-            raise StudyError(f"unknown key {key}; {_hint(key, (*WORDS, *NUMBERS))}")
-    values = {k: _number(k, v) for k, v in raw.items() if k in NUMBERS}
-    name = _choice("stage", raw.get("stage", "big"), STAGES)
-    objective = _choice("objective", raw.get("objective", "smoothest"), OBJECTIVES)
-    _check_signs(values)
-    stage = _stage(name, _arm(values), values)
-    step = values.get("sample_time", 0.1)
-    if step > stage.duration:
-        raise StudyError(
-            f"sample_time is {step:g} s, more than the stage's {stage.duration:g} s; give less"
-        )
-    torque, rate = values.get("torque_cap"), values.get("rate_cap")
-    return ArmStudy(
-        stage, objective, Limits((torque, torque), (rate, rate)), step,
-        values.get("pointing_error", 1e-4), values.get("latch"), values.get("satellite_inertia"),
-        int(values.get("elements", ELEMENTS)), int(values.get("modes", MODES)),
-        {"stage": name, "objective": objective, **values},
-    )  # fmt: skip
+    """The study of one motion that a nested dictionary states; see `question_from`."""
+    return question_from(ArmStudy, raw)
 
 
-def _stage(name: str, arm: ArmParameters, values: Mapping[str, float]) -> Stage:
-    base = STAGES[name](values.get("duration", DURATIONS[name]), arm)
+def question_from(kind: type[_Study], raw: Mapping[str, Any]) -> _Study:
+    """Check a nested dictionary and return the study of a kind that it states.
 
-    def angle(joint: str, when: str, default: float) -> float:
-        key = f"{joint}_{when}_deg"
-        return math.radians(values[key]) if key in values else default
-
-    start, end = (
-        (angle("root", when, root), angle("elbow", when, elbow))
-        for when, (root, elbow) in (("start", base.start), ("end", base.end))
-    )
-    return Stage(name, start, end, base.duration, arm)
-
-
-def _arm(values: Mapping[str, float]) -> ArmParameters:
-    material = {"modulus": ASSUMED_MODULUS, "density": ASSUMED_DENSITY}
-    stated = {k: values.get(k, default) for k, default in material.items()}
-    try:
-        links = {}
-        for name, sizes in TUBES.items():
-            parts = zip(("length", "diameter", "wall"), sizes, strict=True)
-            size = {part: values.get(f"{name}_{part}", default) for part, default in parts}
-            links[name] = tube(**size, **stated)
-        known = ("tip_mass", "elbow_mass", "hub_inertia", "damping_ratio", "damping_frequency")
-        others = {k: values[k] for k in known if k in values}
-        return ArmParameters(links["big"], links["small"], **others)
-    except ModelError as error:
-        raise StudyError(str(error)) from error
+    Raises
+    ------
+    StudyError
+        Naming the key, its value and the remedy.
+    """
+    arm_keys = [field.name for field in dataclasses.fields(ArmDescription)]
+    for name in raw:
+        if name in arm_keys:
+            raise StudyError(f"{name} is a key of the arm; write it below a line [arm]")
+    return from_mapping(kind, raw)
 
 
-def _check_signs(values: Mapping[str, float]) -> None:
-    for key, value in values.items():
-        if key in POSITIVE and value <= 0:
-            raise StudyError(f"{key} is {value:g}; give a value above zero")
-        if key in NOT_NEGATIVE and value < 0:
-            raise StudyError(f"{key} is {value:g}; give zero or more")
-        if key in MOST and value > MOST[key]:
-            raise StudyError(f"{key} is {value:g}; give {MOST[key]} or less")
-        if key in WHOLE and value != int(value):
-            raise StudyError(f"{key} is {value:g}; give a whole number")
-
-
-def _number(key: str, value: Any) -> float:
-    try:
-        found = math.nan if isinstance(value, bool) else float(value)
-    except (TypeError, ValueError):
-        found = math.nan
-    if not math.isfinite(found):
-        raise StudyError(f"{key} is {value!r}; give a finite number")
-    return found
-
-
-def _choice(key: str, value: Any, choices: Iterable[str]) -> str:
-    if value not in choices:
-        raise StudyError(f"{key} is {value!r}; {_hint(str(value), choices)}")
-    return str(value)
-
-
-def _hint(word: str, known: Iterable[str]) -> str:
-    known = list(known)
-    near = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
-    return f"did you mean {near[0]}?" if near else f"choose one of {', '.join(known)}"
+def as_dictionary(study: Any) -> dict[str, Any]:
+    """The nested dictionary from which `study_from` makes the same study again."""
+    content = dataclasses.asdict(study)
+    arm = content.pop("arm")
+    return {name: value for name, value in content.items() if value is not None} | {"arm": arm}

@@ -1,4 +1,4 @@
-"""A stage of the arm's deployment: which joints turn, from where to where, in what time.
+"""A stage of the arm's deployment: which joints turn, from where to where, under what caps.
 
 Symbols: T duration [s], D turn of a joint [rad], J rigid inertia about a driven joint [kg m^2].
 """
@@ -12,17 +12,30 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from models.ancf import joints
 from models.ancf.state import NodalState, posed
 from models.arm.parameters import ArmParameters
 from models.arm.reduced import ReducedArm
+from ocp.arrays import Array
 from studies.common.exit_codes import StudyError
 
-Array = NDArray[np.float64]
 ROOT, ELBOW = 0, 1
 JOINT_NAMES = ("root", "elbow")
+
+
+@dataclass(frozen=True)
+class TorqueCaps:
+    """What the drives may not exceed at any time; None is no cap.
+
+    Attributes
+    ----------
+    torque : (root, elbow) largest torques [N m].
+    rate : (root, elbow) largest rates of the torques [N m/s].
+    """
+
+    torque: tuple[float | None, float | None] = (None, None)
+    rate: tuple[float | None, float | None] = (None, None)
 
 
 @dataclass(frozen=True)
@@ -91,14 +104,24 @@ class Stage:
         return np.array([self.arm.root_inertia(elbow), self.arm.elbow_inertia])
 
     @property
+    def inertia_turns(self) -> Array:
+        """J |D| of both joints (2,) [N m s^2]; a torque unit is one of them over T^2."""
+        return np.asarray(self.inertias * np.abs(self.turn))
+
+    @property
     def torque_units(self) -> Array:
         """J |D| / T^2 of both joints (2,) [N m]; the rigid bound of one joint is 4 of them."""
-        return self.inertias * np.abs(self.turn) / self.duration**2
+        return self.inertia_turns / self.duration**2
 
     def least_duration(self, torque: float) -> float:
         """Least T [s] of a rigid arm with one driven joint under a cap [N m]: 2 sqrt(J D/cap)."""
-        k = self.moving[0]
-        return 2.0 * math.sqrt(self.inertias[k] * abs(self.turn[k]) / torque)
+        return 2.0 * math.sqrt(self.inertia_turns[self.moving[0]] / torque)
+
+    def capped(self, factor: float) -> TorqueCaps:
+        """Torque caps of a multiple of the torque units of the joints that turn."""
+        units = self.torque_units
+        root, elbow = (factor * float(units[k]) if k in self.moving else None for k in (0, 1))
+        return TorqueCaps(torque=(root, elbow))
 
     def lasting(self, duration: float) -> Stage:
         """The same stage in another time [s]."""

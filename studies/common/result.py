@@ -396,7 +396,6 @@ def _typed(record: Mapping[str, Any]) -> dict[str, Any]:
     fields = dict(record)
     if "verdict" in fields:
         fields["verdict"] = Verdict(**fields["verdict"])
-
     fields["table"] = tuple(
         TableRow(
             **row
@@ -407,7 +406,6 @@ def _typed(record: Mapping[str, Any]) -> dict[str, Any]:
         )
         for row in fields.get("table", ())
     )
-
     fields["checks"] = tuple(
         Criterion(**row | {"value": _number(row["value"]), "limit": _number(row["limit"])})
         for row in fields.get("checks", ())
@@ -417,7 +415,6 @@ def _typed(record: Mapping[str, Any]) -> dict[str, Any]:
         Cost(**row | {"ratio": math.inf if row["ratio"] is None else row["ratio"]})
         for row in fields.get("costs_elsewhere", ())
     )
-
     fields["bounds"] = {key: _number(value) for key, value in fields.get("bounds", {}).items()}
     fields["remarks"] = tuple(fields.get("remarks", ()))
     return fields

@@ -52,6 +52,7 @@ class Job:
     check : raises StudyError where a study cannot be met, before a folder is made for it.
     solve : gives the result.
     draw : gives its figures, with the names of their files.
+    files : further files beside those of every study: their texts, by name.
     """
 
     kind: str
@@ -63,6 +64,7 @@ class Job:
     check: Callable[[], None]
     solve: Callable[[], Result]
     draw: Draw
+    files: Callable[[Result], Mapping[str, str]] = lambda result: {}
 
 
 def carry_out(job: Job, options: argparse.Namespace, console: Console) -> ExitCode:
@@ -89,6 +91,8 @@ def carry_out(job: Job, options: argparse.Namespace, console: Console) -> ExitCo
     except StudyError as error:
         folder.write_json("failure.json", {"sentence": str(error), "code": error.exit_code.name})
         raise
+    for name, text in job.files(result).items():
+        folder.file(name).write_text(text, "utf-8", newline="")
     again = f"{job.command} {folder.file('input.toml')}"
     return hand_over(result, folder, job.draw, again, options, console)
 

@@ -97,7 +97,8 @@ def _cost_lines(result: Result) -> list[str]:
     def line(cost: Cost) -> str:
         return f"  {cost.sentence}"
 
-    if len(result.laws) < 2:
+    compared = any(row.better != "neither" for row in result.table)
+    if len(result.laws) < 2 or not compared:
         return []
     more = f"{100 * (WORSE - 1):.0f} %"
     if not result.costs_elsewhere:

@@ -95,7 +95,6 @@ def check_profile(path: Path, study: TrussStudy) -> Result:
     deployment = read_profile(path, study)
     laws = [deployment, *paper_laws(study.truss, deployment.law.duration)]
     bounds = lower_bounds(study, None)
-
     table = table_rows(study, laws, bounds)
     return Result(
         kind="check",
@@ -115,7 +114,6 @@ def result_of(study: TrussStudy, best: BestMotion) -> Result:
     """The result that the best motion of a search gives."""
     laws = [best.deployment, *paper_laws(study.truss, best.deployment.law.duration)]
     table = table_rows(study, laws, best.bounds)
-
     verification = best.solution.verification
     peaks = [
         f"{name}: {epigraph:.9g} in the solver, {dense:.9g} replayed between points"
@@ -156,12 +154,10 @@ def _details(best: BestMotion) -> dict[str, Any]:
         {"name": name, "solver": epigraph, "replayed_between_points": dense}
         for name, epigraph, dense in verification.peaks
     ]
-
     starts = [
         {"start": a.start, "value": a.value, "seconds": a.seconds, "failure": a.failure}
         for a in best.attempts
     ]
-
     return {
         "accuracy": {
             "solver_objective": verification.objective,
@@ -187,7 +183,6 @@ def table_rows(
 ) -> tuple[TableRow, ...]:
     """All quantities of the laws, with caps and bounds."""
     broken = {deployment.name: broken_caps(study, deployment.values) for deployment in laws}
-
     return tuple(
         TableRow(
             key=key,
@@ -277,7 +272,6 @@ def _at_the_ends(study: TrussStudy, deployment: Deployment, angle_miss: float) -
 
 def _under_the_caps(study: TrussStudy, deployment: Deployment) -> list[Criterion]:
     values = deployment.values
-
     broken = broken_caps(study, values)
     return [
         Criterion(
@@ -295,12 +289,10 @@ def _under_the_caps(study: TrussStudy, deployment: Deployment) -> list[Criterion
 def _engine_criterion(solution: Solution) -> Criterion:
     """What the engine says of its own answer."""
     verification = solution.verification
-
     if verification.passed:
         sentence = "passed: the engine's replay and its evaluation between the points"
     else:
         sentence = f"FAILED: the engine's verification: {'; '.join(verification.reasons)}"
-
     return Criterion(
         name="the engine's verification",
         unit="1",

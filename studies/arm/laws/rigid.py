@@ -1,18 +1,25 @@
-"""Rigid inverse dynamics: the feed-forward torque of the torque drive."""
+"""The rigid arm: its equations of motion, and the drives that move it along a unit law.
+
+Symbols: theta absolute angles of the links, w and a their first and second rates; phi angle of
+the elbow; tau torques of root and elbow [N m]. Inertias [kg m^2]: A about the root with the outer
+mass at the elbow, B about the elbow, C of the coupling.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any
 
+import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from models.ancf.joints import Driven, Torque
 from models.arm.parameters import ArmParameters
 from models.laws import Law
+from ocp.arrays import Array
 from studies.arm.stage import Stage
-
-Array = NDArray[np.float64]
 
 
 def joint_motion(stage: Stage, law: Law, t: Array) -> tuple[Array, Array, Array]:
@@ -24,32 +31,61 @@ def joint_motion(stage: Stage, law: Law, t: Array) -> tuple[Array, Array, Array]
 
 
 def inertias(arm: ArmParameters) -> tuple[float, float, float]:
-    """A about the root with the outer mass at the elbow, B about the elbow, coupling C [kg m^2]."""
+    """A, B and C [kg m^2]."""
     B = arm.elbow_inertia
     A = arm.root_inertia(np.pi / 2) - B
     return A, B, (arm.root_inertia(0.0) - A - B) / 2
 
 
-def feed_forward(stage: Stage, law: Law) -> Callable[[Array], Array]:
-    """Torques (2, m) [N m] over times (m,) that move the rigid arm along a unit law.
+@dataclass(frozen=True, eq=False)
+class RigidEquations:
+    """Two rigid links: `A a1 + c a2 + h1 = tau1 - tau2` and `c a1 + B a2 + h2 = tau2`.
 
-    Two rigid links with absolute angles theta: angular momentum of the outer one about the
-    elbow, and of both about the root. With the elbow's angle phi, the inertia B about the elbow
-    and the coupling C cos phi:
-    `tau2 = B theta2'' + C (cos phi theta1'' + sin phi theta1'^2)`,
-    `tau1 = tau2 + A theta1'' + C (cos phi theta2'' - sin phi theta2'^2)`.
+    The second is the angular momentum of the outer link about the elbow, the sum of both that of
+    the arm about the root. `c = C cos phi`, `h1 = -C sin phi w2^2` and `h2 = C sin phi w1^2`.
     """
-    A, B, C = inertias(stage.arm)
+
+    A: float
+    B: float
+    c: Any
+    h1: Any
+    h2: Any
+
+
+def rigid_equations(arm: ArmParameters, phi: Any, rates: Any, xp: ModuleType) -> RigidEquations:
+    """Equations at an angle of the elbow and rates of the joints, by NumPy or CasADi (`xp`)."""
+    A, B, C = inertias(arm)
+    w1, w2 = rates[0], rates[0] + rates[1]
+    sin = C * xp.sin(phi)
+    return RigidEquations(A, B, c=C * xp.cos(phi), h1=-(sin * w2**2), h2=sin * w1**2)
+
+
+def feed_forward(stage: Stage, law: Law) -> Callable[[Array], Array]:
+    """Torques (2, m) [N m] over times (m,) that move the rigid arm along a unit law."""
 
     def torques(t: Array) -> Array:
         (_, phi), rates, accelerations = joint_motion(stage, law, t)
-        w1, w2 = np.cumsum(rates, axis=0)
+        eq = rigid_equations(stage.arm, phi, rates, np)
         a1, a2 = np.cumsum(accelerations, axis=0)
-        cos, sin = C * np.cos(phi), C * np.sin(phi)
-        elbow = B * a2 + cos * a1 + sin * w1**2
-        return np.array((elbow + A * a1 + cos * a2 - sin * w2**2, elbow))
+        elbow = eq.B * a2 + eq.c * a1 + eq.h2
+        return np.array((elbow + eq.A * a1 + eq.c * a2 + eq.h1, elbow))
 
     return torques
+
+
+def rigid_accelerations(
+    arm: ArmParameters, phi: Any, rates: Sequence[Any], torques: Sequence[Any]
+) -> list[Any]:
+    """Second derivatives of both joint angles: the torques of `feed_forward` solved for them.
+
+    Symbols of the elbow's angle, and of the joints' rates and torques.
+    """
+    eq = rigid_equations(arm, phi, rates, ca)
+    inner, outer = torques[0] - torques[1] - eq.h1, torques[1] - eq.h2
+    determinant = eq.A * eq.B - eq.c**2
+    a1 = (eq.B * inner - eq.c * outer) / determinant
+    a2 = (eq.A * outer - eq.c * inner) / determinant
+    return [a1, a2 - a1]
 
 
 def torque_drives(stage: Stage, law: Law) -> dict[int, Torque]:

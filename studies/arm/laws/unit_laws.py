@@ -45,12 +45,15 @@ def shaped_bang_bang(duration: float, frequency: float, kind: ShaperKind) -> Pie
             f"the {kind} shaper of {frequency:.4g} Hz lasts {duration - core:.4g} s, longer than "
             f"the motion of {duration:g} s; give a longer duration"
         )
+
+    # each impulse of the shaper repeats the jumps of the bang-bang law, delayed and weighed
     height = 4.0 / core**2
     jumps: dict[float, float] = {}
     for delay, weight in impulses:
         for at, jump in ((0.0, height), (core / 2, -2 * height), (core, height)):
             instant = round(delay / frequency + at, 14)
             jumps[instant] = jumps.get(instant, 0.0) + weight * jump
+
     edges = sorted(jumps)
     levels = np.cumsum([jumps[t] for t in edges])[:-1]
     return constant_acceleration((*edges[:-1], duration), levels.tolist())
@@ -83,13 +86,13 @@ class NamedLaw:
     jumps: bool = False
 
 
-def baselines(duration: float, frequency: float, *, linear: bool = True) -> list[NamedLaw]:
+def baselines(duration: float, frequency: float) -> list[NamedLaw]:
     """All baselines; `frequency` is the shapers' [Hz]."""
-    found = [
+    return [
+        NamedLaw("linear torque", linear_torque(duration), True),
         NamedLaw("quintic", quintic(duration)),
         NamedLaw("Step5", Step5(duration, 0.0, 1.0)),
         NamedLaw("Bezier", bezier(duration)),
         NamedLaw("ZV", shaped_bang_bang(duration, frequency, "ZV"), True),
         NamedLaw("ZVD", shaped_bang_bang(duration, frequency, "ZVD"), True),
     ]
-    return ([NamedLaw("linear torque", linear_torque(duration), True)] if linear else []) + found

@@ -16,12 +16,11 @@ import casadi as ca
 import numpy as np
 
 from ocp import Between, Functional, Problem, peak
-from studies.arm.optimal.phase import ArmPhase, Limits, arm_phase, column, smoothness, starting_law
-from studies.arm.stage import Stage
+from studies.arm.optimal.phase import ArmPhase, arm_phase, column, smoothness, starting_law
+from studies.arm.search_limits import SPARE_DURATION, TIME_WINDOW
+from studies.arm.stage import Stage, TorqueCaps
 from studies.common.exit_codes import StudyError
 
-_SPARE = 1.1  # first duration for a least time, over the rigid arm's least under the same caps
-_SHORTEST, _LONGEST = 0.5, 1.05  # of a least time, over a duration in which the arm can turn
 _QUADRATIC = 12.0  # least mean square torque of a rigid arm in (J D/T^2)^2, linear in time
 _CONSTANT = 4.0  # least peak torque of a rigid arm in J D/T^2
 
@@ -59,21 +58,20 @@ def energy(arm: ArmPhase, stage: Stage) -> Any:
 
 def tip_acceleration(arm: ArmPhase, stage: Stage) -> Functional:
     """Largest square of the tip's acceleration."""
-    q, v = column(arm.q), column(arm.v)
-    found = _second(arm.model.tip(q), arm, q, v)
+    acceleration = _second(arm.model.tip(column(arm.q)), arm)
     k = stage.moving[0]
-    arms = stage.arm.big.length, stage.arm.small.length
-    size = _CONSTANT * abs(stage.turn[k]) * arms[k] / stage.duration**2
-    return arm.phase.peak(ca.dot(found, found) / size**2)
+    length = (stage.arm.big.length, stage.arm.small.length)[k]
+    size = _CONSTANT * abs(stage.turn[k]) * length / stage.duration**2
+    return arm.phase.peak(ca.dot(acceleration, acceleration) / size**2)
 
 
 def root_reaction(arm: ArmPhase, stage: Stage) -> Functional:
     """Largest square of the root's force, the rate of the arm's momentum."""
-    q, v = column(arm.q), column(arm.v)
-    force = _second(arm.model.first_moment(q), arm, q, v)
+    force = _second(arm.model.first_moment(column(arm.q)), arm)
     k = stage.moving[0]
-    size = _CONSTANT * stage.torque_units[k] / (stage.arm.big.length, stage.arm.small.length)[k]
-    return arm.phase.peak(ca.dot(force, force) / float(size) ** 2)
+    length = (stage.arm.big.length, stage.arm.small.length)[k]
+    size = float(_CONSTANT * stage.torque_units[k] / length)
+    return arm.phase.peak(ca.dot(force, force) / size**2)
 
 
 def deflection(arm: ArmPhase, stage: Stage) -> Functional:
@@ -83,8 +81,9 @@ def deflection(arm: ArmPhase, stage: Stage) -> Functional:
     return peak(*((arm.phase, s / size) for s in ends), absolute=True)
 
 
-def _second(place: Any, arm: ArmPhase, q: Any, v: Any) -> Any:
+def _second(place: Any, arm: ArmPhase) -> Any:
     """Second time derivative of an expression of q."""
+    q, v = column(arm.q), column(arm.v)
     rate = ca.jtimes(place, q, v)
     return ca.jtimes(rate, q, v) + ca.jtimes(rate, v, ca.vertcat(*arm.acceleration))
 
@@ -100,23 +99,28 @@ OBJECTIVES: dict[str, Objective] = {
 }
 
 
-def problem(stage: Stage, limits: Limits, objective: str = "smoothest") -> tuple[Problem, ArmPhase]:
+def problem(
+    stage: Stage, caps: TorqueCaps, objective: str = "smoothest"
+) -> tuple[Problem, ArmPhase]:
     """The best motion of a stage under its caps.
 
     For least time the stage must last long enough for its caps: the duration is only shortened.
     Left more room, the solver lengthens it first and creeps back.
     """
-    chosen = OBJECTIVES[objective]
-    T = stage.duration
-    end = Between(_SHORTEST * T, _LONGEST * T, T) if objective == "time" else None
-    arm = arm_phase(stage, limits, law=starting_law(stage, limits), end=end)
+    chosen, duration = OBJECTIVES[objective], stage.duration
+    end = None
+    if objective == "time":
+        shortest, longest = TIME_WINDOW
+        end = Between(shortest * duration, longest * duration, duration)
+    arm = arm_phase(stage, caps, law=starting_law(stage, caps), end=end)
+
     least = chosen.build(arm, stage)
     if chosen.smoothing:
         least = least + chosen.smoothing * smoothness(arm, stage)
     return Problem(f"{stage.name} arm", [arm.phase], minimise=least, bounds=arm.bounds), arm
 
 
-def first_duration(stage: Stage, limits: Limits) -> float:
+def first_duration(stage: Stage, caps: TorqueCaps) -> float:
     """A duration in which the rigid arm can turn well within its caps [s].
 
     Torque of a joint that turns alone: up at the rate cap, on at the torque cap, down through
@@ -128,12 +132,14 @@ def first_duration(stage: Stage, limits: Limits) -> float:
     StudyError
         Without a cap on the torque and on its rate.
     """
-    found = []
+    durations = []
     for k in stage.moving:
-        cap, rate = limits.torque[k], limits.rate[k]
+        cap, rate = caps.torque[k], caps.rate[k]
         if cap is None or rate is None:
             raise StudyError("least time needs torque_cap and rate_cap; give both")
-        turn, ramp = stage.inertias[k] * abs(stage.turn[k]), cap / rate
+
+        turn, ramp = stage.inertia_turns[k], cap / rate
         half = (ramp + np.sqrt(ramp**2 + 4.0 * turn / cap)) / 2.0
-        found.append(2.0 * (half if half > 2.0 * ramp else np.cbrt(4.0 * turn / rate)))
-    return _SPARE * float(max(found))
+        cap_is_reached = half > 2.0 * ramp
+        durations.append(2.0 * (half if cap_is_reached else np.cbrt(4.0 * turn / rate)))
+    return SPARE_DURATION * float(max(durations))

@@ -1,4 +1,4 @@
-"""The arm's motion as an optimal control problem on the reduced model B21.
+"""The arm's motion as a phase of an optimal control problem on the reduced model B21.
 
 The torque of each driven joint and its rate are states, zero at both ends; the slope of the
 rate is the control, constant in each interval, so that nothing rings what the mesh does not
@@ -12,43 +12,63 @@ Symbols: q coordinates of B21, v their rates, tau torques (root, elbow) [N m].
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
 from models.arm.reduced import ReducedArm, solve_small
 from models.arm.reduced_simulation import reduced_modes
 from models.laws import JerkLimited, Law
 from ocp import Between, Bound, Control, Phase, State
+from ocp.arrays import Array
 from studies.arm.laws.rigid import feed_forward, joint_motion
 from studies.arm.laws.unit_laws import quintic
-from studies.arm.stage import JOINT_NAMES, Stage
+from studies.arm.stage import ELBOW, JOINT_NAMES, ROOT, Stage, TorqueCaps
 
-Array = NDArray[np.float64]
-_GRID = 201  # instants of a guess
-_RATE = 30.0  # typical torque rate in J D / T^3
 MARGIN = 3e-4  # of a cap, left for what happens between the points of the mesh
-_QUINTIC = 5.77  # peak of the quintic step in J D / T^2
-_BEND = 400.0  # typical slope of the rate in J D / T^4
-_PERIODS = 50.0  # of the first mode, beyond which a stage is slow
 REST = 1e-11  # [J] elastic energy at the lock of a slow stage; a hundredth of what counts as still
+_GRID = 201  # instants of a guess
+_TORQUE = 5.0  # typical torque in J D / T^2
+_RATE = 30.0  # typical torque rate in J D / T^3
+_BEND = 400.0  # typical slope of the rate in J D / T^4
+_CONSTANT, _QUINTIC = 4.0, 5.77  # peaks of the rigid bound and of the quintic step in J D / T^2
+_STEEPEST = 32.0  # torque rate in J D / T^3 below which even a rigid arm does not arrive
+_PERIODS = 50.0  # of the first mode, beyond which a stage is slow
 
 
-@dataclass(frozen=True)
-class Limits:
-    """What holds at all times; None is no limit.
+@dataclass(frozen=True, eq=False)
+class Drives:
+    """Torque of the driven joints, its rate and the rate's slope, by joint.
 
     Attributes
     ----------
-    torque : (root, elbow) caps [N m].
-    rate : caps of their rates [N m/s].
+    torque, rate : states.
+    bend : control, the slope of the rate.
     """
 
-    torque: tuple[float | None, float | None] = (None, None)
-    rate: tuple[float | None, float | None] = (None, None)
+    torque: Mapping[int, State]
+    rate: Mapping[int, State]
+    bend: Mapping[int, Control]
+
+    @property
+    def states(self) -> tuple[State, ...]:
+        """Torques, then rates."""
+        return (*self.torque.values(), *self.rate.values())
+
+    @property
+    def dynamics(self) -> dict[State, Any]:
+        """Torque and rate are integrals of the slope."""
+        rates = {self.torque[k]: self.rate[k] for k in self.torque}
+        return rates | {self.rate[k]: self.bend[k] for k in self.rate}
+
+    @property
+    def column(self) -> Any:
+        """(root, elbow) torques, zero where a joint is not driven."""
+        torques = self.torque
+        return ca.vertcat(*(torques[k].symbol if k in torques else ca.SX(0) for k in (ROOT, ELBOW)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,8 +77,10 @@ class ArmPhase:
 
     Attributes
     ----------
+    phase : Phase
+    model : ReducedArm
     q, v : states of the reduced arm.
-    torque, rate, bend : torque, its rate and the rate's slope, by driven joint.
+    drives : Drives
     acceleration : expressions of the rates of `v`.
     bounds : on the end of the phase, of the problem.
     """
@@ -67,26 +89,24 @@ class ArmPhase:
     model: ReducedArm
     q: tuple[State, ...]
     v: tuple[State, ...]
-    torque: dict[int, State]
-    rate: dict[int, State]
-    bend: dict[int, Control]
+    drives: Drives
     acceleration: tuple[Any, ...]
     bounds: tuple[Bound, ...] = ()
 
+    @property
+    def torque(self) -> Mapping[int, State]:
+        """Torques by driven joint."""
+        return self.drives.torque
 
-def column(signals: Any) -> Any:
+
+def column(signals: Iterable[Any]) -> Any:
     """Symbols of signals as one column."""
     return ca.vertcat(*(signal.symbol for signal in signals))
 
 
-def torque_column(torque: dict[int, State]) -> Any:
-    """(root, elbow) torques, zero where a joint is not driven."""
-    return ca.vertcat(*(torque[k].symbol if k in torque else ca.SX(0) for k in (0, 1)))
-
-
 def arm_phase(
     stage: Stage,
-    limits: Limits,
+    caps: TorqueCaps,
     *,
     start: float | Between = 0.0,
     end: float | Between | None = None,
@@ -100,7 +120,7 @@ def arm_phase(
     Parameters
     ----------
     stage : Stage
-    limits : Limits
+    caps : TorqueCaps
     start, end : number or Between, optional
         Times of the release and of the lock [s]; zero and the stage's duration by default.
     law : unit law to start from, the quintic step by default.
@@ -108,42 +128,73 @@ def arm_phase(
     linked : leave the coordinates at the start to links with the phase before.
     left : energy that the lock may meet instead of rest [J], kinetic and elastic.
     """
-    model, T = stage.model, stage.duration
-    law = law or quintic(T)
-    grid = np.linspace(0.0, T, _GRID)
+    model, duration = stage.model, stage.duration
+    law = law or quintic(duration)
+
+    # the guess: a rigid arm follows the law, its links bent by their own inertia
+    grid = np.linspace(0.0, duration, _GRID)
     guess_q, guess_v = quasi_static(stage, law, grid)
     torques = feed_forward(stage, law)(grid)
+
     q, v = reduced_signals(stage, guess_q, suffix)
-    torque, rate, bend = torque_signals(stage, limits)
-    acceleration = solve_small(
-        model.mass_matrix(column(q)), model.force(column(q), column(v), torque_column(torque))
-    )
-    drives = (*torque.values(), *rate.values())
-    initial, final, left = _boundary(stage, q, v, drives, left)
+    drives = torque_signals(stage, caps)
+    acceleration = accelerations(model, q, v, drives)
+
+    initial, final, left = _boundary(stage, q, v, drives.states, left)
     if linked:
-        initial = dict.fromkeys(drives, 0.0)
-    at = grid + (start.start if isinstance(start, Between) else start)
-    coordinates = (*q, *v)
-    guess: dict[Any, Any] = {
-        s: (at, x) for s, x in zip(coordinates, (*guess_q, *guess_v), strict=True)
-    }
-    guess |= {torque[k]: (at, torques[k]) for k in torque}
-    guess |= {rate[k]: (at, np.gradient(torques[k], grid)) for k in rate}
-    guess |= {bend[k]: 0.0 for k in bend}
-    dynamics: dict[State, Any] = dict(zip(coordinates, (*v, *acceleration), strict=True))
-    dynamics |= {torque[k]: rate[k] for k in torque} | {rate[k]: bend[k] for k in torque}
+        initial = dict.fromkeys(drives.states, 0.0)
+
+    times = grid + (start.start if isinstance(start, Between) else start)
+    guess: dict[Any, Any] = sampled_guess((*q, *v), times, (*guess_q, *guess_v))
+    for k in stage.moving:
+        guess[drives.torque[k]] = times, torques[k]
+        guess[drives.rate[k]] = times, np.gradient(torques[k], grid)
+        guess[drives.bend[k]] = 0.0
+
     phase = Phase(
-        stage.name, dynamics=dynamics, initial=initial, final=final, start=start,
-        end=T if end is None else end, guess=guess,
-    )  # fmt: skip
+        stage.name,
+        dynamics=equations_of_motion(q, v, acceleration) | drives.dynamics,
+        initial=initial,
+        final=final,
+        start=start,
+        end=duration if end is None else end,
+        guess=guess,
+    )
     bounds = () if left is None else (at_rest(phase, model, q, v, left),)
-    return ArmPhase(phase, model, q, v, torque, rate, bend, tuple(acceleration), bounds)
+    return ArmPhase(phase, model, q, v, drives, acceleration, bounds)
+
+
+def accelerations(
+    model: ReducedArm, q: Iterable[State], v: Iterable[State], drives: Drives
+) -> tuple[Any, ...]:
+    """Expressions of the accelerations of a reduced arm under the torques."""
+    position, rate = column(q), column(v)
+    force = model.force(position, rate, drives.column)
+    return tuple(solve_small(model.mass_matrix(position), force))
+
+
+def equations_of_motion(
+    q: Iterable[State], v: Iterable[State], acceleration: Iterable[Any]
+) -> dict[State, Any]:
+    """Coordinates are integrals of their rates, these of the accelerations."""
+    rates = tuple(v)
+    return dict(zip(q, rates, strict=True)) | dict(zip(rates, acceleration, strict=True))
+
+
+def sampled_guess(
+    signals: Iterable[Any], times: Array, values: Iterable[Array]
+) -> dict[Any, tuple[Array, Array]]:
+    """Guesses of signals sampled at the same times."""
+    return {signal: (times, x) for signal, x in zip(signals, values, strict=True)}
 
 
 def _boundary(
-    stage: Stage, q: tuple[State, ...], v: tuple[State, ...], drives: tuple[State, ...],
+    stage: Stage,
+    q: tuple[State, ...],
+    v: tuple[State, ...],
+    drives: tuple[State, ...],
     left: float | None,
-) -> tuple[dict[State, float], dict[State, float], float | None]:  # fmt: skip
+) -> tuple[dict[State, float], dict[State, float], float | None]:
     """Values at release and lock, and the energy that stands for rest there, if one does [J]."""
     still = dict.fromkeys(drives, 0.0)
     start, end = (
@@ -160,9 +211,10 @@ def _boundary(
 def _angles(values: dict[State, float], rates: bool = False) -> dict[State, float]:
     """The angles, and their rates, among boundary values."""
     return {
-        s: x for s, x in values.items()
-        if s.name.startswith("theta") or (rates and "theta" in s.name)
-    }  # fmt: skip
+        state: value
+        for state, value in values.items()
+        if state.name.startswith("theta") or (rates and "theta" in state.name)
+    }
 
 
 def is_slow(stage: Stage) -> bool:
@@ -184,40 +236,71 @@ def reduced_signals(
     stage: Stage, guess: Array, suffix: str = ""
 ) -> tuple[tuple[State, ...], tuple[State, ...]]:
     """States of the reduced arm, scaled by what a guess (n, m) shows."""
-    names = stage.model.coordinates
-    sizes = [1.0 if n.startswith("theta") else max(np.abs(g).max(), 1e-9)
-             for n, g in zip(names, guess, strict=True)]  # fmt: skip
+    model = stage.model
     units = {"theta": "rad", "delta": "m", "psi": "1"}
-    swing = 2 * np.pi * float(reduced_modes(stage.model, stage.model.at(*stage.start))[0][0])
+    swing = 2 * np.pi * float(reduced_modes(model, model.at(*stage.start))[0][0])
+
     q, v = [], []
-    for name, size in zip(names, sizes, strict=True):
+    for name, values in zip(model.coordinates, guess, strict=True):
         unit = next(u for key, u in units.items() if name.startswith(key))
-        pace = 1.0 / stage.duration if unit == "rad" else swing
+        turns = unit == "rad"
+        size = 1.0 if turns else max(np.abs(values).max(), 1e-9)
+        # angles change within the stage, elastic coordinates within the first mode's period
+        pace = 1.0 / stage.duration if turns else swing
         q.append(State(name + suffix, unit, scale=float(size)))
         v.append(State(f"rate of {name}{suffix}", f"{unit}/s", scale=float(size * pace)))
     return tuple(q), tuple(v)
 
 
-def torque_signals(
-    stage: Stage, limits: Limits
-) -> tuple[dict[int, State], dict[int, State], dict[int, Control]]:
-    """Torques and rates as states with their caps, and the slopes of the rates as controls."""
-    torque, rate, bend = {}, {}, {}
-    for k in stage.moving:
-        name, size, T = JOINT_NAMES[k], float(stage.torque_units[k]), stage.duration
-        torque[k] = State(f"{name} torque", "N m", *_within(limits.torque[k]), scale=5.0 * size)
-        rate[k] = State(
-            f"rate of {name} torque", "N m/s", *_within(limits.rate[k]), scale=_RATE * size / T
+def torque_signals(stage: Stage, caps: TorqueCaps) -> Drives:
+    """The drives of a stage's joints, with a margin below their caps."""
+    drives = [
+        drive_signals(
+            stage,
+            k,
+            torque=_with_margin(caps.torque[k]),
+            rate=_with_margin(caps.rate[k]),
+            rate_scale=_RATE,
+            bend_scale=_BEND,
         )
-        bend[k] = Control(
-            f"slope of the rate of {name} torque", "N m/s^2", scale=_BEND * size / T**2,
+        for k in stage.moving
+    ]
+    return Drives(
+        torque={k: drive[0] for k, drive in zip(stage.moving, drives, strict=True)},
+        rate={k: drive[1] for k, drive in zip(stage.moving, drives, strict=True)},
+        bend={k: drive[2] for k, drive in zip(stage.moving, drives, strict=True)},
+    )
+
+
+def drive_signals(
+    stage: Stage, joint: int, *, torque: float, rate: float, rate_scale: float, bend_scale: float
+) -> tuple[State, State, Control]:
+    """Torque, its rate and the rate's slope of one joint.
+
+    Parameters
+    ----------
+    stage : Stage
+    joint : int
+    torque, rate : float
+        Largest values [N m], [N m/s].
+    rate_scale, bend_scale : float
+        Typical rate in J D/T^3 and slope in J D/T^4.
+    """
+    name, unit, duration = JOINT_NAMES[joint], float(stage.torque_units[joint]), stage.duration
+    return (
+        State(f"{name} torque", "N m", -torque, torque, scale=_TORQUE * unit),
+        State(f"rate of {name} torque", "N m/s", -rate, rate, scale=rate_scale * unit / duration),
+        Control(
+            f"slope of the rate of {name} torque",
+            "N m/s^2",
+            scale=bend_scale * unit / duration**2,
             shape="constant",
-        )  # fmt: skip
-    return torque, rate, bend
+        ),
+    )
 
 
-def _within(cap: float | None) -> tuple[float, float]:
-    return (-np.inf, np.inf) if cap is None else (-cap * (1 - MARGIN), cap * (1 - MARGIN))
+def _with_margin(cap: float | None) -> float:
+    return np.inf if cap is None else cap * (1 - MARGIN)
 
 
 def quasi_static(stage: Stage, law: Law, t: Array) -> tuple[Array, Array]:
@@ -225,19 +308,22 @@ def quasi_static(stage: Stage, law: Law, t: Array) -> tuple[Array, Array]:
 
     The elastic rows of K q = B tau - M a with the undeformed arm's masses.
     """
-    model = stage.model
-    angles, _, acc = joint_motion(stage, law, t)
+    model, names = stage.model, stage.model.coordinates
+    angles, _, joint_acc = joint_motion(stage, law, t)
     torques = feed_forward(stage, law)(t)
+
     q = np.array([model.at(*angle) for angle in angles.T]).T
-    places = {"theta1": acc[0], "theta2": acc[0] + acc[1]}
-    a = np.array([places.get(name, 0 * t) for name in model.coordinates])
-    elastic = [k for k, name in enumerate(model.coordinates) if not name.startswith("theta")]
+    rigid = {"theta1": joint_acc[0], "theta2": joint_acc[0] + joint_acc[1]}
+    acceleration = np.array([rigid.get(name, 0 * t) for name in names])
+
     symbols = ca.SX.sym("q", model.size), ca.SX.sym("tau", 2)
     pull = model.force(symbols[0], ca.DM.zeros(model.size), symbols[1])
     force = ca.Function("pull", list(symbols), [pull])
+
+    elastic = [k for k, name in enumerate(names) if not name.startswith("theta")]
     for k in range(len(t)):
         mass, stiffness = (m.full() for m in model.linear(q[:, k]))
-        load = force(q[:, k], torques[:, k]).full()[:, 0] - mass @ a[:, k]
+        load = force(q[:, k], torques[:, k]).full()[:, 0] - mass @ acceleration[:, k]
         q[elastic, k] = np.linalg.solve(stiffness[np.ix_(elastic, elastic)], load[elastic])
     return q, np.gradient(q, t, axis=1)
 
@@ -245,19 +331,19 @@ def quasi_static(stage: Stage, law: Law, t: Array) -> tuple[Array, Array]:
 def smoothness(arm: ArmPhase, stage: Stage) -> Any:
     """Mean square of the slopes of the torque rates over their typical size."""
     unit = stage.torque_units / stage.duration**2 * _BEND
-    total = sum((arm.bend[k] / unit[k]) ** 2 for k in arm.bend)
+    total = sum((bend / unit[k]) ** 2 for k, bend in arm.drives.bend.items())
     return arm.phase.integral(total, "smoothness", "s") / stage.duration
 
 
-def starting_law(stage: Stage, limits: Limits) -> Law:
+def starting_law(stage: Stage, caps: TorqueCaps) -> Law:
     """A unit law that a rigid arm can follow under the caps: what the solver starts from."""
-    T = stage.duration
-    k = stage.moving[0]
-    cap, rate = limits.torque[k], limits.rate[k]
-    unit = float(stage.torque_units[k])
-    if cap is not None and 4.0 < cap / unit < _QUINTIC:
-        ramp = 0.45 * (1.0 - 4.0 * unit / cap)  # share of T; a trapezoid of peak 4/(1 - 2 ramp)
-        return JerkLimited(T, 0.0, 1.0, 4.0 / (1.0 - 2.0 * ramp) / ramp / T**3)
-    if rate is not None and rate * T / unit > 32.0:
+    T, k = stage.duration, stage.moving[0]
+    cap, rate, unit = caps.torque[k], caps.rate[k], float(stage.torque_units[k])
+
+    if cap is not None and _CONSTANT < cap / unit < _QUINTIC:
+        # a trapezoid of peak 4 / (1 - 2 ramp), with the ramp as a share of T
+        ramp = 0.45 * (1.0 - _CONSTANT * unit / cap)
+        return JerkLimited(T, 0.0, 1.0, _CONSTANT / (1.0 - 2.0 * ramp) / ramp / T**3)
+    if rate is not None and rate * T / unit > _STEEPEST:
         return JerkLimited(T, 0.0, 1.0, rate * T / unit / T**3)
     return quintic(T)

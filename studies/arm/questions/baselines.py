@@ -9,27 +9,34 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from models.ancf.integrate import StepControl
 from models.ancf.joints import Joint
 from models.errors import ModelError
-from studies.arm.laws.baselines import baseline_law, baseline_names, shaper_note
+from ocp.arrays import Array
+from studies.arm.config import BaselinesStudy, as_dictionary
 from studies.arm.laws.rigid import angle_drives, torque_drives
+from studies.arm.laws.shapers import baseline_law, baseline_names, shaper_note
 from studies.arm.laws.unit_laws import NamedLaw
 from studies.arm.optimal.phase import is_slow
-from studies.arm.optimal.solve import FLOOR, Refined, capped, refine, solve_stage
-from studies.arm.replay.full import JUMPS, SMOOTH, Drive, Motion, Replay, replay
-from studies.arm.stage import Stage
-from studies.common.console import Table, number
+from studies.arm.optimal.solve import FLOOR, Refined, refine, solve_stage
+from studies.arm.replay.full_model import JUMPS, SMOOTH, Drive, LockedMotion, Motion, replay
+from studies.arm.replay.numerical_floor import numerical_floor
+from studies.arm.report.quantities import Quantity, latch_checks, table_rows
+from studies.arm.report.traces import Trace
+from studies.arm.search_limits import HIGHEST_CAP, JUMP_STEPS
+from studies.arm.stage import JOINT_NAMES, Stage
+from studies.common.console import Console
 from studies.common.exit_codes import StudyError
+from studies.common.folder import provenance
+from studies.common.result import Criterion, Result, Series, Verdict
 
 Say = Callable[[str], None]
-Array = NDArray[np.float64]
-_HIGHEST = 7.5  # cap [J D/T^2] above which a looser one brings nothing, Step5's own
-_SLACK = 0.998  # of a cap, for peaks between the points and a reaction that is not B21's torque
+OPTIMUM = "optimum"
+SHARES = {"big": 0.01, "small": 0.03, "both": 0.03}  # of a baseline's E_res
 QUICK = StepControl(1e-7)
-_STEPS = (0.004, 0.002, 0.001, 0.0005)  # [s]
+_SLACK = 0.998  # of a cap, for peaks between the points and a reaction that is not B21's torque
+_ALIKE = 0.97  # of a cap, above which a motion under a tighter one also serves the looser one
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,12 +46,13 @@ class Pair:
     Attributes
     ----------
     baseline, optimum : replays; the optimum None where none was found.
+    refined : how the optimum was found, None where none was.
     limit : share of the baseline's E_res that the optimum may leave, None where that is so near
         the numerical floor that a ratio means nothing and the optimum has `FLOOR` to stay under.
     """
 
-    baseline: Replay
-    optimum: Replay | None
+    baseline: LockedMotion
+    optimum: LockedMotion | None
     refined: Refined | None
     limit: float | None
 
@@ -56,20 +64,26 @@ class Pair:
         return self.optimum.residual_energy / self.baseline.residual_energy
 
     @property
+    def resolved(self) -> bool:
+        """Whether the optimum's mesh is fine enough."""
+        return self.refined is not None and self.refined.agrees
+
+    @property
     def holds(self) -> bool:
         """Whether the residual is within the limit at no higher peak torque."""
         if self.optimum is None:
             return False
-        peaks = [r.peak_torque[list(r.motion.stage.moving)] for r in (self.optimum, self.baseline)]
-        still = (
-            self.optimum.residual_energy <= FLOOR
-            if self.limit is None
-            else (self.ratio <= self.limit)
-        )
-        return still and bool((peaks[0] <= peaks[1] * (1 + 1e-9)).all())
+        if self.limit is None:
+            still = self.optimum.residual_energy <= FLOOR
+        else:
+            still = self.ratio <= self.limit
+
+        moving = list(self.baseline.motion.stage.moving)
+        highest = self.baseline.peak_torque[moving] * (1 + 1e-9)
+        return still and bool((self.optimum.peak_torque[moving] <= highest).all())
 
 
-def replay_law(stage: Stage, law: NamedLaw, drive: Drive, *, follow: bool = True) -> Replay:
+def replay_law(stage: Stage, law: NamedLaw, drive: Drive, *, follow: bool = True) -> LockedMotion:
     """A baseline on the full model, and the motion it leaves if that is to be followed.
 
     The finest tolerance is for slow stages, whose laws leave hardly anything. Laws that jump take
@@ -79,9 +93,11 @@ def replay_law(stage: Stage, law: NamedLaw, drive: Drive, *, follow: bool = True
     drives |= (torque_drives if drive == "torque" else angle_drives)(stage, law.law)
     motion = Motion(law.name, drive, stage, drives, law.jumps)
     after = after_lock(stage) if follow else None
-    tries = [SMOOTH] if is_slow(stage) else []
+
     if law.jumps:
-        tries = [dataclasses.replace(JUMPS, fixed_step=step) for step in _STEPS]
+        tries = [dataclasses.replace(JUMPS, fixed_step=step) for step in JUMP_STEPS]
+    else:
+        tries = [SMOOTH] if is_slow(stage) else []
     for settings in tries:
         with suppress(ModelError):
             return replay(motion, settings=settings, after=after)
@@ -100,81 +116,169 @@ def compare(
 
     A tighter motion also serves a looser cap. `follow` also computes what the baselines leave.
     """
-    motions: dict[float, Refined] = {}
     replays = []
     for name in baseline_names(drive):
         law = baseline_law(stage, name, drive)
         replays.append(replay_law(stage, law, drive, follow=follow))
         say(f"{stage.name}, {drive} drive: {law.name} leaves {replays[-1].residual_energy:.2e} J")
+
+    motions: dict[float, Refined] = {}
     pairs = []
     for baseline in sorted(replays, key=lambda r: -r.peak_torque[stage.moving[0]]):
-        found = motion_under(stage, baseline, motions, say)
-        if found is None:
+        refined = motion_under(stage, baseline, motions, say)
+        if refined is None:
             pairs.append(Pair(baseline, None, None, limit))
             continue
-        best = found.replay if drive == "torque" else found.solved.replay("angle")
-        pairs.append(Pair(baseline, best, found, limit))
+        optimum = refined.replay if drive == "torque" else refined.motion.replay("angle")
+        pairs.append(Pair(baseline, optimum, refined, limit))
     return pairs
 
 
 def motion_under(
-    stage: Stage, baseline: Replay, motions: dict[float, Refined], say: Say
+    stage: Stage, baseline: LockedMotion, motions: dict[float, Refined], say: Say
 ) -> Refined | None:
-    """A refined motion whose peak torque does not exceed the baseline's."""
-    k = stage.moving[0]
+    """A refined motion whose peak torque does not exceed the baseline's.
+
+    `motions` are those already found, by cap [J D/T^2]; a new one is added.
+    """
     units = stage.torque_units
-    caps = [float(baseline.peak_torque[j] / units[j]) for j in stage.moving]
-    cap = min(_HIGHEST, *caps)
-    fitting = [c for c in motions if c <= cap and c > 0.97 * cap]
+    cap = min(HIGHEST_CAP, *(float(baseline.peak_torque[k] / units[k]) for k in stage.moving))
+
+    fitting = [c for c in motions if c <= cap and c > _ALIKE * cap]
     if fitting:
         return motions[max(fitting)]
-    limits = capped(stage, _SLACK * cap)
+
+    caps = stage.capped(_SLACK * cap)
     try:
-        solved = solve_stage(stage, limits=limits, name="optimum")
+        motion = solve_stage(stage, caps=caps, name="optimum")
     except StudyError as error:
-        say(f"{stage.name}, at most {cap:.4g} J D/T^2 on joint {k}: {error}")
+        say(f"{stage.name}, at most {cap:.4g} J D/T^2 on joint {stage.moving[0]}: {error}")
         return None
-    motions[cap] = refine(solved, limits, say=say)
+    motions[cap] = refine(motion, caps, say=say)
     return motions[cap]
 
 
-def table(stage: Stage, drive: Drive, pairs: Sequence[Pair]) -> Table:
-    """What the pairs show, in figures."""
-    limit = pairs[0].limit
-    asked = f"limit of the optimum's E_res: {FLOOR:g} J, so near the numerical floor that ratios "
-    asked += "mean nothing"
-    notes = [
-        asked if limit is None else f"limit of the ratio: {limit:g}",
-        "amplitudes are those the first three locked modes can reach together",
-        shaper_note(stage, drive),
+def compare_baselines(study: BaselinesStudy, console: Console, follow: bool = True) -> Result:
+    """An optimum of no higher peak torque beside each baseline.
+
+    `follow` also computes what the baselines leave after the lock, which only figures show.
+    """
+    stage = study.slew
+    limit = None if is_slow(stage) else SHARES[stage.name]
+    pairs = compare(stage, study.drive, limit, console.progress, follow=follow)
+
+    columns = {pair.baseline.motion.name: _quantities(pair) for pair in pairs}
+    latches: list[Criterion] = []
+    if study.latch is not None:
+        motions = [m for pair in pairs for m in (pair.baseline, pair.optimum) if m is not None]
+        latches = [check for motion in motions for check in latch_checks(motion, study.latch)]
+
+    remarks = ["amplitudes are those the first three locked modes can reach together"]
+    remarks.append(shaper_note(stage, study.drive))
+    tightest = pairs[-1]
+    if limit is None and tightest.optimum is not None:
+        remarks.append(str(numerical_floor(tightest.optimum.motion)))
+
+    resolved = all(pair.resolved for pair in pairs)
+    return Result(
+        kind="arm-baselines",
+        question=study.question,
+        configuration=as_dictionary(study),
+        arrays=_arrays(pairs, study.drive if follow else None),
+        table=table_rows(columns),
+        verdict=_verdict(pairs, resolved),
+        checks=(*(_holds(pair) for pair in pairs), *latches),
+        remarks=tuple(remarks),
+        details={
+            "stage": {"duration": stage.duration, "start": stage.start, "end": stage.end},
+            "drive": study.drive,
+            "limit": limit,
+            "rounds": {
+                pair.baseline.motion.name: [
+                    dataclasses.asdict(entry) for entry in pair.refined.rounds
+                ]
+                for pair in pairs
+                if pair.refined is not None
+            },
+        },
+        provenance=provenance(),
+    )
+
+
+def _quantities(pair: Pair) -> list[Quantity]:
+    """What a baseline leaves, and what its optimum leaves."""
+    baseline, optimum = pair.baseline, pair.optimum
+    vibration, moving = baseline.vibration, baseline.motion.stage.moving
+
+    def peaks(replayed: LockedMotion | None, head: str) -> list[Quantity]:
+        return [
+            _of_pair(
+                f"{head}peak_{JOINT_NAMES[k]}_torque",
+                f"{head.replace('_', ': ')}peak {JOINT_NAMES[k]} torque",
+                "N m",
+                math.nan if replayed is None else float(replayed.peak_torque[k]),
+            )
+            for k in moving
+        ]
+
+    left = math.nan if optimum is None else optimum.residual_energy
+    on_B21 = math.nan if pair.refined is None else pair.refined.rounds[-1].on_B21
+    return [
+        *peaks(baseline, ""),
+        _of_pair("residual_energy", "residual energy", "J", baseline.residual_energy),
+        _of_pair("tip_amplitude", "amplitude of the tip", "m", vibration.tip),
+        _of_pair("elbow_amplitude", "amplitude of the elbow", "m", vibration.elbow),
+        _of_pair("root_moment", "amplitude of the root moment", "N m", vibration.root_moment),
+        _of_pair("angle_miss", "angle miss at the lock", "rad", baseline.miss),
+        *peaks(optimum, "optimum_"),
+        _of_pair("optimum_residual_energy", "optimum: residual energy", "J", left),
+        _of_pair("optimum_on_B21", "optimum: residual energy on B21", "J", on_B21),
+        _of_pair("ratio", "optimum's residual over the law's", "1", pair.ratio),
     ]
-    if any(p.refined is not None and not p.refined.agrees for p in pairs):
-        notes.append("mesh: the optimum's replay on B21 is not yet small beside the full model's")
-    return Table(
-        f"{stage.name} arm, {stage.duration:g} s, {drive} drive, full ANCF model, "
-        "8 elements a link",
-        (
-            "baseline", "peak [N m]", "E_res [J]", "tip [m]", "elbow [m]", "root moment [N m]",
-            "miss [rad]", "optimum: peak", "E_res [J]", "on B21 [J]", "ratio", "",
-        ),
-        [_row(pair) for pair in pairs],
-        notes,
-    )  # fmt: skip
 
 
-def _row(pair: Pair) -> list[str]:
-    b, o = pair.baseline, pair.optimum
-    moving = list(b.motion.stage.moving)
-    cells = [b.motion.name, _peaks(b, moving), number(b.residual_energy, 3)]
-    cells += [number(x, 3) for x in (b.tip_amplitude, b.elbow_amplitude, b.moment_amplitude)]
-    cells.append(number(b.miss, 2))
-    if o is None or pair.refined is None:
-        return [*cells, "-", "-", "-", "-", "none found"]
-    verdict = ("holds" if pair.holds else "FAILS") + ("" if pair.refined.agrees else ", mesh")
-    own = number(pair.refined.rounds[-1][1], 2)
-    left = number(o.residual_energy, 3)
-    return [*cells, _peaks(o, moving), left, own, number(pair.ratio, 2), verdict]
+def _of_pair(key: str, title: str, unit: str, value: float) -> Quantity:
+    """The columns are laws, each beside its own optimum: none is compared with another."""
+    return Quantity(key, title, unit, value, better="neither")
 
 
-def _peaks(replayed: Replay, moving: list[int]) -> str:
-    return " / ".join(number(float(replayed.peak_torque[k]), 4) for k in moving)
+def _holds(pair: Pair) -> Criterion:
+    """Whether an optimum is as still as asked at no higher peak torque."""
+    name, optimum = pair.baseline.motion.name, pair.optimum
+    if optimum is None:
+        return Criterion(name, "J", math.nan, math.nan, False, f"FAILED: {name}: no optimum found")
+    verdict = "verified" if pair.holds else "FAILED"
+    if pair.limit is None:
+        value, limit, unit = optimum.residual_energy, FLOOR, "J"
+        what = f"the optimum leaves {value:.2e} J, limit {FLOOR:g} J, near the numerical floor"
+    else:
+        value, limit, unit = pair.ratio, pair.limit, "1"
+        what = f"the optimum leaves {value:.2g} of it, limit {limit:g}"
+    sentence = f"{verdict}: {name}: {what}, at no higher peak torque"
+    return Criterion(name, unit, value, limit, pair.holds, sentence)
+
+
+def _verdict(pairs: Sequence[Pair], resolved: bool) -> Verdict:
+    if not resolved:
+        return Verdict(
+            "unverified",
+            "unverified: an optimum was not found, or its replay on B21 is not yet small beside "
+            "the full model's",
+        )
+    kept = "every" if all(pair.holds for pair in pairs) else "NOT every"
+    return Verdict("local", f"local: {kept} optimum is as still as asked, beside its law")
+
+
+def _arrays(pairs: Sequence[Pair], drive: Drive | None) -> dict[str, Series]:
+    """The optimum under the tightest cap and all baselines, if they were followed."""
+    arrays: dict[str, Series] = {}
+    if drive is None:
+        return arrays
+    last = pairs[-1]
+    if last.refined is not None:
+        stage = last.baseline.motion.stage
+        optimum = last.refined.motion.replay(drive, after=after_lock(stage))
+        arrays |= Trace.of(optimum, OPTIMUM).series()
+    for pair in pairs:
+        arrays |= Trace.of(pair.baseline).series()
+    return arrays

@@ -8,48 +8,56 @@ model, whose beats are not quite in step with B21's.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from models.errors import ModelError
-from studies.arm.laws.baselines import (
+from ocp.arrays import Array
+from studies.arm.config import LeastDurationStudy, as_dictionary
+from studies.arm.laws.rigid import feed_forward
+from studies.arm.laws.scan import left_by_laws
+from studies.arm.laws.shapers import (
     baseline_law,
     baseline_names,
     free_frequencies,
     locked_frequency,
     needs_search,
 )
-from studies.arm.laws.rigid import feed_forward
-from studies.arm.laws.scan import left_by_laws
 from studies.arm.laws.unit_laws import NamedLaw, bezier
-from studies.arm.optimal.solve import capped, solve_stage
+from studies.arm.optimal.solve import solve_stage
 from studies.arm.questions.baselines import replay_law
-from studies.arm.replay.full import Drive, Replay
+from studies.arm.replay.full_model import Drive, LockedMotion
+from studies.arm.report.quantities import Quantity, table_rows
+from studies.arm.search_limits import (
+    BISECTIONS,
+    CANDIDATES,
+    COARSE_RATIO,
+    DURATIONS_A_BEAT,
+    HALVINGS,
+    LONGEST_SCANNED,
+    NEAR,
+    OPTIMUM_FACTORS,
+    OPTIMUM_SEARCHES,
+    SHORTEST_SCANNED,
+)
 from studies.arm.stage import Stage
-from studies.common.console import Table, number
+from studies.common.console import Console, number
 from studies.common.exit_codes import StudyError
+from studies.common.folder import provenance
+from studies.common.result import Result, Verdict, costs_elsewhere
 
 Say = Callable[[str], None]
-Array = NDArray[np.float64]
 RESIDUAL = 1e-6  # [J] that a motion of least duration may leave
-LONGEST = 2.5  # times the stage's duration at which the scan gives up
-NEAR = 4.0  # times the limit that B21 may leave where the full model is asked
-CANDIDATES = 3  # places at which the full model is asked
-BISECTIONS = 4
-FACTORS = (4.04, 5.0)  # caps of the optimum in J D/T^2 between which its duration is sought
-SEARCHES = 6
-_BEAT = 6.0  # durations scanned to a beat
 _PART = 32  # durations scanned before the full model is asked
-_HALVINGS = 40
 _SLACK = 0.999  # of the optimum's cap, for peaks between the points and the reaction of the model
-_COARSE = 1.1  # ratio of neighbouring durations of a law whose shaper is sought at each
+_PEAK_SAMPLES = 2001  # instants at which the rigid arm's torque is looked at
 
 
 @dataclass(frozen=True)
-class Least:
+class LeastDuration:
     """Least duration [s] found, None if none was; residual [J] and peak torque [N m] there.
 
     `lowest` is the least residual seen under the cap [J]: by the scan on B21, or on the full model
@@ -76,47 +84,48 @@ def torque_cap(stage: Stage, drive: Drive) -> float:
 
 def rigid_peak(stage: Stage, law: NamedLaw) -> float:
     """Largest torque of the rigid arm along a law [N m]."""
-    t = np.linspace(0.0, law.law.duration, 2001)
+    t = np.linspace(0.0, law.law.duration, _PEAK_SAMPLES)
     t = np.concatenate((t, law.law.breakpoints))
     return float(np.abs(feed_forward(stage, law.law)(t)[stage.moving[0]]).max())
 
 
-def least_durations(stage: Stage, drive: Drive, cap: float, say: Say) -> list[Least]:
+def least_durations(stage: Stage, drive: Drive, cap: float, say: Say) -> list[LeastDuration]:
     """The optimum and every baseline under a drive and a torque cap [N m]."""
-    found = [of_optimum(stage, drive, cap, say)]
+    durations = [of_optimum(stage, drive, cap, say)]
     for name in baseline_names(drive):
-        found.append(of_baseline(stage, name, drive, cap, say))
-        say(f"{found[-1].name}: {number(found[-1].duration)} s")
-    return found
+        durations.append(of_baseline(stage, name, drive, cap, say))
+        say(f"{durations[-1].name}: {number(durations[-1].duration)} s")
+    return durations
 
 
-def of_optimum(stage: Stage, drive: Drive, cap: float, say: Say) -> Least:
+def of_optimum(stage: Stage, drive: Drive, cap: float, say: Say) -> LeastDuration:
     """Bisection of the duration between one that passes and one that does not."""
-    k = stage.moving[0]
-    best = Least("optimum", None)
-    low, high = FACTORS
-    factor = high
-    for _ in range(SEARCHES):
-        T = float(np.sqrt(factor * stage.inertias[k] * abs(stage.turn[k]) / cap))
-        shorter = stage.lasting(T)
+    turn = stage.inertia_turns[stage.moving[0]]
+    best = LeastDuration("optimum", None)
+    low, high = OPTIMUM_FACTORS
+    factor = high  # of J D/T^2 in the cap: the larger, the longer the duration
+
+    for _ in range(OPTIMUM_SEARCHES):
+        duration = float(np.sqrt(factor * turn / cap))
+        shorter = stage.lasting(duration)
         try:
-            done = solve_stage(shorter, limits=capped(shorter, _SLACK * factor)).replay(drive)
+            done = solve_stage(shorter, caps=shorter.capped(_SLACK * factor)).replay(drive)
         except StudyError as error:
-            say(f"{T:.4g} s: {error}")
+            say(f"{duration:.4g} s: {error}")
             low = factor
         else:
-            say(f"optimum in {T:.4g} s leaves {done.residual_energy:.2e} J")
+            say(f"optimum in {duration:.4g} s leaves {done.residual_energy:.2e} J")
             if passes(done, cap):
                 best, high = _least("optimum", done), factor
             else:
                 low = factor
         if best.duration is None:
-            break
+            break  # not even the longest passes
         factor = 0.5 * (low + high)
     return best
 
 
-def passes(done: Replay | None, cap: float) -> bool:
+def passes(done: LockedMotion | None, cap: float) -> bool:
     """Whether residual and torque are within the limits."""
     if done is None:
         return False
@@ -124,44 +133,48 @@ def passes(done: Replay | None, cap: float) -> bool:
     return bool(done.residual_energy <= RESIDUAL and peak <= cap * (1 + 1e-9))
 
 
-def of_baseline(stage: Stage, name: str, drive: Drive, cap: float, say: Say) -> Least:
+def of_baseline(stage: Stage, name: str, drive: Drive, cap: float, say: Say) -> LeastDuration:
     """First duration at which a baseline passes on the full model, where B21 comes near it."""
     durations, laws = scanned(stage, name, drive, cap)
-    asked, seen = 0, list[float]()
+    seen = list[float]()
 
-    def on_full(T: float) -> Replay | None:
+    def on_full_model(duration: float) -> LockedMotion | None:
+        longer = stage.lasting(duration)
         try:
-            law = baseline_law(stage.lasting(T), name, drive)
-            done = replay_law(stage.lasting(T), law, drive, follow=False)
+            law = baseline_law(longer, name, drive)
+            done = replay_law(longer, law, drive, follow=False)
         except (StudyError, ModelError) as error:
             say(str(error))
             return None
-        say(f"{name} in {T:.5g} s leaves {done.residual_energy:.2e} J")
+        say(f"{name} in {duration:.5g} s leaves {done.residual_energy:.2e} J")
         seen.append(done.residual_energy)
         return done
 
-    left = np.empty(0)
+    # part by part: most laws pass early, and the rest of the scan is spared
+    asked, left = 0, np.empty(0)
     for first in range(0, len(laws), _PART):
         some = [law.law for law in laws[first : first + _PART]]
         left = np.append(left, left_by_laws(stage, some, drive))
-        found = windows(durations[: len(left)], left, ended=len(left) == len(laws))
-        for window in found[asked:CANDIDATES]:
-            done = first_pass(on_full, window, cap)
+        dips = windows(durations[: len(left)], left, ended=len(left) == len(laws))
+        for window in dips[asked:CANDIDATES]:
+            done = first_pass(on_full_model, window, cap)
             if done is not None:
                 return _least(name, done, done.residual_energy)
-        asked = len(found)
-    return Least(name, None, lowest=min(seen, default=float(left.min())))
+        asked = len(dips)
+    return LeastDuration(name, None, lowest=min(seen, default=float(left.min())))
 
 
 def scanned(stage: Stage, name: str, drive: Drive, cap: float) -> tuple[Array, list[NamedLaw]]:
     """Durations of the scan [s] and the laws there, from the shortest under the cap."""
-    low, high = 0.5 * stage.duration, LONGEST * stage.duration
+    low, high = SHORTEST_SCANNED * stage.duration, LONGEST_SCANNED * stage.duration
     if needs_search(stage, name, drive):
-        durations = np.geomspace(low, high, 1 + int(np.log(high / low) / np.log(_COARSE)))
+        # each duration takes a search for the shaper's frequency: fewer of them
+        durations = np.geomspace(low, high, 1 + int(np.log(high / low) / np.log(COARSE_RATIO)))
     else:
         first = _shortest(stage, name, drive, cap, (low, high))
         slow = locked_frequency(stage) if drive == "angle" else np.mean(free_frequencies(stage))
-        durations = np.arange(first, high, 1.0 / (_BEAT * float(slow)))
+        durations = np.arange(first, high, 1.0 / (DURATIONS_A_BEAT * float(slow)))
+
     laws = [baseline_law(stage.lasting(float(T)), name, drive) for T in durations]
     within = np.array([rigid_peak(stage, law) <= cap * (1 + 1e-9) for law in laws])
     return durations[within], [law for law, yes in zip(laws, within, strict=True) if yes]
@@ -172,10 +185,10 @@ def _shortest(
 ) -> float:
     """Shortest duration of a law under the cap on the rigid arm [s]."""
     low, high = bracket
-    for _ in range(_HALVINGS):
-        T = 0.5 * (low + high)
-        fits = rigid_peak(stage, baseline_law(stage.lasting(T), name, drive)) <= cap
-        low, high = (low, T) if fits else (T, high)
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        law = baseline_law(stage.lasting(middle), name, drive)
+        low, high = (low, middle) if rigid_peak(stage, law) <= cap else (middle, high)
     return high
 
 
@@ -187,43 +200,47 @@ def windows(
     The one before is where the scan was not yet near the limit, if no dip came since. A scan
     that has not ended may dip beyond its last duration.
     """
-    found: list[tuple[float, float, float]] = []
-    began = 0
-    for k, dip in enumerate(left if ended else left[:-1]):
-        if dip > NEAR * RESIDUAL:
+    dips: list[tuple[float, float, float]] = []
+    began = 0  # where the residual was last far from the limit, or the last dip was
+    for k, energy in enumerate(left if ended else left[:-1]):
+        if energy > NEAR * RESIDUAL:
             began = k
             continue
         after = min(k + 1, len(left) - 1)
-        if dip <= left[max(k - 1, 0)] and dip <= left[after]:
-            found.append((float(durations[began]), float(durations[k]), float(durations[after])))
+        if energy <= left[max(k - 1, 0)] and energy <= left[after]:
+            dips.append((float(durations[began]), float(durations[k]), float(durations[after])))
             began = k
-    return found
+    return dips
 
 
 def first_pass(
-    on_full: Callable[[float], Replay | None], window: tuple[float, float, float], cap: float
-) -> Replay | None:
+    on_full_model: Callable[[float], LockedMotion | None],
+    window: tuple[float, float, float],
+    cap: float,
+) -> LockedMotion | None:
     """Replay at the least duration found to pass about a dip, None if none does.
 
     Near a dip the residual is a parabola of the duration: its bottom is found from three points.
     """
-    tried = {T: on_full(T) for T in window}
+    tried = {duration: on_full_model(duration) for duration in window}
     if not any(passes(done, cap) for done in tried.values()):
-        known = {T: done.residual_energy for T, done in tried.items() if done is not None}
-        if len(known) < len(window):
+        energies = {T: done.residual_energy for T, done in tried.items() if done is not None}
+        if len(energies) < len(window):
             return None
-        bottom = _bottom(np.array(list(known)), np.array(list(known.values())))
-        tried[bottom] = on_full(bottom)
+        bottom = _bottom(np.array(list(energies)), np.array(list(energies.values())))
+        tried[bottom] = on_full_model(bottom)
+
     best = min((T for T, done in tried.items() if passes(done, cap)), default=None)
     if best is None:
         return None
     fails = max((T for T in tried if best > T), default=None)
     if fails is None:
         return tried[best]
+
     for _ in range(BISECTIONS):
-        T = 0.5 * (fails + best)
-        tried[T] = on_full(T)
-        best, fails = (T, fails) if passes(tried[T], cap) else (best, T)
+        middle = 0.5 * (fails + best)
+        tried[middle] = on_full_model(middle)
+        best, fails = (middle, fails) if passes(tried[middle], cap) else (best, middle)
     return tried[best]
 
 
@@ -235,38 +252,67 @@ def _bottom(times: Array, left: Array) -> float:
     return float(times[1] + np.clip(shift, -width, width))
 
 
-def _least(name: str, done: Replay, lowest: float = float("nan")) -> Least:
+def _least(name: str, done: LockedMotion, lowest: float = float("nan")) -> LeastDuration:
     stage = done.motion.stage
     torque = float(done.peak_torque[stage.moving[0]])
-    return Least(name, stage.duration, done.residual_energy, torque, lowest)
+    return LeastDuration(name, stage.duration, done.residual_energy, torque, lowest)
 
 
-def table(stage: Stage, drive: Drive, cap: float, found: list[Least]) -> Table:
-    """The least durations as a table."""
-    best = found[0].duration
-    rows = []
-    for x in found:
-        ahead = "" if x is found[0] else _verdict(best, x)
-        rows.append((
-            x.name, number(x.duration), number(x.residual, 3), number(x.torque), ahead
-        ))  # fmt: skip
-    return Table(
-        f"{stage.name} arm, {drive} drive: least duration with E_res <= {RESIDUAL:g} J under "
-        f"{cap:.5g} N m, full ANCF model",
-        ("law", "duration [s]", "E_res [J]", "peak torque [N m]", ""),
-        rows,
-        (
-            f"cap: the Bezier law's peak torque in {stage.duration:g} s, {drive} drive; rigid "
-            f"limit 2 sqrt(J D/tau) = {stage.least_duration(cap):.4g} s",
-            "what a law leaves falls and rises with its duration: a baseline's is the first found "
-            "that passes, often a narrow dip",
+def find_least_durations(study: LeastDurationStudy, console: Console) -> Result:
+    """The least durations of the optimum and of every baseline."""
+    stage, drive = study.slew, study.drive
+    cap = torque_cap(stage, drive)
+    durations = least_durations(stage, drive, cap, console.progress)
+
+    rows = table_rows({found.name: _quantities(found) for found in durations})
+    best, others = durations[0].duration, durations[1:]
+    remarks = [
+        f"each leaves at most {RESIDUAL:g} J on the full ANCF model under {cap:.5g} N m: the "
+        f"Bezier law's peak torque in {stage.duration:g} s, {drive} drive",
+        "what a law leaves falls and rises with its duration: a baseline's is the first found "
+        "that passes, often a narrow dip",
+    ]
+    remarks += [f"{other.name}: {_beside(best, other)}" for other in others]
+    return Result(
+        kind="arm-least-duration",
+        question=study.question,
+        configuration=as_dictionary(study),
+        table=rows,
+        bounds={"rigid arm: duration [s]": stage.least_duration(cap)},
+        verdict=_verdict(best, others),
+        costs_elsewhere=costs_elsewhere(rows),
+        remarks=tuple(remarks),
+        details={"drive": drive, "torque_cap_Nm": cap, "residual_limit_J": RESIDUAL},
+        provenance=provenance(),
+    )
+
+
+def _quantities(found: LeastDuration) -> list[Quantity]:
+    duration = math.nan if found.duration is None else found.duration
+    return [
+        Quantity("duration", "least duration", "s", duration),
+        Quantity("residual_energy", "residual energy", "J", found.residual),
+        Quantity("peak_torque", "peak torque", "N m", found.torque),
+        Quantity(
+            "lowest_residual", "least residual seen under the cap", "J", found.lowest, "neither"
         ),
-    )  # fmt: skip
+    ]
 
 
-def _verdict(best: float | None, baseline: Least) -> str:
+def _verdict(best: float | None, others: list[LeastDuration]) -> Verdict:
+    if best is None:
+        return Verdict("unverified", "unverified: no optimum was found that is still enough")
+    if any(other.duration is not None and other.duration < best for other in others):
+        return Verdict("unverified", "unverified: a law of the paper needs less time")
+    return Verdict(
+        "local", "local: the optimum needs the least time of all, on the meshes and scans tried"
+    )
+
+
+def _beside(best: float | None, baseline: LeastDuration) -> str:
+    """How a baseline compares with the optimum, in words."""
     if baseline.duration is None:
-        longest = f"none found up to {LONGEST:g} times the stage"
+        longest = f"none found up to {LONGEST_SCANNED:g} times the stage"
         return f"{longest}; least seen {number(baseline.lowest, 2)} J"
     if best is None:
         return "NOT beaten: no optimum found"

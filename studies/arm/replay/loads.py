@@ -10,7 +10,6 @@ import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
@@ -19,9 +18,9 @@ from models.ancf.chain import Chain
 from models.ancf.integrate import Simulation, StepControl, simulate
 from models.ancf.joints import Free, joint_rates
 from models.ancf.motion import MinimalCoordinates
-from studies.arm.replay.full import ELEMENTS, SMOOTH, Motion, Replay, replay
+from ocp.arrays import Array
+from studies.arm.replay.full_model import ELEMENTS, SMOOTH, LockedMotion, Motion, replay
 
-Array = NDArray[np.float64]
 EARLY_LATE = 0.1  # [s] that a lock may be early or late
 _GRID = 2001
 
@@ -62,36 +61,55 @@ class Loads:
         return float(off.max() / np.abs(self.moment[: self.until]).max())
 
 
-def loads(replayed: Replay, settings: StepControl = SMOOTH) -> Loads:
+def loads(replayed: LockedMotion, settings: StepControl = SMOOTH) -> Loads:
     """Loads along a replay: even samples until the lock, those of the replay after it."""
     run, stage = replayed.run, replayed.motion.stage
     chain = run.before.chain
-    t = np.linspace(run.before.times[0], run.before.times[-1], _GRID)
-    moving = simulate(chain, stage.full_joints(dict(replayed.motion.joints)),
-                      stage.start_state(chain.elements), t, settings=settings)  # fmt: skip
+
+    # simulated again at even instants: the rates below are those of splines through the samples
+    moving = simulate(
+        chain,
+        stage.full_joints(dict(replayed.motion.joints)),
+        stage.start_state(chain.elements),
+        np.linspace(run.before.times[0], run.before.times[-1], _GRID),
+        settings=settings,
+    )
     parts = [_along(moving)] + ([_along(run.after)] if run.after is not None else [])
     columns = [np.concatenate(column, axis=-1) for column in zip(*parts, strict=True)]
-    lock = run.engagement.state
-    edges = [momenta(chain, s.q[:, None], s.v[:, None]) for s in (run.before.final, lock)]
-    impulse = (edges[1][0] - edges[0][0])[:, 0], float((edges[1][1] - edges[0][1])[0])
-    t, force, moment, reaction, angular, bending, tip = columns
-    return Loads(t, _GRID, force, moment, reaction, angular, bending, tip, *impulse)
+    times, force, moment, reaction, angular, bending, tip_acceleration = columns
+
+    # what the lock adds to the momenta within no time
+    before, after = (
+        momenta(chain, state.q[:, None], state.v[:, None])
+        for state in (run.before.final, run.engagement.state)
+    )
+    return Loads(
+        times=times,
+        until=_GRID,
+        force=force,
+        moment=moment,
+        reaction=reaction,
+        angular_momentum=angular,
+        bending=bending,
+        tip_acceleration=tip_acceleration,
+        force_impulse=(after[0] - before[0])[:, 0],
+        moment_impulse=float((after[1] - before[1])[0]),
+    )
 
 
 def _along(run: Simulation) -> tuple[Array, ...]:
     """Times, force, moment, reaction, angular momentum, bending and acceleration of a run."""
-    chain, t = run.chain, run.times
+    chain, times = run.chain, run.times
     linear, angular = momenta(chain, run.q, run.v)
-    tip_speed = run.v[list(chain.slots(1, -1)[:2])]
-    return (
-        t, _rate(linear, t), _rate(angular, t), run.torque[0], angular,
-        np.array([bending_moments(chain, k, run.q) for k in range(len(chain.links))]),
-        np.linalg.norm(_rate(tip_speed, t), axis=0),
-    )  # fmt: skip
+    tip_velocity = run.v[list(chain.slots(1, -1)[:2])]
+    bending = np.array([bending_moments(chain, k, run.q) for k in range(len(chain.links))])
+    tip_acceleration = np.linalg.norm(_rate(tip_velocity, times), axis=0)
+    force, moment = _rate(linear, times), _rate(angular, times)
+    return times, force, moment, run.torque[0], angular, bending, tip_acceleration
 
 
-def _rate(values: Array, t: Array) -> Array:
-    return np.asarray(CubicSpline(t, values, axis=-1)(t, 1))
+def _rate(values: Array, times: Array) -> Array:
+    return np.asarray(CubicSpline(times, values, axis=-1)(times, 1))
 
 
 def momenta(chain: Chain, q: Array, v: Array) -> tuple[Array, Array]:
@@ -102,56 +120,62 @@ def momenta(chain: Chain, q: Array, v: Array) -> tuple[Array, Array]:
     root too moves in a translation.
     """
     flying = dataclasses.replace(chain, pinned=False)
-    asm = MinimalCoordinates(flying, [Free()] * len(chain.links)).assembly
-    mass = dense(asm.mass)
-    n = chain.size
-    place = np.arange(n) % 4
-    linear = []
-    momentum = mass @ np.column_stack([asm.gather(column) for column in v.T])
-    for k in (0, 1):
-        linear.append(asm.gather((place == k).astype(float)) @ momentum)
+    assembly = MinimalCoordinates(flying, [Free()] * len(chain.links)).assembly
+    momentum = dense(assembly.mass) @ np.column_stack([assembly.gather(x) for x in v.T])
+
+    axis = np.arange(chain.size) % 4  # 0 and 1: positions along x and y; 2 and 3: slopes
+    linear = [assembly.gather((axis == k).astype(float)) @ momentum for k in (0, 1)]
+
+    # a rotation about the root turns positions and slopes alike by a right angle
     turned = np.empty_like(q)
     turned[0::2], turned[1::2] = -q[1::2], q[0::2]
-    spin = np.column_stack([asm.gather(column) for column in turned.T])
+    spin = np.column_stack([assembly.gather(x) for x in turned.T])
     return np.array(linear), (spin * momentum).sum(axis=0)
 
 
 def bending_moments(chain: Chain, link: int, q: Array) -> Array:
     """Largest absolute bending moment (m,) of a link over its element ends [N m]."""
     beam = chain.links[link]
-    L = beam.length / chain.elements
-    best = np.zeros(q.shape[1])
-    for e in range(chain.elements):
-        a, b = (list(chain.slots(link, e + k)) for k in (0, 1))
-        for r, s in (
-            (6 * (q[b[:2]] - q[a[:2]]) / L**2 - (4 * q[a[2:]] + 2 * q[b[2:]]) / L, q[a[2:]]),
-            (-6 * (q[b[:2]] - q[a[:2]]) / L**2 + (2 * q[a[2:]] + 4 * q[b[2:]]) / L, q[b[2:]]),
-        ):
-            curvature = (s[0] * r[1] - s[1] * r[0]) / (s**2).sum(axis=0)
-            best = np.maximum(best, np.abs(beam.bending_stiffness * curvature))
-    return best
+    length = beam.length / chain.elements
+    largest = np.zeros(q.shape[1])
+
+    for element in range(chain.elements):
+        start, end = (list(chain.slots(link, element + k)) for k in (0, 1))
+        chord = q[end[:2]] - q[start[:2]]
+        slopes = q[start[2:]], q[end[2:]]
+
+        # second derivatives of the cubic at both ends of the element
+        bends = (
+            6 * chord / length**2 - (4 * slopes[0] + 2 * slopes[1]) / length,
+            -6 * chord / length**2 + (2 * slopes[0] + 4 * slopes[1]) / length,
+        )
+        for bend, slope in zip(bends, slopes, strict=True):
+            curvature = (slope[0] * bend[1] - slope[1] * bend[0]) / (slope**2).sum(axis=0)
+            largest = np.maximum(largest, np.abs(beam.bending_stiffness * curvature))
+
+    return largest
 
 
-def deflections(replayed: Replay) -> Array:
+def deflections(replayed: LockedMotion) -> Array:
     """Largest distance (L,) of each link's end from the tangent at its start [m]."""
     run = replayed.run.before
-    out = []
+    largest = []
     for k in range(len(run.chain.links)):
         first, last = (list(run.chain.slots(k, node)) for node in (0, -1))
         along, chord = run.q[first[2:]], run.q[last[:2]] - run.q[first[:2]]
         across = (along[0] * chord[1] - along[1] * chord[0]) / np.hypot(*along)
-        out.append(np.abs(across).max())
-    return np.array(out)
+        largest.append(np.abs(across).max())
+    return np.array(largest)
 
 
-def mean_square(replayed: Replay) -> float:
+def mean_square(replayed: LockedMotion) -> float:
     """Mean square torque of the driven joints together [N^2 m^2]: the heat of the motors."""
     run = replayed.run.before
     total = (run.torque[list(replayed.motion.stage.moving)] ** 2).sum(axis=0)
     return float(np.trapezoid(total, run.times) / (run.times[-1] - run.times[0]))
 
 
-def work_drawn(replayed: Replay) -> float:
+def work_drawn(replayed: LockedMotion) -> float:
     """Mechanical work of drives that recover nothing [J]."""
     run = replayed.run.before
     power = run.torque * joint_rates(run.chain, run.q, run.v)
@@ -164,7 +188,7 @@ def stress(moment: float, stiffness: float, diameter: float, modulus: float) -> 
     return moment * diameter * modulus / (2.0 * stiffness)
 
 
-def early_and_late(motion: Motion, elements: int = ELEMENTS) -> tuple[Replay, Replay]:
+def early_and_late(motion: Motion, elements: int = ELEMENTS) -> tuple[LockedMotion, LockedMotion]:
     """The motion locked `EARLY_LATE` too early, and too late."""
     end = motion.stage.duration
     return (
@@ -173,31 +197,35 @@ def early_and_late(motion: Motion, elements: int = ELEMENTS) -> tuple[Replay, Re
     )
 
 
-def modal_ratios(replayed: Replay, assumed: float) -> Array:
+def modal_ratios(replayed: LockedMotion, assumed: float) -> Array:
     """Damping ratios of the locked modes (k,): those of the links' damping, else an assumed one.
 
     The links' damping grows with the frequency from its ratio at `damping_frequency`.
     """
-    eta = replayed.motion.stage.arm.relaxation_time
-    f = replayed.frequencies
-    return np.pi * eta * f if eta > 0 else np.full(len(f), assumed)
+    relaxation = replayed.motion.stage.arm.relaxation_time
+    frequencies = replayed.vibration.frequencies
+    return (
+        np.pi * relaxation * frequencies if relaxation > 0 else np.full_like(frequencies, assumed)
+    )
 
 
-def settling_time(replayed: Replay, error: float, ratios: Array) -> float:
+def settling_time(replayed: LockedMotion, error: float, ratios: Array) -> float:
     """Time after the lock until the tip stays within an error [m] of where it comes to rest.
 
     Bound of the decaying sum of the locked modes that the replay reports, with the amplitudes
     right after the lock: for damping ratios (k,) well below one.
     """
-    omega = 2 * np.pi * replayed.frequencies
-    slowest = omega * np.real(ratios - np.sqrt(ratios.astype(complex) ** 2 - 1))
-    amplitude = replayed.tip_by_mode
+    omega = 2 * np.pi * replayed.vibration.frequencies
+    # the slower of both exponents, complex below critical damping
+    decay = omega * np.real(ratios - np.sqrt(ratios.astype(complex) ** 2 - 1))
+    amplitude = replayed.vibration.tip_by_mode
 
     def bound(t: float) -> float:
-        return float((amplitude * np.exp(-slowest * t)).sum())
+        return float((amplitude * np.exp(-decay * t)).sum())
 
     if bound(0.0) <= error:
         return 0.0
+
     high = 1.0
     while bound(high) > error:
         high *= 2.0

@@ -12,7 +12,6 @@ import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import cumulative_simpson
 
 from models.ancf.analysis import natural_modes, project, residual_energy, run_and_lock
@@ -21,11 +20,10 @@ from models.ancf.chain import Chain
 from models.ancf.joints import Free, Joint, Locked, joint_rates, quarter
 from models.ancf.motion import MinimalCoordinates
 from models.ancf.state import NodalState, posed
-from studies.arm.replay.full import SMOOTH, Replay
+from ocp.arrays import Array
+from studies.arm.replay.full_model import SMOOTH, LockedMotion
 from studies.arm.replay.loads import Loads
 from studies.arm.stage import ELBOW, ROOT
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,64 +53,99 @@ class FreeSatellite:
     held_frequency: float
 
 
-def free_satellite(replayed: Replay, history: Loads, inertia: float) -> FreeSatellite:
+@dataclass(frozen=True, eq=False)
+class _FreeMotion:
+    """The satellite's turn and rate (m,) until the lock, and what the lock finds and leaves."""
+
+    turn: Array
+    rate: Array
+    root_travel: float
+    elbow_travel: float
+    residual_energy: float
+    locked_joints: list[Joint]
+
+
+def free_satellite(replayed: LockedMotion, history: Loads, inertia: float) -> FreeSatellite:
     """A motion replayed with a satellite of a finite inertia [kg m^2]."""
     chain = replayed.run.before.chain
     freed = dataclasses.replace(chain, hub_inertia=chain.hub_inertia + inertia)
-    push = _pushed if ROOT in replayed.motion.stage.moving else _carried
-    turn, rate, travels, left, joints = push(replayed, history, freed, inertia)
+
+    find = _pushed if ROOT in replayed.motion.stage.moving else _carried
+    motion = find(replayed, history, freed, inertia)
     return FreeSatellite(
-        inertia, float(turn[-1]), float(np.abs(turn).max()),
-        inertia * float(np.abs(rate).max()), *travels, left,
-        _first(freed, joints), float(replayed.frequencies[0]),
-    )  # fmt: skip
+        inertia=inertia,
+        turned=float(motion.turn[-1]),
+        largest_turn=float(np.abs(motion.turn).max()),
+        largest_momentum=inertia * float(np.abs(motion.rate).max()),
+        root_travel=motion.root_travel,
+        elbow_travel=motion.elbow_travel,
+        residual_energy=motion.residual_energy,
+        frequency=_first_frequency(freed, motion.locked_joints),
+        held_frequency=float(replayed.vibration.frequencies[0]),
+    )
 
 
-_Case = tuple[Array, Array, tuple[float, float], float, list[Joint]]
-
-
-def _pushed(replayed: Replay, history: Loads, freed: Chain, inertia: float) -> _Case:
+def _pushed(replayed: LockedMotion, history: Loads, freed: Chain, inertia: float) -> _FreeMotion:
     """A driven root: the satellite takes the arm's momentum with the other sign."""
     lock = replayed.run.engagement
-    t = history.times[: history.until]
+    times = history.times[: history.until]
     rate = -history.angular_momentum[: history.until] / inertia
-    turn = cumulative_simpson(rate, x=t, initial=0.0)
+    turn = cumulative_simpson(rate, x=times, initial=0.0)
+
+    # the lock joins arm and satellite, each with the momentum that it has then
     joints: list[Joint] = [Free(), Locked(float(lock.angle[ELBOW]))]
     form = MinimalCoordinates(freed, joints)
     before = replayed.run.before.final
-    now, _ = project(form, before, momentum=_momentum(form, before, inertia, float(rate[-1])))
-    left = residual_energy(freed, joints, now)
-    arm = replayed.run.before.joint_angles()
-    travels = float(arm[ROOT, -1] - arm[ROOT, 0] - turn[-1]), float(arm[ELBOW, -1] - arm[ELBOW, 0])
-    return turn, rate, travels, left, joints
+    momentum = _momentum(form, before, inertia, float(rate[-1]))
+    together, _ = project(form, before, momentum=momentum)
+
+    angles = replayed.run.before.joint_angles()
+    return _FreeMotion(
+        turn=turn,
+        rate=rate,
+        root_travel=float(angles[ROOT, -1] - angles[ROOT, 0] - turn[-1]),
+        elbow_travel=float(angles[ELBOW, -1] - angles[ELBOW, 0]),
+        residual_energy=residual_energy(freed, joints, together),
+        locked_joints=joints,
+    )
 
 
 def _momentum(form: MinimalCoordinates, state: NodalState, inertia: float, spin: float) -> Array:
     """Momentum of the arm and of a satellite that turns at a rate of its own [rad/s]."""
-    asm = form.assembly
-    v = asm.gather(state.v)
-    p = np.asarray(dense(asm.mass) @ v)
-    root = list(asm.place[[2, 3]])  # the slope at the root, which carries the hub
+    assembly = form.assembly
+    rates = assembly.gather(state.v)
+    momentum = np.asarray(dense(assembly.mass) @ rates)
+
+    # the slope at the root carries the hub, whose rate is the satellite's own here
+    root = list(assembly.place[[2, 3]])
     across = quarter(state.q[[2, 3], None])[:, 0]
-    p[root] += inertia * (spin * across - v[root])
-    return p
+    momentum[root] += inertia * (spin * across - rates[root])
+    return momentum
 
 
-def _carried(replayed: Replay, history: Loads, freed: Chain, inertia: float) -> _Case:
+def _carried(replayed: LockedMotion, history: Loads, freed: Chain, inertia: float) -> _FreeMotion:
     """A clamped root: the satellite turns with the arm's root under the elbow's torque."""
     stage = replayed.motion.stage
     run = run_and_lock(
-        freed, [Free(), replayed.motion.joints[ELBOW]], posed(freed, stage.start),
-        history.times[: history.until], [ELBOW], settings=SMOOTH,
-    )  # fmt: skip
+        freed,
+        [Free(), replayed.motion.joints[ELBOW]],
+        posed(freed, stage.start),
+        history.times[: history.until],
+        [ELBOW],
+        settings=SMOOTH,
+    )
     angles = run.before.joint_angles()
-    rate = joint_rates(freed, run.before.q, run.before.v)[ROOT]
-    travel = float(angles[ELBOW, -1] - angles[ELBOW, 0])
-    turn = angles[ROOT] - angles[ROOT, 0]
-    return turn, rate, (0.0, travel), run.residual_energy, list(run.engagement.joints)
+    return _FreeMotion(
+        turn=angles[ROOT] - angles[ROOT, 0],
+        rate=joint_rates(freed, run.before.q, run.before.v)[ROOT],
+        root_travel=0.0,
+        elbow_travel=float(angles[ELBOW, -1] - angles[ELBOW, 0]),
+        residual_energy=run.residual_energy,
+        locked_joints=list(run.engagement.joints),
+    )
 
 
-def _first(chain: Chain, joints: list[Joint]) -> float:
+def _first_frequency(chain: Chain, joints: list[Joint]) -> float:
     """First frequency of the locked arm with a satellite that is free to turn [Hz]."""
     elbow = joints[ELBOW]
     assert isinstance(elbow, Locked)

@@ -10,9 +10,10 @@ from models.ancf.analysis import engage
 from models.ancf.assembly import assemble, dense
 from models.ancf.joints import Free, Torque, joint_angles, joint_rates
 from models.ancf.state import NodalState
+from models.arm.lock import lock_reduced
 from models.arm.parameters import ArmParameters
 from models.arm.reduced import ReducedArm
-from models.arm.reduced_simulation import lock_reduced, simulate_reduced
+from models.arm.reduced_simulation import simulate_reduced
 
 ARM = ArmParameters(elbow_mass=2.0, hub_inertia=1.5)
 SMALL = st.floats(-0.05, 0.05)

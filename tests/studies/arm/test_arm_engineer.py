@@ -12,22 +12,21 @@ from models.ancf.joints import Torque
 from models.ancf.state import posed
 from models.arm.parameters import ArmParameters
 from models.errors import ModelError
-from studies.arm.laws.rigid import feed_forward, inertias, joint_motion
+from studies.arm.laws.rigid import feed_forward, inertias, joint_motion, rigid_accelerations
 from studies.arm.laws.unit_laws import baselines, quintic
-from studies.arm.optimal.phase import Limits, arm_phase
-from studies.arm.optimal.rigid_time import (
-    least_rigid_duration,
-    quintic_duration,
-    rigid_accelerations,
-)
-from studies.arm.optimal.solve import Refined
+from studies.arm.optimal.phase import arm_phase
+from studies.arm.optimal.rigid_time import least_rigid_duration, quintic_duration
+from studies.arm.optimal.solve import MeshRound, Refined
 from studies.arm.questions.baselines import Pair, replay_law
-from studies.arm.replay.full import Motion, replay
+from studies.arm.questions.one_motion import duration_to_try
+from studies.arm.replay.full_model import Motion, replay
 from studies.arm.replay.loads import loads, modal_ratios, momenta, settling_time
 from studies.arm.replay.satellite import free_satellite
-from studies.arm.report.facts import duration_to_try, missed
-from studies.arm.report.figures import all_figures, tradeoff_figure
-from studies.arm.stage import ELBOW, ROOT, big_arm, both_arms, small_arm
+from studies.arm.report.comparison_figures import tradeoff_figure
+from studies.arm.report.figures import Scene, figures_of
+from studies.arm.report.quantities import latch_checks
+from studies.arm.report.traces import Trace, snapshots_of
+from studies.arm.stage import ELBOW, ROOT, TorqueCaps, big_arm, both_arms, small_arm
 from studies.cli import main
 from studies.common.exit_codes import ExitCode
 
@@ -107,12 +106,15 @@ def test_a_free_satellite_and_the_small_arm_keep_no_momentum():
 
 def test_figures_name_their_axes_and_motions(big):
     done, _ = big
-    found = dict(all_figures([done, done]))
+    stage = done.motion.stage
+    scene = Scene(stage.name, stage.duration, stage.start, stage.end, "torque")
+    trace = Trace.of(done)
+    found = dict(figures_of(scene, [trace, trace], snapshots=snapshots_of(done)))
     low, high = found["after_lock"].axes[1].get_xlim()
     assert high / low >= 10  # a decade at least, or the ticks' labels run into each other
     assert set(found) == {"fig10_torque", "fig15_arm", "after_lock", "snapshots"}
     found["trade_off"] = tradeoff_figure(
-        done.motion.stage, {"optimum": ([8.0], [1e-9]), "Step5": ([8.0], [1e-5])},
+        "big", {"optimum": ([8.0], [1e-9]), "Step5": ([8.0], [1e-5])},
         {"Step5": ([7.0, 9.0], [1e-4, 1e-6])},
     )  # fmt: skip
     for figure in found.values():
@@ -121,7 +123,7 @@ def test_figures_name_their_axes_and_motions(big):
 
 def test_without_rest_only_angle_and_energy_are_fixed_at_the_lock():
     stage = big_arm(8.6)
-    at_rest, freed = arm_phase(stage, Limits()), arm_phase(stage, Limits(), left=1e-3)
+    at_rest, freed = arm_phase(stage, TorqueCaps()), arm_phase(stage, TorqueCaps(), left=1e-3)
     names = [{s.name for s in arm.phase.final} for arm in (at_rest, freed)]
     assert names[0] - names[1] == {s.name for s in (*freed.q, *freed.v)} - {"theta1"}
     assert [b.name for b in (*at_rest.bounds, *freed.bounds)] == ["energy left by big"]
@@ -131,11 +133,11 @@ def test_a_cap_too_low_for_both_joints_names_a_duration_to_try():
     stage = both_arms(11.2)
     t = np.linspace(0.0, 11.2, 1001)
     peaks = np.abs(feed_forward(stage, quintic(11.2))(t)).max(axis=1)
-    words = duration_to_try(stage, Limits((peaks[0] / 4, None)))
+    words = duration_to_try(stage, TorqueCaps((peaks[0] / 4, None)))
     assert "22.4 s on the quintic step: give such a duration" in words  # torques fall as 1/T^2
-    enough = duration_to_try(stage, Limits((1.01 * peaks[0], 1.01 * peaks[1])))
+    enough = duration_to_try(stage, TorqueCaps((1.01 * peaks[0], 1.01 * peaks[1])))
     assert "rigid arm" not in enough
-    assert "s on the shortest motion found" in duration_to_try(stage, Limits((5.0, 5.0)))
+    assert "s on the shortest motion found" in duration_to_try(stage, TorqueCaps((5.0, 5.0)))
 
 
 def test_the_rigid_arms_equations_of_motion_invert_its_feed_forward():
@@ -159,16 +161,17 @@ def test_the_shortest_rigid_motion_of_both_joints_keeps_the_bound_of_its_energy(
     det = A * B - (C * np.cos(phi)) ** 2
     d = np.trapezoid(np.sqrt(det / m11), phi)
     a = cap * np.sqrt((B + m11 + 2 * np.abs(m12)) / det).max()
-    least = least_rigid_duration(stage, Limits((cap, cap)))
-    assert 2 * np.sqrt(d / a) < least < quintic_duration(stage, Limits((cap, cap)))
+    least = least_rigid_duration(stage, TorqueCaps((cap, cap)))
+    assert 2 * np.sqrt(d / a) < least < quintic_duration(stage, TorqueCaps((cap, cap)))
 
 
 def test_baselines_that_miss_a_latch_are_named(big):
     done, _ = big
     miss = done.miss
-    assert missed([done], 1.1 * miss) == []
-    (line,) = missed([done], 0.5 * miss)
-    assert line.startswith("FAILED: quintic: the root misses its latch by")
+    assert all(check.passed for check in latch_checks(done, 1.1 * miss))
+    (check,) = latch_checks(done, 0.5 * miss)
+    assert not check.passed
+    assert check.sentence.startswith("FAILED: quintic: the root misses its latch by")
 
 
 def test_a_law_that_jumps_takes_the_longest_fixed_step_that_converges(monkeypatch):
@@ -189,17 +192,19 @@ def test_a_law_that_jumps_takes_the_longest_fixed_step_that_converges(monkeypatc
 def test_a_latch_missed_beside_baselines_fails_the_command(big, monkeypatch, capsys, tmp_path):
     # the laws' solves are left out: one replay stands for baseline and optimum
     done, _ = big
-    refined = Refined(None, done, ((100, 0.0, done.residual_energy),), True)
+    refined = Refined(None, done, (MeshRound(100, 0.0, done.residual_energy),), True)
     pairs = [Pair(done, done, refined, 1.0)]
     monkeypatch.setattr("studies.arm.questions.baselines.compare", lambda *_, **__: pairs)
-    asked = ["arm", "--baselines", "torque", "--no-figures", "--results"]
+    monkeypatch.setattr("studies.arm.questions.baselines._arrays", lambda *_: {})
+    asked = ["arm", "baselines", "--no-figures", "--results"]
     wide, tight = (["--latch", str(share * done.miss)] for share in (1.1, 0.9))
     assert main([*asked, str(tmp_path / "wide"), *wide]) == ExitCode.OK
     assert main([*asked, str(tmp_path / "tight"), *tight]) == ExitCode.NOT_VERIFIED
     assert "FAILED: quintic: the root misses its latch" in capsys.readouterr().out
     record = json.loads((tmp_path / "tight" / "verification.json").read_text())
     assert not record["passed"]
-    assert len(record["missed_latches"]) == 2
+    missed = [check for check in record["checks"] if not check["passed"]]
+    assert len(missed) == 2  # the baseline's and the optimum's
 
 
 def test_the_tip_settles_when_a_damped_arm_is_simulated_to():

@@ -7,18 +7,18 @@ import numpy as np
 import pytest
 
 from models.ancf.joints import Torque
+from models.arm.lock import released
 from models.arm.parameters import ArmParameters
 from models.arm.reduced import ReducedArm
-from studies.arm.optimal.mesh import graded
 from studies.arm.optimal.objectives import first_duration
-from studies.arm.optimal.phase import Limits
-from studies.arm.optimal.solve import capped, solve_stage
+from studies.arm.optimal.solve import solve_stage
+from studies.arm.optimal.solver import graded
 from studies.arm.questions.sequence.problem import locked, sequence
-from studies.arm.questions.sequence.solve import released, replay_sequence, solve_sequence
-from studies.arm.replay.full import Motion, replay
+from studies.arm.questions.sequence.solve import replay_sequence, solve_sequence
+from studies.arm.replay.full_model import Motion, replay
 from studies.arm.replay.loads import deflections, loads, mean_square
-from studies.arm.report.facts import latched
-from studies.arm.stage import big_arm, small_arm
+from studies.arm.report.quantities import latched
+from studies.arm.stage import TorqueCaps, big_arm, small_arm
 from studies.cli import main
 from studies.common.exit_codes import ExitCode, StudyError
 
@@ -75,19 +75,19 @@ def test_least_time_starts_where_a_rigid_arm_can_turn(cap, rate):
         ramp = peak / rate
         turned = peak * (T / 2 - ramp) * T / 2
         low, high = (low, T) if turned >= turn else (T, high)
-    limits = Limits((None, cap), (None, rate))
-    assert first_duration(stage, limits) == pytest.approx(1.1 * high, rel=1e-9)
+    caps = TorqueCaps((None, cap), (None, rate))
+    assert first_duration(stage, caps) == pytest.approx(1.1 * high, rel=1e-9)
     with pytest.raises(StudyError, match="torque_cap and rate_cap"):
-        first_duration(stage, Limits())
+        first_duration(stage, TorqueCaps())
 
 
 @pytest.mark.slow
 def test_least_time_only_shortens_a_motion_that_is_possible():
     stage = small_arm(11.2)
     cap = 5.62 * float(stage.torque_units[1])  # the Bezier law's peak
-    limits = Limits((None, cap), (None, 40.0))
-    done = solve_stage(stage, limits=limits, objective="time", intervals=60)
-    assert stage.least_duration(cap) < done.stage.duration < first_duration(stage, limits)
+    caps = TorqueCaps((None, cap), (None, 40.0))
+    done = solve_stage(stage, caps=caps, objective="time", intervals=60)
+    assert stage.least_duration(cap) < done.stage.duration < first_duration(stage, caps)
     assert done.peak_torque[1] <= cap * (1 + 1e-3)  # the command's own check
 
 
@@ -106,31 +106,37 @@ def test_a_step_that_diverges_says_when_and_what_to_change(monkeypatch, capsys, 
     stage = big_arm(8.6)
     law = Torque(lambda t: np.where(t > 1.0, np.nan, 0.0))
     with_it = lambda *_, **__: replay(Motion("broken", "torque", stage, {0: law}))  # noqa: E731
-    monkeypatch.setattr("studies.arm.optimal.solve.solve_stage", with_it)
-    code = main(["arm", "--results", str(tmp_path / "out")])
+    monkeypatch.setattr("studies.arm.questions.one_motion.solve_stage", with_it)
+    code = main(["arm", "solve", "--results", str(tmp_path / "out")])
     complaint = capsys.readouterr().err
     assert code == ExitCode.NOT_SOLVED
     assert "at t = 1 s the step fell" in complaint
     assert "loosen the tolerance, smooth the torque there or declare a breakpoint" in complaint
-    assert complaint.count("\n") == 1
+    said = [line for line in complaint.splitlines() if not line.startswith("[")]
+    assert len(said) == 1  # beside the lines of progress
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--objective", "peak-torqe"], "did you mean peak-torque?"),
-        (["--objective", "time"], "needs torque_cap and rate_cap"),
-        (["--latch", "0"], "latch is 0"),
-        (["--sequence", "time"], "needs --torque-cap"),
-        (["--sequence", "peak-torque", "--dwell", "-1"], "--dwell is -1"),
-        (["--sequence", "peak-torque", "--total", "long"], "--total is long"),
-        (["--sequence", "peak-torque", "--lock-energy", "-1"], "--lock-energy is -1"),
-        (["--sequence", "peak-torque", "--modulus", "0"], "modulus is 0; give a value above zero"),
-        (["--sequence", "time", "--stage", "big"], "--sequence has no use for --stage"),
-        (["--baselines", "torque", "--torque-cap", "3"], "--baselines has no use for --torque-cap"),
-        (["--baselines", "torque", "--trade-off"], "--baselines and --trade-off are two questions"),
-        (["--dwell", "3"], "without --sequence there is no use for --dwell"),
-        (["--elements", "1e12"], "elements is 1e+12; give 1000 or less"),
+        (["solve", "--objective", "peak-torqe"], "did you mean peak-torque?"),
+        (["solve", "--objective", "time"], "needs torque_cap and rate_cap"),
+        (["solve", "--latch", "0"], "latch is 0"),
+        (["sequence", "--least", "time"], "needs torque_cap"),
+        (["sequence", "--torque-cap", "1"], "leave it out or ask for the least time"),
+        (["sequence", "--dwell", "-1"], "dwell is -1"),
+        (["sequence", "--total", "long"], "total is 'long'"),
+        (["sequence", "--lock-energy", "-1"], "lock_energy is -1"),
+        (["sequence", "--modulus", "0"], "modulus is 0; give a finite positive number"),
+        (["sequence", "--least", "time", "--stage", "big"], "unknown flag --stage"),
+        (["baselines", "--torque-cap", "3"], "unknown flag --torque-cap"),
+        (["solve", "--dwell", "3"], "unknown flag --dwell"),
+        (["solve", "--elements", "1e12"], "elements is 1e+12; give a whole number from 1 to 1000"),
+        (["least-duration", "--stage", "both"], "turns one joint, the stage 'both' both"),
+        (["--baselines", "torque"], "write antenna-ocp arm baselines --drive torque"),
+        (["--sequence", "time"], "write antenna-ocp arm sequence --least"),
+        (["--trade-off"], "write antenna-ocp pareto arm"),
+        (["--stage", "big"], "before --stage comes one of solve, baselines"),
     ],
 )
 def test_bad_input_is_one_sentence(arguments, words, capsys, tmp_path):
@@ -193,6 +199,6 @@ def test_a_latch_that_is_missed_fails():
 
 def test_caps_of_a_multiple_of_the_unit():
     stage = big_arm(8.6)
-    assert capped(stage, 5.0).torque[0] == pytest.approx(
+    assert stage.capped(5.0).torque[0] == pytest.approx(
         5.0 * 38.417 * math.pi / 2 / 8.6**2, rel=1e-4
     )

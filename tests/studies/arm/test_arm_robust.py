@@ -11,12 +11,12 @@ from models.arm.driven import DrivenArm
 from models.arm.reduced import ReducedArm
 from models.arm.reduced_simulation import simulate_reduced
 from models.errors import ModelError
-from studies.arm.optimal.solve import angle_joints, reduced_residual
+from studies.arm.optimal.motion import angle_joints
 from studies.arm.questions.robust import comparison as robust_study
 from studies.arm.questions.robust.problem import solve_nominal
-from studies.arm.replay.ensemble import residuals
-from studies.arm.replay.full import Motion, replay
-from studies.arm.replay.spread import SPREADS, Spread, varied
+from studies.arm.questions.robust.spread import SPREADS, Spread
+from studies.arm.replay.full_model import Motion, replay
+from studies.arm.replay.reduced_model import reduced_residual, residuals, varied
 from studies.arm.stage import big_arm, both_arms, small_arm
 from studies.cli import main
 from studies.common.exit_codes import ExitCode, StudyError
@@ -104,10 +104,10 @@ def test_a_coarse_robust_motion_of_the_small_arm_stands_the_spread(monkeypatch):
 @pytest.mark.parametrize(
     ("flags", "said"),
     [
-        (["--points", "1"], "--points is 1"),
+        (["--points", "1"], "points is 1"),
         (["--stage", "both"], "turns one joint, the stage 'both' both"),
         (["--stage", "smal"], "did you mean small?"),
-        (["--duration", "-1"], "duration is -1; give a value above zero"),
+        (["--duration", "-1"], "duration is -1; give a finite positive number"),
     ],
 )
 def test_bad_input_is_said(flags, said, capsys):
@@ -119,8 +119,8 @@ def test_bad_input_is_said(flags, said, capsys):
 def test_a_file_says_nothing_that_the_study_decides(line, tmp_path, capsys):
     file = tmp_path / "study.toml"
     file.write_text(f"{line}\n", "utf-8")
-    assert main(["robust", "--config", str(file)]) == ExitCode.BAD_INPUT
-    assert f"robust takes no {line.split()[0]}" in capsys.readouterr().err
+    assert main(["robust", str(file)]) == ExitCode.BAD_INPUT
+    assert f"unknown key {line.split()[0]}" in capsys.readouterr().err
 
 
 def test_one_joint_turns():

@@ -10,40 +10,44 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from models.ancf.integrate import StepControl
-from studies.arm.optimal.solve import Solved
-from studies.arm.questions.robust.copies import RATE
-from studies.arm.questions.robust.problem import Mesh, mesh_of, solve_nominal, solve_robust
-from studies.arm.replay.ensemble import residuals
-from studies.arm.replay.full import Drive, Motion, replay
-from studies.arm.replay.spread import SPREADS, WIDTH, Spread, varied
-from studies.arm.stage import Stage
-from studies.common.console import Table, number
+from ocp.arrays import Array
+from studies.arm.config import RobustStudy, as_dictionary
+from studies.arm.optimal.motion import OptimalMotion
+from studies.arm.questions.robust.copies import RATE, steepest_rate
+from studies.arm.questions.robust.problem import MeshSize, mesh_of, solve_nominal, solve_robust
+from studies.arm.questions.robust.spread import SPREADS, WIDTH, Spread
+from studies.arm.replay.full_model import Drive, Motion, replay
+from studies.arm.replay.reduced_model import Factors, residuals, varied
+from studies.arm.report.quantities import Quantity, table_rows
+from studies.arm.stage import JOINT_NAMES, Stage
+from studies.common.console import Console
+from studies.common.folder import provenance
+from studies.common.result import Criterion, Result, Series, Verdict, costs_elsewhere
 
-Array = NDArray[np.float64]
 Say = Callable[[str], None]
 SHARES = (1.1, 1.0)  # peak torques of the robust motions over the nominal's; the first is judged
 LIMIT = 0.2  # of the nominal's worst sqrt(E_res)
 FULL = 3  # points a side on the full model
 _REPLAY = StepControl(1e-8, stages=7)
 _MASSES = (0.9, 1.1)
+_TORQUE_SAMPLES = 2001
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
-    """A motion over the spread.
+class ResidualMap:
+    """What a motion leaves in the arms of the spread.
 
     Attributes
     ----------
-    solved : Solved
+    motion : OptimalMotion
     peak : largest torque [N m].
     reduced, full : (n, n), (k, k)
         sqrt(E_res) [sqrt(J)] on B21 and on the full model; the first axis is the first factor's.
     """
 
-    solved: Solved
+    motion: OptimalMotion
     peak: float
     reduced: Array
     full: Array
@@ -54,7 +58,7 @@ class Outcome:
         middle = len(self.full) // 2
         return float(self.full[middle, middle])
 
-    def ratios(self, other: Outcome) -> tuple[float, float]:
+    def ratios(self, other: ResidualMap) -> tuple[float, float]:
         """Worst sqrt(E_res) over that of another motion, on B21 and on the full model."""
         return (
             float(self.reduced.max() / other.reduced.max()),
@@ -68,24 +72,26 @@ class Comparison:
 
     stage: Stage
     spread: Spread
-    nominal: Outcome
-    robust: tuple[Outcome, ...]
+    nominal: ResidualMap
+    robust: tuple[ResidualMap, ...]
     shares: tuple[float, ...]
 
     @property
-    def outcomes(self) -> tuple[Outcome, ...]:
-        """All motions, the nominal one first."""
+    def maps(self) -> tuple[ResidualMap, ...]:
+        """Of all motions, the nominal one first."""
         return (self.nominal, *self.robust)
 
     @property
     def holds(self) -> bool:
         """Whether the first robust motion's ratios are within the limit, and all caps are kept."""
-        joint = self.stage.moving[0]
-        steepest = RATE * self.stage.torque_units[joint] / self.stage.duration
-        rates = [x.solved.peak_rate[joint] <= steepest * (1 + 1e-9) for x in self.outcomes]
-        within = [done.peak <= share * self.nominal.peak
-                  for done, share in zip(self.robust, self.shares, strict=True)]  # fmt: skip
-        return bool(max(self.robust[0].ratios(self.nominal)) <= LIMIT and all((*within, *rates)))
+        joint, steepest = self.stage.moving[0], steepest_rate(self.stage)
+        rates = [x.motion.peak_rate[joint] <= steepest * (1 + 1e-9) for x in self.maps]
+        within = [
+            found.peak <= share * self.nominal.peak
+            for found, share in zip(self.robust, self.shares, strict=True)
+        ]
+        ratios = self.robust[0].ratios(self.nominal)
+        return bool(max(ratios) <= LIMIT and all((*within, *rates)))
 
 
 def compare(
@@ -95,7 +101,7 @@ def compare(
     say: Say,
     live: Say,
     *,
-    mesh: Mesh | None = None,
+    mesh: MeshSize | None = None,
     shares: tuple[float, ...] = SHARES,
 ) -> Comparison:
     """Solve all motions and replay them over the spread.
@@ -111,75 +117,185 @@ def compare(
     """
     spread, mesh = SPREADS[drive], mesh or mesh_of(stage)
     joint = stage.moving[0]
+
     nominal = solve_nominal(stage, mesh, live)
-    motions = [nominal]
     say(f"{nominal.name} motion: peak torque {nominal.peak_torque[joint]:.5g} N m")
+    motions = [nominal]
     for share in shares:
         motions.append(solve_robust(nominal, spread, share, mesh, live))
         say(f"{motions[-1].name} motion: {motions[-1].peak_torque[joint]:.5g} N m")
-    found = [outcome(motion, drive, points, say, live) for motion in motions]
-    return Comparison(stage, spread, found[0], tuple(found[1:]), shares)
+
+    maps = [residual_map(motion, drive, points, say, live) for motion in motions]
+    return Comparison(stage, spread, maps[0], tuple(maps[1:]), shares)
 
 
-def outcome(motion: Solved, drive: Drive, points: int, say: Say, live: Say) -> Outcome:
-    """A motion over the spread."""
+def residual_map(
+    motion: OptimalMotion, drive: Drive, points: int, say: Say, live: Say
+) -> ResidualMap:
+    """What a motion leaves over the spread."""
     joint, spread = motion.stage.moving[0], SPREADS[drive]
     given = motion.motion(drive)
+
     live(f"{motion.name}: {points} x {points} arms on B21")
     reduced = np.sqrt(residuals(given, spread.grid(points))).reshape(points, points)
     say(f"{motion.name}: worst sqrt(E_res) {reduced.max():.3e} on B21, {points} x {points} arms")
+
     full: list[float] = []
     for factors in spread.grid(FULL):
         live(f"{motion.name}: arm {len(full) + 1} of {FULL**2} on the full model")
         left = replay(of_arm(given, factors), settings=_REPLAY).residual_energy
         full.append(float(np.sqrt(left)))
     say(f"{motion.name}: worst sqrt(E_res) {max(full):.3e} on the full model, {len(full)} arms")
-    return Outcome(
-        motion, float(motion.peak_torque[joint]), reduced, np.array(full).reshape(FULL, FULL)
-    )
+
+    peak = float(motion.peak_torque[joint])
+    return ResidualMap(motion, peak, reduced, np.array(full).reshape(FULL, FULL))
 
 
-def of_arm(motion: Motion, factors: tuple[float, float, float]) -> Motion:
+def of_arm(motion: Motion, factors: Factors) -> Motion:
     """The same drive on another arm."""
     other = dataclasses.replace(motion.stage, arm=varied(motion.stage.arm, factors))
     return dataclasses.replace(motion, stage=other)
 
 
-def mass_misses(motion: Solved, live: Say) -> dict[float, float]:
+def mass_misses(motion: OptimalMotion, live: Say) -> dict[float, float]:
     """Angle miss [rad] at the lock under torque drive with another tip mass, by factor."""
-    given, found = motion.motion("torque"), {}
+    given, misses = motion.motion("torque"), {}
     for mass in _MASSES:
         live(f"{motion.name}: angle miss with {mass:g} of the tip mass")
-        found[mass] = replay(of_arm(given, (1.0, 1.0, mass)), settings=_REPLAY).miss
-    return found
+        misses[mass] = replay(of_arm(given, (1.0, 1.0, mass)), settings=_REPLAY).miss
+    return misses
 
 
-def table(found: Comparison, misses: dict[float, float]) -> Table:
-    """What `antenna-ocp robust` prints."""
+def find_robust(study: RobustStudy, console: Console) -> Result:
+    """Motions that leave a spread of arms most still, beside the nominal one.
+
+    Raises
+    ------
+    StudyError
+        If a motion is not found.
+    """
+    found = compare(study.slew, study.drive, study.points, console.progress, console.live)
+    misses = mass_misses(found.robust[0].motion, console.live)
+
+    # the motion that is judged comes first, what it is compared with after it
+    judged, *others = found.robust
+    ordered = (judged, found.nominal, *others)
+    rows = table_rows({m.motion.name: _quantities(m, found) for m in ordered})
+    return Result(
+        kind="robust",
+        question=study.question,
+        configuration=as_dictionary(study),
+        arrays=_series(found),
+        table=rows,
+        verdict=Verdict(
+            "local",
+            "local: one optimum of the nominal arm and its copies from the nominal motion, "
+            "replayed all over the spread; others were not sought",
+        ),
+        checks=_criteria(found),
+        costs_elsewhere=costs_elsewhere(rows),
+        remarks=_remarks(found, misses),
+        details={
+            "stage": {
+                "duration": found.stage.duration,
+                "joint": JOINT_NAMES[found.stage.moving[0]],
+            },
+            "axes": found.spread.axes,
+            "width": WIDTH,
+            "design": found.spread.design,
+            "points": {"B21": len(found.nominal.reduced), "full model": FULL},
+            "motions": [_torque_law(m) for m in found.maps],
+            "angle_miss_of_tip_mass_rad": misses,
+        },
+        provenance=provenance(),
+    )
+
+
+def _quantities(own: ResidualMap, found: Comparison) -> list[Quantity]:
+    joint, nominal = found.stage.moving[0], found.nominal
+    on_B21, on_full = own.ratios(nominal)
+    worst, worst_full = float(own.reduced.max()), float(own.full.max())
+    root = "sqrt(J)"
+    return [
+        Quantity("peak_torque", "peak torque", "N m", own.peak),
+        Quantity("peak_ratio", "peak torque over the nominal's", "1", own.peak / nominal.peak),
+        Quantity("peak_rate", "peak torque rate", "N m/s", float(own.motion.peak_rate[joint])),
+        Quantity("worst_B21", "worst sqrt(E_res) on B21", root, worst),
+        Quantity("ratio_B21", "the same over the nominal's", "1", on_B21),
+        Quantity("worst_full", "worst sqrt(E_res), full model", root, worst_full),
+        Quantity("ratio_full", "the same over the nominal's", "1", on_full),
+        Quantity("nominal_arm", "sqrt(E_res) of the nominal arm, full model", root, own.at_nominal),
+    ]
+
+
+def _criteria(found: Comparison) -> tuple[Criterion, ...]:
+    """The worst residual of the judged motion, and the caps of all."""
+    judged = found.robust[0]
+    ratio = max(judged.ratios(found.nominal))
+    checks = [_criterion(f"worst residual of '{judged.motion.name}'", "1", ratio, LIMIT)]
+
+    for own, share in zip(found.robust, found.shares, strict=True):
+        name = f"peak torque of '{own.motion.name}'"
+        checks.append(_criterion(name, "N m", own.peak, share * found.nominal.peak))
+
+    joint, steepest = found.stage.moving[0], steepest_rate(found.stage)
+    for own in found.maps:
+        name = f"peak torque rate of '{own.motion.name}'"
+        checks.append(_criterion(name, "N m/s", own.motion.peak_rate[joint], steepest, 1e-9))
+    return tuple(checks)
+
+
+def _criterion(
+    name: str, unit: str, value: float, limit: float, tolerance: float = 0.0
+) -> Criterion:
+    passed = bool(value <= limit * (1 + tolerance))
+    return Criterion(name, unit, float(value), float(limit), passed)
+
+
+def _remarks(found: Comparison, misses: dict[float, float]) -> tuple[str, ...]:
     size, (first, second) = len(found.nominal.reduced), found.spread.axes
     missed = ", ".join(f"x {mass:g}: {miss:.2g} rad" for mass, miss in misses.items())
-    judged = found.robust[0].solved.name
-    notes = (
-        f"worst sqrt(E_res) [sqrt(J)] over +-{WIDTH:.0%} of {first} and of {second}: {size} x "
-        f"{size} arms on B21,",
-        f"{FULL} x {FULL} on the full ANCF model; limit of the ratios of '{judged}' {LIMIT:g}",
+    judged = found.robust[0].motion.name
+    return (
+        f"worst over +-{WIDTH:.0%} of {first} and of {second}: {size} x {size} arms on B21, "
+        f"{FULL} x {FULL} on the full ANCF model",
         "nominal: least peak torque, elastic rest; robust: least worst residual of "
-        f"{1 + len(found.spread.design)} arms, none",
-        f"of them but the nominal one on the grid; torque rate at most {RATE:g} J D/T^3 in all",
-        f"angle miss of '{judged}' with a wrong tip mass under torque drive: {missed}",
-        "the torque alone decides the momentum, the inertia what angle that becomes: no law that "
-        "does not see the arm removes it",
+        f"{1 + len(found.spread.design)} arms, none of them but the nominal one on the grid; "
+        f"torque rate at most {RATE:g} J D/T^3 in all",
+        f"angle miss of '{judged}' with a wrong tip mass under torque drive: {missed}; the torque "
+        "alone decides the momentum, the inertia what angle that becomes: no law that does not "
+        "see the arm removes it",
     )
-    title = f"{found.stage.name} arm, {found.stage.duration:g} s, {found.spread.drive} drive"
-    head = ("motion", "peak [N m]", "/ nominal", "worst, B21", "ratio", "worst, full", "ratio",
-            "nominal arm, full")  # fmt: skip
-    return Table(title, head, [_row(done, found.nominal) for done in found.outcomes], notes)
 
 
-def _row(done: Outcome, nominal: Outcome) -> list[str]:
-    ratios = ("", "") if done is nominal else [number(x, 3) for x in done.ratios(nominal)]
-    return [
-        done.solved.name, number(done.peak), number(done.peak / nominal.peak),
-        number(float(done.reduced.max()), 3), ratios[0],
-        number(float(done.full.max()), 3), ratios[1], number(done.at_nominal, 2),
-    ]  # fmt: skip
+def _torque_law(own: ResidualMap) -> dict[str, object]:
+    """The exact torque of a motion."""
+    law = own.motion.torques[own.motion.stage.moving[0]]
+    return {
+        "name": own.motion.name,
+        "torque_breakpoints_s": law.x,
+        "torque_coefficients": law.c,
+        "root_E_res_B21": own.reduced,
+        "root_E_res_full": own.full,
+    }
+
+
+def _series(found: Comparison) -> dict[str, Series]:
+    """Torques along the time, and the residual maps along their own points."""
+    times = np.linspace(0.0, found.stage.duration, _TORQUE_SAMPLES)
+    arrays = {"time": Series("s", "time", times, "since the release")}
+    for own in found.maps:
+        law = own.motion.torques[found.stage.moving[0]]
+        name = f"{own.motion.name}: torque"
+        arrays[name] = Series("N m", "time", law(times), "of the joint that turns")
+
+    for model, values in (("B21", found.nominal.reduced), ("full model", found.nominal.full)):
+        axis = f"{model}: arm"
+        numbers = np.arange(float(values.size))
+        arrays[axis] = Series("1", axis, numbers, "rows of the grid, one after the other")
+    for own in found.maps:
+        for model, values in (("B21", own.reduced), ("full model", own.full)):
+            name = f"{own.motion.name}: residual, {model}"
+            root = values.ravel()
+            arrays[name] = Series("sqrt(J)", f"{model}: arm", root, "sqrt(E_res) after the lock")
+    return arrays

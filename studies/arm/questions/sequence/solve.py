@@ -2,44 +2,49 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
-import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import PPoly
 
 from models.ancf.analysis import LockedRun, run_and_lock
-from models.ancf.joints import Joint
-from models.arm.reduced import COORDINATES, ReducedArm
-from models.arm.reduced_simulation import lock_reduced, simulate_reduced
-from ocp import Mesh, OcpError, Problem, Trajectory, solve
-from studies.arm.optimal.mesh import graded
-from studies.arm.optimal.phase import ArmPhase, Limits, arm_phase, smoothness, starting_law
-from studies.arm.optimal.solve import Progress, polynomial, settings, torque_joints
+from models.ancf.joints import Joint, Torque
+from models.arm.lock import lock_reduced, released
+from models.arm.reduced import ReducedArm
+from models.arm.reduced_simulation import simulate_reduced
+from ocp import OcpError, Trajectory, solve
+from studies.arm.optimal.motion import polynomial, torque_joints
+from studies.arm.optimal.phase import ArmPhase
+from studies.arm.optimal.solver import sequence_mesh, settings, stage_mesh
 from studies.arm.questions.sequence.problem import (
     SMOOTHING,
     Least,
     Sequence,
     SequencePhases,
-    meshes,
     sequence_problem,
-    window,
+    stage_alone,
 )
-from studies.arm.replay.full import ELEMENTS, SMOOTH
+from studies.arm.replay.full_model import ELEMENTS, SMOOTH
+from studies.arm.search_limits import (
+    ITERATIONS,
+    LIGHTER_SMOOTHING,
+    SEQUENCE_INTERVALS,
+    SEQUENCE_ITERATIONS,
+)
 from studies.arm.stage import ELBOW, ROOT
 from studies.common.exit_codes import ExitCode, StudyError
 
-Array = NDArray[np.float64]
-INTERVALS = (150, 10, 200)  # of the three phases
+Progress = Callable[[str], None]
 _TOLERANCE = 1e-10  # of the replay on B21
-_SAMPLES = 1001
-_LONG = 400  # iterations where the small arm must calm what the first lock leaves
+_SAMPLES = 1001  # even instants of a replay
+_DENSE = 40 * _SAMPLES  # instants at which a peak is looked for
+_DWELL_SAMPLES = 101
 
 
 @dataclass(frozen=True, eq=False)
-class SolvedSequence:
+class OptimalSequence:
     """A solved sequence.
 
     Attributes
@@ -58,9 +63,19 @@ class SolvedSequence:
     @cached_property
     def torques(self) -> tuple[PPoly, PPoly]:
         """Root's and elbow's torque over the time since their stage began."""
-        return tuple(
-            _torque(self.trajectory, arm, k)
-            for arm, k in ((self.phases.first, ROOT), (self.phases.second, ELBOW))
+        return self._torque(self.phases.first, ROOT), self._torque(self.phases.second, ELBOW)
+
+    def _torque(self, arm: ArmPhase, joint: int) -> PPoly:
+        law = polynomial(self.trajectory.phase(arm.phase.name), arm.torque[joint].name)
+        return PPoly(law.c, law.x - law.x[0])
+
+    @property
+    def drives(self) -> tuple[Torque, Torque]:
+        """The same as drives of root and elbow."""
+        root, elbow = self.torques
+        return (
+            torque_joints({ROOT: root}, root.x[-1])[ROOT],
+            torque_joints({ELBOW: elbow}, elbow.x[-1])[ELBOW],
         )
 
     @property
@@ -70,10 +85,20 @@ class SolvedSequence:
         return big, dwell, small
 
     @property
+    def moving_time(self) -> float:
+        """Time of both motions [s]."""
+        return self.durations[0] + self.durations[2]
+
+    @property
+    def rigid_bound(self) -> float:
+        """Least common peak torque of a rigid arm in this time, with the best split [N m]."""
+        return self.case.rigid_bound * (self.case.moving_time / self.moving_time) ** 2
+
+    @property
     def peaks(self) -> tuple[float, float]:
         """Largest absolute torque of root and elbow, between the points too [N m]."""
         root, elbow = (
-            float(np.abs(law(np.linspace(law.x[0], law.x[-1], 40 * _SAMPLES))).max())
+            float(np.abs(law(np.linspace(law.x[0], law.x[-1], _DENSE))).max())
             for law in self.torques
         )
         return root, elbow
@@ -103,16 +128,17 @@ class SequenceReplay:
         return max(abs(x) for run in runs for x in run.engagement.miss.values())
 
 
-def _torque(trajectory: Trajectory, arm: ArmPhase, joint: int) -> PPoly:
-    law = polynomial(trajectory.phase(arm.phase.name), arm.torque[joint].name)
-    return PPoly(law.c, law.x - law.x[0])
-
-
 def solve_sequence(
-    case: Sequence, least: Least = "peak-torque", cap: float | None = None, *,
-    intervals: tuple[int, int, int] | None = None, guess: Trajectory | None = None,
-    left: float | None = None, smoothing: float = SMOOTHING, progress: Progress | None = None,
-) -> SolvedSequence:  # fmt: skip
+    case: Sequence,
+    least: Least = "peak-torque",
+    cap: float | None = None,
+    *,
+    intervals: tuple[int, int, int] = SEQUENCE_INTERVALS,
+    guess: Trajectory | None = None,
+    left: float | None = None,
+    smoothing: float = SMOOTHING,
+    progress: Progress | None = None,
+) -> OptimalSequence:
     """Solve the three phases at once; `left` as in `sequence_problem`.
 
     Raises
@@ -121,77 +147,114 @@ def solve_sequence(
         If the solver finds no motion.
     """
     stated, phases = sequence_problem(case, least, cap, left, smoothing)
-    mesh, chosen = meshes(intervals or INTERVALS), settings()
-    if left is not None:
-        chosen = settings(max_iterations=_LONG)
+    iterations = ITERATIONS if left is None else SEQUENCE_ITERATIONS
     try:
-        found = solve(stated, settings=chosen, mesh=mesh, guess=guess, progress=progress)
+        solution = solve(
+            stated,
+            settings=settings(iterations=iterations),
+            mesh=sequence_mesh(intervals),
+            guess=guess,
+            progress=progress,
+        )
     except OcpError as error:
         raise StudyError(f"no sequence was found: {error}", ExitCode.NOT_SOLVED) from error
-    return SolvedSequence(case, found.trajectory, phases, found.objective)
+    return OptimalSequence(case, solution.trajectory, phases, solution.objective)
 
 
 def alone(case: Sequence, cap: float, progress: Progress | None = None) -> tuple[float, float]:
     """Least durations of both stages under a cap, each a problem of its own [s]."""
-    out = []
-    for stage, count in ((case.first, INTERVALS[0]), (case.second, INTERVALS[2])):
-        limits = Limits((cap, cap))
-        arm = arm_phase(stage, limits, end=window(stage.duration, stage.duration),
-                        law=starting_law(stage, limits))  # fmt: skip
-        best = arm.phase.duration / case.moving_time + SMOOTHING * smoothness(arm, stage)
-        stated = Problem(f"{stage.name} arm alone", [arm.phase], minimise=best, bounds=arm.bounds)
-        found = solve(stated, settings=settings(), mesh=Mesh((graded(count),)),
-                             progress=progress)  # fmt: skip
-        out.append(found.trajectory.phases[0].end)
-    return out[0], out[1]
+    durations = []
+    stages = (case.first, SEQUENCE_INTERVALS[0]), (case.second, SEQUENCE_INTERVALS[2])
+    for stage, intervals in stages:
+        stated = stage_alone(stage, cap, case.moving_time)
+        mesh = stage_mesh("time", intervals)
+        solution = solve(stated, settings=settings(), mesh=mesh, progress=progress)
+        durations.append(solution.trajectory.phases[0].end)
+    return durations[0], durations[1]
 
 
-def replay_sequence(solved: SolvedSequence, elements: int = ELEMENTS) -> SequenceReplay:
+def replay_sequence(solved: OptimalSequence, elements: int = ELEMENTS) -> SequenceReplay:
     """Both motions on the full model, each from the state that the one before left."""
-    case = solved.case
-    ends = np.cumsum(solved.durations)
-    chain = case.first.arm.chain(elements)
-    drives = [torque_joints({k: law}, law.x[-1])[k]
-              for k, law in zip((ROOT, ELBOW), solved.torques, strict=True)]  # fmt: skip
+    case, (big_time, _, small_time) = solved.case, solved.durations
+    lock, released_at = np.cumsum(solved.durations)[:2]
+    root, elbow = solved.drives
+
     first = run_and_lock(
-        chain, case.first.full_joints({ROOT: drives[0]}), case.first.start_state(elements),
-        np.linspace(0.0, ends[0], _SAMPLES), [ROOT], targets={ROOT: case.first.end[ROOT]},
-        after=np.linspace(ends[0], ends[1], 101), settings=SMOOTH,
-    )  # fmt: skip
+        case.first.arm.chain(elements),
+        case.first.full_joints({ROOT: root}),
+        case.first.start_state(elements),
+        np.linspace(0.0, big_time, _SAMPLES),
+        [ROOT],
+        targets={ROOT: case.first.end[ROOT]},
+        after=np.linspace(lock, released_at, _DWELL_SAMPLES),
+        settings=SMOOTH,
+    )
     assert first.after is not None
-    clamp = first.engagement.joints[ROOT]
-    joints: list[Joint] = [clamp, drives[1]]
+    clamped_root = first.engagement.joints[ROOT]
+    joints: list[Joint] = [clamped_root, elbow]
     second = run_and_lock(
-        chain, joints, first.after.final, np.linspace(0.0, solved.durations[2], _SAMPLES),
-        [ELBOW], targets={ELBOW: case.second.end[ELBOW]}, settings=SMOOTH,
-    )  # fmt: skip
-    return SequenceReplay(first, second, first.residual_energy, second.residual_energy,
-                          replay_reduced(solved))  # fmt: skip
+        case.first.arm.chain(elements),
+        joints,
+        first.after.final,
+        np.linspace(0.0, small_time, _SAMPLES),
+        [ELBOW],
+        targets={ELBOW: case.second.end[ELBOW]},
+        settings=SMOOTH,
+    )
+    return SequenceReplay(
+        first=first,
+        second=second,
+        at_lock=first.residual_energy,
+        at_end=second.residual_energy,
+        reduced=replay_reduced(solved),
+    )
 
 
-def replay_reduced(solved: SolvedSequence) -> tuple[float, float]:
+def replay_reduced(solved: OptimalSequence) -> tuple[float, float]:
     """Energies right after both locks on B21, by an explicit method of order 8 [J]."""
-    case, (t1, pause, t3) = solved.case, solved.durations
-    drive = [torque_joints({k: law}, law.x[-1])[k]
-             for k, law in zip((ROOT, ELBOW), solved.torques, strict=True)]  # fmt: skip
+    case, (big_time, dwell, small_time) = solved.case, solved.durations
+    root, elbow = solved.drives
+
+    # big arm, up to the lock of the root
     model = case.first.model
-    run = simulate_reduced(model, model.at(*case.first.start), np.array([0.0, t1]),
-                           root=drive[0], tolerance=_TOLERANCE)  # fmt: skip
+    run = simulate_reduced(
+        model,
+        model.at(*case.first.start),
+        np.array([0.0, big_time]),
+        root=root,
+        tolerance=_TOLERANCE,
+    )
     still, q, v = lock_reduced(model, run.q[:, -1], run.v[:, -1], root=True)
-    left = sum(float(e) for e in still.energies(q, v))
-    run = simulate_reduced(still, q, np.array([0.0, pause]), v=v, tolerance=_TOLERANCE)
+    after_first = sum(float(energy) for energy in still.energies(q, v))
+
+    # locked, then released at the elbow
+    run = simulate_reduced(still, q, np.array([0.0, dwell]), v=v, tolerance=_TOLERANCE)
     free = ReducedArm(case.second.arm, root_lock=still.root_lock)
     q, v = released(still, free, run.q[:, -1], run.v[:, -1])
-    run = simulate_reduced(free, q, np.array([0.0, t3]), v=v, elbow=drive[1],
-                           tolerance=_TOLERANCE)  # fmt: skip
+
+    # small arm, up to the lock of the elbow
+    run = simulate_reduced(
+        free, q, np.array([0.0, small_time]), v=v, elbow=elbow, tolerance=_TOLERANCE
+    )
     end, q, v = lock_reduced(free, run.q[:, -1], run.v[:, -1], elbow=True)
-    return left, sum(float(e) for e in end.energies(q, v))
+    return after_first, sum(float(energy) for energy in end.energies(q, v))
 
 
-def released(still: ReducedArm, free: ReducedArm, q: Array, v: Array) -> tuple[Array, Array]:
-    """Coordinates and rates with the elbow free, from those with it locked."""
-    z, w = ca.SX.sym("z", still.size), ca.SX.sym("w", still.size)
-    both = ca.Function("both", [z, w], [still.embed(z), ca.jtimes(still.embed(z), z, w)])
-    rows = [COORDINATES.index(name) for name in free.coordinates]
-    place, rate = (np.array(x.full())[rows, 0] for x in both(q, v))
-    return place, rate
+def lighter_smoothing(
+    solved: OptimalSequence, progress: Progress | None = None
+) -> list[tuple[float, OptimalSequence]]:
+    """Weights of the smoothness that count less and less, and the sequences that they give.
+
+    Raises
+    ------
+    StudyError
+        If the solver finds no such motion.
+    """
+    sequences: list[tuple[float, OptimalSequence]] = []
+    guess = solved.trajectory
+    for part in LIGHTER_SMOOTHING:
+        weight = part * SMOOTHING
+        lighter = solve_sequence(solved.case, guess=guess, smoothing=weight, progress=progress)
+        guess = lighter.trajectory
+        sequences.append((weight, lighter))
+    return sequences

@@ -7,17 +7,13 @@ both links together, and the tip mass.
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from models.arm.parameters import ArmParameters
-from studies.arm.replay.full import Drive
+from studies.arm.replay.full_model import Drive
+from studies.arm.replay.reduced_model import Factors
 
-Array = NDArray[np.float64]
-Factors = tuple[float, float, float]
 WIDTH = 0.1
 
 
@@ -46,22 +42,24 @@ class Spread:
         return [self.factors(float(x), float(y)) for x in side for y in side]
 
 
-def varied(arm: ArmParameters, factors: Factors) -> ArmParameters:
-    """The arm with its stiffnesses and its tip mass times factors."""
-    big, small, mass = factors
-    return dataclasses.replace(
-        arm,
-        big=dataclasses.replace(arm.big, bending_stiffness=big * arm.big.bending_stiffness),
-        small=dataclasses.replace(arm.small, bending_stiffness=small * arm.small.bending_stiffness),
-        tip_mass=mass * arm.tip_mass,
-    )
+# stiffness turns the fast mode's phase much: many copies, along the diagonal
+_STIFFNESSES = (0.902, 0.941, 0.981, 1.019, 1.059, 1.098)
+_OFF_NOMINAL = (
+    -0.098,
+    -0.045,
+    0.045,
+    0.098,
+)  # stiff with a light tip, or soft with a heavy one: the frequency is off most
 
-
-_T = (0.902, 0.941, 0.981, 1.019, 1.059, 1.098)  # stiffness turns the fast mode's phase much
 SPREADS: dict[Drive, Spread] = {
-    "torque": Spread("torque", ("big stiffness", "small stiffness"), tuple((k, k) for k in _T)),
-    "angle": Spread(
-        "angle", ("stiffness", "tip mass"),
-        tuple((1.0 + d, 1.0 - d) for d in (-0.098, -0.045, 0.045, 0.098)),
+    "torque": Spread(
+        drive="torque",
+        axes=("big stiffness", "small stiffness"),
+        design=tuple((k, k) for k in _STIFFNESSES),
     ),
-}  # fmt: skip
+    "angle": Spread(
+        drive="angle",
+        axes=("stiffness", "tip mass"),
+        design=tuple((1.0 + d, 1.0 - d) for d in _OFF_NOMINAL),
+    ),
+}

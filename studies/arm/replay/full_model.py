@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from models.ancf.analysis import LockedRun, natural_modes, run_and_lock
 from models.ancf.assembly import dense
@@ -18,15 +17,16 @@ from models.ancf.integrate import StepControl
 from models.ancf.joints import Joint, Locked
 from models.ancf.motion import MinimalCoordinates
 from models.ancf.state import posed
+from ocp.arrays import Array
 from studies.arm.stage import Stage
 
-Array = NDArray[np.float64]
 Drive = Literal["torque", "angle"]
-ELEMENTS = 8  # a link
+ELEMENTS = 8  # of a link
+MODES = 3  # locked modes that are reported
+SAMPLES = 1001  # even instants of the output
 SMOOTH = StepControl(1e-9)
 JUMPS = StepControl(1e-7, fixed_step=0.004)  # modes too fast for the step are damped, see models
-MODES = 3
-SAMPLES = 1001
+_FEW_EDGES = 50  # breakpoints, up to which both sides of each are put out
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,34 +50,52 @@ class Motion:
 
 
 @dataclass(frozen=True, eq=False)
-class Replay:
-    """A motion on the full model.
+class ResidualVibration:
+    """The vibration that a lock leaves, in the first modes of the locked arm.
+
+    Attributes
+    ----------
+    frequencies : of the modes (k,) [Hz].
+    modal_energy : (k,) [J].
+    modal_amplitude : largest displacement anywhere on the arm (k,) [m].
+    tip_by_mode : amplitude of the tip in each (k,) [m].
+    tip, elbow : amplitudes that all modes can reach together [m].
+    root_moment : the same of the root's bending moment [N m].
+    """
+
+    frequencies: Array
+    modal_energy: Array
+    modal_amplitude: Array
+    tip_by_mode: Array
+    tip: float
+    elbow: float
+    root_moment: float
+
+
+@dataclass(frozen=True, eq=False)
+class LockedMotion:
+    """A motion on the full model, up to the lock of the joints that turned and beyond it.
 
     Attributes
     ----------
     motion : Motion
     run : the simulation, the lock and the motion after it.
-    residual_energy : E_res [J].
-    peak_torque : largest absolute torque of each joint (2,) [N m].
-    modal_energy : energies of the first locked modes (k,) [J].
-    modal_amplitude : their largest displacement anywhere on the arm (k,) [m].
-    tip_by_mode : amplitude of the tip in each (k,) [m].
-    tip_amplitude, elbow_amplitude, moment_amplitude : what they can reach together at the tip,
-        the elbow [m] and in the root's bending moment [N m].
-    frequencies : of these modes (k,) [Hz].
+    vibration : what the lock leaves, by mode.
     """
 
     motion: Motion
     run: LockedRun
-    residual_energy: float
-    peak_torque: Array
-    modal_energy: Array
-    modal_amplitude: Array
-    tip_by_mode: Array
-    tip_amplitude: float
-    elbow_amplitude: float
-    moment_amplitude: float
-    frequencies: Array
+    vibration: ResidualVibration
+
+    @property
+    def residual_energy(self) -> float:
+        """E_res [J]."""
+        return self.run.residual_energy
+
+    @property
+    def peak_torque(self) -> Array:
+        """Largest absolute torque of each joint (2,) [N m]."""
+        return np.asarray(np.abs(self.run.before.torque).max(axis=1))
 
     @property
     def miss(self) -> float:
@@ -93,14 +111,14 @@ def replay(
     lock_at: float | None = None,
     after: Array | None = None,
     modes: int = MODES,
-) -> Replay:
+) -> LockedMotion:
     """Replay a motion on the full model and lock the joints that turned.
 
     Parameters
     ----------
     motion : Motion
     elements : int
-        A link.
+        Of a link.
     settings : StepControl, optional
         Of the integrator.
     lock_at : float, optional
@@ -111,10 +129,9 @@ def replay(
         Number of locked modes to report.
     """
     stage = motion.stage
-    chain = stage.arm.chain(elements)
     end = stage.duration if lock_at is None else lock_at
     run = run_and_lock(
-        chain,
+        stage.arm.chain(elements),
         stage.full_joints(dict(motion.joints)),
         stage.start_state(elements),
         sample_times(motion, end),
@@ -123,45 +140,49 @@ def replay(
         after=after,
         settings=settings or (JUMPS if motion.jumps else SMOOTH),
     )
-    peak = np.abs(run.before.torque).max(axis=1)
-    modal = _modal(run, modes)
-    return Replay(motion, run, run.residual_energy, peak, *modal)
+    return LockedMotion(motion, run, residual_vibration(run, modes))
 
 
 def sample_times(motion: Motion, end: float) -> Array:
     """Output instants: even ones, and both sides of every breakpoint."""
     edges = np.array([b for joint in motion.joints.values() for b in joint.breakpoints])
-    sides = np.concatenate([edges * (1 - 1e-12), edges]) if len(edges) < 50 else edges
+    # a law of many pieces is smooth enough to be read at its breakpoints alone
+    sides = np.concatenate([edges * (1 - 1e-12), edges]) if len(edges) < _FEW_EDGES else edges
     times = np.unique(np.concatenate([np.linspace(0.0, end, SAMPLES), sides]))
     return np.asarray(times[(times >= 0) & (times <= end)])
 
 
-def _modal(run: LockedRun, count: int) -> tuple[Array, Array, Array, float, float, float, Array]:
+def residual_vibration(run: LockedRun, count: int) -> ResidualVibration:
     """Energy and amplitude of the first locked modes, and of tip, elbow and root moment."""
     chain, lock = run.before.chain, run.engagement
-    angles = [j.angle for j in lock.joints if isinstance(j, Locked)]
-    rest = posed(chain, angles)
+    rest = posed(chain, [j.angle for j in lock.joints if isinstance(j, Locked)])
     modes = natural_modes(chain, lock.joints, rest, count=count)
-    form = MinimalCoordinates(chain, lock.joints)
-    asm, omega = form.assembly, 2 * np.pi * modes.frequencies
-    shapes = np.column_stack([asm.gather(shape) for shape in modes.shapes.T])
-    mass = dense(asm.mass)
-    eta = shapes.T @ mass @ (asm.gather(lock.state.q) - asm.gather(rest.q))
-    rate = shapes.T @ mass @ asm.gather(lock.state.v)
-    amplitude = np.hypot(eta, rate / omega)
-    places = [chain.slots(link, -1)[:2] for link in (1, 0)]
-    tip, elbow = (_amplitude(modes.shapes, list(p), amplitude) for p in places)
-    moment = float(np.abs(_root_moments(run, modes.shapes) * amplitude).sum())
-    largest = np.abs(modes.shapes[_translations(chain.size)]).max(axis=0) * amplitude
-    energy = 0.5 * (omega * amplitude) ** 2
-    return energy, largest, tip, tip.sum(), elbow.sum(), moment, modes.frequencies
+
+    # modal coordinates right after the lock: the shapes are orthonormal in the mass matrix
+    assembly = MinimalCoordinates(chain, lock.joints).assembly
+    shapes = np.column_stack([assembly.gather(shape) for shape in modes.shapes.T])
+    mass = dense(assembly.mass)
+    position = shapes.T @ mass @ (assembly.gather(lock.state.q) - assembly.gather(rest.q))
+    rate = shapes.T @ mass @ assembly.gather(lock.state.v)
+    omega = 2 * np.pi * modes.frequencies
+    amplitude = np.hypot(position, rate / omega)
+
+    tip, elbow = (
+        _node_amplitude(modes.shapes, list(chain.slots(link, -1)[:2]), amplitude) for link in (1, 0)
+    )
+    translations = np.arange(chain.size) % 4 < 2
+    return ResidualVibration(
+        frequencies=modes.frequencies,
+        modal_energy=0.5 * (omega * amplitude) ** 2,
+        modal_amplitude=np.abs(modes.shapes[translations]).max(axis=0) * amplitude,
+        tip_by_mode=tip,
+        tip=float(tip.sum()),
+        elbow=float(elbow.sum()),
+        root_moment=float(np.abs(_root_moments(run, modes.shapes) * amplitude).sum()),
+    )
 
 
-def _translations(size: int) -> NDArray[np.intp]:
-    return np.flatnonzero(np.arange(size) % 4 < 2)
-
-
-def _amplitude(shapes: Array, place: list[int], amplitude: Array) -> Array:
+def _node_amplitude(shapes: Array, place: list[int], amplitude: Array) -> Array:
     """Displacement at a node in each mode (k,) [m]."""
     return np.asarray(np.linalg.norm(shapes[place], axis=0) * amplitude)
 
@@ -173,11 +194,14 @@ def _root_moments(run: LockedRun, shapes: Array) -> Array:
     """
     chain = run.before.chain
     link = chain.links[0]
-    L = link.length / chain.elements
+    length = link.length / chain.elements
     first, second = (list(chain.slots(0, k)) for k in (0, 1))
+
+    # unit vector across the link at its root
     slope = run.engagement.state.q[first[2:]]
     across = np.array([-slope[1], slope[0]]) / np.hypot(*slope)
-    r0, s0, r1, s1 = (
-        across @ shapes[rows] for rows in (first[:2], first[2:], second[:2], second[2:])
-    )
-    return np.asarray(link.bending_stiffness * (6 * (r1 - r0) / L**2 - (4 * s0 + 2 * s1) / L))
+
+    r0, s0 = across @ shapes[first[:2]], across @ shapes[first[2:]]
+    r1, s1 = across @ shapes[second[:2]], across @ shapes[second[2:]]
+    curvature = 6 * (r1 - r0) / length**2 - (4 * s0 + 2 * s1) / length
+    return np.asarray(link.bending_stiffness * curvature)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from models.ancf.integrate import StepControl
-from studies.arm.replay.full import ELEMENTS, Motion, replay
+from studies.arm.replay.full_model import ELEMENTS, Motion, replay
 
 STEPS = 1000  # of the coarser run
 TOLERANCE = 1e-9  # of the Newton iterations; the step is fixed
@@ -36,13 +36,11 @@ class Floor:
 def numerical_floor(motion: Motion) -> Floor:
     """Three replays of a motion with steps of one length."""
     step = motion.stage.duration / STEPS
-    once, half = (
-        StepControl(TOLERANCE, fixed_step=step),
-        StepControl(TOLERANCE, fixed_step=step / 2),
-    )
+    whole = StepControl(TOLERANCE, fixed_step=step)
+    half = StepControl(TOLERANCE, fixed_step=step / 2)
     return Floor(
         step,
-        replay(motion, settings=once).residual_energy,
-        replay(motion, settings=half).residual_energy,
-        replay(motion, settings=once, elements=2 * ELEMENTS).residual_energy,
+        coarse=replay(motion, settings=whole).residual_energy,
+        half_step=replay(motion, settings=half).residual_energy,
+        half_mesh=replay(motion, settings=whole, elements=2 * ELEMENTS).residual_energy,
     )

@@ -10,26 +10,28 @@ from functools import lru_cache
 from typing import get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from models.ancf.analysis import natural_modes
 from models.ancf.joints import Free, Locked
 from models.ancf.state import posed
 from models.arm.reduced_simulation import simulate_reduced
+from ocp.arrays import Array
 from studies.arm.laws.rigid import torque_drives
 from studies.arm.laws.scan import left_by_laws
 from studies.arm.laws.unit_laws import SHAPERS, NamedLaw, ShaperKind, baselines, shaped_bang_bang
-from studies.arm.optimal.solve import reduced_residual
-from studies.arm.replay.full import Drive
+from studies.arm.replay.full_model import ELEMENTS, Drive
+from studies.arm.replay.reduced_model import reduced_residual
+from studies.arm.search_limits import (
+    FREQUENCIES_OF_BOTH,
+    FREQUENCIES_REFINED,
+    FREQUENCIES_TRIED,
+    LONGEST_SHAPER,
+)
 from studies.arm.stage import ELBOW, ROOT, Stage
 
-Array = NDArray[np.float64]
 SMOOTH = ("quintic", "Step5", "Bezier")
 SHAPED: tuple[ShaperKind, ...] = get_args(ShaperKind)
-_TRIES = 32  # constants tried for a frequency that varies along the stage
-_FEW = 9  # where both joints turn, whose motions take longer
-_FINER = 8  # tried between the best one's neighbours
-_LONGEST_SHAPER = 0.8  # of the stage's duration
+_POSES = 25  # along the stage, at which the free frequency is found
 _SAME = 1e-6  # relative difference of frequencies that counts as none
 
 
@@ -50,7 +52,7 @@ def baseline_law(stage: Stage, name: str, drive: Drive) -> NamedLaw:
 @lru_cache(maxsize=32)
 def locked_frequency(stage: Stage) -> float:
     """First frequency of the arm locked at the stage's end [Hz]."""
-    chain = stage.arm.chain(8)
+    chain = stage.arm.chain(ELEMENTS)
     rest = posed(chain, list(stage.end))
     joints = [Locked(angle) for angle in stage.end]
     return float(natural_modes(chain, joints, rest, count=1).frequencies[0])
@@ -59,19 +61,19 @@ def locked_frequency(stage: Stage) -> float:
 @lru_cache(maxsize=32)
 def free_frequencies(stage: Stage) -> tuple[float, ...]:
     """First elastic frequency with the joints that turn free, at even shares of the turn [Hz]."""
-    chain, found = stage.arm.chain(8), []
-    for share in np.linspace(0.0, 1.0, 25):
+    chain, frequencies = stage.arm.chain(ELEMENTS), []
+    for share in np.linspace(0.0, 1.0, _POSES):
         angles = np.array(stage.start) + share * stage.turn
         joints = [Free() if k in stage.moving else Locked(a) for k, a in enumerate(angles)]
         modes = natural_modes(chain, joints, posed(chain, list(angles)), count=1)
-        found.append(float(modes.frequencies[0]))
-    return tuple(found)
+        frequencies.append(float(modes.frequencies[0]))
+    return tuple(frequencies)
 
 
 def varies(stage: Stage) -> bool:
     """Whether the free joints' frequency changes along the stage."""
-    found = free_frequencies(stage.lasting(1.0))
-    return max(found) - min(found) > _SAME * max(found)
+    free = free_frequencies(stage.lasting(1.0))  # which no duration changes: found in the cache
+    return max(free) - min(free) > _SAME * max(free)
 
 
 def needs_search(stage: Stage, name: str, drive: Drive) -> bool:
@@ -100,15 +102,19 @@ def shaper_frequency(stage: Stage, kind: ShaperKind, drive: Drive) -> float:
     free = free_frequencies(stage.lasting(1.0))
     if not varies(stage):
         return max(free)
-    shortest = SHAPERS[kind][-1][0] / (_LONGEST_SHAPER * stage.duration)
-    one = len(stage.moving) == 1
-    tried = np.geomspace(max(min(free), shortest), max(free), _TRIES if one else _FEW)
-    values = _left(stage, kind, tried)
-    k = int(np.argmin(values))
-    finer = np.linspace(tried[max(k - 1, 0)], tried[min(k + 1, len(tried) - 1)], _FINER)
-    if one:
-        tried, values = np.append(tried, finer), np.append(values, _left(stage, kind, finer))
-    return float(tried[np.argmin(values)])
+
+    # a constant for a frequency that varies: the one that leaves least, sought in two passes
+    shortest = SHAPERS[kind][-1][0] / (LONGEST_SHAPER * stage.duration)
+    one_joint = len(stage.moving) == 1
+    count = FREQUENCIES_TRIED if one_joint else FREQUENCIES_OF_BOTH
+    tried = np.geomspace(max(min(free), shortest), max(free), count)
+    energies = _left(stage, kind, tried)
+    if one_joint:
+        k = int(np.argmin(energies))
+        finer = np.linspace(tried[max(k - 1, 0)], tried[min(k + 1, count - 1)], FREQUENCIES_REFINED)
+        tried = np.append(tried, finer)
+        energies = np.append(energies, _left(stage, kind, finer))
+    return float(tried[np.argmin(energies)])
 
 
 def _left(stage: Stage, kind: ShaperKind, frequencies: Array) -> Array:
@@ -116,12 +122,13 @@ def _left(stage: Stage, kind: ShaperKind, frequencies: Array) -> Array:
     laws = [shaped_bang_bang(stage.duration, float(f), kind) for f in frequencies]
     if len(stage.moving) == 1:
         return left_by_laws(stage, laws, "torque")
+
     start, times = stage.model.at(*stage.start), np.array([0.0, stage.duration])
-    found = []
+    energies = []
     for law in laws:
         drives = torque_drives(stage, law)
         motion = simulate_reduced(
             stage.model, start, times, root=drives[ROOT], elbow=drives[ELBOW], tolerance=1e-6
         )
-        found.append(reduced_residual(stage, motion))
-    return np.array(found)
+        energies.append(reduced_residual(stage, motion))
+    return np.array(energies)

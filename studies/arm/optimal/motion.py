@@ -1,0 +1,174 @@
+"""An optimal motion of a stage: its torques as exact polynomials, and its replays.
+
+Two misses are told apart: the mesh error is the residual energy of the replay on B21 by another
+integrator (the collocation believes it is zero); the model error is that of the full model
+against the replay on B21.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+from scipy.interpolate import BPoly, PPoly
+
+from models.ancf.joints import Driven, Joint, Torque
+from models.arm.reduced import ReducedArm
+from models.arm.reduced_simulation import ReducedMotion, simulate_reduced
+from ocp import PhaseTrajectory, Trajectory
+from ocp.arrays import Array
+from studies.arm.optimal.phase import ArmPhase
+from studies.arm.replay.full_model import ELEMENTS, MODES, Drive, LockedMotion, Motion, replay
+from studies.arm.replay.reduced_model import follow, reduced_residual
+from studies.arm.stage import ELBOW, ROOT, Stage
+
+SAMPLES = 2001  # of a replay on B21
+_DENSE = 20 * SAMPLES  # instants at which a peak is looked for
+_CUBIC = 4  # coefficients of a torque in an interval: twice the integral of a linear rate's slope
+
+
+@dataclass(frozen=True, eq=False)
+class OptimalMotion:
+    """A motion found by the optimiser.
+
+    Attributes
+    ----------
+    name : str
+    stage : Stage
+    trajectory : of the solver.
+    arm : the phase with its signals.
+    """
+
+    name: str
+    stage: Stage
+    trajectory: Trajectory
+    arm: ArmPhase
+
+    @cached_property
+    def torques(self) -> dict[int, PPoly]:
+        """Torque of each driven joint as the exact piecewise polynomial of the solution."""
+        phase = self.trajectory.phase(self.arm.phase.name)
+        return {k: polynomial(phase, state.name) for k, state in self.arm.torque.items()}
+
+    @property
+    def peak_torque(self) -> Array:
+        """Largest absolute torque of both joints (2,), between the points too [N m]."""
+        return self._peaks(lambda law: law)
+
+    @property
+    def peak_rate(self) -> Array:
+        """Largest absolute torque rate of both joints (2,) [N m/s]."""
+        return self._peaks(lambda law: law.derivative())
+
+    def _peaks(self, of: Callable[[PPoly], PPoly]) -> Array:
+        times = np.linspace(0.0, self.stage.duration, _DENSE)
+        peaks = np.zeros(2)
+        for k, law in self.torques.items():
+            peaks[k] = np.abs(of(law)(times)).max()
+        return peaks
+
+    @cached_property
+    def reduced(self) -> ReducedMotion:
+        """Replay on B21 by another integrator, explicit Runge-Kutta steps."""
+        if len(self.stage.moving) > 1:
+            return self.on(self.stage.model)
+        return follow(self.motion("torque"), SAMPLES)
+
+    def on(self, model: ReducedArm) -> ReducedMotion:
+        """Replay on a reduced model by an explicit method of order 8."""
+        joints = torque_joints(self.torques, self.stage.duration)
+        return simulate_reduced(
+            model,
+            model.at(*self.stage.start),
+            np.linspace(0.0, self.stage.duration, SAMPLES),
+            root=joints.get(ROOT),
+            elbow=joints.get(ELBOW),
+            tolerance=1e-11,
+        )
+
+    @property
+    def energy_on_B22(self) -> float:
+        """E_res of the replay on B22, whose second link bends more freely [J]."""
+        return reduced_residual(self.stage, self.on(self.stage.reduced(variant="B22")))
+
+    @property
+    def reduced_energy(self) -> float:
+        """E_res of the replay on B21 [J]: the mesh error."""
+        return reduced_residual(self.stage, self.reduced)
+
+    def motion(self, drive: Drive) -> Motion:
+        """The motion for the full model under either drive."""
+        joints: dict[int, Joint]
+        if drive == "torque":
+            joints = dict(torque_joints(self.torques, self.stage.duration))
+        else:
+            joints = dict(angle_joints(self.reduced, self.torques))
+        return Motion(self.name, drive, self.stage, joints)
+
+    def replay(
+        self,
+        drive: Drive = "torque",
+        *,
+        elements: int = ELEMENTS,
+        after: Array | None = None,
+        modes: int = MODES,
+    ) -> LockedMotion:
+        """On the full model, see `studies.arm.replay.full_model.replay`."""
+        return replay(self.motion(drive), elements=elements, after=after, modes=modes)
+
+
+def polynomial(phase: PhaseTrajectory, state: str) -> PPoly:
+    """A state of degree three or less in each interval."""
+    breakpoints = phase.breakpoints
+    steps, nodes = np.diff(breakpoints), np.linspace(0.0, 1.0, _CUBIC)
+    count = len(steps)
+
+    # interpolated at four points of each interval, which is exact for a cubic
+    signals = phase.local(np.repeat(np.arange(count), _CUBIC), np.tile(nodes, count))
+    values = signals[:, phase.states.index(state)].reshape(count, _CUBIC)
+    powers = np.linalg.solve(np.vander(nodes), values.T)
+    return PPoly(powers / steps ** np.arange(_CUBIC - 1, -1, -1)[:, None], breakpoints)
+
+
+def torque_joints(torques: Mapping[int, PPoly], end: float) -> dict[int, Torque]:
+    """Torque laws; smooth enough that the integrator need not restart at the mesh."""
+
+    def until_end(law: PPoly) -> Callable[[Array], Array]:
+        return lambda t: np.where(t <= end, law(np.clip(t, 0.0, end)), 0.0)
+
+    return {k: Torque(until_end(law)) for k, law in torques.items()}
+
+
+def angle_joints(motion: ReducedMotion, torques: Mapping[int, PPoly]) -> dict[int, Driven]:
+    """Joint angles of a motion of B21, interpolated with their first two derivatives."""
+    model, count = motion.model, len(motion.times)
+
+    q, v, a = (ca.SX.sym(name, model.size) for name in "qva")
+    angles = ca.vertcat(model.embed(q)[0], model.elbow_angle(q))
+    rates = ca.jtimes(angles, q, v)
+    spins = ca.jtimes(rates, q, v) + ca.jtimes(angles, q, a)
+    joint_angles = ca.Function("angles", [q, v, a], [angles, rates, spins]).map(count)
+
+    none = 0 * motion.times
+    drive = np.array([torques[k](motion.times) if k in torques else none for k in (ROOT, ELBOW)])
+    accelerations = model.dynamics.map(count)(motion.q, motion.v, drive)
+    values = [x.full() for x in joint_angles(motion.q, motion.v, accelerations)]
+
+    end = float(motion.times[-1])
+    return {
+        k: _driven(
+            BPoly.from_derivatives(motion.times, np.stack([x[k] for x in values], axis=1)), end
+        )
+        for k in torques
+    }
+
+
+def _driven(law: BPoly, end: float) -> Driven:
+    def until_end(order: int) -> Callable[[Array], Array]:
+        curve = law if order == 0 else law.derivative(order)
+        return lambda t: np.asarray(curve(np.clip(t, 0.0, end)))
+
+    return Driven(until_end(0), until_end(1), until_end(2))

@@ -1,0 +1,68 @@
+"""Meshes and solver settings of the arm's problems: all that is asked of the engine's inside.
+
+The smoothest torque bends evenly. Every other optimum turns its torque quickly at start, middle
+and end; even meshes, however fine, did not resolve the fast modes there, and their optima of energy
+were too high.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from ocp import FixedMesh, Ipopt, Mesh, Radau, Settings
+from ocp.mesh.mesh import PhaseMesh, uniform
+from studies.arm.search_limits import ITERATIONS, ROBUST_ITERATIONS
+
+DEGREE = 4
+PIVOTS = 1e-2  # of the linear solver: with its default the stiff modes spoil every step
+_ROUNDING = 1e-5  # of the optimality conditions, whose multipliers the stiff modes make large
+_GRADING = 0.9
+
+
+def stage_mesh(objective: str, intervals: int) -> Mesh:
+    """Mesh of one stage."""
+    even = objective == "smoothest"
+    return Mesh((uniform(intervals, DEGREE) if even else graded(intervals),))
+
+
+def sequence_mesh(intervals: tuple[int, int, int]) -> Mesh:
+    """Meshes of big arm, dwell and small arm, those of the motions finer where torques turn."""
+    first, dwell, second = intervals
+    return Mesh((graded(first), uniform(dwell, DEGREE), graded(second)))
+
+
+def graded(intervals: int) -> PhaseMesh:
+    """A mesh ten times finer at start, middle and end, x = s - a sin(4 pi s) / (4 pi)."""
+    s = np.linspace(0.0, 1.0, intervals + 1)
+    x = s - _GRADING * np.sin(4 * np.pi * s) / (4 * np.pi)
+    # the ends are exact: rounding would leave a gap to the phase's ends
+    return PhaseMesh(np.array([0.0, *x[1:-1], 1.0]), np.array([DEGREE]))
+
+
+def settings(
+    barrier: Literal["monotone", "adaptive"] = "monotone", iterations: int = ITERATIONS
+) -> Settings:
+    """For stiff elastic modes; the mesh is stated beside, the study verifies by its own replays."""
+    solver = Ipopt(
+        tolerance=1e-8,
+        dual_tolerance=_ROUNDING,
+        constraint_violation=1e-9,
+        max_iterations=iterations,
+        barrier=barrier,
+        pivot_tolerance=PIVOTS,
+    )
+    return Settings(scheme=Radau(DEGREE), refinement=FixedMesh(), solver=solver, verify=False)
+
+
+def robust_settings(intervals: int, degree: int) -> Settings:
+    """For many arms at once, whose optima are flat: looser than for one."""
+    solver = Ipopt(
+        tolerance=1e-7,
+        dual_tolerance=1e-4,
+        constraint_violation=1e-9,
+        max_iterations=ROBUST_ITERATIONS,
+        pivot_tolerance=PIVOTS,
+    )
+    return Settings(scheme=Radau(degree), intervals=intervals, solver=solver)

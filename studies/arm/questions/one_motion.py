@@ -1,0 +1,220 @@
+"""One motion of the arm: solved, refined, replayed, and set beside two of the paper's laws."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from models.ancf.analysis import natural_modes
+from models.ancf.joints import Locked
+from models.ancf.state import posed
+from models.errors import ModelError
+from studies.arm.config import ArmStudy, as_dictionary
+from studies.arm.laws.unit_laws import baselines
+from studies.arm.optimal.objectives import first_duration
+from studies.arm.optimal.phase import is_slow
+from studies.arm.optimal.rigid_time import least_rigid_duration, quintic_duration
+from studies.arm.optimal.solve import Refined, check_bending, check_caps, refine, solve_stage
+from studies.arm.questions.baselines import QUICK, replay_law
+from studies.arm.replay.full_model import SMOOTH, LockedMotion, replay
+from studies.arm.replay.loads import Loads, loads
+from studies.arm.replay.numerical_floor import numerical_floor
+from studies.arm.replay.satellite import free_satellite
+from studies.arm.report.profile import load_series, profile_series, reduced_series, sampled_motion
+from studies.arm.report.quantities import (
+    ASSUMPTIONS,
+    Quantity,
+    both_joints_quantities,
+    caps_by_quantity,
+    criteria,
+    off_time_quantities,
+    optimum_quantities,
+    quantities_of,
+    satellite_quantities,
+    table_rows,
+)
+from studies.arm.report.traces import Trace, snapshot_series, snapshots_of
+from studies.arm.stage import Stage, TorqueCaps
+from studies.common.console import Console
+from studies.common.exit_codes import StudyError
+from studies.common.folder import provenance
+from studies.common.result import Result, Verdict, costs_elsewhere
+
+OPTIMUM = "optimum"
+LAWS = ("Step5", "Bezier")
+"""The paper's own laws, beside which the optimum's costs are seen."""
+_AFTER = 401  # instants of the quarter of a stage that is followed after the lock
+_SHAPER = 10.0  # frequency times duration of shapers that nobody asks for here
+
+
+def check_study(study: ArmStudy) -> None:
+    """Refuse what cannot be met, before any work.
+
+    Raises
+    ------
+    StudyError
+        With the remedy.
+    """
+    if study.objective == "time":
+        first_duration(study.slew, study.caps)  # needs both caps; the stage's own does not matter
+    else:
+        check_bending(study.slew)
+        check_caps(study.slew, study.caps)
+    check_mesh(study)
+
+
+def check_mesh(study: ArmStudy) -> None:
+    """Refuse a full model too coarse for the modes that are asked for.
+
+    Raises
+    ------
+    StudyError
+        With the number of elements that would do.
+    """
+    stage = study.slew
+    chain = stage.arm.chain(study.elements)
+    joints = [Locked(angle) for angle in stage.end]
+    try:
+        natural_modes(chain, joints, posed(chain, list(stage.end)), count=study.modes)
+    except ModelError as error:
+        raise StudyError(str(error)) from error
+
+
+def solve_motion(study: ArmStudy, console: Console) -> Result:
+    """The motion that a study asks for.
+
+    Raises
+    ------
+    StudyError
+        If no motion is found.
+    """
+    refined = _refined(study, console)
+    stage = refined.motion.stage  # least time has its own duration
+    after = np.linspace(stage.duration, 1.25 * stage.duration, _AFTER)
+    replayed = refined.motion.replay(
+        "torque", after=after, elements=study.elements, modes=study.modes
+    )
+    refined = dataclasses.replace(refined, replay=replayed)
+    history = loads(replayed)
+
+    own = quantities_of(replayed, history, study.arm, study.pointing_error)
+    own += optimum_quantities(refined.motion, replayed)
+    own += _asked_besides(study, refined, history)
+    laws = {OPTIMUM: own}
+    beside = [_baseline(stage, name, console) for name in LAWS]
+    for baseline in beside:
+        bears = loads(baseline, SMOOTH if is_slow(stage) else QUICK)
+        laws[baseline.motion.name] = quantities_of(baseline, bears, study.arm, study.pointing_error)
+    rows = table_rows(laws, caps_by_quantity(study))
+
+    snapshots = snapshots_of(replayed)
+    arrays = profile_series(replayed, study.sample_time) | load_series(history, replayed)
+    for motion in (replayed, *beside):
+        arrays |= Trace.of(motion).series()
+    arrays |= reduced_series(refined.motion.reduced) | snapshot_series(snapshots)
+
+    remarks = [ASSUMPTIONS]
+    details: dict[str, Any] = {
+        "stage": {"duration": stage.duration, "start": stage.start, "end": stage.end},
+        "snapshot_times": [snapshot.time for snapshot in snapshots],
+        "rounds": [dataclasses.asdict(entry) for entry in refined.rounds],
+        "accuracy": {"residual_energy_of_the_sampled_profile_J": _sampled_energy(own)},
+    }
+    if is_slow(stage):
+        floor = numerical_floor(refined.motion.motion("torque"))
+        details["numerical_floor_J"] = floor.energy
+        remarks.append(str(floor))
+
+    return Result(
+        kind="arm",
+        question=study.question,
+        configuration=as_dictionary(study),
+        arrays=arrays,
+        table=rows,
+        bounds=_bounds(study, stage),
+        verdict=_verdict(refined),
+        checks=criteria(study, refined, history),
+        costs_elsewhere=costs_elsewhere(rows),
+        remarks=tuple(remarks),
+        details=details,
+        provenance=provenance(),
+    )
+
+
+def _refined(study: ArmStudy, console: Console) -> Refined:
+    try:
+        motion = solve_stage(
+            study.slew, caps=study.caps, objective=study.objective, progress=console.live
+        )
+    except StudyError as error:
+        hint = duration_to_try(study.slew, study.caps)
+        raise StudyError(f"{error}{hint}", error.exit_code) from error
+    return refine(motion, study.caps, objective=study.objective, say=console.progress)
+
+
+def duration_to_try(stage: Stage, caps: TorqueCaps) -> str:
+    """What to do where no motion was found: how long a rigid arm takes if torque caps are low."""
+    longer = quintic_duration(stage, caps)
+    if longer <= stage.duration:
+        return "; on the command line: give a longer duration, higher caps or another objective"
+    least = least_rigid_duration(stage, caps)
+    shortest = "" if least is None else f"{least:.4g} s on the shortest motion found, "
+    return (
+        f"; under this torque cap a rigid arm takes {shortest}{longer:.4g} s on the quintic step: "
+        "give such a duration or a higher cap"
+    )
+
+
+def _asked_besides(study: ArmStudy, refined: Refined, history: Loads) -> list[Quantity]:
+    """What the optimum leaves where something is not as planned."""
+    replayed = refined.replay
+    found = off_time_quantities(replayed, study.elements)
+    if len(study.slew.moving) > 1:
+        found += both_joints_quantities(refined.motion)
+    if study.satellite_inertia is not None:
+        case = free_satellite(replayed, history, study.satellite_inertia)
+        found += satellite_quantities(case, study)
+
+    again = replay(sampled_motion(replayed, study.sample_time), elements=study.elements)
+    title = f"residual energy of the profile sampled every {study.sample_time:g} s"
+    found.append(Quantity(_SAMPLED, title, "J", again.residual_energy))
+    return found
+
+
+_SAMPLED = "sampled_residual_energy"
+
+
+def _sampled_energy(quantities: list[Quantity]) -> float:
+    return next(q.value for q in quantities if q.key == _SAMPLED)
+
+
+def _baseline(stage: Stage, name: str, console: Console) -> LockedMotion:
+    console.live(f"{name} beside the optimum")
+    laws = {law.name: law for law in baselines(stage.duration, _SHAPER / stage.duration)}
+    return replay_law(stage, laws[name], "torque")
+
+
+def _bounds(study: ArmStudy, stage: Stage) -> dict[str, float]:
+    """What no motion of the rigid arm can beat, where one joint turns."""
+    if len(stage.moving) > 1:
+        return {}
+    bounds = {"rigid arm: peak torque [N m]": float(4.0 * stage.torque_units[stage.moving[0]])}
+    cap = study.torque_cap
+    if cap is not None:
+        bounds["rigid arm under the cap: duration [s]"] = stage.least_duration(cap)
+    return bounds
+
+
+def _verdict(refined: Refined) -> Verdict:
+    if not refined.agrees:
+        return Verdict(
+            "unverified",
+            "unverified: the replays on B21 and on the full model differ, the mesh is too coarse",
+        )
+    return Verdict(
+        "local",
+        "local: one optimum of the reduced model B21 from a rigid arm's motion, replayed on the "
+        "full ANCF model; others were not sought",
+    )

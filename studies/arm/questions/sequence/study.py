@@ -1,0 +1,244 @@
+"""A sequence of both stages from its configuration to its result."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ocp.arrays import Array
+from studies.arm.config import SequenceStudy, as_dictionary
+from studies.arm.questions.sequence.problem import SMOOTHING, Sequence, sequence
+from studies.arm.questions.sequence.solve import (
+    OptimalSequence,
+    SequenceReplay,
+    alone,
+    lighter_smoothing,
+    replay_reduced,
+    replay_sequence,
+    solve_sequence,
+)
+from studies.arm.report.quantities import CAP_EXCESS, Quantity, table_rows
+from studies.common.console import Console
+from studies.common.exit_codes import StudyError
+from studies.common.folder import provenance
+from studies.common.result import Criterion, Result, Series, Verdict
+
+AGREE = 0.2  # share of the full model's energy by which B21 may differ
+STILL = 1e-8  # [J] below which both count as still
+PAPER = (86.0, 112.0)  # [s]
+_PACE = 1.1  # of the rigid bound, at which the guess under a cap moves
+_FIGURE_SAMPLES = 4001
+
+
+def find_sequence(study: SequenceStudy, console: Console) -> Result:
+    """Big arm, locked dwell and small arm as one problem.
+
+    Raises
+    ------
+    StudyError
+        If no motion is found.
+    """
+    case = sequence(study.total, study.dwell, study.arm.parameters)
+    if study.torque_cap is not None:
+        case = paced(case, study.torque_cap)
+    solved = solve_sequence(case, study.least, study.torque_cap, progress=console.live)
+    console.progress("solved; replaying on B21 and on the full model")
+    replayed = replay_sequence(solved)
+
+    quantities = [*_facts(solved, replayed), *_beside(study, solved, console)]
+    agrees = agree(replayed)
+    return Result(
+        kind="arm-sequence",
+        question=study.question,
+        configuration=as_dictionary(study),
+        arrays=_series(solved, study.sample_time),
+        table=table_rows({"optimum": quantities}),
+        bounds={"rigid arm of this time, best split: peak torque [N m]": solved.rigid_bound},
+        verdict=Verdict(
+            "local" if agrees else "unverified",
+            "local: one optimum of the reduced model B21, replayed on the full ANCF model; others "
+            "were not sought"
+            if agrees
+            else "unverified: B21 and the full model differ in what the last lock leaves",
+        ),
+        checks=_criteria(study, solved, replayed),
+        remarks=(
+            f"both arms' smoothness counts {SMOOTHING:g} beside the objective; the total is that "
+            "of both motions, the dwell on top",
+        ),
+        details={"durations": solved.durations, "rigid_bound_Nm": solved.rigid_bound},
+        provenance=provenance(),
+    )
+
+
+def paced(case: Sequence, cap: float) -> Sequence:
+    """The sequence at the pace of a cap, a tenth above the rigid bound."""
+    total = case.moving_time * float(np.sqrt(_PACE * case.rigid_bound / cap))
+    return sequence(total, case.dwell, case.first.arm)
+
+
+def agree(replayed: SequenceReplay) -> bool:
+    """Whether both models leave the same energy, or next to none."""
+    full, reduced = replayed.at_end, replayed.reduced[1]
+    return max(full, reduced) <= STILL or abs(full - reduced) <= AGREE * full
+
+
+def _criteria(
+    study: SequenceStudy, solved: OptimalSequence, replayed: SequenceReplay
+) -> tuple[Criterion, ...]:
+    held = agree(replayed)
+    name = "the replays on B21 and on the full model agree in residual energy"
+    off = abs(replayed.at_end - replayed.reduced[1])
+    checks = [Criterion(name, "J", off, AGREE * replayed.at_end, held, _sentence(held, name))]
+    if study.torque_cap is not None:
+        peak = max(solved.peaks)
+        held = peak <= study.torque_cap * (1 + CAP_EXCESS)
+        name = "the torque is within its cap between the points"
+        checks.append(Criterion(name, "N m", peak, study.torque_cap, held, _sentence(held, name)))
+    return tuple(checks)
+
+
+def _sentence(held: bool, name: str) -> str:
+    return f"{'verified' if held else 'FAILED'}: {name}"
+
+
+def _facts(solved: OptimalSequence, replayed: SequenceReplay) -> list[Quantity]:
+    """Times, torques and what the locks leave."""
+    case, bound = solved.case, solved.rigid_bound
+    big, dwell, small = solved.durations
+    root, elbow = solved.peaks
+    over = 100 * (max(solved.peaks) / bound - 1)
+    inertia_turns = case.first.inertias[0] * np.pi / 2, case.second.inertias[1] * np.pi
+    paper = max(4.0 * turn / T**2 for turn, T in zip(inertia_turns, PAPER, strict=True))
+    first = "energy after the first lock"
+    last = "energy after the last lock"
+    lost = "kinetic energy lost in the"
+    return [
+        Quantity("big_arm_time", "big arm", "s", big, "neither"),
+        Quantity("dwell", "dwell", "s", dwell, "neither"),
+        Quantity("small_arm_time", "small arm", "s", small, "neither"),
+        Quantity("moving_time", "both motions", "s", solved.moving_time),
+        Quantity("peak_root_torque", "peak torque, root", "N m", root),
+        Quantity("peak_elbow_torque", "peak torque, elbow", "N m", elbow),
+        Quantity("rigid_bound", "rigid bound of this time, best split", "N m", bound, "neither"),
+        Quantity("surcharge", "surcharge over the rigid bound", "%", over),
+        Quantity("paper_bound", "rigid bound of the paper's 86 and 112 s", "N m", paper, "neither"),
+        Quantity("first_lock_energy", f"{first}, full model", "J", replayed.at_lock),
+        Quantity("first_lock_energy_B21", f"{first}, B21", "J", replayed.reduced[0]),
+        Quantity("residual_energy", f"{last}, full model", "J", replayed.at_end),
+        Quantity("residual_energy_B21", f"{last}, B21", "J", replayed.reduced[1]),
+        Quantity("lost_first", f"{lost} first lock", "J", replayed.first.engagement.lost_energy),
+        Quantity("lost_last", f"{lost} last lock", "J", replayed.second.engagement.lost_energy),
+        Quantity("angle_miss", "largest angle miss at a lock", "rad", replayed.miss),
+    ]
+
+
+def _beside(study: SequenceStudy, solved: OptimalSequence, console: Console) -> list[Quantity]:
+    """What rest and smoothness cost; what was not found is said and left out."""
+    cap, left = study.torque_cap, study.lock_energy
+    parts: list[Callable[[], list[Quantity]]] = []
+    if cap is not None:
+        parts.append(lambda: _sums(solved, cap, console))
+    else:
+        parts.append(lambda: _smoothing_costs(solved, console))
+    if left is not None:
+        parts.append(lambda: _without_rest(study, solved, left, console))
+
+    quantities: list[Quantity] = []
+    for part in parts:
+        try:
+            quantities += part()
+        except StudyError as error:
+            console.say(f"left out: {error}")
+    return quantities
+
+
+def _sums(solved: OptimalSequence, cap: float, console: Console) -> list[Quantity]:
+    """What the sequence gains over both stages alone."""
+    first, second = alone(solved.case, cap, console.live)
+    less = solved.moving_time - first - second
+    return [
+        Quantity("big_arm_alone", "big arm alone", "s", first, "neither"),
+        Quantity("small_arm_alone", "small arm alone", "s", second, "neither"),
+        Quantity("sum_alone", "sum of both alone", "s", first + second, "neither"),
+        Quantity("less_than_sum", "sequence less the sum", "s", less, "neither"),
+    ]
+
+
+def _smoothing_costs(solved: OptimalSequence, console: Console) -> list[Quantity]:
+    """Common peak torque, and its surcharge, where the smoothness weighs less and less."""
+    quantities = []
+    for number, (weight, lighter) in enumerate(lighter_smoothing(solved, console.live), start=1):
+        peak = max(lighter.peaks)
+        over = 100 * (peak / solved.case.rigid_bound - 1)
+        tail = f"smoothness at {weight:g}"
+        quantities += [
+            Quantity(f"peak_lighter_{number}", f"peak torque, {tail}", "N m", peak),
+            Quantity(
+                f"surcharge_lighter_{number}", f"surcharge over the rigid bound, {tail}", "%", over
+            ),
+        ]
+    return quantities
+
+
+def _without_rest(
+    study: SequenceStudy, solved: OptimalSequence, left: float, console: Console
+) -> list[Quantity]:
+    """The same sequence where the first lock may meet an energy [J], rest only after the last."""
+    freed = solve_sequence(
+        solved.case,
+        study.least,
+        study.torque_cap,
+        guess=solved.trajectory,
+        left=left,
+        progress=console.live,
+    )
+    at_lock, at_end = replay_reduced(freed)
+    head = "no rest at the first lock"
+    quantities = [
+        Quantity("freed_allowed", f"{head}: energy it may meet", "J", left, "neither"),
+        Quantity("freed_first", f"{head}: energy after the first lock, B21", "J", at_lock),
+        Quantity("freed_last", f"{head}: energy after the last lock, B21", "J", at_end),
+    ]
+    if study.least == "time":
+        gain = solved.moving_time - freed.moving_time
+        quantities += [
+            Quantity("freed_time", f"{head}: both motions", "s", freed.moving_time),
+            Quantity("freed_gain", f"{head}: gain", "s", gain, "more"),
+        ]
+    else:
+        peak = max(freed.peaks)
+        gain = 100 * (1 - peak / max(solved.peaks))
+        quantities += [
+            Quantity("freed_peak", f"{head}: peak torque", "N m", peak),
+            Quantity("freed_gain", f"{head}: gain", "%", gain, "more"),
+        ]
+    return quantities
+
+
+def _series(solved: OptimalSequence, step: float) -> dict[str, Series]:
+    """Both torques at a sample time, from the start of the big arm, and densely for the figure."""
+    end = float(np.sum(solved.durations))
+    arrays: dict[str, Series] = {}
+    for axis, count in (
+        ("time", max(2, round(end / step) + 1)),
+        ("figure/time", _FIGURE_SAMPLES),
+    ):
+        times = np.linspace(0.0, end, count)
+        head = axis.removesuffix("time")
+        arrays[axis] = Series("s", axis, times, "since the release of the root")
+        for joint, torque in zip(("root", "elbow"), _torques(solved, times), strict=True):
+            name = f"{head}{joint}_torque"
+            arrays[name] = Series("N m", axis, torque, f"of the {joint}'s drive")
+    return arrays
+
+
+def _torques(solved: OptimalSequence, times: Array) -> tuple[Array, Array]:
+    """Torques of root and elbow (m,) [N m], zero while their joint is locked."""
+    root, elbow = solved.torques
+    lock, released_at, _ = np.cumsum(solved.durations)
+    return (
+        np.where(times <= lock, root(np.clip(times, 0, lock)), 0.0),
+        np.where(times >= released_at, elbow(np.clip(times - released_at, 0, elbow.x[-1])), 0.0),
+    )

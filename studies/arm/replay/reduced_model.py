@@ -1,0 +1,258 @@
+"""Replays on the reduced model B21: one arm, or many arms abreast, by fixed Runge-Kutta steps.
+
+Mass matrix, force and strain energy are affine in the stiffness of each link and in the tip
+mass, so that those of any arm are combined from four arms' expressions.
+
+Symbols: q, v coordinates and rates; z the elastic coordinates; y state of an arm, (q, v) under
+torque and (z, zdot) on a given angle.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import shutil
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from models.ancf.joints import Driven, Torque
+from models.arm.driven import DrivenArm
+from models.arm.lock import energy_after_lock, lock_reduced, lock_terms
+from models.arm.parameters import ArmParameters
+from models.arm.reduced import solve_small
+from models.arm.reduced_simulation import ReducedMotion
+from ocp.arrays import Array
+from studies.arm.replay.full_model import Drive, Motion
+from studies.arm.stage import ELBOW, ROOT, Stage
+
+Factors = tuple[float, float, float]
+"""(big stiffness, small stiffness, tip mass) of an arm over the nominal one's."""
+NOMINAL: Factors = (1.0, 1.0, 1.0)
+STEP = 0.0025  # [s]; stable for the fastest mode of B21, 144 Hz
+STEPS = 16000  # of one arm followed, or more
+_MANY = 100_000  # steps of single arms from which compiled code pays
+_OFF = 0.1  # factor less one of the arms that are combined; any would do, as all is affine
+
+
+def varied(arm: ArmParameters, factors: Factors) -> ArmParameters:
+    """The arm with its stiffnesses and its tip mass times factors."""
+    big, small, mass = factors
+    return dataclasses.replace(
+        arm,
+        big=dataclasses.replace(arm.big, bending_stiffness=big * arm.big.bending_stiffness),
+        small=dataclasses.replace(arm.small, bending_stiffness=small * arm.small.bending_stiffness),
+        tip_mass=mass * arm.tip_mass,
+    )
+
+
+def reduced_residual(stage: Stage, motion: ReducedMotion) -> float:
+    """E_res on a reduced model after locking the joints that turned [J]."""
+    locked, q, v = lock_reduced(
+        motion.model,
+        motion.q[:, -1],
+        motion.v[:, -1],
+        root=ROOT in stage.moving,
+        elbow=ELBOW in stage.moving,
+    )
+    return sum(float(energy) for energy in locked.energies(q, v))
+
+
+@dataclass(frozen=True, eq=False)
+class ArmEquations:
+    """Equations of one joint's motion, for the arm of any factors.
+
+    Attributes
+    ----------
+    rate : `(y, input, factors) -> dy/dt`; the input is the torque [N m], or the joint's angle with
+        its first two derivatives.
+    energy : `(y, input, factors) -> E_res` [J] if the joint locked now.
+    start : (n,) y at the start, at rest.
+    """
+
+    rate: ca.Function
+    energy: ca.Function
+    start: Array
+
+
+def residuals(motion: Motion, points: Sequence[Factors], step: float = STEP) -> Array:
+    """E_res on B21 [J] at each point, (m,), after the lock.
+
+    Parameters
+    ----------
+    motion : Motion
+        Its torque, or its angle, is applied to every arm.
+    points : (big stiffness, small stiffness, tip mass) factors of each arm.
+    step : float
+        [s]
+    """
+    stage, joint = motion.stage, motion.joints[motion.stage.moving[0]]
+    steps, arms = int(np.ceil(stage.duration / step)), len(points)
+    half_steps = np.linspace(0.0, stage.duration, 2 * steps + 1)
+
+    drive: Drive
+    if isinstance(joint, Torque):
+        drive, inputs = "torque", joint.torque(half_steps)[None]
+    elif isinstance(joint, Driven):
+        drive, inputs = "angle", np.stack(joint.law(half_steps))
+    else:
+        raise ValueError("residuals: the joint is neither under torque nor on an angle")
+    equations = arm_equations(stage, drive, compiled=steps * arms > _MANY)
+
+    factors = np.array(points).T
+    shared = [1, 3]  # the input and the step are the same for all arms
+    advance = runge_kutta(equations.rate).map("advance", "serial", arms, shared, [])
+    state = march(
+        advance,
+        np.tile(equations.start[:, None], arms),
+        [inputs[:, 2 * k : 2 * k + 3] for k in range(steps)],
+        factors,
+        stage.duration / steps,
+    )
+    energy = equations.energy.map("energy", "serial", arms, [1], [])
+    return np.asarray(energy(state, inputs[:, -1], factors).full())[0]
+
+
+def march(
+    advance: ca.Function, state: Any, inputs: Sequence[Array], factors: Array, step: Any
+) -> Any:
+    """The state after one step for each of the inputs (at its start, middle and end)."""
+    for now in inputs:
+        state = advance(state, now, factors, step)
+    return state
+
+
+def follow(motion: Motion, samples: int) -> ReducedMotion:
+    """The motion of the nominal arm under torque on B21 at even instants, with `STEPS` or more."""
+    stage, joint = motion.stage, motion.joints[motion.stage.moving[0]]
+    if not isinstance(joint, Torque):
+        raise ValueError("follow: the motion is not under torque")
+    equations = arm_equations(stage, "torque")
+
+    # as many steps from sample to sample as make `STEPS` in all
+    each = int(np.ceil(max(STEPS, stage.duration / STEP) / (samples - 1)))
+    half_steps = np.linspace(0.0, stage.duration, 2 * each * (samples - 1) + 1)
+    torque = joint.torque(half_steps)
+    triples = np.stack((torque[:-1:2], torque[1::2], torque[2::2]), axis=1)
+    parts = triples.reshape(samples - 1, 1, -1)
+
+    advance = runge_kutta(equations.rate).mapaccum("follow", each)
+    path = np.empty((len(equations.start), samples))
+    path[:, 0] = equations.start
+    for k, part in enumerate(parts):
+        path[:, k + 1] = advance(path[:, k], part, np.ones(3), 2 * half_steps[1]).full()[:, -1]
+
+    q, v = np.split(path, 2)
+    nodes = stage.model.to_nodes(q, v, 1)[0]
+    times = np.linspace(0.0, stage.duration, samples)
+    return ReducedMotion(stage.model, times, q, v, tip=nodes[12:14], elbow=nodes[4:6])
+
+
+def runge_kutta(rate: ca.Function) -> ca.Function:
+    """One step of the classical method of order 4; inputs at its start, middle and end."""
+    y, given = ca.MX.sym("y", *rate.size_in(0)), ca.MX.sym("given", rate.size1_in(1), 3)
+    factors, step = ca.MX.sym("factors", 3), ca.MX.sym("step")
+    first = rate(y, given[:, 0], factors)
+    second = rate(y + step / 2 * first, given[:, 1], factors)
+    third = rate(y + step / 2 * second, given[:, 1], factors)
+    fourth = rate(y + step * third, given[:, 2], factors)
+    after = y + step / 6 * (first + 2 * second + 2 * third + fourth)
+    return ca.Function("step", [y, given, factors, step], [after])
+
+
+def arm_equations(stage: Stage, drive: Drive, compiled: bool = False) -> ArmEquations:
+    """The equations of a stage that turns one joint.
+
+    Parameters
+    ----------
+    stage : Stage
+    drive : "torque" or "angle"
+    compiled : bool
+        Whether to have the rates compiled, if gcc is at hand.
+    """
+    if drive == "torque":
+        state, given, start, mechanics, place = _under_torque(stage)
+    else:
+        state, given, start, mechanics, place = _on_angle(stage)
+    factors = ca.SX.sym("factors", 3)
+
+    speed = state[state.numel() // 2 :]
+    acceleration = ca.vertcat(*solve_small(*_affine(stage, factors, mechanics)))
+    rate = ca.vertcat(speed, acceleration)
+
+    arguments = [state, given, factors]
+    return ArmEquations(
+        rate=ca.Function("rate", arguments, [rate], _options(compiled)),
+        energy=ca.Function("left", arguments, [_energy(stage, factors, *place)]),
+        start=start,
+    )
+
+
+_Mechanics = Callable[[ArmParameters], tuple[Any, ...]]
+_Parts = tuple[Any, Any, Array, _Mechanics, tuple[Any, Any]]
+
+
+def _under_torque(stage: Stage) -> _Parts:
+    """State (q, v), input tau, start, mass matrix and force of an arm, and its (q, v)."""
+    model, joint = stage.model, stage.moving[0]
+    q, v = ca.SX.sym("q", model.size), ca.SX.sym("v", model.size)
+    given = ca.SX.sym("tau")
+    torque = ca.vertcat(*(given if k == joint else ca.SX(0) for k in (ROOT, ELBOW)))
+
+    def mechanics(arm: ArmParameters) -> tuple[Any, ...]:
+        other = stage.reduced(arm)
+        return other.mass_matrix(q), other.force(q, v, torque)
+
+    start = np.concatenate((model.at(*stage.start), np.zeros(model.size)))
+    return ca.vertcat(q, v), given, start, mechanics, (q, v)
+
+
+def _on_angle(stage: Stage) -> _Parts:
+    """State (z, zdot), input (s, sdot, sddot), start, mass matrix and force, and its (q, v)."""
+    nominal = DrivenArm(stage.model)
+    n = len(nominal.elastic)
+    z, rate = ca.SX.sym("z", n), ca.SX.sym("zdot", n)
+    given = ca.SX.sym("s", 3)
+
+    def mechanics(arm: ArmParameters) -> tuple[Any, ...]:
+        return DrivenArm(stage.reduced(arm)).balance(z, rate, given[0], given[1], given[2])
+
+    place = nominal.motion(z, rate, given[0], given[1])
+    return ca.vertcat(z, rate), given, np.zeros(2 * n), mechanics, place
+
+
+def _energy(stage: Stage, factors: Any, q: Any, v: Any) -> Any:
+    """E_res [J] of the arm of some factors at coordinates q and rates v."""
+    x, y = ca.SX.sym("x", stage.model.size), ca.SX.sym("y", stage.model.size)
+
+    def locked(arm: ArmParameters) -> tuple[Any, ...]:
+        return lock_terms(stage.reduced(arm), stage.moving, x, y)
+
+    energy = energy_after_lock(*_affine(stage, factors, locked))
+    # as a function of symbols first: the terms are shared instead of repeated
+    return ca.Function("left", [x, y, factors], [energy])(q, v, factors)
+
+
+def _affine(stage: Stage, factors: Any, build: _Mechanics) -> tuple[Any, ...]:
+    """What `build` makes of an arm, for the arm of any factors (3, 1)."""
+    nominal = build(stage.arm)
+    combined = list(nominal)
+    for k in range(3):
+        off = list(NOMINAL)
+        off[k] += _OFF
+        other = build(varied(stage.arm, (off[0], off[1], off[2])))
+        for i, (there, here) in enumerate(zip(other, nominal, strict=True)):
+            combined[i] = combined[i] + (factors[k] - 1.0) / _OFF * (there - here)
+    return tuple(combined)
+
+
+def _options(compiled: bool) -> dict[str, Any]:
+    """Options of a function that is evaluated often."""
+    options: dict[str, Any] = {"cse": True}
+    if compiled and shutil.which("gcc"):
+        flags = {"flags": ["-O2"], "directory": f"{tempfile.gettempdir()}/"}
+        options |= {"jit": True, "compiler": "shell", "jit_options": flags}
+    return options

@@ -1,0 +1,174 @@
+"""Figures that set motions side by side: baselines, durations, a spread of arms, a sequence.
+
+Every figure is drawn from a result, whether it was just made or loaded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from studies.arm.questions.trade_off import Curves, read_curves
+from studies.arm.report.figures import TITLES, Scene, motion_figures
+from studies.arm.stage import JOINT_NAMES
+from studies.common.drawing import COLOURS, STYLES, label_axes, legend_below, look
+from studies.common.result import Result
+
+_SIZE = 12  # of a title
+
+
+def draw(result: Result) -> Iterator[tuple[str, Figure]]:
+    """All figures of a result of the arm, with the names of their files."""
+    if result.kind == "arm":
+        yield from motion_figures(result)
+    elif result.kind == "arm-baselines":
+        yield from motion_figures(result)
+        yield "residual", residual_figure(result)
+    elif result.kind == "arm-sequence":
+        yield "fig10_torques", sequence_figure(result)
+    elif result.kind == "pareto-arm":
+        stage, full = result.configuration["stage"], read_curves(result, "full model")
+        yield "trade_off", tradeoff_figure(stage, full, read_curves(result, "B21"))
+    elif result.kind == "robust":
+        yield "spread", spread_figure(result)
+        yield "torque", robust_torque_figure(result)
+
+
+def residual_figure(result: Result) -> Figure:
+    """Residual energy against peak torque; each optimum below the baseline it stands beside."""
+    scene = Scene.of(result)
+    rows = {row.key: row.values for row in result.table}
+    torque = f"peak_{JOINT_NAMES[scene.moving[0]]}_torque"
+
+    def place(law: str, head: str = "") -> tuple[float, float]:
+        return rows[f"{head}{torque}"][law], rows[f"{head}residual_energy"][law]
+
+    figure = Figure(figsize=(6.4, 3.8), dpi=150, layout="constrained")
+    figure.suptitle(f"{scene.title}: residual energy after the lock", fontsize=_SIZE)
+    panel = figure.subplots()
+    found = [law for law in result.laws if np.isfinite(place(law, "optimum_")).all()]
+    for number, law in enumerate(found):
+        label = None if number else "optimum"
+        panel.semilogy(*place(law, "optimum_"), "D", color=COLOURS[0], zorder=3, label=label)
+    for law in result.laws:
+        colour, _ = look(law)
+        panel.semilogy(*place(law), "o", color=colour, label=law)
+        if law in found:
+            ends = zip(place(law), place(law, "optimum_"), strict=True)
+            panel.semilogy(*ends, ":", color=colour, lw=1)
+
+    joint = JOINT_NAMES[scene.moving[0]]
+    label_axes(panel, f"peak {joint} torque [N m]", "residual energy [J]", fit=False)
+    panel.legend(
+        frameon=False,
+        fontsize=8,
+        loc="center left",
+        bbox_to_anchor=(1.0, 0.5),
+        title="dotted: a law and\nits optimum",
+        title_fontsize=8,
+    )
+    panel.margins(0.1)
+    return figure
+
+
+def tradeoff_figure(stage: str, full: Curves, reduced: Curves) -> Figure:
+    """Residual energy against duration: marks on the full model, lines between them on B21."""
+    figure = Figure(figsize=(7.2, 4.2), dpi=150, layout="constrained")
+    panel = figure.subplots()
+    for name, (times, left) in full.items():
+        best = name == next(iter(full))
+        colour, _ = look(name)
+        if name in reduced:
+            panel.semilogy(*reduced[name], color=colour, lw=1.0)
+        panel.semilogy(times, left, "D--" if best else "o", ms=5, color=colour, label=name)
+
+    title = f"{TITLES[stage]}, torque drive: residual energy against duration"
+    panel.set_title(title, fontsize=_SIZE)
+    label_axes(panel, "duration [s]", "residual energy [J]", fit=False)
+    panel.legend(
+        frameon=False,
+        fontsize=8,
+        loc="center left",
+        bbox_to_anchor=(1.0, 0.5),
+        title="marks: full model" + ("\nlines: B21" if reduced else ""),
+        title_fontsize=8,
+    )
+    return figure
+
+
+def sequence_figure(result: Result) -> Figure:
+    """Both torques over time, with the rigid bound and the locks."""
+    figure = Figure(figsize=(7.2, 4.0), dpi=150, layout="constrained")
+    panel = figure.subplots()
+    times = result.arrays["figure/time"].values
+    big, dwell, small = result.details["durations"]
+    turning = {"root": times <= big, "elbow": times >= big + dwell}
+    for (joint, while_driven), colour in zip(turning.items(), COLOURS, strict=False):
+        torque = result.arrays[f"figure/{joint}_torque"].values
+        panel.plot(times[while_driven], torque[while_driven], color=colour, label=f"{joint} torque")
+
+    bound = result.details["rigid_bound_Nm"]
+    for sign in (-1, 1):
+        label = "rigid bound" if sign > 0 else None
+        panel.axhline(sign * bound, color="0.6", lw=0.8, ls="--", label=label)
+    for lock in (big, big + dwell + small):
+        panel.axvline(lock, color="0.5", lw=0.8, ls=":")
+    panel.set_title("Big arm, locked dwell, small arm: joint torques, locks dotted", fontsize=_SIZE)
+    label_axes(panel, "time [s]", "torque [N m]")
+    legend_below(figure, panel)
+    return figure
+
+
+def spread_figure(result: Result) -> Figure:
+    """Worst residual along each factor, whatever the other one is, of all motions."""
+    details = result.details
+    points: Mapping[str, int] = details["points"]
+    figure = Figure(figsize=(11, 4.6), dpi=150, layout="constrained")
+    panels = figure.subplots(1, 2, sharey=True)
+    for axis, (panel, factor) in enumerate(zip(panels, details["axes"], strict=True)):
+        for name, colour, style in zip(_motions(result), COLOURS, STYLES, strict=False):
+            for model, mark, label in (("B21", style, name), ("full model", "o", None)):
+                count = points[model]
+                values = result.arrays[f"{name}: residual, {model}"].values.reshape(count, count)
+                side = 100 * np.linspace(-details["width"], details["width"], count)
+                panel.semilogy(side, values.max(axis=1 - axis), mark, color=colour, label=label)
+        label_axes(panel, f"{factor} off its nominal value [%]", "", fit=False)
+    panels[0].set_ylabel("worst $\\sqrt{E_{res}}$ [$\\sqrt{J}$]")
+
+    reduced, full = (f"{count} x {count}" for count in (points["B21"], points["full model"]))
+    figure.legend(
+        *panels[0].get_legend_handles_labels(),
+        loc="outside lower center",
+        ncols=3,
+        frameon=False,
+        title=f"lines: {reduced} arms on B21; dots: {full} arms on the full model",
+    )
+    what = "worst residual after the lock, whatever the other factor is"
+    figure.suptitle(f"{_robust_title(result)}: {what}")
+    return figure
+
+
+def robust_torque_figure(result: Result) -> Figure:
+    """Torque of all motions on the nominal arm."""
+    figure = Figure(figsize=(8, 4.2), dpi=150, layout="constrained")
+    panel = figure.subplots()
+    times = result.arrays["time"].values
+    for name, colour, style in zip(_motions(result), COLOURS, STYLES, strict=False):
+        panel.plot(times, result.arrays[f"{name}: torque"].values, style, color=colour, label=name)
+    joint = result.details["stage"]["joint"]
+    label_axes(panel, "time [s]", f"{joint} torque [N m]")
+    panel.legend(frameon=False)
+    figure.suptitle(f"{_robust_title(result)}: torque on the nominal arm")
+    return figure
+
+
+def _motions(result: Result) -> list[str]:
+    """Names of the motions, the nominal one first."""
+    return [motion["name"] for motion in result.details["motions"]]
+
+
+def _robust_title(result: Result) -> str:
+    stage, drive = result.configuration["stage"], result.configuration["drive"]
+    return f"{TITLES[stage]} in {result.details['stage']['duration']:.4g} s, {drive} drive"

@@ -1,0 +1,66 @@
+"""Where the searches of the arm's studies begin, refine and give up: all such limits in one place.
+
+A motion that is "not found" was not found within these limits. Physical limits (how far a link may
+bend, what counts as still) stand with the checks that use them.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+# One stage on one mesh
+INTERVALS = 150
+Attempt = tuple[float, Literal["monotone", "adaptive"]]
+ATTEMPTS: tuple[Attempt, ...] = ((1.0, "monotone"), (1.5, "adaptive"))  # mesh, IPOPT's barrier
+ITERATIONS = 120  # of IPOPT in each attempt
+REFINEMENTS = 3  # meshes, each twice as fine as the one before
+
+# Least time of one stage
+LONGER_DURATIONS = 3  # tried after the first where no motion is found to start from
+LENGTHENED = 1.15  # from one to the next
+TIME_WINDOW = (0.5, 1.05)  # of a least time, over a duration in which the arm can turn
+SPARE_DURATION = 1.1  # first duration over the rigid arm's least under the same caps
+
+# Least time of the rigid arm with both joints
+RIGID_INTERVALS = 80  # 160 change a per mille; with 40 a local optimum a tenth longer is found
+RIGID_LONGEST = 2.0  # times the quintic step's duration under the same caps
+
+# Shapers whose frequency varies along the stage
+FREQUENCIES_TRIED = 32
+FREQUENCIES_OF_BOTH = 9  # where both joints turn, whose motions take longer
+FREQUENCIES_REFINED = 8  # tried between the best one's neighbours
+LONGEST_SHAPER = 0.8  # of the stage's duration
+
+# Optima beside baselines
+HIGHEST_CAP = 7.5  # [J D/T^2] above which a looser cap brings nothing: Step5's own peak
+JUMP_STEPS = (0.004, 0.002, 0.001, 0.0005)  # [s] fixed steps tried for a law that jumps
+
+# Least durations
+SHORTEST_SCANNED = 0.5  # times the stage's duration at which a scan begins at the earliest
+LONGEST_SCANNED = 2.5  # the same at which it gives up
+DURATIONS_A_BEAT = 6.0  # scanned
+COARSE_RATIO = 1.1  # of neighbouring durations where the shaper is sought at each
+NEAR = 4.0  # times the limit that B21 may leave where the full model is asked
+CANDIDATES = 3  # dips of a scan at which the full model is asked
+BISECTIONS = 4  # between a duration that passes and one that does not
+HALVINGS = 40  # for the shortest duration of a law under the cap
+OPTIMUM_FACTORS = (4.04, 5.0)  # caps in J D/T^2 between which the optimum's duration is sought
+OPTIMUM_SEARCHES = 6
+
+# Trade-off of residual and duration
+TRADE_OFF_RATIOS = (0.7, 0.85, 1.0, 1.2, 1.5)  # of the stage's duration, on the full model
+TRADE_OFF_REDUCED = 161  # durations on B21
+
+# Both stages as one problem
+SEQUENCE_INTERVALS = (150, 10, 200)  # of big arm, dwell and small arm
+SEQUENCE_WINDOW = (0.3, 3.0)  # of the guessed durations, between which the optimiser chooses
+SEQUENCE_ITERATIONS = 400  # where the small arm must calm what the first lock leaves
+LIGHTER_SMOOTHING = (0.1, 0.01)  # of the smoothness's weight, to see what it costs
+
+# One motion for a spread of arms
+ROBUST_ITERATIONS = 150
+CAP_CORRECTIONS = 3  # solves at most until the cap holds between the points of the mesh too
+
+# What only memory would end
+MOST_ELEMENTS = 1000
+MOST_MODES = 1000

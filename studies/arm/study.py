@@ -1,0 +1,84 @@
+"""The questions to the arm, from their configurations to their results."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from models.errors import ModelError
+from studies.arm.config import (
+    ArmStudy,
+    BaselinesStudy,
+    LeastDurationStudy,
+    RobustStudy,
+    SequenceStudy,
+    StageStudy,
+    TradeOffStudy,
+)
+from studies.arm.optimal.solve import check_bending
+from studies.arm.questions.baselines import compare_baselines
+from studies.arm.questions.least_duration import find_least_durations
+from studies.arm.questions.one_motion import check_study, solve_motion
+from studies.arm.questions.robust.comparison import find_robust
+from studies.arm.questions.sequence.study import find_sequence
+from studies.arm.questions.trade_off import trade_off
+from studies.common.console import Console, silent
+from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.result import Result
+
+AnyArmStudy = (
+    ArmStudy | BaselinesStudy | LeastDurationStudy | SequenceStudy | TradeOffStudy | RobustStudy
+)
+
+# a question is a configuration and the function that answers it
+_ANSWERS: Mapping[type[Any], Callable[[Any, Console], Result]] = {
+    ArmStudy: solve_motion,
+    BaselinesStudy: compare_baselines,
+    LeastDurationStudy: find_least_durations,
+    SequenceStudy: find_sequence,
+    TradeOffStudy: trade_off,
+    RobustStudy: find_robust,
+}
+
+
+def check(study: AnyArmStudy) -> None:
+    """Refuse a study that cannot be met, before any work.
+
+    Raises
+    ------
+    StudyError
+        With the remedy.
+    """
+    if isinstance(study, ArmStudy):
+        check_study(study)
+    elif isinstance(study, StageStudy):
+        check_bending(study.slew)
+
+
+def run(study: AnyArmStudy, console: Console | None = None) -> Result:
+    """Answer a question to the arm.
+
+    Parameters
+    ----------
+    study : ArmStudy or one of the other questions
+        `ArmStudy` (one motion), `BaselinesStudy`, `LeastDurationStudy`, `SequenceStudy`,
+        `TradeOffStudy` and `RobustStudy` of `studies.arm`.
+    console : Console, optional
+        Where progress is said; nowhere by default.
+
+    Returns
+    -------
+    Result
+        Of the kind "arm", "arm-baselines", "arm-least-duration", "arm-sequence", "pareto-arm" or
+        "robust".
+
+    Raises
+    ------
+    StudyError
+        If the study cannot be met or no motion is found.
+    """
+    check(study)
+    try:
+        return _ANSWERS[type(study)](study, console or silent())
+    except ModelError as error:  # such as a step that diverges
+        raise StudyError(str(error), ExitCode.NOT_SOLVED) from error
