@@ -19,8 +19,8 @@ from ocp.errors import (
 )
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.result import NlpResult
+from ocp.nlp.row_names import RowKind, row_kinds
 from ocp.problem.parameters import Parameters
-from ocp.transcription.kernels import RowName
 from ocp.transcription.transcribe import ProgramLimits, Transcription
 
 # part of the guessed duration below which a motion takes no time
@@ -35,30 +35,34 @@ _MOST_NAMED = 3
 
 @dataclass(frozen=True)
 class Violation:
-    """One violated row.
+    """The worst violated row of a kind.
 
     Attributes
     ----------
-    row : RowName
+    kind : RowKind
         What it is.
+    place : int
+        Which row of the kind it is.
     amount : float
         By how much it is violated, as a part of its typical size.
     """
 
-    row: RowName
+    kind: RowKind
+    place: int
     amount: float
 
     def words(self, iterate: Trajectory) -> str:
         """The row with its phase, its time in the iterate, and the amount in its unit."""
-        row = self.row
-        text = row.what
-        if row.phase:
-            text += f" in phase '{row.phase}'"
-        if row.at is not None:
-            motion = iterate.phase(row.phase)
-            text += f" at {motion.start + row.at * (motion.end - motion.start):.3g} s"
-        unit = "" if row.unit in ("", "1") else f" {row.unit}"
-        return f"{text} is off by {self.amount * row.size:.3g}{unit}"
+        kind = self.kind
+        text = kind.what
+        if kind.phase:
+            text += f" in phase '{kind.phase}'"
+        if kind.fractions is not None:
+            motion = iterate.phase(kind.phase)
+            time = motion.start + kind.fractions[self.place] * (motion.end - motion.start)
+            text += f" at {time:.3g} s"
+        unit = "" if kind.unit in ("", "1") else f" {kind.unit}"
+        return f"{text} is off by {self.amount * kind.size:.3g}{unit}"
 
 
 def violations(
@@ -77,14 +81,11 @@ def violations(
     excess = np.where(np.isfinite(excess), excess, np.inf)
 
     found: list[Violation] = []
-    for block in transcription.blocks:
-        if block.rows.size == 0:
-            continue
-        by_instance = excess[block.rows]
-        for kind, worst in enumerate(np.argmax(by_instance, axis=0).tolist()):
-            amount = float(by_instance[worst, kind])
-            if amount > _VIOLATED:
-                found.append(Violation(block.label(worst, kind), amount))
+    for kind in row_kinds(transcription):
+        worst = int(np.argmax(excess[kind.rows]))
+        amount = float(excess[kind.rows[worst]])
+        if amount > _VIOLATED:
+            found.append(Violation(kind, worst, amount))
     return sorted(found, key=lambda violation: -violation.amount)[:_MOST_NAMED]
 
 
@@ -163,7 +164,7 @@ def failure(
 
 def _remedy(worst: list[Violation]) -> str:
     """What the user can change about rows that cannot be met."""
-    if worst[0].row.what.startswith("dynamics"):
+    if worst[0].kind.what.startswith("dynamics"):
         return "nothing within the limits joins the prescribed values: relax one of them or a limit"
     return "relax one of these"
 

@@ -21,7 +21,7 @@ from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant, resolve
 from ocp.transcription.columns import PhaseColumns
 from ocp.transcription.kernel_builder import KernelBuilder, KernelContext, Point, sample_point
-from ocp.transcription.kernels import Block, RowName
+from ocp.transcription.kernels import Block
 from ocp.transcription.rows import Rows
 
 
@@ -68,14 +68,11 @@ def boundary_block(context: KernelContext, weights: Mapping[Integral, ca.SX], ro
         out = function(ca.vertcat(*values, ca.SX(0, 1)), unknowns, context.constants)
         return out[0], [out[1:]] if bounds else []
 
-    def label(_: int, row: int) -> RowName:
-        return RowName(f"'{bounds[row].name}'", unit=bounds[row].unit, size=sizes[row])
-
     limits = [(b.lower, b.upper, size) for b, size in zip(bounds, sizes, strict=True)]
     taken = rows.limits.take(1, limits)
     rows.boundary = taken.ravel()
     key = tuple(_kind_of_values(columns, problem) for columns in context.columns.phases)
-    return builder.block("boundary", context, key, build, taken, label)
+    return builder.block("boundary", context, key, build, taken)
 
 
 def _kind_of_values(columns: PhaseColumns, problem: Problem) -> tuple[tuple[int, bool], ...]:

@@ -5,7 +5,7 @@ Each maker adds the rows that it takes to the map of the rows.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -23,7 +23,7 @@ from ocp.transcription.kernel_builder import (
     collocation_point,
     sample_point,
 )
-from ocp.transcription.kernels import Block, RowName
+from ocp.transcription.kernels import Block
 from ocp.transcription.path_constraints import PathConstraint
 from ocp.transcription.rows import PathRows, PhaseRows, Rows
 
@@ -139,33 +139,8 @@ class PhaseBlocks:
             own.path.append(PathRows(self.index, number, rows, intervals, tau, weights))
 
         key = (rule.degree, group.moving)
-        label = self._collocation_label(group, sampled)
         name = f"{phase.name}: collocation"
-        return builder.block(name, context, key, build, np.hstack([taken, totals]), label)
-
-    def _collocation_label(
-        self, group: IntervalGroup, sampled: Sequence[PathConstraint]
-    ) -> Callable[[int, int], RowName]:
-        columns, scales, rule = self.columns, self.context.scales, group.collocation
-        names = [
-            (f"dynamics of '{s.name}'", s.unit, scales.signals[s.name]) for s in columns.states
-        ]
-        names += [(f"'{c.name}'", c.unit, c.scale) for c in sampled]
-        names += [
-            (f"integral '{f.name}'", f.unit, scales.functionals[f]) for f in columns.integrals
-        ]
-
-        def label(instance: int, row: int) -> RowName:
-            interval, point = group.intervals[instance // rule.degree], instance % rule.degree
-            what, unit, size = names[row]
-            return self._row_name(what, interval, rule.points[point], unit, size)
-
-        return label
-
-    def _row_name(self, what: str, interval: int, tau: float, unit: str, size: float) -> RowName:
-        """The name of a row that belongs to a local time of an interval."""
-        left, right = self.columns.mesh.breakpoints[interval : interval + 2]
-        return RowName(what, self.name, left + tau * (right - left), unit, size)
+        return builder.block(name, context, key, build, np.hstack([taken, totals]))
 
     def _peak(self, constraint: PathConstraint, builder: KernelBuilder) -> Any:
         """The peak that bounds a constraint from above, 0 where there is none."""
@@ -185,7 +160,7 @@ class PhaseBlocks:
 
         rows = self.rows.limits.take_equations(builder.instances, n_x)
         own.continuity.append(rows)
-        return self._joint(builder, "ends", (s,), gap, rows, RowName("continuity", self.name))
+        return self._joint(builder, "ends", (s,), gap, rows)
 
     def _running_totals(self, own: PhaseRows) -> Block:
         """Totals at the right end of each interval; the collocation adds the increments."""
@@ -193,8 +168,7 @@ class PhaseBlocks:
         n_q = len(columns.integrals)
         left = builder.variables(columns.totals[:-1], [1.0] * n_q)
         right = builder.variables(columns.totals[1:], [1.0] * n_q)
-        name = RowName("an integral", self.name)
-        return self._joint(builder, "integrals", (), right - left, own.totals, name)
+        return self._joint(builder, "integrals", (), right - left, own.totals)
 
     def _duration(self, own: PhaseRows) -> Block:
         """The end is not before the start."""
@@ -203,8 +177,7 @@ class PhaseBlocks:
         ends = builder.variables(self.columns.ends[None, :], [1.0, 1.0])
         rows = self.rows.limits.take(1, [(0.0, np.inf, 1.0)])
         own.duration = rows.ravel()
-        name = RowName("duration", self.name, None, "s", self.context.scales.time)
-        return self._joint(builder, "duration", (), ends[1] - ends[0], rows, name)
+        return self._joint(builder, "duration", (), ends[1] - ends[0], rows)
 
     def _breakpoints(self, own: PhaseRows) -> Block:
         """Intervals whose ends move keep a part of their width."""
@@ -217,8 +190,7 @@ class PhaseBlocks:
 
         rows = self.rows.limits.take(moving.size, [(_SHORTEST, np.inf, 1.0)])
         own.breakpoints = rows.ravel()
-        name = RowName("order of the breakpoints", self.name)
-        return self._joint(builder, "breakpoints", (), (sides[1] - sides[0]) / width, rows, name)
+        return self._joint(builder, "breakpoints", (), (sides[1] - sides[0]) / width, rows)
 
     def _joint(
         self,
@@ -227,13 +199,10 @@ class PhaseBlocks:
         key: tuple[Any, ...],
         expression: ca.SX,
         rows: Integers,
-        name: RowName,
     ) -> Block:
-        """A block of rows without objective that all have one name."""
+        """A block of rows without objective."""
         build = partial(_rows_alone, expression)
-        return builder.block(
-            f"{self.name}: {what}", self.context, key, build, rows, lambda instance, row: name
-        )
+        return builder.block(f"{self.name}: {what}", self.context, key, build, rows)
 
     def _ends_of_phase(self) -> list[ExtraPoints]:
         """The ends of the phase, where the scheme has no collocation point there."""
@@ -264,18 +233,13 @@ class PhaseBlocks:
             (value,) = context.expressions(columns, point, [constraint.expression])
             return 0, [_path_row(constraint, value, peak)]
 
-        def label(instance: int, row: int) -> RowName:
-            what = f"'{constraint.name}'"
-            unit, size = constraint.unit, constraint.scale
-            return self._row_name(what, intervals[instance], tau[instance], unit, size)
-
         limits = [(constraint.lower, constraint.upper, constraint.scale)]
         rows = self.rows.limits.take(builder.instances, limits)
         no_weights = np.full(intervals.size, np.nan)
         own.path.append(PathRows(self.index, number, rows[:, 0], intervals, tau, no_weights))
         key = (number, group.collocation.degree, group.moving)
         name = f"{self.name}: {constraint.name}"
-        return builder.block(name, context, key, build, rows, label)
+        return builder.block(name, context, key, build, rows)
 
 
 def _path_row(constraint: PathConstraint, value: ca.SX, peak: Any) -> ca.SX:

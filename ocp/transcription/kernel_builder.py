@@ -18,7 +18,7 @@ from ocp.numerics.interpolation import bernstein, lagrange
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME
 from ocp.transcription.columns import Columns, IntervalGroup, PhaseColumns
-from ocp.transcription.kernels import Block, Kernel, RowName
+from ocp.transcription.kernels import Block, Kernel
 from ocp.transcription.scaling import Scales
 
 
@@ -120,7 +120,6 @@ class KernelBuilder:
         key: tuple[Any, ...],
         build: Callable[[], tuple[Any, Sequence[Any]]],
         rows: Integers,
-        label: Callable[[int, int], RowName],
     ) -> Block:
         """The finished block.
 
@@ -136,7 +135,7 @@ class KernelBuilder:
         whole_key = (name, *key, columns.shape[1], data.shape[1])
         if whole_key not in context.kernels:
             context.kernels[whole_key] = self._kernel(context, *build())
-        return Block(name, context.kernels[whole_key], columns, data, rows, label)
+        return Block(name, context.kernels[whole_key], columns, data, rows)
 
     def _kernel(self, context: KernelContext, objective: Any, rows: Sequence[Any]) -> Kernel:
         w, d, c = ca.vertcat(*self._variables), ca.vertcat(*self._symbols), context.constants

@@ -8,7 +8,7 @@ as for a thousand, but for the index lists.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
@@ -17,24 +17,6 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array, Integers
-
-
-@dataclass(frozen=True)
-class RowName:
-    """What a row of the program means, in the user's words.
-
-    Attributes
-    ----------
-    what, phase : the equation or bound, and the phase it belongs to ("" if to none).
-    at : where in the phase, as a fraction of its duration; None if at no single instant.
-    unit, size : of the row: a scaled residual of 1 is `size` in `unit`.
-    """
-
-    what: str
-    phase: str = ""
-    at: float | None = None
-    unit: str = ""
-    size: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +68,6 @@ class Block:
     columns : (n, n_w) decision variables of each instance.
     data : (n, n_d) numbers of each instance.
     rows : (n, m) rows of the constraint vector that each instance adds to.
-    label : callable (instance, row) -> RowName
     """
 
     name: str
@@ -94,7 +75,6 @@ class Block:
     columns: Integers
     data: Array
     rows: Integers
-    label: Callable[[int, int], RowName]
 
     @property
     def count(self) -> int:

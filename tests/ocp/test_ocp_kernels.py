@@ -39,7 +39,7 @@ def block(columns, rows, seed=0):
     columns, rows = np.array(columns), np.array(rows)
     data = np.random.default_rng(seed).uniform(0.5, 1.5, (len(columns), 2))
     made = kernel(columns.shape[1], 2, rows.shape[1])
-    return Block("b", made, columns, data, rows, lambda instance, row: "row")
+    return Block("b", made, columns, data, rows)
 
 
 def directly(blocks, variables, rows):
