@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import inspect
 from collections.abc import Callable, Mapping
@@ -30,42 +31,50 @@ def checked_keywords(former: Mapping[str, Remedy] | None = None) -> Callable[[Ta
     """
 
     def decorate(target: Target) -> Target:
-        name = target.__name__
         if isinstance(target, type):
-            # the constructor that `dataclass` has written
-            init = _checked(vars(target)["__init__"], name, former or {})
-            setattr(target, "__init__", init)  # noqa: B010
+            setattr(target, "__new__", _checked_new(former or {}))  # noqa: B010
             return target
-        checked: Any = _checked(target, name, former or {})
+        checked: Any = _checked(target, former or {})
         return checked
 
     return decorate
 
 
-def _checked(
-    function: Callable[..., Any], name: str, former: Mapping[str, Remedy]
-) -> Callable[..., Any]:
+def _checked_new(former: Mapping[str, Remedy]) -> Callable[..., Any]:
+    """A `__new__` of a dataclass, which sees the keywords before the constructor does."""
+
+    def checked_new(kind: Any, *arguments: Any, **given: Any) -> Any:
+        keywords = [entry.name for entry in dataclasses.fields(kind) if entry.init]
+        _check(kind.__name__, given, keywords, former)
+        return object.__new__(kind)
+
+    return checked_new
+
+
+def _checked(function: Callable[..., Any], former: Mapping[str, Remedy]) -> Callable[..., Any]:
+    """The function behind a check of its keywords."""
     keywords = [word for word in inspect.signature(function).parameters if word != "self"]
 
     @functools.wraps(function)
     def called(*arguments: Any, **given: Any) -> Any:
-        for word, value in given.items():
-            if word not in keywords:
-                raise StatementError(_answer(name, word, value, keywords, former))
+        _check(function.__name__, given, keywords, former)
         return function(*arguments, **given)
 
     return called
 
 
-def _answer(
-    name: str, word: str, value: Any, keywords: list[str], former: Mapping[str, Remedy]
-) -> str:
-    """One sentence on a keyword that is not there."""
-    if word in former:
-        remedy = former[word]
-        text = remedy(value) if callable(remedy) else remedy.format(value=repr(value))
-        return f"{name} has no keyword '{word}' any more; {text}"
-    return f"{name} has no keyword '{word}'; {nearest(word, keywords)}"
+def _check(
+    name: str, given: Mapping[str, Any], keywords: list[str], former: Mapping[str, Remedy]
+) -> None:
+    """StatementError if one of the keywords given is not there."""
+    for word, value in given.items():
+        if word in keywords:
+            continue
+        if word in former:
+            remedy = former[word]
+            text = remedy(value) if callable(remedy) else remedy.format(value=repr(value))
+            raise StatementError(f"{name} has no keyword '{word}' any more; {text}")
+        raise StatementError(f"{name} has no keyword '{word}'; {nearest(word, keywords)}")
 
 
 def nearest(word: str, known: list[str]) -> str:

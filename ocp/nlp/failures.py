@@ -178,7 +178,7 @@ def _counted(limits: ProgramLimits) -> tuple[int, int]:
 
 def collapsed(transcription: Transcription, trajectory: Trajectory) -> Collapsed | None:
     """The error of a motion that takes no time, or None."""
-    duration = sum(phase.end - phase.start for phase in trajectory.phases)
+    duration = sum(float(np.ptp(phase.breakpoints)) for phase in trajectory.phases)
     if duration > _NO_TIME * transcription.scales.time:
         return None
     return Collapsed(

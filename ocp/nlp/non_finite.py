@@ -26,7 +26,7 @@ def non_finite_value(problem: Problem, trajectory: Trajectory) -> str:
     Values come before derivatives, and phases before the numbers of the whole motion.
     """
     for derivative in (False, True):
-        search = _Search(problem, trajectory, Evaluator(problem), derivative)
+        search = _Inspection(problem, trajectory, Evaluator(problem), derivative)
         for phase in problem.phases:
             if found := search.along_phase(phase):
                 return found
@@ -36,8 +36,8 @@ def non_finite_value(problem: Problem, trajectory: Trajectory) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class _Search:
-    """The search for a value that is not finite, or for such a derivative."""
+class _Inspection:
+    """Looks for a value that is not finite, or for such a derivative."""
 
     problem: Problem
     trajectory: Trajectory

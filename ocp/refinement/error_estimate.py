@@ -261,30 +261,23 @@ class PhaseErrors:
 
 @dataclass(frozen=True, eq=False)
 class MeshErrors:
-    """Errors of a solved mesh between its points."""
+    """Errors of a solved mesh between its points.
+
+    Attributes
+    ----------
+    phases : tuple of PhaseErrors
+    dynamics : float
+        Largest error of the dynamics.
+    excess : float
+        Largest excess of a path constraint; 0 where there is none.
+    gain : float
+        What finer controls could still gain, relative to the objective, to first order.
+    """
 
     phases: tuple[PhaseErrors, ...]
-
-    @property
-    def dynamics(self) -> float:
-        """Largest error of the dynamics."""
-        return max(float(phase.dynamics.max()) for phase in self.phases)
-
-    @property
-    def excess(self) -> float:
-        """Largest excess of a path constraint; 0 where there is none."""
-        values = [float(e.values.max()) for phase in self.phases for e in phase.excess]
-        return max(values, default=0.0)
-
-    @property
-    def gain(self) -> float:
-        """What finer controls could still gain, relative to the objective, to first order."""
-        return sum(float(phase.gain.sum()) for phase in self.phases)
-
-    @property
-    def worst(self) -> float:
-        """What is wrong with the mesh, or what a better one gains, whichever is more."""
-        return max(self.gain, self.excess, self.dynamics)
+    dynamics: float
+    excess: float
+    gain: float
 
 
 def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) -> MeshErrors:
@@ -313,7 +306,12 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
                 coarse=np.any([np.zeros_like(rough), *over], axis=0),
             )
         )
-    return MeshErrors(tuple(phases))
+    return MeshErrors(
+        phases=tuple(phases),
+        dynamics=motion_errors.worst_dynamics,
+        excess=motion_errors.worst_excess,
+        gain=sum(float(phase.gain.sum()) for phase in phases),
+    )
 
 
 def dense_peak(evaluator: Evaluator, trajectory: Trajectory, peak: Peak) -> float:

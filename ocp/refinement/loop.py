@@ -26,7 +26,7 @@ from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
 from ocp.progress import Progress
 from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.error_estimate import estimate_errors
+from ocp.refinement.error_estimate import MeshErrors, estimate_errors
 from ocp.refinement.mesh_iteration import MeshIteration, SolvedMesh, best_of, record_of
 from ocp.settings import Settings
 from ocp.transcription.packing import decision_vector, trajectory_of
@@ -257,7 +257,7 @@ def _refine(
             log.info("round %d: %s", len(rounds), rounds[-1])
 
             following = policy.next_mesh(solved, accuracy)
-            loose = following is not None and last.errors.worst >= _FAR
+            loose = following is not None and _worst(last.errors) >= _FAR
             if not last.tight and (following is None or len(rounds) >= most):
                 # once more, to the tolerance asked for
                 following, loose = program.mesh, False
@@ -282,6 +282,11 @@ def _refine(
         finer = following.intervals > program.mesh.intervals
         start = solved[-1].iterate
         program = meshes.next_program(start, following)
+
+
+def _worst(errors: MeshErrors) -> float:
+    """What is wrong with a mesh, or what a better one gains, whichever is more."""
+    return max(errors.gain, errors.excess, errors.dynamics)
 
 
 def _fatal(

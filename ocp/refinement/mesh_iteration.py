@@ -80,25 +80,10 @@ class SolvedMesh:
     tight: bool
     finer: bool
 
-    @property
-    def mesh(self) -> Mesh:
-        """The mesh that was solved."""
-        return self.iterate.mesh
-
-    @property
-    def objective(self) -> float:
-        """Value of the objective in the user's sense."""
-        return self.iterate.objective
-
     def holds(self, accuracy: Accuracy) -> bool:
         """Whether the motion meets the dynamics and all constraints, between its points too."""
         excess = max(self.errors.excess, self.violation)
         return self.errors.dynamics <= accuracy.dynamics and excess <= accuracy.path
-
-    def change_since(self, before: SolvedMesh) -> float:
-        """Relative change of the objective from another round to this one."""
-        size = max(abs(self.objective), 1e-3 * self.iterate.scales.objective)
-        return abs(self.objective - before.objective) / size
 
 
 def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
@@ -109,7 +94,7 @@ def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
     good = [s for s in solved if s.holds(accuracy)]
     good = [s for s in good if s.tight] or good
     sense = solved[-1].iterate.problem.sense
-    return min(good, key=lambda s: sense * s.objective, default=solved[-1])
+    return min(good, key=lambda s: sense * s.iterate.objective, default=solved[-1])
 
 
 def record_of(mesh: Mesh, result: NlpResult, solved: SolvedMesh | None) -> MeshIteration:
@@ -121,7 +106,7 @@ def record_of(mesh: Mesh, result: NlpResult, solved: SolvedMesh | None) -> MeshI
         movable=sum(len(phase.movable) for phase in mesh.phases),
         iterations=result.iterations,
         seconds=result.seconds,
-        objective=solved.objective if solved else math.nan,
+        objective=solved.iterate.objective if solved else math.nan,
         dynamics_error=errors.dynamics if errors else math.nan,
         excess=errors.excess if errors else math.nan,
         gain=errors.gain if errors else math.nan,

@@ -19,6 +19,7 @@ from ocp.errors import StatementError
 from ocp.keywords import checked_keywords
 from ocp.mesh.mesh import ExtraPoints, Mesh, PhaseMesh, bisected, distinct
 from ocp.mesh.trajectory import PhaseTrajectory
+from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.error_estimate import MeshErrors, PhaseErrors
 from ocp.refinement.switch_detection import settled, with_jumps
@@ -152,7 +153,7 @@ class AdaptiveMesh:
 
         if following is None and not converged and not informative:
             # the multipliers of these schemes meet the minimum principle on any mesh: compare two
-            return bisected(last.mesh, self.most_intervals)
+            return bisected(last.iterate.mesh, self.most_intervals)
         return following
 
     def after_failure(
@@ -162,7 +163,9 @@ class AdaptiveMesh:
         if not any(phase.movable for phase in failed.phases):
             return None
         still = replace(self, move_breakpoints=False)
-        following = still._adapted(solved[-1], accuracy, resolve_controls=True) or solved[-1].mesh
+        following = (
+            still._adapted(solved[-1], accuracy, resolve_controls=True) or solved[-1].iterate.mesh
+        )
         frozen = tuple(phase.frozen() for phase in following.phases)
         return still, Mesh(frozen, following.extra)
 
@@ -173,13 +176,13 @@ class AdaptiveMesh:
         least = _least_gain(last.errors, accuracy.objective) if resolve_controls else np.inf
         steps = [
             _PhaseStep.of(last, index, self, accuracy, least)
-            for index in range(len(last.mesh.phases))
+            for index in range(len(last.iterate.mesh.phases))
         ]
         if not any(step.changes for step in steps):
             return None
 
         phases = [step.refined for step in steps]
-        if all(_equal(new, old) for new, old in zip(phases, last.mesh.phases, strict=True)):
+        if all(_equal(new, old) for new, old in zip(phases, last.iterate.mesh.phases, strict=True)):
             # only points are missing: hold still
             phases = [mesh.frozen() for mesh in phases]
         return Mesh(tuple(phases), tuple(step.extra_points() for step in steps))
@@ -194,8 +197,15 @@ def _controls_converged(
         # a change that was small once says nothing later
         pairs = pairs[-1:]
     return any(
-        after.finer and after.change_since(before) <= accuracy.objective for before, after in pairs
+        after.finer and _change(before.iterate, after.iterate) <= accuracy.objective
+        for before, after in pairs
     )
+
+
+def _change(before: Iterate, after: Iterate) -> float:
+    """Relative change of the objective from one mesh round to another."""
+    size = max(abs(after.objective), 1e-3 * after.scales.objective)
+    return abs(after.objective - before.objective) / size
 
 
 def _least_gain(errors: MeshErrors, tolerance: float) -> float:
@@ -242,7 +252,7 @@ class _PhaseStep:
         cls, last: SolvedMesh, index: int, policy: AdaptiveMesh, accuracy: Accuracy, least: float
     ) -> _PhaseStep:
         """The step of phase number `index`; `least` is the gain that an interval is refined for."""
-        mesh, errors = last.mesh.phases[index], last.errors.phases[index]
+        mesh, errors = last.iterate.mesh.phases[index], last.errors.phases[index]
         motion = last.iterate.trajectory.phases[index]
         base, pressed = settled(mesh, motion) if mesh.movable else (mesh, False)
 
@@ -257,7 +267,7 @@ class _PhaseStep:
         worth = _worthwhile_jumps(mesh, errors, accuracy.objective)
         bracketed = with_jumps(base, worth, policy.move_breakpoints) or base
         refined = marks.refine(bracketed, base, policy.most_intervals)
-        extra = last.mesh.extra[index]
+        extra = last.iterate.mesh.extra[index]
         return cls(mesh, base, pressed, refined, errors, extra, accuracy.path)
 
     @property

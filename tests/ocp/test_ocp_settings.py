@@ -167,7 +167,9 @@ class Bisecting:
 
     def next_mesh(self, solved, accuracy) -> Mesh | None:
         last = solved[-1]
-        return None if last.errors.dynamics <= accuracy.dynamics else bisected(last.mesh, 1000)
+        if last.errors.dynamics <= accuracy.dynamics:
+            return None
+        return bisected(last.iterate.mesh, 1000)
 
     def after_failure(self, solved, failed, accuracy):
         return None
