@@ -1,1 +1,6 @@
-"""Solvers of nonlinear programs: IPOPT, repeated attempts, Ctrl-C, and failures in words."""
+"""Solvers of nonlinear programs.
+
+`solver` says what is asked of one, `ipopt` is the one that comes with the package. `retries` makes
+several attempts within a `budget`. `interrupts` notes Ctrl-C. `failures` says in words what went
+wrong, by the names of the rows (`row_names`) and of what is NaN or infinite (`non_finite`).
+"""

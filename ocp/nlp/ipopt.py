@@ -235,6 +235,7 @@ class Ipopt:
             "ipopt.acceptable_tol": _STALL_FACTOR * self.tolerance,
             "ipopt.acceptable_constr_viol_tol": self.constraint_violation,
             "ipopt.acceptable_dual_inf_tol": self.dual_tolerance,
+            # IPOPT's own 1e-2 would accept limits that are not met
             "ipopt.acceptable_compl_inf_tol": 1e-8,
             "ipopt.max_iter": self.max_iterations,
             "ipopt.max_wall_time": self.seconds,
@@ -247,6 +248,7 @@ class Ipopt:
             # Bounds are caps that engineers state: not relaxed by the default 1e-8.
             "ipopt.bound_relax_factor": 0.0,
             "ipopt.honor_original_bounds": "yes",
+            # half of IPOPT's second-order corrections: each costs the rows and a back-substitution
             "ipopt.max_soc": 2,
         }
         if self.linear_solver == "mumps":
