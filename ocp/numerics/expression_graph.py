@@ -30,6 +30,9 @@ _OPERANDS = {
 }
 
 
+_MOST_NAMES = 8  # of symbols that stand for an expression too long to write
+
+
 @dataclass(frozen=True)
 class Instruction:
     """One operation on earlier results.
@@ -153,7 +156,10 @@ def expression_text(
             text = _operation_text(instruction.operation, operands) if whole else None
             parts.append(text if text and len(text.text) <= longest else None)
     result = parts[graph.results[0]]
-    return result.text if result else f"f({', '.join(names)})"
+    if result:
+        return result.text
+    named = names if len(names) <= _MOST_NAMES else [*names[:_MOST_NAMES], "..."]
+    return f"f({', '.join(named)})"
 
 
 @dataclass(frozen=True)

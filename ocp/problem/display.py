@@ -75,7 +75,10 @@ class _FunctionalText:
 
 
 def unit_of(expression: Any) -> str | None:
-    """The unit of an expression; None if it is a number, "1" where its symbols do not tell."""
+    """The unit of an expression; None if it is a number, "1" where its symbols do not tell.
+
+    A product with a number does not tell: the number may convert the unit.
+    """
     symbols = resolve(expression, "an expression")
     sx = scalar(expression, "an expression")
     graph = graph_of([sx], [symbol.symbol for symbol in symbols])
@@ -96,7 +99,7 @@ def _unit_of(graph: ExpressionGraph, units: Sequence[str | None], position: int)
         return None
     if instruction.operation == "symbol":
         return units[operands[0]]
-    if instruction.operation in ("neg", "fabs", "twice"):
+    if instruction.operation in ("neg", "fabs"):
         return _unit_of(graph, units, operands[0])
     if len(operands) == 1:
         return "1"
@@ -104,9 +107,9 @@ def _unit_of(graph: ExpressionGraph, units: Sequence[str | None], position: int)
     first, second = (_unit_of(graph, units, i) for i in operands)
     if instruction.operation in ("add", "sub", "fmin", "fmax", "hypot"):
         return first if second in (None, first) else second if first is None else "1"
-    if second is None or (second == "1" and first is not None):
-        return first if instruction.operation in ("mul", "div") else "1"
-    if instruction.operation == "mul" and first in (None, "1"):
+    if instruction.operation in ("mul", "div") and second == "1" and first is not None:
+        return first
+    if instruction.operation == "mul" and first == "1" and second is not None:
         return second
     return "1"
 

@@ -126,11 +126,11 @@ def _signals(solution: Solution, kind: str) -> Iterator[Curve]:
 
 
 def _path_constraints(solution: Solution) -> Iterator[Curve]:
-    """The bounds of each phase, those of one name in one panel."""
+    """The bounds of each phase, those of one name in one panel; equations show nothing."""
     curves: dict[str, Curve] = {}
     for phase, motion in zip(solution.problem.phases, solution.trajectory.phases, strict=True):
         times, intervals, tau = _points(motion)
-        for bound in phase.bounds:
+        for bound in (b for b in phase.bounds if not b.is_equation):
             values = solution.evaluator.values(
                 solution.trajectory, phase.name, [bound.expression], intervals, tau
             )
