@@ -18,7 +18,7 @@ from studies.arm.optimal.phase import is_slow
 from studies.arm.optimal.rigid_time import least_rigid_duration, quintic_duration
 from studies.arm.optimal.solve import Refined, check_bending, check_caps, refine, solve_stage
 from studies.arm.questions.baselines import QUICK, replay_law
-from studies.arm.replay.full_model import SMOOTH, LockedMotion, replay
+from studies.arm.replay.full_model import LockedMotion, replay
 from studies.arm.replay.loads import Loads, loads
 from studies.arm.replay.numerical_floor import numerical_floor
 from studies.arm.replay.satellite import free_satellite
@@ -107,7 +107,7 @@ def solve_motion(study: ArmStudy, console: Console) -> Result:
     laws = {OPTIMUM: own}
     beside = [_baseline(stage, name, console) for name in LAWS]
     for baseline in beside:
-        bears = loads(baseline, SMOOTH if is_slow(stage) else QUICK)
+        bears = loads(baseline, QUICK)  # fine enough to be compared with
         laws[baseline.motion.name] = quantities_of(baseline, bears, study.arm, study.pointing_error)
     rows = table_rows(laws, caps_by_quantity(study))
 
