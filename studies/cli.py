@@ -287,6 +287,8 @@ def _command_name(words: Sequence[str]) -> str:
         raise StudyError(
             f"'{PROGRAM} {first}' is not yet part of this version; {PROGRAM} --help lists what is"
         )
+    if first.startswith("-"):
+        raise StudyError(f"unknown flag {first}; {_suggestion(first, ('--help', '--version'))}")
     known = dict.fromkeys(name.split()[0] for name in COMMANDS)
     raise StudyError(f"unknown sub-command '{first}'; {_suggestion(first, known)}")
 

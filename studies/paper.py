@@ -119,11 +119,14 @@ def _bounds() -> list[Row]:
 def _rope() -> list[Row]:
     unit, truss = "m/s^2", KINEMATIC_SET
     peak = "peak-rope-acceleration"
+
     bezier = Deployment("Bezier", PINNED, truss)
     _, history = bezier.at(np.linspace(0, T, 100_001))
     stroke = _slider(truss, truss.stowed_angle) - _slider(truss, DEPLOYED)
     infimum = least_peak_rope_acceleration(truss, T)
     step5 = Deployment("Step5", STEP5, truss).values[peak]
+
+    # the paper's figure is below its law's own peak: perhaps it is that of one sign
     one_side = min(-history.rope_acceleration.min(), history.rope_acceleration.max())
     return [
         Row("peak rope acceleration, Step5", unit, 3.55e-3, None, step5),
@@ -174,10 +177,12 @@ def _forces() -> list[Row]:
 
 def _masses() -> list[Row]:
     truss = DYNAMIC_SET
+
     tubes = truss.modules * (truss.bar_length + 4 * truss.half_cross_bar + 4 * truss.link)
     mass = truss.linear_density * tubes
     infimum = 4 * mass * truss.half_cross_bar * (1 - math.sin(truss.stowed_angle))
     infimum /= math.sin(math.pi / truss.modules) * T**2
+
     bezier, step5 = (Deployment("", law, truss).values["peak-reaction"] for law in (PINNED, STEP5))
     return [
         Row("mass (m)", "kg", None, mass, float(total_mass(truss))),

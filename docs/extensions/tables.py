@@ -14,6 +14,16 @@ from sphinx.errors import ExtensionError
 
 from models.arm.parameters import ArmParameters
 from models.truss import JointMasses, TrussParameters
+from studies.arm.config import (
+    ArmDescription,
+    ArmStudy,
+    BaselinesStudy,
+    LeastDurationStudy,
+    RobustStudy,
+    SequenceStudy,
+    StageStudy,
+    TradeOffStudy,
+)
 from studies.cli import COMMANDS, PROGRAM, build_parser
 from studies.common.configuration import key_lines
 from studies.common.exit_codes import ExitCode
@@ -22,6 +32,16 @@ from studies.truss import TrussStudy
 SECTION = re.compile(r"^(?:Attributes|Parameters)\n-+\n(.*?)(?=\n\n\S[^\n]*\n-+\n|\Z)", re.M | re.S)
 FIELD = re.compile(r"^(\w+(?:, \w+)*) : (.*(?:\n[ ]+.*)*)", re.M)
 UNIT = re.compile(r"\s*\[([^\]]+)\]")
+
+
+ARM_QUESTIONS = {
+    "arm solve": ArmStudy,
+    "arm baselines": BaselinesStudy,
+    "arm least-duration": LeastDurationStudy,
+    "arm sequence": SequenceStudy,
+    "pareto arm": TradeOffStudy,
+    "robust": RobustStudy,
+}
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -93,6 +113,28 @@ def key_table(kind: type) -> str:
     return table(("key", "meaning", "unit", "default"), rows)
 
 
+def arm_keys() -> str:
+    """The keys of all questions to the arm, each where it is first known."""
+    shared = {line.key for line in key_lines(StageStudy)}
+    parts = ["### The arm, `[arm]`", key_table(ArmDescription)]
+    parts += ["### The stage: all but the sequence", _rows_of(StageStudy, {"arm"})]
+    for name, kind in ARM_QUESTIONS.items():
+        taken = {"arm"} if kind is SequenceStudy else shared
+        known = _rows_of(kind, taken) or "The stage and the arm are all that it takes.\n"
+        parts += [f"### `{PROGRAM} {name}`", known]
+    return "\n\n".join(parts)
+
+
+def _rows_of(kind: type, taken: set[str]) -> str:
+    """The keys of a configuration that are in none of the tables before."""
+    rows = [
+        (f"`{line.key}`", _markdown(line.meaning), line.unit or "-", f"`{line.default}`")
+        for line in key_lines(kind)
+        if line.key not in taken and line.key.split(".")[0] not in taken
+    ]
+    return table(("key", "meaning", "unit", "default"), rows) if rows else ""
+
+
 def commands() -> str:
     """Every sub-command with its arguments."""
     parts = []
@@ -130,6 +172,7 @@ GENERATED = {
     "joint_masses": lambda: parameter_table(JointMasses),
     "arm_parameters": lambda: parameter_table(ArmParameters),
     "truss_keys": lambda: key_table(TrussStudy),
+    "arm_keys": arm_keys,
     "commands": commands,
     "exit_codes": exit_code_table,
 }

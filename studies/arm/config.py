@@ -41,6 +41,7 @@ from studies.common.exit_codes import StudyError
 
 DURATIONS = {"big": 8.6, "small": 11.2, "both": 11.2}  # [s], a tenth of the paper's
 DRIVES: tuple[Drive, ...] = get_args(Drive)
+_DRIVE_MEANING = "what is given to the joints until the lock: torque or angle"
 PAPER_TOTAL, OUR_DWELL = 198.0, 10.0  # [s], the paper's 86 and 112 s; the dwell is ours
 
 _Study = TypeVar("_Study")
@@ -68,25 +69,35 @@ class ArmDescription:
         Naming the key, its value and the remedy.
     """
 
-    big_length: float = key(positive, "m", "of the big arm, the paper's", default=3.0)
+    big_length: float = key(positive, "m", "length of the big arm, from the paper", default=3.0)
     big_diameter: float = key(positive, "m", "outer one of its tube", default=0.060)
     big_wall: float = key(positive, "m", "thickness of its wall", default=0.002)
-    small_length: float = key(positive, "m", "of the small arm, the paper's", default=2.0)
+    small_length: float = key(positive, "m", "length of the small arm, from the paper", default=2.0)
     small_diameter: float = key(positive, "m", "outer one of its tube", default=0.050)
     small_wall: float = key(positive, "m", "thickness of its wall", default=0.0015)
     modulus: float = key(positive, "Pa", "Young's modulus of both tubes", default=ASSUMED_MODULUS)
-    density: float = key(positive, "kg/m^3", "of both tubes", default=ASSUMED_DENSITY)
+    density: float = key(positive, "kg/m^3", "density of both tubes", default=ASSUMED_DENSITY)
     tip_mass: float = key(
-        not_negative, "kg", "the antenna as a particle", default=ASSUMED_ANTENNA_MASS
+        not_negative,
+        "kg",
+        "mass of the antenna, a particle at the tip",
+        default=ASSUMED_ANTENNA_MASS,
     )
-    elbow_mass: float = key(not_negative, "kg", "of the elbow's drive, a particle", default=0.0)
+    elbow_mass: float = key(
+        not_negative, "kg", "mass of the elbow's drive, a particle", default=0.0
+    )
     hub_inertia: float = key(
-        not_negative, "kg m^2", "that turns with the big arm, a drive's", default=0.0
+        not_negative,
+        "kg m^2",
+        "inertia that turns with the big arm, such as a drive's",
+        default=0.0,
     )
     damping_ratio: float = key(
         not_negative, "", "internal damping over critical at damping_frequency", default=0.0
     )
-    damping_frequency: float = key(positive, "Hz", "where damping_ratio holds", default=1.0)
+    damping_frequency: float = key(
+        positive, "Hz", "frequency at which damping_ratio holds", default=1.0
+    )
 
     def __post_init__(self) -> None:
         check(self)
@@ -123,21 +134,36 @@ class ArmDescription:
 class StageStudy:
     """One stage of the deployment: what every question but the sequence states."""
 
-    stage: str = key(choice(STAGES), "", f"{', '.join(STAGES)}: what turns", default="big")
+    stage: str = key(choice(STAGES), "", f"what turns: {', '.join(STAGES)}", default="big")
     duration: float | None = key(
-        optional(positive), "s", "of the stage; 8.6, 11.2 and 11.2 by default", default=None
+        optional(positive),
+        "s",
+        "duration of the stage; 8.6 for big and 11.2 for small and both, unless stated",
+        default=None,
     )
     root_start_deg: float | None = key(
-        optional(finite), "deg", "instead of the stage's own", default=None
+        optional(finite),
+        "deg",
+        "angle of the root at the start, instead of the stage's own",
+        default=None,
     )
     root_end_deg: float | None = key(
-        optional(finite), "deg", "instead of the stage's own", default=None
+        optional(finite),
+        "deg",
+        "angle of the root at the end, instead of the stage's own",
+        default=None,
     )
     elbow_start_deg: float | None = key(
-        optional(finite), "deg", "instead of the stage's own", default=None
+        optional(finite),
+        "deg",
+        "angle of the elbow at the start, instead of the stage's own",
+        default=None,
     )
     elbow_end_deg: float | None = key(
-        optional(finite), "deg", "instead of the stage's own", default=None
+        optional(finite),
+        "deg",
+        "angle of the elbow at the end, instead of the stage's own",
+        default=None,
     )
     arm: ArmDescription = key(section(ArmDescription), "", "the arm", factory=ArmDescription)
 
@@ -173,23 +199,31 @@ class ArmStudy(StageStudy):
         f"what is least: {', '.join(OBJECTIVES)}; time needs both caps",
         default="smoothest",
     )
-    torque_cap: float | None = key(optional(positive), "N m", "on each driven joint", default=None)
-    rate_cap: float | None = key(optional(positive), "N m/s", "on the torque's rate", default=None)
+    torque_cap: float | None = key(
+        optional(positive), "N m", "cap on the torque of each driven joint", default=None
+    )
+    rate_cap: float | None = key(
+        optional(positive), "N m/s", "cap on the rate of these torques", default=None
+    )
     latch: float | None = key(
         optional(positive),
         "rad",
         "a joint that misses its end angle by more fails to lock",
         default=None,
     )
-    sample_time: float = key(positive, "s", "of the exported profile", default=0.1)
-    pointing_error: float = key(positive, "m", "of the tip, for the settling time", default=1e-4)
+    sample_time: float = key(positive, "s", "sample time of the exported profile", default=0.1)
+    pointing_error: float = key(
+        positive, "m", "error of the tip from which it counts as settled", default=1e-4
+    )
     satellite_inertia: float | None = key(
         optional(positive),
         "kg m^2",
-        "about the root: replay the motion where the satellite is not held but turns",
+        "inertia about the root of a satellite that is free to turn: the motion is replayed on it",
         default=None,
     )
-    elements: int = key(_count(MOST_ELEMENTS), "", "of the full model, a link", default=ELEMENTS)
+    elements: int = key(
+        _count(MOST_ELEMENTS), "", "elements of a link in the full model", default=ELEMENTS
+    )
     modes: int = key(
         _count(MOST_MODES), "", "locked modes whose amplitudes are reported", default=MODES
     )
@@ -219,7 +253,7 @@ class ArmStudy(StageStudy):
 class BaselinesStudy(StageStudy):
     """An optimum beside each of the paper's laws: `antenna-ocp arm baselines`."""
 
-    drive: Drive = key(choice(DRIVES), "", f"{' or '.join(DRIVES)}", default="torque")
+    drive: Drive = key(choice(DRIVES), "", _DRIVE_MEANING, default="torque")
     latch: float | None = key(
         optional(positive),
         "rad",
@@ -240,7 +274,7 @@ class BaselinesStudy(StageStudy):
 class LeastDurationStudy(StageStudy):
     """Least durations under one torque cap and one residual: `antenna-ocp arm least-duration`."""
 
-    drive: Drive = key(choice(DRIVES), "", f"{' or '.join(DRIVES)}", default="torque")
+    drive: Drive = key(choice(DRIVES), "", _DRIVE_MEANING, default="torque")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -266,7 +300,7 @@ class TradeOffStudy(StageStudy):
 class RobustStudy(StageStudy):
     """One motion for a spread of arms: `antenna-ocp robust`."""
 
-    drive: Drive = key(choice(DRIVES), "", f"{' or '.join(DRIVES)}", default="torque")
+    drive: Drive = key(choice(DRIVES), "", _DRIVE_MEANING, default="torque")
     points: int = key(_count(MOST_ELEMENTS), "", "arms a side of the grid on B21", default=21)
 
     def __post_init__(self) -> None:
@@ -296,14 +330,16 @@ class SequenceStudy:
     )
     total: float = key(positive, "s", "time of both motions", default=PAPER_TOTAL)
     dwell: float = key(positive, "s", "locked time between them, on top", default=OUR_DWELL)
-    torque_cap: float | None = key(optional(positive), "N m", "on both joints", default=None)
+    torque_cap: float | None = key(
+        optional(positive), "N m", "cap on the torque of both joints", default=None
+    )
     lock_energy: float | None = key(
         optional(positive),
         "J",
         "also a sequence whose first lock may meet this energy instead of rest",
         default=None,
     )
-    sample_time: float = key(positive, "s", "of the exported profile", default=0.1)
+    sample_time: float = key(positive, "s", "sample time of the exported profile", default=0.1)
     arm: ArmDescription = key(section(ArmDescription), "", "the arm", factory=ArmDescription)
 
     def __post_init__(self) -> None:

@@ -67,8 +67,10 @@ class Stage:
                 f"the duration of the stage '{self.name}' is {self.duration!r} s; give a positive "
                 "finite time"
             )
+
         if not all(map(math.isfinite, (*self.start, *self.end))):
             raise StudyError(f"an angle of the stage '{self.name}' is not finite; give numbers")
+
         if not self.moving:
             raise StudyError(
                 f"the stage '{self.name}' turns no joint; give it an end angle that differs from "

@@ -83,6 +83,7 @@ def measure(
         The user stopped the solve.
     """
     settings = settings or Settings()
+
     begin = time.perf_counter()
     try:
         with warnings.catch_warnings():
@@ -103,6 +104,7 @@ def measure(
             verdict=f"{type(error).__name__}: {error}",
             seconds=time.perf_counter() - begin,
         )
+
     seconds = time.perf_counter() - begin
     return _measured(benchmark, settings, solution, verdict or solution.verdict, seconds)
 
@@ -111,17 +113,20 @@ def _measured(
     benchmark: Benchmark, settings: Settings, solution: Solution, verdict: str, seconds: float
 ) -> Measurement:
     error, certificate = benchmark.error(solution.objective), certify(solution)
+
     violation = max(largest_violation(solution, replayed=replayed) for replayed in (False, True))
     passed = (
         solution.verification.passed
         and abs(error) <= benchmark.tolerance
         and violation <= settings.accuracy.path
     )
+
     doubts = tuple(
         f"{check.name} {check.value:.1e} of {check.tolerance:.0e} allowed; {check.sentence}"
         for check in certificate.checks
         if not check.passed
     )
+
     return Measurement(
         name=benchmark.name,
         optimum=benchmark.optimum,

@@ -67,9 +67,12 @@ def show_lowest(panel: Axes) -> None:
     peaks = [peak for v in values if v.size and (peak := float(np.abs(v).max())) > 0]
     if not peaks or max(peaks) < FLATTENED * min(peaks):
         return
+
+    # linear up to a third of the lowest peak, so that its curve has a shape
     width = float(f"{min(peaks) / 3:.0e}")
     panel.set_yscale("asinh", linear_width=width)
     low, high = panel.get_ylim()
+
     decades = 10.0 ** np.arange(np.ceil(np.log10(3 * width)), np.log10(max(-low, high)))
     ticks = np.concatenate([-decades[::-1], [0.0], decades])
     panel.set_yticks(ticks[(low < ticks) & (ticks < high)])

@@ -70,6 +70,8 @@ def open_results(asked: Path | None, name: str, overwrite: bool = False) -> Resu
         replaced = _make_room(path, overwrite)
     else:
         replaced = None
+
+    # tried now, since finding out after an hour of solving would be too late
     try:
         path.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=path):
@@ -80,6 +82,7 @@ def open_results(asked: Path | None, name: str, overwrite: bool = False) -> Resu
             "name another one with --results",
             ExitCode.NO_RESULTS_FOLDER,
         ) from error
+
     folder = ResultsFolder(path, replaced)
     folder.write_json(OUR_MARK, provenance())
     return folder
@@ -98,12 +101,14 @@ def _make_room(path: Path, overwrite: bool) -> Path:
             "or replace it with --overwrite",
             ExitCode.NO_RESULTS_FOLDER,
         )
+    # somebody's own folder, named by mistake, is not ours to remove
     if not (path / OUR_MARK).is_file():
         raise StudyError(
             f"{path} is not a results folder of antenna-ocp (it has no {OUR_MARK}), so "
             "--overwrite leaves it alone; name another one with --results",
             ExitCode.NO_RESULTS_FOLDER,
         )
+
     aside = _first_free(path.parent, f"{path.name}.replaced")
     try:
         return path.rename(aside)

@@ -10,7 +10,7 @@ import dataclasses
 import json
 import math
 import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, cast, get_args
@@ -142,6 +142,10 @@ class Cost:
     baseline_value: float
     ratio: float
 
+    def __post_init__(self) -> None:
+        if math.isnan(self.ratio):  # JSON has no infinity, and no cost is without a ratio
+            object.__setattr__(self, "ratio", math.inf)
+
     @property
     def sentence(self) -> str:
         """One line for the report."""
@@ -213,6 +217,12 @@ class Result:
         """The result of a study that has only started, to be saved until there is more."""
         return cls(kind, question, configuration, provenance=made_by, missing=PARTS)
 
+    def failed(self, sentence: str, infeasible: bool) -> Result:
+        """The same, after its study ended without a motion: the verdict says why."""
+        verdict = Verdict("infeasible" if infeasible else "none", sentence)
+        missing = tuple(part for part in self.missing if part != "verdict")
+        return dataclasses.replace(self, verdict=verdict, missing=missing)
+
     @property
     def laws(self) -> tuple[str, ...]:
         """Names of the laws in the table, the result's own first."""
@@ -283,19 +293,20 @@ class Result:
         """
         folder = Path(folder)
         record = _read_record(folder, partial)
-        arrays, lost = _read_arrays(folder, record.pop("arrays", {}), partial)
-        missing = (*record.pop("missing", ()), *lost)
-        if missing and not partial:
-            raise StudyError(
-                f"the result in {folder} is incomplete, {', '.join(missing)} missing; "
-                "run the study again or load it with partial=True"
-            )
-
-        record = {name: value for name, value in record.items() if name != "program"}
         try:
-            return cls(arrays=arrays, missing=missing, **_typed(record))
+            arrays, lost = _read_arrays(folder, record.pop("arrays", {}))
+            missing = (*_words(record.pop("missing", [])), *lost)
+            fields = _typed(cls, {name: record[name] for name in record if name != "program"})
+            result = cls(**fields | {"arrays": arrays, "missing": missing})
         except (TypeError, ValueError, KeyError, AttributeError) as error:
             raise _damaged(folder, RESULT_FILE, error) from error
+
+        if missing and not partial:
+            raise StudyError(
+                f"the result in {folder} is incomplete, {', '.join(missing)} missing "
+                f"({result.verdict.sentence}); run the study again or load it with partial=True"
+            )
+        return result
 
 
 def costs_elsewhere(table: Sequence[TableRow]) -> tuple[Cost, ...]:
@@ -358,11 +369,11 @@ def _without_record(folder: Path, partial: bool) -> dict[str, Any]:
             f"the result in {folder} is incomplete, {RESULT_FILE} missing; "
             "run the study again or load it with partial=True"
         )
-    return {"kind": "", "question": "", "configuration": {}, "missing": (RESULT_FILE, *PARTS)}
+    return {"kind": "", "question": "", "configuration": {}, "missing": [RESULT_FILE, *PARTS]}
 
 
 def _read_arrays(
-    folder: Path, described: Mapping[str, Mapping[str, str]], partial: bool
+    folder: Path, described: Mapping[str, Mapping[str, str]]
 ) -> tuple[dict[str, Series], tuple[str, ...]]:
     """The series that `result.json` describes, and what is missing of them."""
     if not described:
@@ -391,37 +402,64 @@ def _read_arrays(
     return usable, tuple(f"series {name}" for name in described if name not in usable)
 
 
-def _typed(record: Mapping[str, Any]) -> dict[str, Any]:
-    """The fields of a result out of JSON, with nan where JSON has null."""
-    fields = dict(record)
-    if "verdict" in fields:
-        fields["verdict"] = Verdict(**fields["verdict"])
-    fields["table"] = tuple(
-        TableRow(
-            **row
-            | {
-                "values": {law: _number(value) for law, value in row["values"].items()},
-                "broken_by": tuple(row["broken_by"]),
-            }
-        )
-        for row in fields.get("table", ())
-    )
-    fields["checks"] = tuple(
-        Criterion(**row | {"value": _number(row["value"]), "limit": _number(row["limit"])})
-        for row in fields.get("checks", ())
-    )
-    fields["costs_elsewhere"] = tuple(
-        # only a ratio can be infinite, and is null then
-        Cost(**row | {"ratio": math.inf if row["ratio"] is None else row["ratio"]})
-        for row in fields.get("costs_elsewhere", ())
-    )
-    fields["bounds"] = {key: _number(value) for key, value in fields.get("bounds", {}).items()}
-    fields["remarks"] = tuple(fields.get("remarks", ()))
-    return fields
+def _number(value: Any) -> float:
+    """A number; nan where JSON has null."""
+    if value is None:
+        return math.nan
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        raise TypeError(f"{value!r} is no number")
+    return float(value)
 
 
-def _number(value: float | None) -> float:
-    return math.nan if value is None else float(value)
+def _exactly(kind: type) -> Callable[[Any], Any]:
+    def read(value: Any) -> Any:
+        if not isinstance(value, kind):
+            raise TypeError(f"{value!r} is no {kind.__name__}")
+        return value
+
+    return read
+
+
+def _words(values: Any) -> tuple[str, ...]:
+    return tuple(_exactly(str)(value) for value in _exactly(list)(values))
+
+
+def _numbers(values: Any) -> dict[str, float]:
+    return {str(name): _number(value) for name, value in _exactly(dict)(values).items()}
+
+
+def _all(kind: type[Any]) -> Callable[[Any], Any]:
+    return lambda items: tuple(_built(kind, item) for item in _exactly(list)(items))
+
+
+# annotation of a field: what reads it out of JSON
+_READERS: dict[str, Callable[[Any], Any]] = {
+    "str": _exactly(str),
+    "bool": _exactly(bool),
+    "int": _exactly(int),
+    "float": _number,
+    "float | None": lambda value: None if value is None else _number(value),
+    "tuple[str, ...]": _words,
+    "Mapping[str, float]": _numbers,
+    "Mapping[str, Any]": _exactly(dict),
+    "VerdictKind": _exactly(str),
+    "Better": _exactly(str),
+    "Verdict": lambda value: _built(Verdict, value),
+    "tuple[TableRow, ...]": _all(TableRow),
+    "tuple[Criterion, ...]": _all(Criterion),
+    "tuple[Cost, ...]": _all(Cost),
+}
+
+
+def _built(kind: type[Any], record: Any) -> Any:
+    """A dataclass of this module out of JSON."""
+    return kind(**_typed(kind, record))
+
+
+def _typed(kind: type[Any], record: Any) -> dict[str, Any]:
+    """The fields of a dataclass out of JSON, each of the type that it says."""
+    types = {field.name: str(field.type) for field in dataclasses.fields(kind)}
+    return {name: _READERS[types[name]](value) for name, value in _exactly(dict)(record).items()}
 
 
 def _damaged(folder: Path, file: str, error: Exception) -> StudyError:

@@ -84,11 +84,14 @@ def carry_out(job: Job, options: argparse.Namespace, console: Console) -> ExitCo
     folder = open_results(options.results, job.name, options.overwrite)
     console.progress(f"results go to {folder.path}")
     folder.file("input.toml").write_text(job.input_text, "utf-8")
-    Result.begun(job.kind, job.question, job.configuration, provenance()).save(folder.path)
+    begun = Result.begun(job.kind, job.question, job.configuration, provenance())
+    begun.save(folder.path)
 
     try:
         result = job.solve()
     except StudyError as error:
+        infeasible = error.exit_code is ExitCode.INFEASIBLE
+        begun.failed(str(error), infeasible).save(folder.path)
         folder.write_json("failure.json", {"sentence": str(error), "code": error.exit_code.name})
         raise
     for name, text in job.files(result).items():

@@ -55,9 +55,18 @@ def table_text(result: Result) -> str:
     return f"{table(result)}\n\n{result.verdict.sentence}\n"
 
 
-def outcome_text(result: Result) -> str:
-    """What a command prints when a study has ended: the table and what to make of it."""
-    paragraphs = [*_outstanding(result), str(table(result)), "\n".join(_findings(result))]
+def outcome_text(result: Result, every_check: bool = False) -> str:
+    """What a command prints when a study has ended: the table and what to make of it.
+
+    Parameters
+    ----------
+    every_check : bool
+        Whether checks that passed have a line each, too.
+    """
+    paragraphs = [*_outstanding(result), str(table(result))]
+    paragraphs.append("\n".join(_findings(result, with_checks=not every_check)))
+    if every_check:
+        paragraphs.append("\n".join(check.sentence for check in result.checks))
     return "\n\n".join(paragraphs)
 
 

@@ -102,6 +102,7 @@ def lower_bounds(
     """
     duration, caps = study.duration[1], study.caps
     work = least_work(study, duration)
+
     bounds = {
         "peak-acceleration": least_peak_acceleration(study.stroke, duration, jerk=caps.jerk),
         "peak-rope-acceleration": least_peak_rope_acceleration(study.truss, duration),
@@ -156,6 +157,7 @@ def _check_kinematics(study: TrussStudy) -> None:
     caps, duration = study.caps, study.duration[1]
     least = least_time(study.stroke, caps)
     if least > duration * (1 + ROUNDING):
+        # only the caps that are stated are named
         named = [
             f"{name} {value:g} {unit}"
             for name, value, unit in (
@@ -183,6 +185,7 @@ def _check_tension(study: TrussStudy) -> None:
     floor = study.caps.least_tension
     for where, force, share in end_forces(study.truss):
         tension = force * share
+
         if study.caps.jerk is not None and floor > tension * (1 + ROUNDING):
             raise _infeasible(
                 f"no motion keeps every rope segment above {floor:g} N: at rest at the {where} "

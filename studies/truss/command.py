@@ -101,9 +101,7 @@ def run_check(options: argparse.Namespace, console: Console) -> ExitCode:
     study = read_study(options, console, objective="peak-acceleration")
     result = check_profile(options.profile, study)
     if options.results is None:
-        console.say(outcome_text(result))
-        for criterion in result.checks:
-            console.say(criterion.sentence)
+        console.say(outcome_text(result, every_check=True))
         return exit_code(result)
 
     from studies.common.folder import open_results

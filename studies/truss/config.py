@@ -321,6 +321,8 @@ def as_dictionary(study: TrussStudy) -> dict[str, Any]:
         for stage in study.minimise
     ]
     low, high = study.duration
+
+    # a cap that is not stated has no value in TOML
     caps = {name: cap for name, cap in dataclasses.asdict(study.caps).items() if cap is not None}
     return {
         "minimise": stages[0] if len(stages) == 1 else stages,

@@ -127,6 +127,7 @@ def bars_figure(deployments: Sequence[Deployment]) -> Figure:
     )
     modules = deployments[0].truss.modules
     bars = [bar for bar in BARS if bar <= modules]
+
     for deployment, _, style in styled(deployments):
         t = times(deployment)
         motion = deployment.law.motion(t)
@@ -142,6 +143,8 @@ def bars_figure(deployments: Sequence[Deployment]) -> Figure:
             label = f"bar {bar}" if deployment is deployments[0] else None
             for panel, rate in zip(axes, rates, strict=True):
                 panel.plot(t, chord * rate, style, color=shade, label=label)
+
+    # shades stand for bars, so that the legend shows the laws' styles in grey
     for deployment, _, style in styled(deployments):
         axes[0].plot([], [], style, color="0.3", label=deployment.name)
     label_times(axes, ("distance [m]", "speed [m/s]", "acceleration [m/s²]"))
@@ -156,13 +159,16 @@ def energy_figure(deployments: Sequence[Deployment]) -> Figure:
     large = [("work of the motor", "motor", "-"), ("potential", "potential", "--")]
     if mu > 0:
         large.append(("dissipated in the pulleys", "pulleys", ":"))
+
     for deployment, colour, style in styled(deployments):
         energies = deployment.energies
         for panel, name in zip(axes, ("kinetic", "joints"), strict=False):
-            panel.plot(energies.time, getattr(energies, name), style, color=colour,
-                       label=deployment.name)  # fmt: skip
+            history = getattr(energies, name)
+            panel.plot(energies.time, history, style, color=colour, label=deployment.name)
         for _, name, style_of_kind in large:
             axes[2].plot(energies.time, getattr(energies, name), style_of_kind, color=colour)
+
+    # colours stand for laws there, so that the legend shows the styles in grey
     for title, _, style in large:
         axes[2].plot([], [], style, color="0.2", label=title)
     axes[2].legend(frameon=False, fontsize=8)
@@ -182,12 +188,14 @@ def force_figure(deployments: Sequence[Deployment]) -> Figure:
         _, truss = deployment.at(t)
         axes[0].plot(t, truss.rope_force, style, color=colour, label=deployment.name)
     axes[0].set_title(f"all laws, μ = {first.truss.pulley_friction:g}", fontsize=10)
+
     largest = first.truss.pulley_friction or PAPER_MU
     for share, shade in zip(MU_SWEEP, SHADES, strict=True):
         t, mu = times(first), share * largest
         _, truss = with_friction(first, mu).at(t)
         axes[1].plot(t, truss.rope_force, color=shade, label=f"μ = {mu:g}")
     axes[1].set_title(f"{first.name}, several frictions", fontsize=10)
+
     for panel in axes:
         panel.legend(frameon=False, fontsize=8)
     label_times(axes, ("motor force [N]", "motor force [N]"))
@@ -205,6 +213,7 @@ def tension_figure(deployments: Sequence[Deployment]) -> Figure:
         moments = (0.0, duration / 2, peak_time, duration)
         names = ("start", "half time", "peak force", "end")
         motion, history = deployment.at(np.array(moments))
+
         for k, (moment, name) in enumerate(zip(moments, names, strict=True)):
             ratios = ca.DM(tension_ratios(truss, float(motion.angle[k]))).full().ravel()
             label = f"{name}, {moment:.4g} s, α = {np.degrees(motion.angle[k]):.1f}°"
@@ -212,6 +221,7 @@ def tension_figure(deployments: Sequence[Deployment]) -> Figure:
             panel.plot(segments, tensions, color=SHADES[k], lw=WIDTHS[k], label=label)
         panel.set_title(f"{deployment.name}, μ = {truss.pulley_friction:g}", fontsize=10)
         label_axes(panel, "segment, from the motor", "tension [N]" if panel is axes[0] else "")
+
     axes[0].set_ylim(bottom=0)  # of all: they share the axis, and no curve is still to come
     for panel in axes:
         panel.legend(frameon=False, fontsize=8)
@@ -224,10 +234,12 @@ def overview_figure(deployments: Sequence[Deployment]) -> Figure:
     figure = Figure(figsize=(12.0, 5.6), dpi=110, layout="constrained")
     parts: Any = figure.subfigures(2, 1, height_ratios=(1, 1.5))
     above, below = parts
+
     above.suptitle(f"{first.truss.modules} modules opening under the {first.name} law")
     for place, fraction in enumerate(OVERVIEW_SNAPSHOTS, start=1):
         panel = above.add_subplot(1, len(OVERVIEW_SNAPSHOTS), place, projection="3d")
         draw_snapshot(panel, first, fraction * first.law.duration)
+
     axes = list(below.subplots(1, 3))
     for deployment, colour, style in styled(deployments):
         t = times(deployment)
@@ -277,11 +289,13 @@ def _draw(panel: Any, truss: TrussParameters, angle: float) -> None:
             clip_on=False,
         )
         panel.add_collection3d(lines)
+
     # the fixed bar is at the origin; the ring opens along +y from it
     centre = ring_centre(truss, angle)
     panel.set_xlim(centre[0] - radius, centre[0] + radius)
     panel.set_ylim(centre[1] - radius, centre[1] + radius)
     panel.set_zlim(-truss.bar_length, 0)
+
     panel.set_box_aspect((2 * radius, 2 * radius, truss.bar_length), zoom=1.5)
     panel.view_init(elev=28, azim=-60)
     panel.set_axis_off()

@@ -327,6 +327,7 @@ def stored_law(columns: Mapping[str, Array]) -> Law:
         exact = _exact_law(jerks, columns["knot_angle"])
         if exact is not None:
             return exact
+
     return SampledLaw(
         time=columns["time"],
         angle=columns["angle"],

@@ -18,14 +18,12 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from models.truss import Net, TrussParameters, angular_acceleration, static_force, static_peak
+from ocp.arrays import Array
 from studies.common.exit_codes import StudyError
-
-Array = NDArray[np.float64]
 
 DEPLOYED = math.pi / 2
 TOLERANCE = 1e-12  # of the integration; its dense output is then good to about 1e-10
@@ -151,9 +149,12 @@ class PhasePlane:
         assert slowest is not None
         if slowest.duration <= duration:
             return LeastForce(limit, False, slowest)
+
         high = 2 * limit
         while self.least_time(high) > duration:
             high *= 2
+
+        # the time grows with the logarithm of the distance to the limit, so that is solved for
 
         def excess(logarithm: float) -> float:
             return self.least_time(limit + math.exp(logarithm)) - duration
@@ -175,6 +176,7 @@ class PhasePlane:
         net_angle = self.parameters.net_angle
         goal = DEPLOYED if sign > 0 else self.parameters.stowed_angle
         goal = goal if below is None else BEYOND
+
         pieces: list[Any] = []
         start, state, stalled = 0.0, (angle, speed), False
         nets: tuple[Net, ...] = ("slack", "taut") if sign > 0 else ("taut", "slack")
@@ -198,8 +200,8 @@ class PhasePlane:
         edge: float,
         below: _Flow | None,
     ) -> Any:
+        """One branch of the potential: from a state to an edge, to rest, or to the flow below."""
         acceleration = self._acceleration[net]
-
         count = 0
 
         def rates(_: float, y: Array) -> tuple[float, float]:
@@ -212,10 +214,17 @@ class PhasePlane:
         events = [_event(lambda y: y[0] - edge), _event(lambda y: y[1], direction=-1)]
         if below is not None:
             events.append(_event(lambda y: y[1] - below.speed_at(y[0]), direction=1))
+
         return solve_ivp(
-            rates, (start, FOREVER), state, method="DOP853", dense_output=True,
-            rtol=TOLERANCE, atol=TOLERANCE * 1e-2, events=events,
-        )  # fmt: skip
+            rates,
+            (start, FOREVER),
+            state,
+            method="DOP853",
+            dense_output=True,
+            rtol=TOLERANCE,
+            atol=TOLERANCE * 1e-2,
+            events=events,
+        )
 
 
 @dataclass(frozen=True)
@@ -266,12 +275,11 @@ def _invert(piece: Any, angle: float) -> float:
     index = int(np.searchsorted(side * piece.y[0], side * angle))
     if index == 0 or piece.y[0, index] == angle:
         return float(piece.t[index])
-    return float(
-        brentq(
-            lambda t: float(piece.sol(t)[0]) - angle, piece.t[index - 1], piece.t[index],
-            xtol=1e-14, rtol=1e-14,
-        )
-    )  # fmt: skip
+
+    def beyond(time: float) -> float:
+        return float(piece.sol(time)[0]) - angle
+
+    return float(brentq(beyond, piece.t[index - 1], piece.t[index], xtol=1e-14, rtol=1e-14))
 
 
 def _event(function: Callable[[Array], float], direction: float = 0.0) -> Any:
@@ -289,6 +297,8 @@ def _join(force: float, driven: _Flow, braking: _Flow) -> FastestMotion:
     switch_angle = float(driven.pieces[-1].y[0, -1])
     brake_time = braking.time_at(switch_angle)
     duration = switch_time + brake_time
+
+    # the braking flow runs backwards in time, from rest at the end
     first, last = driven.upto(switch_time), braking.upto(brake_time)[::-1]
     angle, speed = np.hstack([driven(first), braking(last)])
     return FastestMotion(

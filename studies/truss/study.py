@@ -95,6 +95,7 @@ def check_profile(path: Path, study: TrussStudy) -> Result:
     deployment = read_profile(path, study)
     laws = [deployment, *paper_laws(study.truss, deployment.law.duration)]
     bounds = lower_bounds(study, None)
+
     table = table_rows(study, laws, bounds)
     return Result(
         kind="check",
@@ -114,6 +115,7 @@ def result_of(study: TrussStudy, best: BestMotion) -> Result:
     """The result that the best motion of a search gives."""
     laws = [best.deployment, *paper_laws(study.truss, best.deployment.law.duration)]
     table = table_rows(study, laws, best.bounds)
+
     verification = best.solution.verification
     peaks = [
         f"{name}: {epigraph:.9g} in the solver, {dense:.9g} replayed between points"
@@ -150,18 +152,21 @@ def _series(deployment: Deployment) -> dict[str, Series]:
 def _details(best: BestMotion) -> dict[str, Any]:
     """What the search went through, and how accurate its answer is."""
     solution, verification = best.solution, best.solution.verification
-    peaks = [
-        {"name": name, "solver": epigraph, "replayed_between_points": dense}
+    peaks = {
+        name: {"solver": epigraph, "replayed_between_points": dense}
         for name, epigraph, dense in verification.peaks
-    ]
+    }
+
     starts = [
         {"start": a.start, "value": a.value, "seconds": a.seconds, "failure": a.failure}
         for a in best.attempts
     ]
+
     return {
         "accuracy": {
             "solver_objective": verification.objective,
             "replayed_objective": verification.replayed_objective,
+            "peaks": peaks,
             "replay_miss_relative": verification.miss,
             "energy_imbalance_relative": best.deployment.energies.imbalance,
         },
@@ -170,7 +175,7 @@ def _details(best: BestMotion) -> dict[str, Any]:
             "reasons": verification.reasons,
             "replay_miss_relative": verification.miss,
             "excess_relative": verification.excess,
-            "peaks": peaks,
+            "peaks": [{"name": name, **values} for name, values in peaks.items()],
             "rounds": [dataclasses.asdict(entry) for entry in solution.mesh_iterations],
         },
         "starts": starts,
@@ -183,6 +188,7 @@ def table_rows(
 ) -> tuple[TableRow, ...]:
     """All quantities of the laws, with caps and bounds."""
     broken = {deployment.name: broken_caps(study, deployment.values) for deployment in laws}
+
     return tuple(
         TableRow(
             key=key,
@@ -272,6 +278,7 @@ def _at_the_ends(study: TrussStudy, deployment: Deployment, angle_miss: float) -
 
 def _under_the_caps(study: TrussStudy, deployment: Deployment) -> list[Criterion]:
     values = deployment.values
+
     broken = broken_caps(study, values)
     return [
         Criterion(
@@ -289,10 +296,12 @@ def _under_the_caps(study: TrussStudy, deployment: Deployment) -> list[Criterion
 def _engine_criterion(solution: Solution) -> Criterion:
     """What the engine says of its own answer."""
     verification = solution.verification
+
     if verification.passed:
         sentence = "passed: the engine's replay and its evaluation between the points"
     else:
         sentence = f"FAILED: the engine's verification: {'; '.join(verification.reasons)}"
+
     return Criterion(
         name="the engine's verification",
         unit="1",

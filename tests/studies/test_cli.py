@@ -50,6 +50,7 @@ FAST = ("truss", "--objective", "peak-force", "--duration", "5", "--jerk-cap", "
         ((*FAST, "--objectiv=energy"), 2, "unknown flag --objectiv; did you mean --objective?"),
         ((*FAST, "a.toml", "b.toml"), 2, "'b.toml' is one argument too many"),
         (("trus",), 2, "unknown sub-command 'trus'; did you mean truss?"),
+        (("--versoin",), 2, "unknown flag --versoin; did you mean --version?"),
     ],
 )
 def test_bad_input_is_one_sentence(

@@ -24,10 +24,19 @@ from studies.common.result import (
 )
 
 TABLE = (
-    TableRow("peak-force", "peak force", "N", {"optimal": 4.0, "Bezier": 5.0}, cap=4.5, bound=3.9,
-             minimised=True, better="less", broken_by=("Bezier",)),
+    TableRow(
+        "peak-force",
+        "peak force",
+        "N",
+        {"optimal": 4.0, "Bezier": 5.0},
+        cap=4.5,
+        bound=3.9,
+        minimised=True,
+        better="less",
+        broken_by=("Bezier",),
+    ),
     TableRow("peak-jerk", "peak jerk", "rad/s^3", {"optimal": math.nan, "Bezier": 0.5}),
-)  # fmt: skip
+)
 
 
 def example(**changes: object) -> Result:
@@ -92,7 +101,7 @@ def refused(folder: Path) -> str:
 def test_a_study_that_did_not_end_is_incomplete(folder: Path) -> None:
     begun = Result.begun("truss", "Which?", {"minimise": "energy"}, {"program": "antenna-ocp"})
     begun.save(folder)
-    assert "incomplete, arrays, table, verdict, checks missing" in refused(folder)
+    assert "arrays, table, verdict, checks missing (the study has not ended)" in refused(folder)
     partial = Result.load(folder, partial=True)
     assert partial.missing == PARTS
     assert partial.configuration == {"minimise": "energy"}
@@ -140,12 +149,15 @@ def test_another_version_is_refused(folder: Path, partial: bool) -> None:
 
 @pytest.mark.parametrize(
     "record",
-    ["no json", '{"program": "antenna-ocp", "schema": 1, "kind": "truss"}',
-     '{"program": "antenna-ocp", "schema": 1, "kind": "a", "question": "", "configuration": {}, '
-     '"verdict": {"kind": "sure", "sentence": ""}}',
-     '{"program": "antenna-ocp", "schema": 1, "kind": "a", "question": "", "configuration": {}, '
-     '"colour": "red"}'],
-)  # fmt: skip
+    [
+        "no json",
+        '{"program": "antenna-ocp", "schema": 1, "kind": "truss"}',
+        '{"program": "antenna-ocp", "schema": 1, "kind": "a", "question": "", "configuration": {}, '
+        '"verdict": {"kind": "sure", "sentence": ""}}',
+        '{"program": "antenna-ocp", "schema": 1, "kind": "a", "question": "", "configuration": {}, '
+        '"colour": "red"}',
+    ],
+)
 def test_a_damaged_record_is_refused(folder: Path, record: str) -> None:
     (folder / RESULT_FILE).write_text(record)
     assert "damaged or was changed" in refused(folder)
@@ -191,8 +203,10 @@ def test_costs_are_those_above_ten_percent_the_dearest_first() -> None:
     )
     costs = costs_elsewhere(table)
     assert [(cost.key, cost.baseline) for cost in costs] == [
-        ("tension", "b"), ("jerk", "b"), ("work", "a"),
-    ]  # fmt: skip
+        ("tension", "b"),
+        ("jerk", "b"),
+        ("work", "a"),
+    ]
     assert [cost.ratio for cost in costs] == [math.inf, 20.0, 1.2]
     assert costs[1].sentence == "jerk is 20 times that of b: 200 1 instead of 10 1"
     assert "beyond any ratio" in costs[0].sentence
@@ -236,3 +250,28 @@ def test_the_exit_code_follows_from_the_result() -> None:
     failed = example(checks=(Criterion("peak force", "N", 5.0, 4.5, False),))
     assert writers.exit_code(failed) == ExitCode.NOT_VERIFIED
     assert "FAILED: peak force 5 N (limit 4.5)" in writers.outcome_text(failed)
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        (("question",), None),
+        (("remarks", 0), 3),
+        (("table", 0, "bound"), {}),
+        (("costs_elsewhere", 0, "value"), "x"),
+        (("verdict",), []),
+        (("arrays",), [1]),
+        (("missing",), 7),
+        (("checks", 0, "passed"), 1),
+    ],
+)
+def test_a_field_of_the_wrong_type_is_refused(
+    folder: Path, place: tuple[str | int, ...], value: object
+) -> None:
+    record = json.loads((folder / RESULT_FILE).read_text())
+    inner = record
+    for step in place[:-1]:
+        inner = inner[step]
+    inner[place[-1]] = value
+    (folder / RESULT_FILE).write_text(json.dumps(record))
+    assert "damaged or was changed" in refused(folder)

@@ -254,7 +254,7 @@ def reduced_signals(
 
 def torque_signals(stage: Stage, caps: TorqueCaps) -> Drives:
     """The drives of a stage's joints, with a margin below their caps."""
-    drives = [
+    signals = [
         drive_signals(
             stage,
             k,
@@ -265,10 +265,12 @@ def torque_signals(stage: Stage, caps: TorqueCaps) -> Drives:
         )
         for k in stage.moving
     ]
+
+    torques, rates, bends = zip(*signals, strict=True)
     return Drives(
-        torque={k: drive[0] for k, drive in zip(stage.moving, drives, strict=True)},
-        rate={k: drive[1] for k, drive in zip(stage.moving, drives, strict=True)},
-        bend={k: drive[2] for k, drive in zip(stage.moving, drives, strict=True)},
+        torque=dict(zip(stage.moving, torques, strict=True)),
+        rate=dict(zip(stage.moving, rates, strict=True)),
+        bend=dict(zip(stage.moving, bends, strict=True)),
     )
 
 

@@ -30,7 +30,7 @@ from studies.arm.laws.unit_laws import NamedLaw, bezier
 from studies.arm.optimal.solve import solve_stage
 from studies.arm.questions.baselines import replay_law
 from studies.arm.replay.full_model import Drive, LockedMotion
-from studies.arm.report.quantities import Quantity, table_rows
+from studies.arm.report.quantities import Entry, table_rows
 from studies.arm.search_limits import (
     BISECTIONS,
     CANDIDATES,
@@ -287,15 +287,13 @@ def find_least_durations(study: LeastDurationStudy, console: Console) -> Result:
     )
 
 
-def _quantities(found: LeastDuration) -> list[Quantity]:
+def _quantities(found: LeastDuration) -> list[Entry]:
     duration = math.nan if found.duration is None else found.duration
     return [
-        Quantity("duration", "least duration", "s", duration),
-        Quantity("residual_energy", "residual energy", "J", found.residual),
-        Quantity("peak_torque", "peak torque", "N m", found.torque),
-        Quantity(
-            "lowest_residual", "least residual seen under the cap", "J", found.lowest, "neither"
-        ),
+        Entry("duration", "least duration", "s", duration),
+        Entry("residual_energy", "residual energy", "J", found.residual),
+        Entry("peak_torque", "peak torque", "N m", found.torque),
+        Entry("lowest_residual", "least residual seen under the cap", "J", found.lowest, "neither"),
     ]
 
 

@@ -18,14 +18,14 @@ from studies.arm.optimal.phase import is_slow
 from studies.arm.optimal.rigid_time import least_rigid_duration, quintic_duration
 from studies.arm.optimal.solve import Refined, check_bending, check_caps, refine, solve_stage
 from studies.arm.questions.baselines import QUICK, replay_law
-from studies.arm.replay.full_model import SMOOTH, LockedMotion, replay
+from studies.arm.replay.full_model import LockedMotion, replay
 from studies.arm.replay.loads import Loads, loads
 from studies.arm.replay.numerical_floor import numerical_floor
 from studies.arm.replay.satellite import free_satellite
 from studies.arm.report.profile import load_series, profile_series, reduced_series, sampled_motion
 from studies.arm.report.quantities import (
     ASSUMPTIONS,
-    Quantity,
+    Entry,
     both_joints_quantities,
     caps_by_quantity,
     criteria,
@@ -99,13 +99,15 @@ def solve_motion(study: ArmStudy, console: Console) -> Result:
     refined = dataclasses.replace(refined, replay=replayed)
     history = loads(replayed)
 
-    own = quantities_of(replayed, history, study.arm, study.pointing_error)
+    own = quantities_of(
+        replayed, history, study.arm, study.pointing_error, refined.motion.peak_torque
+    )
     own += optimum_quantities(refined.motion, replayed)
     own += _asked_besides(study, refined, history)
     laws = {OPTIMUM: own}
     beside = [_baseline(stage, name, console) for name in LAWS]
     for baseline in beside:
-        bears = loads(baseline, SMOOTH if is_slow(stage) else QUICK)
+        bears = loads(baseline, QUICK)  # fine enough to be compared with
         laws[baseline.motion.name] = quantities_of(baseline, bears, study.arm, study.pointing_error)
     rows = table_rows(laws, caps_by_quantity(study))
 
@@ -167,7 +169,7 @@ def duration_to_try(stage: Stage, caps: TorqueCaps) -> str:
     )
 
 
-def _asked_besides(study: ArmStudy, refined: Refined, history: Loads) -> list[Quantity]:
+def _asked_besides(study: ArmStudy, refined: Refined, history: Loads) -> list[Entry]:
     """What the optimum leaves where something is not as planned."""
     replayed = refined.replay
     found = off_time_quantities(replayed, study.elements)
@@ -179,14 +181,14 @@ def _asked_besides(study: ArmStudy, refined: Refined, history: Loads) -> list[Qu
 
     again = replay(sampled_motion(replayed, study.sample_time), elements=study.elements)
     title = f"residual energy of the profile sampled every {study.sample_time:g} s"
-    found.append(Quantity(_SAMPLED, title, "J", again.residual_energy))
+    found.append(Entry(_SAMPLED, title, "J", again.residual_energy))
     return found
 
 
 _SAMPLED = "sampled_residual_energy"
 
 
-def _sampled_energy(quantities: list[Quantity]) -> float:
+def _sampled_energy(quantities: list[Entry]) -> float:
     return next(q.value for q in quantities if q.key == _SAMPLED)
 
 

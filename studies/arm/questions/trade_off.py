@@ -15,7 +15,7 @@ from studies.arm.laws.scan import left_by_laws
 from studies.arm.laws.unit_laws import baselines
 from studies.arm.optimal.solve import solve_stage
 from studies.arm.questions.baselines import replay_law
-from studies.arm.report.quantities import Quantity, table_rows
+from studies.arm.report.quantities import Entry, table_rows
 from studies.arm.search_limits import INTERVALS, TRADE_OFF_RATIOS, TRADE_OFF_REDUCED
 from studies.arm.stage import Stage
 from studies.common.console import Console
@@ -73,8 +73,10 @@ def trade_off(study: TradeOffStudy, console: Console) -> Result:
     """Residual energy against duration, of the smoothest motion and of the smooth laws."""
     stage = study.slew
     full, reduced = curves(stage, console.progress), reduced_curves(stage)
+
     rows = table_rows({name: _quantities(*curve) for name, curve in full.items()})
     found_all = all(len(times) == len(TRADE_OFF_RATIOS) for times, _ in full.values())
+
     return Result(
         kind="pareto-arm",
         question=study.question,
@@ -93,9 +95,9 @@ def trade_off(study: TradeOffStudy, console: Console) -> Result:
     )
 
 
-def _quantities(times: list[float], energies: list[float]) -> list[Quantity]:
+def _quantities(times: list[float], energies: list[float]) -> list[Entry]:
     return [
-        Quantity(f"residual_energy_{T:.4g}_s", f"residual energy in {T:.4g} s", "J", energy)
+        Entry(f"residual_energy_{T:.4g}_s", f"residual energy in {T:.4g} s", "J", energy)
         for T, energy in zip(times, energies, strict=True)
     ]
 

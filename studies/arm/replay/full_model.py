@@ -130,6 +130,7 @@ def replay(
     """
     stage = motion.stage
     end = stage.duration if lock_at is None else lock_at
+
     run = run_and_lock(
         stage.arm.chain(elements),
         stage.full_joints(dict(motion.joints)),
@@ -140,6 +141,7 @@ def replay(
         after=after,
         settings=settings or (JUMPS if motion.jumps else SMOOTH),
     )
+
     return LockedMotion(motion, run, residual_vibration(run, modes))
 
 

@@ -134,6 +134,8 @@ def _carried(replayed: LockedMotion, history: Loads, freed: Chain, inertia: floa
         [ELBOW],
         settings=SMOOTH,
     )
+
+    # the arm's root is the satellite here: what it turns is what the satellite turns
     angles = run.before.joint_angles()
     return _FreeMotion(
         turn=angles[ROOT] - angles[ROOT, 0],

@@ -150,11 +150,14 @@ def torque_figure(scene: Scene, traces: Sequence[Trace], caps: CapPair = (None, 
     for panel, k in zip(axes, scene.moving, strict=True):
         for trace, style in _styled(traces):
             panel.plot(trace.times[: trace.lock], trace.torque[k, : trace.lock], **style)
+        # a law that jumps would hide the others
         smoothest_on_top(panel)
+
         cap = caps[k]
         for side in () if cap is None else (-cap, cap):
             panel.axhline(side, color="0.5", lw=0.8, ls=":")
         label_axes(panel, "time [s]", f"{JOINT_NAMES[k]} torque [N m]")
+
     if len(traces) > 1:
         legend_below(figure, axes[0], 4)
     return figure

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ocp.arrays import Array
 from studies.arm.config import ArmDescription, ArmStudy
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.solve import AGREE, Refined
@@ -38,7 +39,7 @@ ASSUMPTIONS = (
 
 
 @dataclass(frozen=True)
-class Quantity:
+class Entry:
     """One number of a motion.
 
     Attributes
@@ -56,7 +57,7 @@ class Quantity:
 
 
 def table_rows(
-    laws: Mapping[str, Sequence[Quantity]], caps: Mapping[str, float | None] | None = None
+    laws: Mapping[str, Sequence[Entry]], caps: Mapping[str, float | None] | None = None
 ) -> tuple[TableRow, ...]:
     """Rows of a table: quantities by law, those of the first law first.
 
@@ -66,7 +67,7 @@ def table_rows(
     caps : by key of a quantity.
     """
     caps = caps or {}
-    first: dict[str, Quantity] = {}
+    first: dict[str, Entry] = {}
     values: dict[str, dict[str, float]] = {}
     for law, quantities in laws.items():
         for quantity in quantities:
@@ -87,82 +88,90 @@ def table_rows(
 
 
 def quantities_of(
-    replayed: LockedMotion, history: Loads, arm: ArmDescription, pointing_error: float
-) -> list[Quantity]:
-    """What satellite, links, motors and antenna bear in any motion."""
-    until, lock = history.until, replayed.run.engagement
-    moment_after = np.abs(history.moment[until:]).max(initial=0.0)
-    moving = replayed.motion.stage.moving
+    replayed: LockedMotion,
+    history: Loads,
+    arm: ArmDescription,
+    pointing_error: float,
+    peak_torque: Array | None = None,
+) -> list[Entry]:
+    """What satellite, links, motors and antenna bear in any motion.
+
+    Parameters
+    ----------
+    replayed : LockedMotion
+    history : Loads
+        Along it.
+    arm : ArmDescription
+    pointing_error : float
+        Of the tip, for the settling time [m].
+    peak_torque : (2,), optional
+        Of root and elbow [N m], where it is known better than from the replay's instants.
+    """
+    peaks = replayed.peak_torque if peak_torque is None else peak_torque
     return [
-        Quantity("residual_energy", "residual energy", "J", replayed.residual_energy),
-        Quantity("angle_miss", "angle miss at the lock", "rad", replayed.miss),
+        Entry("residual_energy", "residual energy", "J", replayed.residual_energy),
+        Entry("angle_miss", "angle miss at the lock", "rad", replayed.miss),
         _settling(replayed, pointing_error),
-        Quantity(
-            "peak_root_force",
-            "peak root force",
-            "N",
-            float(np.linalg.norm(history.force[:, :until], axis=0).max()),
-        ),
-        Quantity(
-            "peak_root_moment",
-            "peak root moment",
-            "N m",
-            float(np.abs(history.moment[:until]).max()),
-        ),
-        Quantity(
-            "peak_root_moment_after_lock",
-            "peak root moment after the lock",
-            "N m",
-            # a baseline need not be followed beyond its lock
-            float(moment_after) if len(history.times) > until else math.nan,
-        ),
-        Quantity(
-            "peak_angular_momentum",
-            "peak angular momentum passed to the satellite",
-            "N m s",
-            float(np.abs(history.angular_momentum).max()),
-        ),
-        Quantity(
-            "lock_force_impulse",
-            "lock impulse of the root's force",
-            "N s",
-            float(np.hypot(*history.force_impulse)),
-        ),
-        *(
-            Quantity(
-                f"lock_impulse_{joint}",
-                f"lock impulse, {joint}",
-                "N m s",
-                float(lock.impulse[k]),
-                better="neither",  # it has a sign
-            )
-            for k, joint in enumerate(JOINT_NAMES)
-        ),
-        Quantity("lost_energy", "kinetic energy lost in the lock", "J", lock.lost_energy),
-        Quantity(
+        *_on_the_satellite(history),
+        *_in_the_lock(replayed, history),
+        Entry(
             "peak_tip_acceleration",
             "peak tip acceleration",
             "m/s^2",
-            float(history.tip_acceleration[:until].max()),
+            float(history.tip_acceleration[: history.until].max()),
         ),
         *_bending(replayed, history, arm),
-        Quantity("mean_square_torque", "mean square torque", "N^2 m^2", mean_square(replayed)),
-        Quantity("work", "work of the drives, nothing recovered", "J", work_drawn(replayed)),
+        Entry("mean_square_torque", "mean square torque", "N^2 m^2", mean_square(replayed)),
+        Entry("work", "work of the drives, nothing recovered", "J", work_drawn(replayed)),
         *(
-            Quantity(
-                f"peak_{JOINT_NAMES[k]}_torque",
-                f"peak {JOINT_NAMES[k]} torque",
-                "N m",
-                float(replayed.peak_torque[k]),
-            )
-            for k in moving
+            Entry(f"peak_{joint}_torque", f"peak {joint} torque", "N m", float(peaks[k]))
+            for k, joint in enumerate(JOINT_NAMES)
+            if k in replayed.motion.stage.moving
         ),
     ]
 
 
-def _settling(replayed: LockedMotion, pointing_error: float) -> Quantity:
+def _on_the_satellite(history: Loads) -> list[Entry]:
+    """What the satellite bears at the root."""
+    until = history.until
+    force = float(np.linalg.norm(history.force[:, :until], axis=0).max())
+    moment = float(np.abs(history.moment[:until]).max())
+    momentum = float(np.abs(history.angular_momentum).max())
+
+    # not defined where the replay ended with the lock
+    beyond = np.abs(history.moment[until:])
+    moment_after = float(beyond.max()) if beyond.size else math.nan
+
+    passed_on = "peak angular momentum passed to the satellite"
+    return [
+        Entry("peak_root_force", "peak root force", "N", force),
+        Entry("peak_root_moment", "peak root moment", "N m", moment),
+        Entry(
+            "peak_root_moment_after_lock", "peak root moment after the lock", "N m", moment_after
+        ),
+        Entry("peak_angular_momentum", passed_on, "N m s", momentum),
+    ]
+
+
+def _in_the_lock(replayed: LockedMotion, history: Loads) -> list[Entry]:
+    """What the lock strikes."""
+    lock = replayed.run.engagement
+    force = float(np.hypot(*history.force_impulse))
+    # the joints' impulses have a sign, so that less of them is not better
+    joints = [
+        Entry(f"lock_impulse_{joint}", f"lock impulse, {joint}", "N m s", float(impulse), "neither")
+        for joint, impulse in zip(JOINT_NAMES, lock.impulse, strict=True)
+    ]
+    return [
+        Entry("lock_force_impulse", "lock impulse of the root's force", "N s", force),
+        *joints,
+        Entry("lost_energy", "kinetic energy lost in the lock", "J", lock.lost_energy),
+    ]
+
+
+def _settling(replayed: LockedMotion, pointing_error: float) -> Entry:
     ratios = modal_ratios(replayed, DAMPING)
-    return Quantity(
+    return Entry(
         "settling_time",
         f"settling of the tip to {pointing_error:g} m, mode 1 damped by {ratios[0]:.3g}",
         "s",
@@ -170,98 +179,100 @@ def _settling(replayed: LockedMotion, pointing_error: float) -> Quantity:
     )
 
 
-def _bending(replayed: LockedMotion, history: Loads, arm: ArmDescription) -> list[Quantity]:
+def _bending(replayed: LockedMotion, history: Loads, arm: ArmDescription) -> list[Entry]:
     """What bends both links."""
     parameters = replayed.motion.stage.arm
     links = (("big", parameters.big), ("small", parameters.small))
     peaks, bent = history.bending.max(axis=1), deflections(replayed)
+
     found = []
     for k, (name, link) in enumerate(links):
         moment, diameter = float(peaks[k]), getattr(arm, f"{name}_diameter")
         surface = 1e-6 * stress(moment, link.bending_stiffness, diameter, arm.modulus)
         found += [
-            Quantity(f"bending_moment_{name}", f"peak bending moment, {name} arm", "N m", moment),
-            Quantity(f"bending_stress_{name}", f"peak bending stress, {name} arm", "MPa", surface),
-            Quantity(f"deflection_{name}", f"peak deflection, {name} arm", "m", float(bent[k])),
+            Entry(f"bending_moment_{name}", f"peak bending moment, {name} arm", "N m", moment),
+            Entry(f"bending_stress_{name}", f"peak bending stress, {name} arm", "MPa", surface),
+            Entry(f"deflection_{name}", f"peak deflection, {name} arm", "m", float(bent[k])),
         ]
     return found
 
 
-def optimum_quantities(motion: OptimalMotion, replayed: LockedMotion) -> list[Quantity]:
+def optimum_quantities(motion: OptimalMotion, replayed: LockedMotion) -> list[Entry]:
     """What is known of the optimum alone: its errors, its exact torque, its modes."""
     mesh_error = motion.reduced_energy
     model_error = abs(replayed.residual_energy - mesh_error)
     found = [
-        Quantity("mesh_error", "residual energy on B21, mesh error", "J", mesh_error, "neither"),
-        Quantity("model_error", "model error", "J", model_error, "neither"),
+        Entry("mesh_error", "residual energy on B21, mesh error", "J", mesh_error, "neither"),
+        Entry("model_error", "model error", "J", model_error, "neither"),
     ]
     for k in motion.stage.moving:
         rate = float(motion.peak_rate[k])
         name = JOINT_NAMES[k]
-        found.append(Quantity(f"peak_{name}_rate", f"peak rate of {name} torque", "N m/s", rate))
+        found.append(Entry(f"peak_{name}_rate", f"peak rate of {name} torque", "N m/s", rate))
 
     vibration = replayed.vibration
     modes = zip(vibration.frequencies, vibration.modal_amplitude, strict=True)
     for i, (frequency, amplitude) in enumerate(modes, start=1):
         title = f"mode {i}, {frequency:.4g} Hz: amplitude"
-        found.append(Quantity(f"mode_{i}_amplitude", title, "m", float(amplitude)))
+        found.append(Entry(f"mode_{i}_amplitude", title, "m", float(amplitude)))
     return found
 
 
-def off_time_quantities(replayed: LockedMotion, elements: int) -> list[Quantity]:
+def off_time_quantities(replayed: LockedMotion, elements: int) -> list[Entry]:
     """What a lock at the wrong instant leaves."""
-    found = []
     off_time = early_and_late(replayed.motion, elements)
+
+    found = []
     for word, off in zip(("early", "late"), off_time, strict=True):
         head = f"locked {EARLY_LATE:g} s {word}"
         impulse = float(np.abs(off.run.engagement.impulse).max())
         found += [
-            Quantity(
-                f"{word}_residual_energy", f"{head}: residual energy", "J", off.residual_energy
-            ),
-            Quantity(f"{word}_angle_miss", f"{head}: angle miss", "rad", off.miss),
-            Quantity(f"{word}_impulse", f"{head}: largest impulse", "N m s", impulse),
+            Entry(f"{word}_residual_energy", f"{head}: residual energy", "J", off.residual_energy),
+            Entry(f"{word}_angle_miss", f"{head}: angle miss", "rad", off.miss),
+            Entry(f"{word}_impulse", f"{head}: largest impulse", "N m s", impulse),
         ]
     return found
 
 
-def both_joints_quantities(motion: OptimalMotion) -> list[Quantity]:
+def both_joints_quantities(motion: OptimalMotion) -> list[Entry]:
     """What the models' errors do where both joints turn at once."""
     found = []
     compared = compare_models(motion.stage)
     for model, frequency in compared.frequency.items():
         title = f"first frequency, both joints free, straight, {model}"
         key = f"free_frequency_{model.replace(' ', '_')}"
-        found.append(Quantity(key, title, "Hz", frequency, "neither"))
+        found.append(Entry(key, title, "Hz", frequency, "neither"))
 
     left = motion.energy_on_B22
-    found.append(Quantity("residual_energy_B22", "residual energy on B22", "J", left, "neither"))
+    found.append(Entry("residual_energy_B22", "residual energy on B22", "J", left, "neither"))
     for model, energy in compared.residual_energy.items():
         title = f"{LAW} instead: residual energy, {model}"
         key = f"linear_torque_residual_energy_{model.replace(' ', '_')}"
-        found.append(Quantity(key, title, "J", energy, "neither"))
+        found.append(Entry(key, title, "J", energy, "neither"))
     return found
 
 
-def satellite_quantities(case: FreeSatellite, study: ArmStudy) -> list[Quantity]:
+def satellite_quantities(case: FreeSatellite, study: ArmStudy) -> list[Entry]:
     """What changes where the satellite is free to turn."""
     head = f"satellite of {case.inertia:g} kg m^2, free"
     turned, largest = float(np.degrees(case.turned)), float(np.degrees(case.largest_turn))
     held = f"first frequency, locked (held {case.held_frequency:.4g})"
     momentum, left = case.largest_momentum, case.residual_energy
     found = [
-        Quantity("satellite_turned", f"{head}: turned at the lock", "deg", turned, "neither"),
-        Quantity("satellite_largest_turn", f"{head}: largest turn", "deg", largest),
-        Quantity("satellite_momentum", f"{head}: peak angular momentum", "N m s", momentum),
-        Quantity("satellite_residual_energy", f"{head}: residual energy", "J", left),
-        Quantity("satellite_frequency", f"{head}: {held}", "Hz", case.frequency, "neither"),
+        Entry("satellite_turned", f"{head}: turned at the lock", "deg", turned, "neither"),
+        Entry("satellite_largest_turn", f"{head}: largest turn", "deg", largest),
+        Entry("satellite_momentum", f"{head}: peak angular momentum", "N m s", momentum),
+        Entry("satellite_residual_energy", f"{head}: residual energy", "J", left),
+        Entry("satellite_frequency", f"{head}: {held}", "Hz", case.frequency, "neither"),
     ]
+
+    # the joint between arm and satellite travels further where both turn
     travels = (case.root_travel, case.elbow_travel)
     for k in study.slew.moving:
         off = float(np.degrees(travels[k] - float(study.slew.turn[k])))
         title = f"{head}: {JOINT_NAMES[k]} angle off its target"
         key = f"satellite_{JOINT_NAMES[k]}_off_target"
-        found.append(Quantity(key, title, "deg", off, "neither"))
+        found.append(Entry(key, title, "deg", off, "neither"))
     return found
 
 
@@ -293,8 +304,11 @@ def criteria(study: ArmStudy, found: Refined, history: Loads) -> tuple[Criterion
             history.imbalance <= BALANCE,
         ),
     ]
+
     if study.latch is not None:
         checks += latch_checks(found.replay, study.latch)
+
+    # between the points of the mesh, where the optimiser did not look
     for k in motion.stage.moving:
         for what, unit, value, cap in (
             ("torque", "N m", float(motion.peak_torque[k]), study.caps.torque[k]),

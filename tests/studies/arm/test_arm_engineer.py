@@ -114,9 +114,10 @@ def test_figures_name_their_axes_and_motions(big):
     assert high / low >= 10  # a decade at least, or the ticks' labels run into each other
     assert set(found) == {"fig10_torque", "fig15_arm", "after_lock", "snapshots"}
     found["trade_off"] = tradeoff_figure(
-        "big", {"optimum": ([8.0], [1e-9]), "Step5": ([8.0], [1e-5])},
+        "big",
+        {"optimum": ([8.0], [1e-9]), "Step5": ([8.0], [1e-5])},
         {"Step5": ([7.0, 9.0], [1e-4, 1e-6])},
-    )  # fmt: skip
+    )
     for figure in found.values():
         assert all(panel.get_xlabel().endswith("]") for panel in figure.axes)
 

@@ -25,9 +25,12 @@ def test_laws_abreast_leave_what_each_leaves_alone():
     for law, left, share in zip(laws, found, (1e-3, 1e-3, jump), strict=True):
         own = stage.lasting(law.duration)
         motion = simulate_reduced(
-            own.model, own.model.at(*own.start), np.array([0.0, law.duration]),
-            root=torque_drives(own, law)[0], tolerance=1e-7,
-        )  # fmt: skip
+            own.model,
+            own.model.at(*own.start),
+            np.array([0.0, law.duration]),
+            root=torque_drives(own, law)[0],
+            tolerance=1e-7,
+        )
         assert left == pytest.approx(reduced_residual(own, motion), rel=share)
 
 

@@ -16,7 +16,9 @@ from studies.arm.replay.full_model import Motion, replay
 from studies.arm.replay.loads import momenta
 from studies.arm.stage import big_arm, both_arms, small_arm
 from studies.cli import main
+from studies.common.configuration import read_toml
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.result import Result
 
 STEP5_BIG = 8.8e-6  # [J] left by Step5 after the big arm's 8.6 s, data to test against
 
@@ -72,8 +74,12 @@ def test_step5_leaves_what_the_reference_left():
     assert done.vibration.modal_energy.sum() == pytest.approx(done.residual_energy, rel=0.01)
     before = done.run.before
     _, angular = momenta(before.chain, before.q, before.v)
-    torque = np.concatenate([[0.0], np.cumsum(np.diff(before.times) * (
-        before.torque[0, 1:] + before.torque[0, :-1]) / 2)])  # fmt: skip
+    torque = np.concatenate(
+        [
+            [0.0],
+            np.cumsum(np.diff(before.times) * (before.torque[0, 1:] + before.torque[0, :-1]) / 2),
+        ]
+    )
     assert angular == pytest.approx(torque, abs=4e-5)  # trapezoidal rule: h^2/12 max |tau'|
 
 
@@ -105,6 +111,14 @@ def test_the_command_writes_what_reproduces_it(tmp_path: Path):
     assert record["values"]["residual_energy"] < 1e-7
     names = {path.name for path in out.iterdir()}
     assert {"profile.csv", "profile.json", "input.toml", "loads.csv", "fig10_torque.png"} <= names
+
+    kept = Result.load(out)
+    assert kept.passed
+    assert kept.value("residual_energy", "Step5") == pytest.approx(STEP5_BIG, rel=0.02)
+    assert study_from(read_toml(out / "input.toml")) == study_from(kept.configuration)
+    assert main(["report", str(out), "--figures", str(tmp_path / "again")]) == ExitCode.OK
+    drawn = {path.name for path in (tmp_path / "again").glob("*.png")}
+    assert drawn == {name for name in names if name.endswith(".png")}
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from studies.arm.questions.robust.problem import MeshSize, mesh_of, solve_nomina
 from studies.arm.questions.robust.spread import SPREADS, WIDTH, Spread
 from studies.arm.replay.full_model import Drive, Motion, replay
 from studies.arm.replay.reduced_model import Factors, residuals, varied
-from studies.arm.report.quantities import Quantity, table_rows
+from studies.arm.report.quantities import Entry, table_rows
 from studies.arm.stage import JOINT_NAMES, Stage
 from studies.common.console import Console
 from studies.common.folder import provenance
@@ -211,20 +211,21 @@ def find_robust(study: RobustStudy, console: Console) -> Result:
     )
 
 
-def _quantities(own: ResidualMap, found: Comparison) -> list[Quantity]:
+def _quantities(own: ResidualMap, found: Comparison) -> list[Entry]:
     joint, nominal = found.stage.moving[0], found.nominal
     on_B21, on_full = own.ratios(nominal)
     worst, worst_full = float(own.reduced.max()), float(own.full.max())
     root = "sqrt(J)"
+
     return [
-        Quantity("peak_torque", "peak torque", "N m", own.peak),
-        Quantity("peak_ratio", "peak torque over the nominal's", "1", own.peak / nominal.peak),
-        Quantity("peak_rate", "peak torque rate", "N m/s", float(own.motion.peak_rate[joint])),
-        Quantity("worst_B21", "worst sqrt(E_res) on B21", root, worst),
-        Quantity("ratio_B21", "the same over the nominal's", "1", on_B21),
-        Quantity("worst_full", "worst sqrt(E_res), full model", root, worst_full),
-        Quantity("ratio_full", "the same over the nominal's", "1", on_full),
-        Quantity("nominal_arm", "sqrt(E_res) of the nominal arm, full model", root, own.at_nominal),
+        Entry("peak_torque", "peak torque", "N m", own.peak),
+        Entry("peak_ratio", "peak torque over the nominal's", "1", own.peak / nominal.peak),
+        Entry("peak_rate", "peak torque rate", "N m/s", float(own.motion.peak_rate[joint])),
+        Entry("worst_B21", "worst sqrt(E_res) on B21", root, worst),
+        Entry("ratio_B21", "the same over the nominal's", "1", on_B21),
+        Entry("worst_full", "worst sqrt(E_res), full model", root, worst_full),
+        Entry("ratio_full", "the same over the nominal's", "1", on_full),
+        Entry("nominal_arm", "sqrt(E_res) of the nominal arm, full model", root, own.at_nominal),
     ]
 
 
@@ -256,6 +257,7 @@ def _remarks(found: Comparison, misses: dict[float, float]) -> tuple[str, ...]:
     size, (first, second) = len(found.nominal.reduced), found.spread.axes
     missed = ", ".join(f"x {mass:g}: {miss:.2g} rad" for mass, miss in misses.items())
     judged = found.robust[0].motion.name
+
     return (
         f"worst over +-{WIDTH:.0%} of {first} and of {second}: {size} x {size} arms on B21, "
         f"{FULL} x {FULL} on the full ANCF model",

@@ -84,6 +84,7 @@ def drives_of(stage: Stage, cap: float = np.inf) -> Drives:
     """
     if len(stage.moving) > 1:
         raise StudyError("a robust motion takes a stage that turns one joint; give big or small")
+
     joint = stage.moving[0]
     torque, rate, bend = drive_signals(
         stage,
@@ -116,6 +117,7 @@ def torque_copy(stage: Stage, drives: Drives, start: SampledMotion, suffix: str 
     model = stage.model
     q, v = reduced_signals(stage, start.q, suffix)
     acceleration = accelerations(model, q, v, drives)
+
     pose = map(float, model.at(*stage.start))
     return ArmCopy(
         q=column(q),

@@ -156,10 +156,12 @@ def _phase(stage: Stage, drives: Drives, start: SampledMotion, copies: Sequence[
         drives.rate[joint]: (start.times, start.rate),
         drives.bend[joint]: 0.0,
     }
+
     for copy in copies:
         dynamics |= copy.dynamics
         initial |= copy.initial
         guess |= copy.guess
+
     return Phase(
         stage.name,
         dynamics=dynamics,

@@ -147,6 +147,8 @@ def solve_sequence(
         If the solver finds no motion.
     """
     stated, phases = sequence_problem(case, least, cap, left, smoothing)
+
+    # the small arm has to calm what the first lock may leave
     iterations = ITERATIONS if left is None else SEQUENCE_ITERATIONS
     try:
         solution = solve(

@@ -18,7 +18,7 @@ from studies.arm.questions.sequence.solve import (
     replay_sequence,
     solve_sequence,
 )
-from studies.arm.report.quantities import CAP_EXCESS, Quantity, table_rows
+from studies.arm.report.quantities import CAP_EXCESS, Entry, table_rows
 from studies.common.console import Console
 from studies.common.exit_codes import StudyError
 from studies.common.folder import provenance
@@ -103,41 +103,44 @@ def _sentence(held: bool, name: str) -> str:
     return f"{'verified' if held else 'FAILED'}: {name}"
 
 
-def _facts(solved: OptimalSequence, replayed: SequenceReplay) -> list[Quantity]:
+def _facts(solved: OptimalSequence, replayed: SequenceReplay) -> list[Entry]:
     """Times, torques and what the locks leave."""
     case, bound = solved.case, solved.rigid_bound
     big, dwell, small = solved.durations
     root, elbow = solved.peaks
+
+    # the bounds of a rigid arm, in this time and in the paper's
     over = 100 * (max(solved.peaks) / bound - 1)
     inertia_turns = case.first.inertias[0] * np.pi / 2, case.second.inertias[1] * np.pi
     paper = max(4.0 * turn / T**2 for turn, T in zip(inertia_turns, PAPER, strict=True))
+
     first = "energy after the first lock"
     last = "energy after the last lock"
     lost = "kinetic energy lost in the"
     return [
-        Quantity("big_arm_time", "big arm", "s", big, "neither"),
-        Quantity("dwell", "dwell", "s", dwell, "neither"),
-        Quantity("small_arm_time", "small arm", "s", small, "neither"),
-        Quantity("moving_time", "both motions", "s", solved.moving_time),
-        Quantity("peak_root_torque", "peak torque, root", "N m", root),
-        Quantity("peak_elbow_torque", "peak torque, elbow", "N m", elbow),
-        Quantity("rigid_bound", "rigid bound of this time, best split", "N m", bound, "neither"),
-        Quantity("surcharge", "surcharge over the rigid bound", "%", over),
-        Quantity("paper_bound", "rigid bound of the paper's 86 and 112 s", "N m", paper, "neither"),
-        Quantity("first_lock_energy", f"{first}, full model", "J", replayed.at_lock),
-        Quantity("first_lock_energy_B21", f"{first}, B21", "J", replayed.reduced[0]),
-        Quantity("residual_energy", f"{last}, full model", "J", replayed.at_end),
-        Quantity("residual_energy_B21", f"{last}, B21", "J", replayed.reduced[1]),
-        Quantity("lost_first", f"{lost} first lock", "J", replayed.first.engagement.lost_energy),
-        Quantity("lost_last", f"{lost} last lock", "J", replayed.second.engagement.lost_energy),
-        Quantity("angle_miss", "largest angle miss at a lock", "rad", replayed.miss),
+        Entry("big_arm_time", "big arm", "s", big, "neither"),
+        Entry("dwell", "dwell", "s", dwell, "neither"),
+        Entry("small_arm_time", "small arm", "s", small, "neither"),
+        Entry("moving_time", "both motions", "s", solved.moving_time),
+        Entry("peak_root_torque", "peak torque, root", "N m", root),
+        Entry("peak_elbow_torque", "peak torque, elbow", "N m", elbow),
+        Entry("rigid_bound", "rigid bound of this time, best split", "N m", bound, "neither"),
+        Entry("surcharge", "surcharge over the rigid bound", "%", over),
+        Entry("paper_bound", "rigid bound of the paper's 86 and 112 s", "N m", paper, "neither"),
+        Entry("first_lock_energy", f"{first}, full model", "J", replayed.at_lock),
+        Entry("first_lock_energy_B21", f"{first}, B21", "J", replayed.reduced[0]),
+        Entry("residual_energy", f"{last}, full model", "J", replayed.at_end),
+        Entry("residual_energy_B21", f"{last}, B21", "J", replayed.reduced[1]),
+        Entry("lost_first", f"{lost} first lock", "J", replayed.first.engagement.lost_energy),
+        Entry("lost_last", f"{lost} last lock", "J", replayed.second.engagement.lost_energy),
+        Entry("angle_miss", "largest angle miss at a lock", "rad", replayed.miss),
     ]
 
 
-def _beside(study: SequenceStudy, solved: OptimalSequence, console: Console) -> list[Quantity]:
+def _beside(study: SequenceStudy, solved: OptimalSequence, console: Console) -> list[Entry]:
     """What rest and smoothness cost; what was not found is said and left out."""
     cap, left = study.torque_cap, study.lock_energy
-    parts: list[Callable[[], list[Quantity]]] = []
+    parts: list[Callable[[], list[Entry]]] = []
     if cap is not None:
         parts.append(lambda: _sums(solved, cap, console))
     else:
@@ -145,7 +148,7 @@ def _beside(study: SequenceStudy, solved: OptimalSequence, console: Console) -> 
     if left is not None:
         parts.append(lambda: _without_rest(study, solved, left, console))
 
-    quantities: list[Quantity] = []
+    quantities: list[Entry] = []
     for part in parts:
         try:
             quantities += part()
@@ -154,28 +157,29 @@ def _beside(study: SequenceStudy, solved: OptimalSequence, console: Console) -> 
     return quantities
 
 
-def _sums(solved: OptimalSequence, cap: float, console: Console) -> list[Quantity]:
+def _sums(solved: OptimalSequence, cap: float, console: Console) -> list[Entry]:
     """What the sequence gains over both stages alone."""
     first, second = alone(solved.case, cap, console.live)
     less = solved.moving_time - first - second
     return [
-        Quantity("big_arm_alone", "big arm alone", "s", first, "neither"),
-        Quantity("small_arm_alone", "small arm alone", "s", second, "neither"),
-        Quantity("sum_alone", "sum of both alone", "s", first + second, "neither"),
-        Quantity("less_than_sum", "sequence less the sum", "s", less, "neither"),
+        Entry("big_arm_alone", "big arm alone", "s", first, "neither"),
+        Entry("small_arm_alone", "small arm alone", "s", second, "neither"),
+        Entry("sum_alone", "sum of both alone", "s", first + second, "neither"),
+        Entry("less_than_sum", "sequence less the sum", "s", less, "neither"),
     ]
 
 
-def _smoothing_costs(solved: OptimalSequence, console: Console) -> list[Quantity]:
+def _smoothing_costs(solved: OptimalSequence, console: Console) -> list[Entry]:
     """Common peak torque, and its surcharge, where the smoothness weighs less and less."""
     quantities = []
     for number, (weight, lighter) in enumerate(lighter_smoothing(solved, console.live), start=1):
+        # the common peak is what is least: the larger of both
         peak = max(lighter.peaks)
         over = 100 * (peak / solved.case.rigid_bound - 1)
         tail = f"smoothness at {weight:g}"
         quantities += [
-            Quantity(f"peak_lighter_{number}", f"peak torque, {tail}", "N m", peak),
-            Quantity(
+            Entry(f"peak_lighter_{number}", f"peak torque, {tail}", "N m", peak),
+            Entry(
                 f"surcharge_lighter_{number}", f"surcharge over the rigid bound, {tail}", "%", over
             ),
         ]
@@ -184,7 +188,7 @@ def _smoothing_costs(solved: OptimalSequence, console: Console) -> list[Quantity
 
 def _without_rest(
     study: SequenceStudy, solved: OptimalSequence, left: float, console: Console
-) -> list[Quantity]:
+) -> list[Entry]:
     """The same sequence where the first lock may meet an energy [J], rest only after the last."""
     freed = solve_sequence(
         solved.case,
@@ -195,24 +199,26 @@ def _without_rest(
         progress=console.live,
     )
     at_lock, at_end = replay_reduced(freed)
+
     head = "no rest at the first lock"
     quantities = [
-        Quantity("freed_allowed", f"{head}: energy it may meet", "J", left, "neither"),
-        Quantity("freed_first", f"{head}: energy after the first lock, B21", "J", at_lock),
-        Quantity("freed_last", f"{head}: energy after the last lock, B21", "J", at_end),
+        Entry("freed_allowed", f"{head}: energy it may meet", "J", left, "neither"),
+        Entry("freed_first", f"{head}: energy after the first lock, B21", "J", at_lock),
+        Entry("freed_last", f"{head}: energy after the last lock, B21", "J", at_end),
     ]
+
     if study.least == "time":
         gain = solved.moving_time - freed.moving_time
         quantities += [
-            Quantity("freed_time", f"{head}: both motions", "s", freed.moving_time),
-            Quantity("freed_gain", f"{head}: gain", "s", gain, "more"),
+            Entry("freed_time", f"{head}: both motions", "s", freed.moving_time),
+            Entry("freed_gain", f"{head}: gain", "s", gain, "more"),
         ]
     else:
         peak = max(freed.peaks)
         gain = 100 * (1 - peak / max(solved.peaks))
         quantities += [
-            Quantity("freed_peak", f"{head}: peak torque", "N m", peak),
-            Quantity("freed_gain", f"{head}: gain", "%", gain, "more"),
+            Entry("freed_peak", f"{head}: peak torque", "N m", peak),
+            Entry("freed_gain", f"{head}: gain", "%", gain, "more"),
         ]
     return quantities
 
@@ -226,6 +232,7 @@ def _series(solved: OptimalSequence, step: float) -> dict[str, Series]:
         ("figure/time", _FIGURE_SAMPLES),
     ):
         times = np.linspace(0.0, end, count)
+        # the figure is finer than what is handed on
         head = axis.removesuffix("time")
         arrays[axis] = Series("s", axis, times, "since the release of the root")
         for joint, torque in zip(("root", "elbow"), _torques(solved, times), strict=True):

@@ -1,0 +1,140 @@
+"""Studies of the arm as configurations and results: round trips, flags, figures."""
+
+import math
+
+import numpy as np
+import pytest
+
+from models.ancf.integrate import StepControl
+from models.ancf.joints import Torque
+from studies.arm import ArmDescription, ArmStudy, SequenceStudy, draw, run, study_from
+from studies.arm.config import (
+    BaselinesStudy,
+    LeastDurationStudy,
+    RobustStudy,
+    TradeOffStudy,
+    as_dictionary,
+    question_from,
+)
+from studies.arm.questions.trade_off import _series, read_curves
+from studies.arm.replay.full_model import Motion, replay
+from studies.arm.report.quantities import Entry, table_rows
+from studies.arm.report.traces import Trace, read_snapshots, snapshot_series, snapshots_of
+from studies.arm.stage import big_arm
+from studies.cli import COMMANDS, build_parser
+from studies.common.configuration import key_lines
+from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.result import Result, Series, costs_elsewhere
+from studies.common.writers import outcome_text
+
+STUDIES = [
+    ArmStudy(stage="small", elbow_end_deg=30, arm=ArmDescription(tip_mass=10), torque_cap=5.0),
+    BaselinesStudy(drive="angle", latch=1e-3),
+    LeastDurationStudy(stage="small", duration=9),
+    TradeOffStudy(stage="both"),
+    RobustStudy(points=5, arm=ArmDescription(damping_ratio=0.01)),
+    SequenceStudy(least="time", torque_cap=0.1, dwell=3),
+]
+
+
+@pytest.fixture(scope="module")
+def replayed():
+    """A wave of torque on the big arm: two elements a link and coarse steps are enough here."""
+    stage = big_arm(2.0)
+    law = Torque(lambda t: 30.0 * np.sin(np.pi * np.asarray(t)) ** 3)
+    after = 2.0 + np.linspace(0.0, 0.2, 21)
+    motion = Motion("optimum", "torque", stage, {0: law})
+    return replay(motion, elements=2, settings=StepControl(1e-6), after=after, modes=1)
+
+
+def result(**parts):
+    return Result("arm", "a question", {"stage": "big"}, **parts)
+
+
+@pytest.mark.parametrize("study", STUDIES, ids=lambda study: type(study).__name__)
+def test_a_study_is_made_again_from_what_its_result_keeps(study):
+    again = question_from(type(study), as_dictionary(study))
+    assert again == study
+    assert study.question
+
+
+def test_every_key_of_every_study_has_a_flag_of_its_own():
+    commands = [name for name, entry in COMMANDS.items() if entry.module == "studies.arm.command"]
+    assert len(commands) == len(STUDIES)
+    for name, study in zip(commands, (STUDIES[k] for k in (0, 1, 2, 5, 3, 4)), strict=True):
+        given = {action.dest for action in build_parser(name)._actions}
+        assert {line.key for line in key_lines(type(study))} <= given
+
+
+def test_python_and_toml_state_the_same_study():
+    study = ArmStudy(stage="small", arm=ArmDescription(tip_mass=10))
+    assert study == study_from({"stage": "small", "arm": {"tip_mass": 10}})
+    with pytest.raises(StudyError, match=r"even a rigid arm takes more than 8\.97"):
+        run(ArmStudy(torque_cap=3.0))
+    with pytest.raises(StudyError) as caught:
+        run(ArmStudy(arm=ArmDescription(modulus=7e6)))
+    assert caught.value.exit_code == ExitCode.INFEASIBLE
+
+
+def test_a_trace_is_read_as_it_was_kept(replayed, tmp_path):
+    trace, snapshots = Trace.of(replayed), snapshots_of(replayed)
+    time = {"time": Series("s", "time", np.array([0.0, 2.0]))}
+    kept = result(
+        arrays=time | trace.series() | snapshot_series(snapshots),
+        details={"snapshot_times": [snapshot.time for snapshot in snapshots]},
+    )
+    kept.save(tmp_path)
+    loaded = Result.load(tmp_path)
+
+    again = Trace.read(loaded, "optimum")
+    assert again.lock == trace.lock == len(replayed.run.before.times)
+    assert np.array_equal(again.times, trace.times)
+    assert np.array_equal(again.torque, trace.torque)
+    assert np.array_equal(again.since_lock, trace.since_lock)
+    for point in ("tip", "elbow"):
+        assert np.array_equal(again.path[point], trace.path[point])
+        assert np.array_equal(again.velocity[point], trace.velocity[point])
+        assert np.array_equal(again.off_rest[point], trace.off_rest[point])
+
+    for read, made in zip(read_snapshots(loaded), snapshots, strict=True):
+        assert read.time == made.time
+        assert np.array_equal(read.big, made.big)
+        assert np.array_equal(read.small, made.small)
+
+
+def test_figures_are_drawn_from_what_a_result_holds(replayed):
+    stage = replayed.motion.stage
+    kept = result(
+        arrays=Trace.of(replayed).series(),
+        details={"stage": {"duration": 2.0, "start": stage.start, "end": stage.end}},
+    )
+    assert {name for name, _ in draw(kept)} == {"fig10_torque", "fig15_arm", "after_lock"}
+    assert not list(draw(result(details=kept.details)))  # nothing was followed, nothing is drawn
+
+
+def test_curves_are_read_as_they_were_kept():
+    full = {"optimum": ([6.0, 8.0], [1e-8, 1e-9]), "Step5": ([8.0], [1e-5])}
+    kept = result(arrays=_series(full, "full model"))
+    assert read_curves(kept, "full model") == full
+    assert read_curves(kept, "B21") == {}
+
+
+def test_what_the_optimum_costs_is_seen_beside_the_better_law():
+    rows = table_rows(
+        {
+            "optimum": [Entry("work", "work", "J", 3.0), Entry("rate", "rate", "N m/s", 6.0)],
+            "Step5": [Entry("work", "work", "J", 2.5)],
+            "Bezier": [Entry("work", "work", "J", 2.0)],
+        },
+        caps={"rate": 7.0},
+    )
+    assert [row.key for row in rows] == ["work", "rate"]
+    assert rows[1].cap == 7.0
+    (cost,) = costs_elsewhere(rows)
+    assert cost.baseline == "Bezier"
+    assert math.isclose(cost.ratio, 1.5)
+
+
+def test_laws_that_are_not_compared_have_no_costs_to_speak_of():
+    rows = table_rows({law: [Entry("ratio", "ratio", "1", 0.1, "neither")] for law in "ab"})
+    assert "costs elsewhere" not in outcome_text(result(table=rows))
