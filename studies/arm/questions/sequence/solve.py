@@ -122,10 +122,14 @@ class SequenceReplay:
     reduced: tuple[float, float]
 
     @property
-    def miss(self) -> float:
-        """Largest angle miss at a lock [rad]."""
-        runs = self.first, self.second
-        return max(abs(x) for run in runs for x in run.engagement.miss.values())
+    def root_miss(self) -> float:
+        """Angle miss of the root at its lock [rad]."""
+        return abs(self.first.engagement.miss[ROOT])
+
+    @property
+    def elbow_miss(self) -> float:
+        """Angle miss of the elbow at its lock [rad]."""
+        return abs(self.second.engagement.miss[ELBOW])
 
 
 def solve_sequence(

@@ -19,6 +19,7 @@ from studies.arm.questions.sequence.solve import (
     solve_sequence,
 )
 from studies.arm.report.quantities import CAP_EXCESS, Entry, table_rows
+from studies.arm.stage import ROOT
 from studies.common.console import Console
 from studies.common.exit_codes import StudyError
 from studies.common.folder import provenance
@@ -46,14 +47,14 @@ def find_sequence(study: SequenceStudy, console: Console) -> Result:
     console.progress("solved; replaying on B21 and on the full model")
     replayed = replay_sequence(solved)
 
-    quantities = [*_facts(solved, replayed), *_beside(study, solved, console)]
+    beside, left_out = _beside(study, solved, console)
     agrees = agree(replayed)
     return Result(
         kind="arm-sequence",
         question=study.question,
         configuration=as_dictionary(study),
         arrays=_series(solved, study.sample_time),
-        table=table_rows({"optimum": quantities}),
+        table=table_rows({"optimum": [*_facts(solved, replayed), *beside]}),
         bounds={"rigid arm of this time, best split: peak torque [N m]": solved.rigid_bound},
         verdict=Verdict(
             "local" if agrees else "unverified",
@@ -66,6 +67,7 @@ def find_sequence(study: SequenceStudy, console: Console) -> Result:
         remarks=(
             f"both arms' smoothness counts {SMOOTHING:g} beside the objective; the total is that "
             "of both motions, the dwell on top",
+            *left_out,
         ),
         details={"durations": solved.durations, "rigid_bound_Nm": solved.rigid_bound},
         provenance=provenance(),
@@ -116,7 +118,7 @@ def _facts(solved: OptimalSequence, replayed: SequenceReplay) -> list[Entry]:
 
     first = "energy after the first lock"
     last = "energy after the last lock"
-    lost = "kinetic energy lost in the"
+    lock, impulse = replayed.first.engagement, "impulse of the first lock at the root"
     return [
         Entry("big_arm_time", "big arm", "s", big, "neither"),
         Entry("dwell", "dwell", "s", dwell, "neither"),
@@ -131,14 +133,17 @@ def _facts(solved: OptimalSequence, replayed: SequenceReplay) -> list[Entry]:
         Entry("first_lock_energy_B21", f"{first}, B21", "J", replayed.reduced[0]),
         Entry("residual_energy", f"{last}, full model", "J", replayed.at_end),
         Entry("residual_energy_B21", f"{last}, B21", "J", replayed.reduced[1]),
-        Entry("lost_first", f"{lost} first lock", "J", replayed.first.engagement.lost_energy),
-        Entry("lost_last", f"{lost} last lock", "J", replayed.second.engagement.lost_energy),
-        Entry("angle_miss", "largest angle miss at a lock", "rad", replayed.miss),
+        Entry("lost_first", "kinetic energy lost in the first lock", "J", lock.lost_energy),
+        Entry("impulse_first", impulse, "N m s", float(lock.impulse[ROOT]), "neither"),
+        Entry("angle_miss_root", "angle miss, root", "rad", replayed.root_miss),
+        Entry("angle_miss_elbow", "angle miss, elbow", "rad", replayed.elbow_miss),
     ]
 
 
-def _beside(study: SequenceStudy, solved: OptimalSequence, console: Console) -> list[Entry]:
-    """What rest and smoothness cost; what was not found is said and left out."""
+def _beside(
+    study: SequenceStudy, solved: OptimalSequence, console: Console
+) -> tuple[list[Entry], list[str]]:
+    """What rest and smoothness cost, and a sentence for each part that was not found."""
     cap, left = study.torque_cap, study.lock_energy
     parts: list[Callable[[], list[Entry]]] = []
     if cap is not None:
@@ -148,13 +153,14 @@ def _beside(study: SequenceStudy, solved: OptimalSequence, console: Console) -> 
     if left is not None:
         parts.append(lambda: _without_rest(study, solved, left, console))
 
-    quantities: list[Entry] = []
+    entries: list[Entry] = []
+    left_out = []
     for part in parts:
         try:
-            quantities += part()
+            entries += part()
         except StudyError as error:
-            console.say(f"left out: {error}")
-    return quantities
+            left_out.append(f"left out: {error}")
+    return entries, left_out
 
 
 def _sums(solved: OptimalSequence, cap: float, console: Console) -> list[Entry]:
