@@ -95,7 +95,7 @@ def _wavy(
     random: np.random.Generator,
 ) -> _WavyGuess:
     """Draw the waves of all signals of a phase."""
-    own, signals = stated.phases[phase.name], problem.signals(phase)
+    own, signals = stated.phases[phase.name], problem.signals[phase.name]
     first = min(p.start for p in stated.phases.values())
     start, end = (
         _inside(first + stretch * (guess - first), (time.lower, time.upper))

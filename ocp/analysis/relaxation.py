@@ -404,7 +404,7 @@ class _Loosening:
             name = bound.name if bound.name in self.together else single
             bounds += self._loosened(replace(rewritten, name=name), size, phase.name)
 
-        signals = self.problem.signals(phase)
+        signals = self.problem.signals[phase.name]
         for signal in signals:
             if signal in renamed and _has_limit(signal):
                 size = self.scales.signals[signal.name]

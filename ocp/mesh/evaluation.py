@@ -88,7 +88,7 @@ class Evaluator:
         sx = [scalar(expression, "an expression") for expression in expressions]
         key = (phase, tuple(expression.element_hash() for expression in sx))
         if key not in self._functions:
-            symbols = {s.name: s.symbol for s in self.problem.signals(self.phase(phase))}
+            symbols = {s.name: s.symbol for s in self.problem.signals[phase]}
             signals = ca.vertcat(*[symbols[name] for name in motion.signals])
             numbers = [s.symbol for s in (*self.problem.unknowns, *self.problem.constants)]
             inputs = [signals, TIME.symbol, ca.vertcat(*numbers, ca.SX(0, 1))]

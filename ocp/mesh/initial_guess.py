@@ -51,7 +51,7 @@ def initial_guess(
     known = {phase.name: phase for phase in trajectory.phases} if trajectory else {}
     phases: dict[str, PhaseGuess] = {}
     for phase in problem.phases:
-        stated = StatedGuess(phase, problem.signals(phase), parameters)
+        stated = StatedGuess(phase, problem.signals[phase.name], parameters)
         overlaid = phase.name in known
         phases[phase.name] = _Overlay(stated, known[phase.name]) if overlaid else stated
 

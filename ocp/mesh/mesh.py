@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ocp.arrays import Array, Flags, Integers
+from ocp.arrays import Array, Integers
 from ocp.errors import StatementError
 
 
@@ -22,6 +22,8 @@ class PhaseMesh:
     degrees : (N,) collocation points of each interval.
     movable : (m,) indices of inner breakpoints that the optimiser may move between their
         neighbours.
+    intervals : number of intervals N.
+    moving : (N,) whether an interval has a movable end.
     """
 
     breakpoints: Array
@@ -37,6 +39,7 @@ class PhaseMesh:
         points = np.asarray(self.breakpoints, dtype=float)
         degrees = np.broadcast_to(np.asarray(self.degrees, dtype=np.int64), (len(points) - 1,))
         object.__setattr__(self, "breakpoints", points)
+        object.__setattr__(self, "intervals", len(points) - 1)
         object.__setattr__(self, "degrees", degrees)
         if len(points) < 2 or points[0] != 0.0 or points[-1] != 1.0:
             raise StatementError("the breakpoints of a mesh run from 0 to 1, both included")
@@ -46,18 +49,9 @@ class PhaseMesh:
             raise StatementError(
                 f"only inner breakpoints (1 to {self.intervals - 1}) can move, got {self.movable}"
             )
-
-    @property
-    def intervals(self) -> int:
-        """Number of intervals N."""
-        return len(self.breakpoints) - 1
-
-    @property
-    def moving(self) -> Flags:
-        """(N,) whether an interval has a movable end."""
-        free = np.zeros(self.intervals + 1, dtype=bool)
+        free = np.zeros(len(points), dtype=bool)
         free[list(self.movable)] = True
-        return np.asarray(free[:-1] | free[1:])
+        object.__setattr__(self, "moving", free[:-1] | free[1:])
 
     def frozen(self) -> PhaseMesh:
         """The same mesh without movable breakpoints."""

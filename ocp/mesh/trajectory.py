@@ -49,6 +49,16 @@ class PhaseTrajectory:
         Collocation points in each interval.
     groups : tuple of SignalGroup
         States first, then controls, then algebraic signals.
+    start, end : float
+        Initial and final time [s].
+    intervals : int
+        Their number N.
+    signals, states, controls, algebraics : tuple of str
+        Names of all signals in the order of the groups, and of those of each kind.
+    state_polynomial : PiecewisePolynomial
+        The polynomials of all states.
+    fractions : (N + 1,)
+        Breakpoints as fractions of the phase, from 0 to 1.
     """
 
     name: str

@@ -129,7 +129,7 @@ def _expressions(problem: Problem, phase: Phase) -> Iterator[tuple[str, ca.SX]]:
         yield f"the derivative of '{state.name}'", rate
     for bound in phase.bounds:
         yield f"'{bound.name}'", bound.expression
-    for functional in (*problem.integrals(phase.name), *problem.peaks):
+    for functional in (*problem.integrals[phase.name], *problem.peaks):
         what = "integrand of" if isinstance(functional, Integral) else "peak"
         for name, expression in functional.pieces:
             if name == phase.name:

@@ -105,6 +105,10 @@ class PiecewisePolynomial:
         Times of the breakpoints [s].
     pieces : tuple of Piece
         Together they hold every interval once.
+    components, intervals : int
+        Their numbers n and N.
+    orders : (N,)
+        Degree of the polynomials in each interval.
     """
 
     breakpoints: Array

@@ -22,7 +22,7 @@ To add a scheme, write a subclass of `Scheme` that gives its points and its orde
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from numbers import Integral
 from typing import ClassVar
@@ -57,6 +57,15 @@ class Collocation:
         Weights of the support values in the value at 1.
     order : int
         Order of the end state of an initial-value problem.
+    choices : int
+        Number of coefficients of a free polynomial control in an interval. Schemes that collocate
+        at both ends have one less than points.
+    control_order : int
+        Order of polynomial controls and of costates, between the points too.
+    ends_on_support : bool
+        Whether the last support point is the right end of the interval.
+    inner : int
+        Number of support points between the ends of the interval.
     """
 
     degree: int
@@ -67,32 +76,21 @@ class Collocation:
     weights: Array
     end: Array
     order: int
+    choices: int = field(init=False)
+    control_order: int = field(init=False)
+    ends_on_support: bool = field(init=False)
+    inner: int = field(init=False)
 
-    @property
-    def choices(self) -> int:
-        """Number of coefficients of a free polynomial control in an interval.
-
-        Schemes that collocate at both ends have one less than points. At a switch that lies on a
-        breakpoint the value at the end has no influence on the optimum, and a control with as
-        many coefficients as points would be undetermined there. The optimum keeps its order,
-        because it feels an error of the control squared.
-        """
-        return self.degree - 1 if self.points[0] == 0.0 else self.degree
-
-    @property
-    def control_order(self) -> int:
-        """Order of polynomial controls and of costates, between the points too."""
-        return self.choices
-
-    @property
-    def ends_on_support(self) -> bool:
-        """Whether the last support point is the right end of the interval."""
-        return bool(self.support[-1] == 1.0)
-
-    @property
-    def inner(self) -> int:
-        """Number of support points between the ends of the interval."""
-        return self.support.size - 1 - self.ends_on_support
+    def __post_init__(self) -> None:
+        # At a switch that lies on a breakpoint the value at the end has no influence on the
+        # optimum, and a control with as many coefficients as points would be undetermined there.
+        # The optimum keeps its order, because it feels an error of the control squared.
+        choices = self.degree - 1 if self.points[0] == 0.0 else self.degree
+        ends_on_support = bool(self.support[-1] == 1.0)
+        object.__setattr__(self, "choices", choices)
+        object.__setattr__(self, "control_order", choices)
+        object.__setattr__(self, "ends_on_support", ends_on_support)
+        object.__setattr__(self, "inner", self.support.size - 1 - ends_on_support)
 
 
 @dataclass(frozen=True)

@@ -129,7 +129,7 @@ def problem_summary(problem: Problem) -> str:
     parts = [
         _counted(len(problem.phases), "phase"),
         _counted(len({s for p in problem.phases for s in p.states}), "state"),
-        _counted(len({s for p in problem.phases for s in problem.controls(p)}), "control"),
+        _counted(len({s for p in problem.phases for s in problem.controls[p.name]}), "control"),
     ]
     sense, objective = _objective(problem)
     return f"Problem('{problem.name}': {sense} {text_of(objective, 60)}; {', '.join(parts)})"
@@ -184,8 +184,8 @@ def _phase_sections(problem: Problem, phase: Phase) -> Iterator[tuple[str, list[
         yield what, [_value_text(state, value) for state, value in values.items()]
     for what, signals in (
         ("states", phase.states),
-        ("controls", problem.controls(phase)),
-        ("algebraic", problem.algebraics(phase)),
+        ("controls", problem.controls[phase.name]),
+        ("algebraic", problem.algebraics[phase.name]),
     ):
         yield what, [_limits_text(signal.name, signal) for signal in signals]
     yield "bounds", [_bound_text(bound) for bound in phase.bounds]

@@ -45,6 +45,8 @@ class Functional(Symbol):
         What the expressions depend on.
     scale : float or None
         Typical size [unit]. It is derived from the guess if None.
+    phase, expression : str, SX
+        Of the first piece.
     """
 
     name: str
@@ -53,25 +55,20 @@ class Functional(Symbol):
     symbols: tuple[Symbol, ...] = ()
     scale: float | None = None
     symbol: ca.SX = field(init=False, repr=False)
+    phase: str = field(init=False, repr=False)
+    expression: ca.SX = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         self._declare()
         check_scale(self.name, self.scale)
+        phase, expression = self.pieces[0]
+        object.__setattr__(self, "phase", phase)
+        object.__setattr__(self, "expression", expression)
 
     def __repr__(self) -> str:
         from ocp.problem.display import functional_text
 
         return f"{type(self).__name__}({functional_text(self)})"
-
-    @property
-    def phase(self) -> str:
-        """Name of the phase of the first piece."""
-        return self.pieces[0][0]
-
-    @property
-    def expression(self) -> ca.SX:
-        """Expression of the first piece."""
-        return self.pieces[0][1]
 
     def accept(self, visitor: FunctionalVisitor[Result]) -> Result:
         """Call the visitor's method for this kind."""

@@ -94,12 +94,12 @@ def exact_degree(
     rates = list(phase.dynamics.values())
     shapes = {
         control: shape_of(control, phase, controls, scheme, highest_degree)
-        for control in problem.controls(phase)
+        for control in problem.controls[phase.name]
     }
 
     # what has the scheme's full degree, whatever that is, rules an exact degree out
     unlimited = [control for control, shape in shapes.items() if shape not in _DEGREES]
-    unlimited += problem.algebraics(phase)
+    unlimited += problem.algebraics[phase.name]
     if any(ca.depends_on(rate, s.symbol) for rate in rates for s in unlimited):
         return None
 

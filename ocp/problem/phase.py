@@ -49,6 +49,15 @@ class Phase:
     guess : mapping of Signal to guess
         A number, a pair (first, last), a callable of time (vectorised), or (times, values).
 
+    Attributes
+    ----------
+    states : tuple of State
+        In the order of the dynamics.
+    symbols : tuple of Symbol
+        All declared symbols that the expressions depend on, in order of appearance.
+    has_fixed_times : bool
+        Whether both times are given numbers.
+
     Raises
     ------
     StatementError
@@ -64,6 +73,10 @@ class Phase:
     bounds: Sequence[Bound] = ()
     guess: Mapping[Signal, Guess] = field(default_factory=dict)
 
+    states: tuple[State, ...] = field(init=False, repr=False)
+    symbols: tuple[Symbol, ...] = field(init=False, repr=False)
+    has_fixed_times: bool = field(init=False, repr=False)
+
     # expressions hold bare symbols only: this keeps the functionals behind them alive
     _functionals: list[Functional] = field(init=False, repr=False, default_factory=list)
 
@@ -77,6 +90,12 @@ class Phase:
             derivatives[state] = scalar(rate, f"the derivative of '{state.name}'")
         object.__setattr__(self, "dynamics", derivatives)
         object.__setattr__(self, "bounds", checked_bounds(self.bounds, f"phase '{self.name}'"))
+
+        # what follows from the statement is worked out once
+        free = any(isinstance(time, Between) for time in (self.start, self.end))
+        object.__setattr__(self, "has_fixed_times", not free)
+        object.__setattr__(self, "states", tuple(self.dynamics))
+        object.__setattr__(self, "symbols", self._symbols())
         check_phase(self)
 
     def __repr__(self) -> str:
@@ -84,8 +103,7 @@ class Phase:
 
         return phase_summary(self)
 
-    @cached_property
-    def symbols(self) -> tuple[Symbol, ...]:
+    def _symbols(self) -> tuple[Symbol, ...]:
         """All declared symbols the phase's expressions depend on, in order of appearance."""
         symbols: dict[Symbol, None] = {}
         for state, rate in self.dynamics.items():
@@ -97,16 +115,6 @@ class Phase:
                 where = f"the bound '{bound.name}' in '{self.name}'"
                 symbols.update(dict.fromkeys(resolve(expression, where)))
         return tuple(symbols)
-
-    @property
-    def states(self) -> tuple[State, ...]:
-        """The states, in the order of the dynamics."""
-        return tuple(self.dynamics)
-
-    @property
-    def has_fixed_times(self) -> bool:
-        """Whether both times are given numbers."""
-        return not isinstance(self.start, Between) and not isinstance(self.end, Between)
 
     def integral(
         self, expression: Any, name: str = "integral", unit: str = "1", scale: float | None = None

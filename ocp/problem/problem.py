@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import casadi as ca
 
@@ -27,6 +27,8 @@ from ocp.problem.symbols import (
 )
 from ocp.problem.validation import check_problem
 
+Kind = TypeVar("Kind", bound=Symbol)
+
 
 @dataclass(frozen=True, eq=False)
 class Problem:
@@ -43,6 +45,26 @@ class Problem:
     scale : float or None
         Typical size of the objective. It is derived from its terms if None.
 
+    Attributes
+    ----------
+    objective : SX
+        The expression to minimise (the negative of what is maximised).
+    sense : float
+        1 when minimising, -1 when maximising.
+    boundary_constraints : tuple of Bound
+        The bounds and the links: the constraints on numbers of the whole motion.
+    boundary_symbols : tuple of Symbol
+        Symbols of the objective, the bounds and the links.
+    functionals, peaks : tuple of Functional, of Peak
+        Those in use.
+    integrals : mapping of phase name to tuple of Integral
+        Those in use over each phase.
+    symbols, unknowns, constants : tuple of Symbol, of Unknown, of Constant
+        All declared symbols in use, and those of two kinds.
+    controls, algebraics, signals : mapping of phase name to tuple of Signal
+        Controls and algebraic signals of each phase, those of its functionals included, and all
+        its signals: states, controls, algebraic signals.
+
     Raises
     ------
     StatementError
@@ -58,6 +80,20 @@ class Problem:
     links: Sequence[Bound] = ()
     scale: float | None = None
 
+    objective: ca.SX = field(init=False, repr=False)
+    sense: float = field(init=False, repr=False)
+    boundary_constraints: tuple[Bound, ...] = field(init=False, repr=False)
+    boundary_symbols: tuple[Symbol, ...] = field(init=False, repr=False)
+    functionals: tuple[Functional, ...] = field(init=False, repr=False)
+    peaks: tuple[Peak, ...] = field(init=False, repr=False)
+    integrals: Mapping[str, tuple[Integral, ...]] = field(init=False, repr=False)
+    symbols: tuple[Symbol, ...] = field(init=False, repr=False)
+    unknowns: tuple[Unknown, ...] = field(init=False, repr=False)
+    constants: tuple[Constant, ...] = field(init=False, repr=False)
+    controls: Mapping[str, tuple[Control, ...]] = field(init=False, repr=False)
+    algebraics: Mapping[str, tuple[Algebraic, ...]] = field(init=False, repr=False)
+    signals: Mapping[str, tuple[Signal, ...]] = field(init=False, repr=False)
+
     def __post_init__(self) -> None:
         check_scale("the objective", self.scale)
         phases = (self.phases,) if isinstance(self.phases, Phase) else tuple(self.phases)
@@ -67,119 +103,52 @@ class Problem:
         object.__setattr__(self, "links", checked_bounds(self.links, f"the links of {where}"))
         if (self.minimise is None) == (self.maximise is None):
             raise StatementError(f"{where} needs exactly one of minimise and maximise")
+
+        # what follows from the statement is worked out once
+        for name, value in self._derived().items():
+            object.__setattr__(self, name, value)
         check_problem(self)
 
-    def __repr__(self) -> str:
-        from ocp.problem.display import problem_summary
+    def _derived(self) -> dict[str, Any]:
+        """The derived fields, by name."""
+        sense = 1.0 if self.minimise is not None else -1.0
+        stated = self.minimise if self.minimise is not None else self.maximise
+        objective = sense * scalar(stated, "the objective")
+        constraints = (*self.bounds, *self.links)
+        boundary_symbols = _boundary_symbols(objective, constraints)
+        functionals = tuple(s for s in boundary_symbols if isinstance(s, Functional))
+        symbols = _all_symbols(self.phases, functionals, boundary_symbols)
 
-        return problem_summary(self)
-
-    def __str__(self) -> str:
-        from ocp.problem.display import problem_text
-
-        return problem_text(self)
-
-    def _repr_html_(self) -> str:
-        from ocp.problem.display import problem_html
-
-        return problem_html(self)
-
-    @property
-    def objective(self) -> ca.SX:
-        """The expression to minimise (the negative of what is maximised)."""
-        if self.minimise is not None:
-            return scalar(self.minimise, "the objective")
-        return -scalar(self.maximise, "the objective")
-
-    @property
-    def sense(self) -> float:
-        """1 when minimising, -1 when maximising."""
-        return 1.0 if self.minimise is not None else -1.0
-
-    @property
-    def boundary_constraints(self) -> tuple[Bound, ...]:
-        """The bounds and the links: the constraints on numbers of the whole motion."""
-        return (*self.bounds, *self.links)
-
-    @cached_property
-    def boundary_symbols(self) -> tuple[Symbol, ...]:
-        """Symbols of the objective, the bounds and the links."""
-        symbols = dict.fromkeys(resolve(self.objective, "the objective"))
-        for bound in self.boundary_constraints:
-            for expression in (bound.expression, bound.lower, bound.upper):
-                symbols.update(dict.fromkeys(resolve(expression, f"the bound '{bound.name}'")))
-        return tuple(symbols)
-
-    @cached_property
-    def functionals(self) -> tuple[Functional, ...]:
-        """The functionals in use."""
-        return tuple(s for s in self.boundary_symbols if isinstance(s, Functional))
-
-    @cached_property
-    def peaks(self) -> tuple[Peak, ...]:
-        """The peaks in use."""
-        return tuple(f for f in self.functionals if isinstance(f, Peak))
-
-    def integrals(self, phase: str) -> tuple[Integral, ...]:
-        """The integrals in use over the phase of that name."""
-        integrals = (f for f in self.functionals if isinstance(f, Integral))
-        return tuple(f for f in integrals if f.phase == phase)
-
-    @cached_property
-    def symbols(self) -> tuple[Symbol, ...]:
-        """All declared symbols in use."""
-        symbols: dict[Symbol, None] = {}
-        for phase in self.phases:
-            symbols.update(dict.fromkeys(phase.symbols))
-            for values in (phase.initial, phase.final):
-                for value in values.values():
-                    for limit in value if isinstance(value, tuple) else (value,):
-                        symbols.update(dict.fromkeys(resolve(limit, "a boundary value")))
-        for functional in self.functionals:
-            symbols.update(dict.fromkeys(functional.symbols))
-        symbols.update(dict.fromkeys(self.boundary_symbols))
-
-        # the limits of what was found so far may bring in further constants
-        for symbol in list(symbols):
-            if isinstance(symbol, (Signal, Unknown)):
-                for limit in (symbol.lower, symbol.upper):
-                    where = f"a bound of '{symbol.name}'"
-                    symbols.update(dict.fromkeys(resolve(limit, where)))
-        return tuple(symbols)
-
-    @cached_property
-    def unknowns(self) -> tuple[Unknown, ...]:
-        """The static decision parameters."""
-        return tuple(s for s in self.symbols if isinstance(s, Unknown))
-
-    @cached_property
-    def constants(self) -> tuple[Constant, ...]:
-        """The named constants."""
-        return tuple(s for s in self.symbols if isinstance(s, Constant))
+        by_phase = _symbols_by_phase(self.phases, functionals)
+        controls = {name: _of_kind(Control, found) for name, found in by_phase.items()}
+        algebraics = {name: _of_kind(Algebraic, found) for name, found in by_phase.items()}
+        signals = {
+            phase.name: (*phase.states, *controls[phase.name], *algebraics[phase.name])
+            for phase in self.phases
+        }
+        integrals = _of_kind(Integral, functionals)
+        return {
+            "sense": sense,
+            "objective": objective,
+            "boundary_constraints": constraints,
+            "boundary_symbols": boundary_symbols,
+            "functionals": functionals,
+            "peaks": _of_kind(Peak, functionals),
+            "integrals": {
+                phase.name: tuple(f for f in integrals if f.phase == phase.name)
+                for phase in self.phases
+            },
+            "symbols": symbols,
+            "unknowns": _of_kind(Unknown, symbols),
+            "constants": _of_kind(Constant, symbols),
+            "controls": controls,
+            "algebraics": algebraics,
+            "signals": signals,
+        }
 
     def phase(self, name: str) -> Phase:
         """The phase of that name."""
         return next(phase for phase in self.phases if phase.name == name)
-
-    def controls(self, phase: Phase) -> tuple[Control, ...]:
-        """Controls of a phase, those of its functionals in use included."""
-        return tuple(s for s in self._symbols_by_phase[phase.name] if isinstance(s, Control))
-
-    def algebraics(self, phase: Phase) -> tuple[Algebraic, ...]:
-        """Algebraic signals of a phase, those of its functionals in use included."""
-        return tuple(s for s in self._symbols_by_phase[phase.name] if isinstance(s, Algebraic))
-
-    def signals(self, phase: Phase) -> tuple[Signal, ...]:
-        """States, controls and algebraic signals of a phase."""
-        return (*phase.states, *self.controls(phase), *self.algebraics(phase))
-
-    @cached_property
-    def _symbols_by_phase(self) -> dict[str, tuple[Symbol, ...]]:
-        symbols = {phase.name: dict.fromkeys(phase.symbols) for phase in self.phases}
-        for functional in self.functionals:
-            for name, expression in functional.pieces:
-                symbols[name].update(dict.fromkeys(resolve(expression, functional.name)))
-        return {name: tuple(found) for name, found in symbols.items()}
 
     @cached_property
     def limit_expressions(self) -> tuple[tuple[ca.SX, ...], ca.Function]:
@@ -203,6 +172,58 @@ class Problem:
         for phase in self.phases:
             for value in (*phase.initial.values(), *phase.final.values()):
                 yield from value if isinstance(value, tuple) else (value,)
+
+
+def _of_kind(kind: type[Kind], symbols: Iterable[Symbol]) -> tuple[Kind, ...]:
+    return tuple(symbol for symbol in symbols if isinstance(symbol, kind))
+
+
+def _boundary_symbols(objective: ca.SX, constraints: Iterable[Bound]) -> tuple[Symbol, ...]:
+    """Symbols of the objective, the bounds and the links."""
+    symbols = dict.fromkeys(resolve(objective, "the objective"))
+    for bound in constraints:
+        for expression in (bound.expression, bound.lower, bound.upper):
+            symbols.update(dict.fromkeys(resolve(expression, f"the bound '{bound.name}'")))
+    return tuple(symbols)
+
+
+def _all_symbols(
+    phases: Iterable[Phase],
+    functionals: Iterable[Functional],
+    boundary_symbols: Iterable[Symbol],
+) -> tuple[Symbol, ...]:
+    """All declared symbols in use."""
+    symbols: dict[Symbol, None] = {}
+    for phase in phases:
+        symbols.update(dict.fromkeys(phase.symbols))
+        for values in (phase.initial, phase.final):
+            for value in values.values():
+                for limit in value if isinstance(value, tuple) else (value,):
+                    symbols.update(dict.fromkeys(resolve(limit, "a boundary value")))
+    for functional in functionals:
+        symbols.update(dict.fromkeys(functional.symbols))
+    symbols.update(dict.fromkeys(boundary_symbols))
+
+    # the limits of what was found so far may bring in further constants
+    for symbol in list(symbols):
+        if isinstance(symbol, (Signal, Unknown)):
+            for limit in (symbol.lower, symbol.upper):
+                where = f"a bound of '{symbol.name}'"
+                symbols.update(dict.fromkeys(resolve(limit, where)))
+    return tuple(symbols)
+
+
+def _symbols_by_phase(
+    phases: Iterable[Phase], functionals: Iterable[Functional]
+) -> dict[str, tuple[Symbol, ...]]:
+    """Symbols of each phase, those of its functionals in use included."""
+    symbols = {phase.name: dict.fromkeys(phase.symbols) for phase in phases}
+    for functional in functionals:
+        for name, expression in functional.pieces:
+            # a functional of a phase that the problem lacks is refused by `check_problem`
+            if name in symbols:
+                symbols[name].update(dict.fromkeys(resolve(expression, functional.name)))
+    return {name: tuple(found) for name, found in symbols.items()}
 
 
 def with_objective(problem: Problem, minimise: Any, extra_bounds: Sequence[Bound] = ()) -> Problem:

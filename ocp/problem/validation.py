@@ -261,7 +261,7 @@ def _at(parameters: Parameters) -> str:
 
 
 def _check_guess(problem: Problem, phase: Phase) -> None:
-    known = {*phase.states, *problem.signals(phase)}
+    known = {*phase.states, *problem.signals[phase.name]}
     for signal in phase.guess:
         if signal not in known:
             raise StatementError(

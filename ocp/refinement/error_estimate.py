@@ -186,7 +186,7 @@ class MotionErrors:
         The reference is Gauss quadrature of three points more than the degree. The size of an
         integral is its own value where that is more than its scale.
         """
-        integrals: list[Integral] = list(self.transcription.problem.integrals(motion.name))
+        integrals: list[Integral] = list(self.transcription.problem.integrals[motion.name])
         if not integrals:
             return np.zeros(motion.intervals)
         sizes = [self.transcription.scales.functionals[f] for f in integrals]

@@ -8,8 +8,9 @@ and the breakpoints that may move follow, then the unknowns of the problem and i
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -91,6 +92,12 @@ class PhaseColumns:
         Breakpoints of moving intervals as fractions of the phase, -1 elsewhere.
     stop : int
         The first column behind the phase.
+    intervals : int
+        Their number N.
+    fixed_times : (2,)
+        Initial and final time where they are fixed [s], nan where they are not.
+    controls, signals : tuple of Control, of Signal
+        In the order of a trajectory.
     """
 
     phase: Phase
@@ -105,29 +112,21 @@ class PhaseColumns:
     ends: Integers | None
     moved: Integers
     stop: int
+    intervals: int = field(init=False)
+    fixed_times: tuple[float, float] = field(init=False)
+    controls: tuple[Control, ...] = field(init=False)
+    signals: tuple[Signal, ...] = field(init=False)
 
-    @property
-    def intervals(self) -> int:
-        """Number of intervals."""
-        return self.mesh.intervals
-
-    @property
-    def fixed_times(self) -> tuple[float, float]:
-        """Initial and final time of a phase whose times are fixed [s]."""
-        start, end = self.phase.start, self.phase.end
-        assert not isinstance(start, Between)
-        assert not isinstance(end, Between)
-        return float(start), float(end)
-
-    @property
-    def controls(self) -> tuple[Control, ...]:
-        """All controls, in the order of a trajectory."""
-        return tuple(control for members in self.control_sets for control in members.controls)
-
-    @property
-    def signals(self) -> tuple[Signal, ...]:
-        """All signals, in the order of a trajectory."""
-        return (*self.states, *self.controls, *self.algebraics)
+    def __post_init__(self) -> None:
+        times = [
+            math.nan if isinstance(time, Between) else float(time)
+            for time in (self.phase.start, self.phase.end)
+        ]
+        controls = tuple(c for members in self.control_sets for c in members.controls)
+        object.__setattr__(self, "intervals", self.mesh.intervals)
+        object.__setattr__(self, "fixed_times", (times[0], times[1]))
+        object.__setattr__(self, "controls", controls)
+        object.__setattr__(self, "signals", (*self.states, *controls, *self.algebraics))
 
     def group_of(self, interval: int) -> IntervalGroup:
         """The group that an interval belongs to."""
@@ -156,6 +155,10 @@ class Columns:
     sizes : (n,)
         The size by which each unknown is divided.
     limits : Limits
+    count : int
+        Number of unknowns.
+    numbers : (k,)
+        Unknowns of the problem and peaks: the columns that belong to no phase.
     """
 
     phases: tuple[PhaseColumns, ...]
@@ -163,16 +166,13 @@ class Columns:
     peaks: Mapping[Peak, int]
     sizes: Array
     limits: Limits
+    count: int = field(init=False)
+    numbers: Integers = field(init=False)
 
-    @property
-    def count(self) -> int:
-        """Number of unknowns."""
-        return self.limits.count
-
-    @property
-    def numbers(self) -> Integers:
-        """Unknowns and peaks: the columns that belong to no phase."""
-        return np.array([*self.unknowns, *self.peaks.values()], dtype=np.int64)
+    def __post_init__(self) -> None:
+        numbers = np.array([*self.unknowns, *self.peaks.values()], dtype=np.int64)
+        object.__setattr__(self, "count", self.limits.count)
+        object.__setattr__(self, "numbers", numbers)
 
 
 def columns_of(
@@ -272,7 +272,7 @@ def _control_sets(
 ) -> tuple[ControlSet, ...]:
     """The controls of a phase by the shape that they take on a mesh."""
     by_shape: dict[str, list[Control]] = {shape: [] for shape in _ORDERS}
-    for control in problem.controls(phase):
+    for control in problem.controls[phase.name]:
         shape = shape_of(control, phase, default, scheme, int(mesh.degrees.min()))
         if shape not in by_shape:
             raise StatementError(
@@ -307,7 +307,7 @@ def _phase_columns(
     first: int,
 ) -> PhaseColumns:
     """Assign the unknowns of a phase, starting at column `first`."""
-    algebraics = problem.algebraics(phase)
+    algebraics = problem.algebraics[phase.name]
     n_x, n_q, n_z = len(phase.states), len(integrals), len(algebraics)
     degrees = distinct(mesh.degrees)
     collocations = {int(degree): scheme.at(int(degree)) for degree in degrees}

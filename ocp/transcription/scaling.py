@@ -147,7 +147,7 @@ def _signal_scales(
     reasons: dict[str, str] = {}
     for phase in problem.phases:
         values = guess.phases[phase.name].at_fractions(_FRACTIONS)
-        for signal in problem.signals(phase):
+        for signal in problem.signals[phase.name]:
             size, reason = _own_scale(signal, phase, values[signal.name], parameters)
             if size > scales.get(signal.name, 0.0):
                 scales[signal.name], reasons[signal.name] = size, reason
@@ -157,7 +157,7 @@ def _signal_scales(
         _along_dynamics(phase, duration, scales, reasons)
 
     for phase in problem.phases:
-        for signal in problem.signals(phase):
+        for signal in problem.signals[phase.name]:
             if signal.name not in scales:
                 scales[signal.name], reasons[signal.name] = 1.0, "nothing known"
     return scales, reasons
@@ -223,7 +223,7 @@ class _Probe:
         own = guess.phases[phase.name]
         values = own.at_fractions(_FRACTIONS)
         self.duration = own.end - own.start
-        self.symbols: list[Symbol] = [*problem.signals(phase), *problem.unknowns]
+        self.symbols: list[Symbol] = [*problem.signals[phase.name], *problem.unknowns]
         centre, sizes = [], []
         for s in self.symbols:
             if isinstance(s, Signal):

@@ -112,7 +112,7 @@ def transcribe(
     # integrals that are not summed up in the objective are running totals
     weights = inline_weights(problem)
     totals = {
-        phase.name: tuple(f for f in problem.integrals(phase.name) if f not in weights)
+        phase.name: tuple(f for f in problem.integrals[phase.name] if f not in weights)
         for phase in problem.phases
     }
     columns = columns_of(problem, mesh, scheme, controls, totals, scales)

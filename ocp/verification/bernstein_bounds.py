@@ -111,7 +111,7 @@ def _degree(
     orders: tuple[int, ...],
 ) -> int | None:
     """Degree of a constraint where the groups of signals have these orders."""
-    symbols = {s.name: s.symbol for s in evaluator.problem.signals(evaluator.phase(motion.name))}
+    symbols = {s.name: s.symbol for s in evaluator.problem.signals[motion.name]}
     names = motion.signals
     degrees = [
         order for group, order in zip(motion.groups, orders, strict=True) for _ in group.names

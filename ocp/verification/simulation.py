@@ -253,7 +253,7 @@ def _dynamics(
     problem: Problem, statement: Phase, phase: PhaseTrajectory, trajectory: Trajectory
 ) -> ca.Function:
     """``(x, u, t) -> f`` with unknowns and constants put in; u are all signals but the states."""
-    symbols = {signal.name: signal.symbol for signal in problem.signals(statement)}
+    symbols = {signal.name: signal.symbol for signal in problem.signals[statement.name]}
     x = [symbols[name] for name in phase.states]
     u = [symbols[name] for name in phase.signals[len(phase.states) :]]
 

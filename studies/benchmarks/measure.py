@@ -181,7 +181,7 @@ def _limits(solution: Solution, phase: Phase) -> Iterator[tuple[Any, float, floa
     for bound in phase.bounds:
         scale = bound.scale or 1.0 if bound.is_equation else None
         yield bound.expression, *_between(solution, bound), scale
-    for signal in (*phase.states, *problem.controls(phase)):
+    for signal in (*phase.states, *problem.controls[phase.name]):
         yield signal, *_between(solution, signal), None
 
     # the value that the solver reports is the cap that the motion has to keep

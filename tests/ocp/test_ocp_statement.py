@@ -204,7 +204,7 @@ def test_a_problem_knows_its_symbols():
     problem = minimise(phase, phase.at_end(x))
     assert {s.name for s in problem.symbols} >= {"x", "u", "z", "k", "other"}
     assert problem.unknowns == (k,)
-    assert problem.algebraics(phase) == (z,)
+    assert problem.algebraics[phase.name] == (z,)
 
 
 def test_a_signal_is_no_number():

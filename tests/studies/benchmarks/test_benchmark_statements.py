@@ -45,7 +45,7 @@ def test_structure(benchmark_stated: Benchmark) -> None:
     assert problem.name == benchmark_stated.name
     assert len(problem.phases) == phases
     assert {len(phase.states) for phase in problem.phases} == {states}
-    found = tuple(len(problem.controls(phase)) for phase in problem.phases)
+    found = tuple(len(problem.controls[phase.name]) for phase in problem.phases)
     assert found == (controls if isinstance(controls, tuple) else (controls,) * phases)
     assert len(problem.unknowns) == unknowns
     times = [time for phase in problem.phases for time in (phase.start, phase.end)]
@@ -64,7 +64,7 @@ def test_optimum_is_the_published_one(benchmark_stated: Benchmark) -> None:
 def test_every_signal_has_a_guess_and_no_control_a_shape(benchmark_stated: Benchmark) -> None:
     problem = benchmark_stated.problem
     for phase in problem.phases:
-        controls = problem.controls(phase)
+        controls = problem.controls[phase.name]
         assert set(phase.guess) == {*phase.states, *controls}
         assert all(control.shape is None for control in controls)
 
