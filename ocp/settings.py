@@ -115,9 +115,11 @@ def _check_count(name: str, value: Any) -> None:
         raise StatementError(f"the setting '{name}' is {value!r}; give a positive integer")
 
 
-def _check_choice(name: str, value: Any, known: tuple[str, ...]) -> None:
-    if value not in known:
-        raise StatementError(f"the setting '{name}' is {value!r}; choose one of {', '.join(known)}")
+def _check_choice(name: str, value: Any, choices: tuple[str, ...]) -> None:
+    if value not in choices:
+        raise StatementError(
+            f"the setting '{name}' is {value!r}; choose one of {', '.join(choices)}"
+        )
 
 
 def _check_solver(solver: Any) -> None:

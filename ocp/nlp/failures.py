@@ -80,13 +80,13 @@ def violations(
     excess = np.maximum(np.maximum(rows - limits[1], limits[0] - rows), 0.0)
     excess = np.where(np.isfinite(excess), excess, np.inf)
 
-    found: list[Violation] = []
+    violated: list[Violation] = []
     for kind in row_kinds(transcription):
         worst = int(np.argmax(excess[kind.rows]))
         amount = float(excess[kind.rows[worst]])
         if amount > _VIOLATED:
-            found.append(Violation(kind, worst, amount))
-    return sorted(found, key=lambda violation: -violation.amount)[:_MOST_NAMED]
+            violated.append(Violation(kind, worst, amount))
+    return sorted(violated, key=lambda violation: -violation.amount)[:_MOST_NAMED]
 
 
 def failure(
@@ -108,8 +108,8 @@ def failure(
     if result.outcome == "invalid number":
         from ocp.nlp.non_finite import non_finite_value  # only when something is wrong
 
-        found = non_finite_value(transcription.problem, iterate)
-        what = found or "a derivative of the problem is NaN or infinite"
+        culprit = non_finite_value(transcription.problem, iterate)
+        what = culprit or "a derivative of the problem is NaN or infinite"
         return InvalidNumber(
             f"'{name}': {what}; start from a guess where everything is finite, or bound the "
             "signals that lead there",
