@@ -243,6 +243,8 @@ def _refine(
     asked, policy = meshes.settings.solver, meshes.settings.refinement
     most = len(rounds) + policy.rounds
     program, finer = meshes.first_program(start, mesh), False
+
+    # without multipliers the first mesh is a rough one, and its digits are lost with it
     loose = policy.adapts and not isinstance(start, Iterate)
 
     while True:
