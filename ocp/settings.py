@@ -8,7 +8,7 @@ from numbers import Integral
 from typing import Any, get_args
 
 from ocp.errors import StatementError
-from ocp.keywords import Remedy, checked_keywords
+from ocp.keywords import Remedy, as_written, checked_keywords
 from ocp.nlp.ipopt import Ipopt
 from ocp.nlp.solver import NlpSolver
 from ocp.numerics.schemes import SCHEMES, Radau, Scheme
@@ -84,6 +84,9 @@ class Settings:
     verify: bool = True
     iterations: int | None = None
     seconds: float | None = None
+
+    def __repr__(self) -> str:
+        return as_written(self)
 
     def __post_init__(self) -> None:
         _check_scheme(self.scheme)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -274,7 +274,7 @@ class MeshErrors:
         What finer controls could still gain, relative to the objective, to first order.
     """
 
-    phases: tuple[PhaseErrors, ...]
+    phases: tuple[PhaseErrors, ...] = field(repr=False)
     dynamics: float
     excess: float
     gain: float
