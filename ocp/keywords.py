@@ -1,4 +1,4 @@
-"""Wrong keywords, answered with what to write instead."""
+"""Objects made by keywords: wrong ones answered with what to write instead, and a short `repr`."""
 
 from __future__ import annotations
 
@@ -75,6 +75,18 @@ def _check(
             text = remedy(value) if callable(remedy) else remedy.format(value=repr(value))
             raise StatementError(f"{name} has no keyword '{word}' any more; {text}")
         raise StatementError(f"{name} has no keyword '{word}'; {nearest(word, keywords)}")
+
+
+def as_written(instance: Any) -> str:
+    """A dataclass as one would write it: the keywords that differ from their defaults."""
+    written = []
+    for entry in dataclasses.fields(instance):
+        value, default = getattr(instance, entry.name), entry.default
+        if entry.default_factory is not dataclasses.MISSING:
+            default = entry.default_factory()
+        if entry.repr and value != default:
+            written.append(f"{entry.name}={value!r}")
+    return f"{type(instance).__name__}({', '.join(written)})"
 
 
 def nearest(word: str, known: list[str]) -> str:

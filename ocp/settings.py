@@ -8,7 +8,7 @@ from numbers import Integral
 from typing import Any, get_args
 
 from ocp.errors import StatementError
-from ocp.keywords import Remedy, checked_keywords
+from ocp.keywords import Remedy, as_written, checked_keywords
 from ocp.nlp.ipopt import Ipopt
 from ocp.nlp.solver import NlpSolver
 from ocp.numerics.schemes import SCHEMES, Radau, Scheme
@@ -85,6 +85,9 @@ class Settings:
     iterations: int | None = None
     seconds: float | None = None
 
+    def __repr__(self) -> str:
+        return as_written(self)
+
     def __post_init__(self) -> None:
         _check_scheme(self.scheme)
         _check_count("intervals", self.intervals)
@@ -115,9 +118,11 @@ def _check_count(name: str, value: Any) -> None:
         raise StatementError(f"the setting '{name}' is {value!r}; give a positive integer")
 
 
-def _check_choice(name: str, value: Any, known: tuple[str, ...]) -> None:
-    if value not in known:
-        raise StatementError(f"the setting '{name}' is {value!r}; choose one of {', '.join(known)}")
+def _check_choice(name: str, value: Any, choices: tuple[str, ...]) -> None:
+    if value not in choices:
+        raise StatementError(
+            f"the setting '{name}' is {value!r}; choose one of {', '.join(choices)}"
+        )
 
 
 def _check_solver(solver: Any) -> None:

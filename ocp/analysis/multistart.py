@@ -15,6 +15,7 @@ import time as clock
 import warnings
 from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 
@@ -113,7 +114,8 @@ def audit(
         Of the random starts.
     processes : int, optional
         At once.  By default one where a bound may end the audit early, else as many as there are
-        processors for this process.
+        processors for this process.  Where processes are spawned and not forked (Windows), a
+        script calls this below ``if __name__ == "__main__"``.
     settings : Settings, optional
         As of `ocp.solve`.
     bound : float or function, optional
@@ -164,6 +166,11 @@ def audit(
                     break
         except (KeyboardInterrupt, Interrupted):
             interrupted = True
+        except BrokenProcessPool as error:
+            raise OcpError(
+                "a process of the audit ended before its answer; a script whose processes are "
+                "spawned calls audit below if __name__ == '__main__', and processes=1 needs none"
+            ) from error
         finally:
             running.close()
     return _audit(problem, settings, trials, same, limit, interrupted)

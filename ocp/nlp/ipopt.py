@@ -13,7 +13,7 @@ import numpy as np
 
 from ocp.arrays import Array
 from ocp.errors import StatementError
-from ocp.keywords import checked_keywords
+from ocp.keywords import as_written, checked_keywords
 from ocp.nlp.interrupts import Interrupts, noted_interrupts
 from ocp.nlp.result import NlpResult, Outcome
 from ocp.nlp.solver import Listener, StartingPoint
@@ -115,6 +115,9 @@ class Ipopt:
     print_level: int = 0
     pivot_tolerance: float = 1e-6
     stall: int = 8
+
+    def __repr__(self) -> str:
+        return as_written(self)
 
     def __post_init__(self) -> None:
         for what, value, known in (

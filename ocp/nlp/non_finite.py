@@ -28,10 +28,10 @@ def non_finite_value(problem: Problem, trajectory: Trajectory) -> str:
     for derivative in (False, True):
         search = _Inspection(problem, trajectory, Evaluator(problem), derivative)
         for phase in problem.phases:
-            if found := search.along_phase(phase):
-                return found
-        if found := search.of_numbers():
-            return found
+            if sentence := search.along_phase(phase):
+                return sentence
+        if sentence := search.of_numbers():
+            return sentence
     return ""
 
 
@@ -48,8 +48,8 @@ class _Inspection:
         """The first expression of a phase that is not finite, in words."""
         intervals, tau = _points(self.trajectory.phase(phase.name))
         for what, expression in _expressions(self.problem, phase):
-            if found := self._first(phase, expression, intervals, tau):
-                return f"{what} in phase '{phase.name}' {found}"
+            if place := self._first(phase, expression, intervals, tau):
+                return f"{what} in phase '{phase.name}' {place}"
         return ""
 
     def _first(self, phase: Phase, expression: ca.SX, intervals: Integers, tau: Array) -> str:
@@ -68,13 +68,13 @@ class _Inspection:
         interval, local = intervals[[point]], tau[[point]]
 
         def number(part: Any) -> float:
-            found = self.evaluator.values(self.trajectory, phase.name, [part], interval, local)
-            return float(found[0, 0])
+            value = self.evaluator.values(self.trajectory, phase.name, [part], interval, local)
+            return float(value[0, 0])
 
         steps = np.diff(motion.breakpoints)[interval]
         time = float((motion.breakpoints[interval] + local * steps)[0])
-        known = [_value(s, number(s)) for s in symbols if not isinstance(s, Time)]
-        return self._words(_culprit(entries[entry], number), f" at {time:.3g} s", known)
+        arguments = [_value(s, number(s)) for s in symbols if not isinstance(s, Time)]
+        return self._words(_culprit(entries[entry], number), f" at {time:.3g} s", arguments)
 
     def of_numbers(self) -> str:
         """The objective, a bound or a link that is not finite, in words."""
@@ -89,8 +89,8 @@ class _Inspection:
             symbols = resolve(expression, what)
             for entry in self._entries(expression, symbols):
                 if not np.isfinite(number(entry)):
-                    known = [_value(s, number(s)) for s in symbols]
-                    return f"{what} {self._words(_culprit(entry, number), '', known)}"
+                    arguments = [_value(s, number(s)) for s in symbols]
+                    return f"{what} {self._words(_culprit(entry, number), '', arguments)}"
         return ""
 
     def _entries(self, expression: ca.SX, symbols: tuple[Symbol, ...]) -> list[ca.SX]:
@@ -100,12 +100,12 @@ class _Inspection:
         slopes = ca.gradient(expression, ca.vertcat(*[s.symbol for s in symbols], ca.SX(0, 1)))
         return [slopes[i] for i in range(slopes.shape[0])]
 
-    def _words(self, culprit: str, when: str, known: list[str]) -> str:
+    def _words(self, culprit: str, when: str, arguments: list[str]) -> str:
         what = "is NaN or infinite"
         if self.derivative:
             what = "has a derivative that is NaN or infinite"
         part = f" (in {culprit})" if culprit else ""
-        where = f", where {', '.join(known)}" if known else ""
+        where = f", where {', '.join(arguments)}" if arguments else ""
         return f"{what}{when}{part}{where}"
 
 

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, fields
 
 from ocp.errors import StatementError
-from ocp.keywords import checked_keywords
+from ocp.keywords import as_written, checked_keywords
 
 
 @checked_keywords()
@@ -35,6 +35,9 @@ class Accuracy:
     path: float = 1e-7
     objective: float = 1e-6
     replay: float = 1e-6
+
+    def __repr__(self) -> str:
+        return as_written(self)
 
     def __post_init__(self) -> None:
         for entry in fields(self):

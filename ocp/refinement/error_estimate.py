@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -109,11 +109,11 @@ class MotionErrors:
     ) -> tuple[Extremes, ...]:
         limited = [c for c in constraints if not c.is_equation]
         samples = _samples(self.evaluator, self.trajectory, motion, [c.expression for c in limited])
-        found = iter(
+        excesses = iter(
             self._excess_of(motion, c, values) for c, values in zip(limited, samples, strict=True)
         )
         nothing = Extremes(np.full(motion.intervals, -np.inf), np.full(motion.intervals, 0.5))
-        return tuple(nothing if c.is_equation else next(found) for c in constraints)
+        return tuple(nothing if c.is_equation else next(excesses) for c in constraints)
 
     def _excess_of(
         self, motion: PhaseTrajectory, constraint: PathConstraint, samples: Array
@@ -134,8 +134,8 @@ class MotionErrors:
         def sampled(intervals: Integers, tau: Array) -> Array:
             return beyond(self._values(motion, constraint.expression, intervals, tau))
 
-        found = maxima(sampled, beyond(samples), _grid(motion), level=0.0)
-        return Extremes(found.values / (size or 1.0), found.tau)
+        extremes = maxima(sampled, beyond(samples), _grid(motion), level=0.0)
+        return Extremes(extremes.values / (size or 1.0), extremes.tau)
 
     def _equation_error(
         self, motion: PhaseTrajectory, constraints: Sequence[PathConstraint]
@@ -157,8 +157,8 @@ class MotionErrors:
             ) -> Array:
                 return np.abs(self._values(motion, expression, intervals, tau) - wanted)
 
-            found = maxima(off, np.abs(values - wanted), _grid(motion), level=-np.inf)
-            worst = np.maximum(worst, found.values / equation.scale)
+            extremes = maxima(off, np.abs(values - wanted), _grid(motion), level=-np.inf)
+            worst = np.maximum(worst, extremes.values / equation.scale)
         return worst
 
     def _dynamics_error(self, motion: PhaseTrajectory) -> Array:
@@ -274,7 +274,7 @@ class MeshErrors:
         What finer controls could still gain, relative to the objective, to first order.
     """
 
-    phases: tuple[PhaseErrors, ...]
+    phases: tuple[PhaseErrors, ...] = field(repr=False)
     dynamics: float
     excess: float
     gain: float
@@ -330,8 +330,8 @@ def dense_peak(evaluator: Evaluator, trajectory: Trajectory, peak: Peak) -> floa
             return sized(values.ravel())
 
         (samples,) = _samples(evaluator, trajectory, motion, [expression])
-        found = maxima(sampled, sized(samples), _grid(motion))
-        highest = max(highest, float(found.values.max()))
+        extremes = maxima(sampled, sized(samples), _grid(motion))
+        highest = max(highest, float(extremes.values.max()))
     return highest
 
 

@@ -15,10 +15,9 @@ from ocp.mesh.evaluation import Evaluator
 from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Trajectory
-from ocp.nlp.budget import Budget
 from ocp.nlp.failures import failure
 from ocp.nlp.result import NlpResult
-from ocp.nlp.retries import with_retries
+from ocp.nlp.retries import Budget, with_retries
 from ocp.nlp.solver import Listener, NlpSolver, StartingPoint
 from ocp.optimality.iterate import Iterate, iterate_of
 from ocp.optimality.warm_start import carried_multipliers
@@ -244,6 +243,8 @@ def _refine(
     asked, policy = meshes.settings.solver, meshes.settings.refinement
     most = len(rounds) + policy.rounds
     program, finer = meshes.first_program(start, mesh), False
+
+    # without multipliers the first mesh is a rough one, and its digits are lost with it
     loose = policy.adapts and not isinstance(start, Iterate)
 
     while True:

@@ -55,6 +55,14 @@ class MeshIteration:
     status: str
     solver: str = "ipopt"
 
+    def __repr__(self) -> str:
+        return (
+            f"MeshIteration({self.intervals} intervals, {self.iterations} iterations in "
+            f"{self.seconds:.2g} s, objective {self.objective:.8g}, dynamics off by "
+            f"{self.dynamics_error:.1e}, constraints by {self.excess:.1e}, gain {self.gain:.1e}, "
+            f"{self.status})"
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class SolvedMesh:

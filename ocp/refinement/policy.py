@@ -16,7 +16,7 @@ import numpy as np
 
 from ocp.arrays import Array, Flags, Integers
 from ocp.errors import StatementError
-from ocp.keywords import checked_keywords
+from ocp.keywords import as_written, checked_keywords
 from ocp.mesh.mesh import ExtraPoints, Mesh, PhaseMesh, bisected, distinct
 from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.optimality.iterate import Iterate
@@ -91,6 +91,9 @@ class FixedMesh:
     adapts: ClassVar[bool] = False
     rounds: ClassVar[int] = 1
 
+    def __repr__(self) -> str:
+        return as_written(self)
+
     def next_mesh(self, solved: Sequence[SolvedMesh], accuracy: Accuracy) -> Mesh | None:
         """None, whatever was solved."""
         return None
@@ -135,6 +138,9 @@ class AdaptiveMesh:
     move_breakpoints: bool = True
 
     adapts: ClassVar[bool] = True
+
+    def __repr__(self) -> str:
+        return as_written(self)
 
     def __post_init__(self) -> None:
         for name in ("rounds", "most_intervals", "highest_degree"):

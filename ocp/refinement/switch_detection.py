@@ -114,7 +114,7 @@ def jumps(times: Array, values: Array, breakpoints: Array) -> list[Jump]:
         return []
     steps = np.diff(values) / size
 
-    found: list[Jump] = []
+    located: list[Jump] = []
     first = 0
     while first < steps.size:
         if abs(steps[first]) < _STEEP:
@@ -124,9 +124,9 @@ def jumps(times: Array, values: Array, breakpoints: Array) -> list[Jump]:
         total = abs(values[last + 1] - values[first]) / size
         if last - first < _MOST_STEPS and _stands_out(steps, first, last, total):
             around = slice(first, last + 2)
-            found.append(_located(times[around], values[around], breakpoints, total))
+            located.append(_located(times[around], values[around], breakpoints, total))
         first = last + 1
-    return found
+    return located
 
 
 def _end_of_rise(steps: Array, first: int) -> int:
@@ -163,7 +163,7 @@ def _located(times: Array, values: Array, breakpoints: Array, size: float) -> Ju
     return Jump(first, last, float(np.clip(at, first, last)), size)
 
 
-def with_jumps(mesh: PhaseMesh, found: Sequence[Jump], move: bool) -> PhaseMesh | None:
+def with_jumps(mesh: PhaseMesh, bracketed: Sequence[Jump], move: bool) -> PhaseMesh | None:
     """The mesh with every jump in a bracket; None if there is nothing new.
 
     A bracket is a pair of breakpoints close on both sides of the located jump. With `move`, a
@@ -173,7 +173,7 @@ def with_jumps(mesh: PhaseMesh, found: Sequence[Jump], move: bool) -> PhaseMesh 
     movable = {float(points[i]) for i in mesh.movable}
     new = False
 
-    for jump in sorted(found, key=lambda j: -j.size):
+    for jump in sorted(bracketed, key=lambda j: -j.size):
         followed = any(jump.first - _SAME <= p <= jump.last + _SAME for p in movable)
         if followed or not 1e-9 < jump.at < 1 - 1e-9:
             continue
@@ -279,12 +279,12 @@ def control_errors(motion: PhaseTrajectory, mesh: PhaseMesh) -> Array:
 
 def saturated(motion: PhaseTrajectory, limits: Mapping[str, tuple[float, float]]) -> Flags:
     """Intervals in which a control stays on one of its bounds or close to it, (N,)."""
-    found = np.zeros(motion.intervals, dtype=bool)
+    on_bound = np.zeros(motion.intervals, dtype=bool)
     for name in motion.controls:
         margin = CLOSE * float(np.ptp(control_samples(motion, name)[1]))
         for limit in limits[name]:
-            found |= share_at_limit(motion.polynomial(name), limit, margin) == 1.0
-    return found
+            on_bound |= share_at_limit(motion.polynomial(name), limit, margin) == 1.0
+    return on_bound
 
 
 def _smaller_difference(values: Array, mesh: PhaseMesh) -> Array:

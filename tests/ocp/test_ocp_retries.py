@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from ocp import Ipopt
-from ocp.nlp.budget import Budget
 from ocp.nlp.result import NlpResult
-from ocp.nlp.retries import with_retries
+from ocp.nlp.retries import Budget, with_retries
 from ocp.nlp.solver import StartingPoint
 
 COLD = StartingPoint(np.zeros(2))

@@ -104,6 +104,19 @@ def test_objects_of_the_settings_refuse_in_a_sentence(case) -> None:
         make()
 
 
+def test_settings_print_as_one_would_write_them() -> None:
+    assert repr(Settings()) == "Settings()"
+    written = Settings(
+        scheme=Gauss(3), refinement=AdaptiveMesh(rounds=3), solver=Ipopt(tolerance=1e-8)
+    )
+    assert repr(written) == (
+        "Settings(scheme=Gauss(degree=3), refinement=AdaptiveMesh(rounds=3), "
+        "solver=Ipopt(tolerance=1e-08))"
+    )
+    assert repr(FixedMesh()) == "FixedMesh()"
+    assert repr(Accuracy(path=1e-9)) == "Accuracy(path=1e-09)"
+
+
 ARGUMENTS = {
     "a phase": (
         lambda p: solve(p.phases[0]),
