@@ -87,6 +87,13 @@ def test_targets_that_are_named_exist() -> None:
             assert f"\n{target}:" in makefile, f"{label(page)}: make {target}"
 
 
+def test_files_that_are_named_exist() -> None:
+    for page in PAGES:
+        text = page.read_text("utf-8")
+        for path in re.findall(r"`((?:ocp|models|studies|docs|tests)/[\w./-]+)`", text):
+            assert (DOCS.parent / path).exists(), f"{label(page)}: {path}"
+
+
 def test_the_main_study_prints_the_table_of_the_tutorial() -> None:
     """The rows that the tutorial shows, from the laws and bounds in closed form."""
     page = (DOCS / "tutorial" / "main-study.md").read_text("utf-8")
