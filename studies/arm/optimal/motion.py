@@ -27,7 +27,6 @@ from studies.arm.stage import ELBOW, ROOT, Stage
 
 SAMPLES = 2001  # of a replay on B21
 _DENSE = 20 * SAMPLES  # instants at which a peak is looked for
-_CUBIC = 4  # coefficients of a torque in an interval: twice the integral of a linear rate's slope
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,16 +120,11 @@ class OptimalMotion:
 
 
 def polynomial(phase: PhaseTrajectory, state: str) -> PPoly:
-    """A state of degree three or less in each interval."""
-    breakpoints = phase.breakpoints
-    steps, nodes = np.diff(breakpoints), np.linspace(0.0, 1.0, _CUBIC)
-    count = len(steps)
-
-    # interpolated at four points of each interval, which is exact for a cubic
-    signals = phase.local(np.repeat(np.arange(count), _CUBIC), np.tile(nodes, count))
-    values = signals[:, phase.states.index(state)].reshape(count, _CUBIC)
-    powers = np.linalg.solve(np.vander(nodes), values.T)
-    return PPoly(powers / steps ** np.arange(_CUBIC - 1, -1, -1)[:, None], breakpoints)
+    """A state of the solution as a function that SciPy differentiates and the replays evaluate."""
+    powers = phase.polynomial(state).powers()[:, 0, :]  # of local time, in increasing order
+    degrees = np.arange(powers.shape[1])
+    coefficients = powers / np.diff(phase.breakpoints)[:, None] ** degrees
+    return PPoly(coefficients.T[::-1], phase.breakpoints)
 
 
 def torque_joints(torques: Mapping[int, PPoly], end: float) -> dict[int, Torque]:
