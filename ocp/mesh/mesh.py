@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ocp.arrays import Array, Integers
+from ocp.arrays import Array, Flags, Integers
 from ocp.errors import StatementError
 
 
@@ -29,6 +29,8 @@ class PhaseMesh:
     breakpoints: Array
     degrees: Integers
     movable: tuple[int, ...] = ()
+    intervals: int = field(init=False, repr=False, compare=False)
+    moving: Flags = field(init=False, repr=False, compare=False)
 
     def __repr__(self) -> str:
         lowest, highest = int(self.degrees.min()), int(self.degrees.max())
@@ -80,6 +82,7 @@ class Mesh:
 
     phases: tuple[PhaseMesh, ...]
     extra: tuple[tuple[ExtraPoints, ...], ...] = ()
+    intervals: int = field(init=False, repr=False, compare=False)
 
     def __repr__(self) -> str:
         return f"Mesh({', '.join(str(phase) for phase in self.phases)})"
@@ -87,11 +90,7 @@ class Mesh:
     def __post_init__(self) -> None:
         if not self.extra:
             object.__setattr__(self, "extra", ((),) * len(self.phases))
-
-    @property
-    def intervals(self) -> int:
-        """Intervals of all phases."""
-        return sum(mesh.intervals for mesh in self.phases)
+        object.__setattr__(self, "intervals", sum(mesh.intervals for mesh in self.phases))
 
 
 def uniform(intervals: int, degree: int) -> PhaseMesh:

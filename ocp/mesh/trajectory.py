@@ -66,6 +66,35 @@ class PhaseTrajectory:
     breakpoints: Array
     degrees: Integers
     groups: tuple[SignalGroup, ...]
+    start: float = field(init=False)
+    end: float = field(init=False)
+    intervals: int = field(init=False)
+    signals: tuple[str, ...] = field(init=False)
+    states: tuple[str, ...] = field(init=False)
+    controls: tuple[str, ...] = field(init=False)
+    algebraics: tuple[str, ...] = field(init=False)
+    state_polynomial: PiecewisePolynomial = field(init=False)
+    fractions: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        start, end = float(self.breakpoints[0]), float(self.breakpoints[-1])
+        fractions = np.linspace(0.0, 1.0, len(self.breakpoints))
+        if end > start:  # a motion that takes no time is refused later, with a sentence
+            fractions = (self.breakpoints - start) / (end - start)
+            fractions[0], fractions[-1] = 0.0, 1.0
+        derived = {
+            "start": start,
+            "end": end,
+            "intervals": len(self.breakpoints) - 1,
+            "signals": tuple(name for group in self.groups for name in group.names),
+            "states": self._names("state"),
+            "controls": self._names("control"),
+            "algebraics": self._names("algebraic"),
+            "state_polynomial": self.groups[0].polynomial,
+            "fractions": fractions,
+        }
+        for name, value in derived.items():
+            object.__setattr__(self, name, value)
 
     def __repr__(self) -> str:
         return (
@@ -73,55 +102,8 @@ class PhaseTrajectory:
             f"intervals, {self.start:.6g} to {self.end:.6g} s)"
         )
 
-    @property
-    def start(self) -> float:
-        """Initial time [s]."""
-        return float(self.breakpoints[0])
-
-    @property
-    def end(self) -> float:
-        """Final time [s]."""
-        return float(self.breakpoints[-1])
-
-    @property
-    def intervals(self) -> int:
-        """Number of intervals N."""
-        return len(self.breakpoints) - 1
-
-    @property
-    def signals(self) -> tuple[str, ...]:
-        """Names of all signals: states, controls, algebraic signals."""
-        return tuple(name for group in self.groups for name in group.names)
-
-    @property
-    def states(self) -> tuple[str, ...]:
-        """Names of the states."""
-        return self._names("state")
-
-    @property
-    def controls(self) -> tuple[str, ...]:
-        """Names of the controls."""
-        return self._names("control")
-
-    @property
-    def algebraics(self) -> tuple[str, ...]:
-        """Names of the algebraic signals."""
-        return self._names("algebraic")
-
     def _names(self, kind: SignalKind) -> tuple[str, ...]:
         return tuple(name for group in self.groups if group.kind == kind for name in group.names)
-
-    @property
-    def state_polynomial(self) -> PiecewisePolynomial:
-        """The polynomials of all states."""
-        return self.groups[0].polynomial
-
-    @property
-    def fractions(self) -> Array:
-        """(N + 1,) breakpoints as fractions of the phase, from 0 to 1."""
-        fractions = (self.breakpoints - self.start) / (self.end - self.start)
-        fractions[0], fractions[-1] = 0.0, 1.0
-        return np.asarray(fractions)
 
     def polynomial(self, name: str) -> PiecewisePolynomial:
         """The polynomial of one signal.

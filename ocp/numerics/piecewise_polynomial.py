@@ -8,7 +8,7 @@ collocation. All of them are values of `PiecewisePolynomial`, which may have sev
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
@@ -113,6 +113,18 @@ class PiecewisePolynomial:
 
     breakpoints: Array
     pieces: tuple[Piece, ...]
+    components: int = field(init=False)
+    intervals: int = field(init=False)
+    orders: Integers = field(init=False)
+
+    def __post_init__(self) -> None:
+        intervals = len(self.breakpoints) - 1
+        orders = np.empty(intervals, dtype=np.int64)
+        for piece in self.pieces:
+            orders[piece.intervals] = piece.basis.count - 1
+        object.__setattr__(self, "components", int(self.pieces[0].coefficients.shape[2]))
+        object.__setattr__(self, "intervals", intervals)
+        object.__setattr__(self, "orders", orders)
 
     def __repr__(self) -> str:
         lowest, highest = int(self.orders.min()), int(self.orders.max())
@@ -122,24 +134,6 @@ class PiecewisePolynomial:
             f"{self.components} components, {self.breakpoints[0]:.6g} to "
             f"{self.breakpoints[-1]:.6g} s)"
         )
-
-    @property
-    def components(self) -> int:
-        """Number of components n."""
-        return int(self.pieces[0].coefficients.shape[2])
-
-    @property
-    def intervals(self) -> int:
-        """Number of intervals N."""
-        return len(self.breakpoints) - 1
-
-    @property
-    def orders(self) -> Integers:
-        """(N,) degree of the polynomials in each interval."""
-        orders = np.empty(self.intervals, dtype=np.int64)
-        for piece in self.pieces:
-            orders[piece.intervals] = piece.basis.count - 1
-        return orders
 
     def component(self, index: int) -> PiecewisePolynomial:
         """One component on its own."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from ocp.arrays import Array
 from ocp.errors import StatementError
-from ocp.problem.symbols import Constant, is_number, resolve, scalar
+from ocp.problem.symbols import Constant, Symbol, resolve, scalar
 
 if TYPE_CHECKING:
     from ocp.problem.problem import Problem
@@ -40,7 +40,7 @@ class Parameters:
 
     def limit(self, limit: Any) -> float:
         """A limit or boundary value as a number."""
-        if is_number(limit):
+        if not isinstance(limit, (Symbol, ca.SX)):
             return float(limit)
         expression = scalar(limit, "a limit")
         value = self.limits.get(expression.element_hash())
