@@ -146,6 +146,21 @@ class Problem:
             "signals": signals,
         }
 
+    def __repr__(self) -> str:
+        from ocp.problem.display import problem_summary
+
+        return problem_summary(self)
+
+    def __str__(self) -> str:
+        from ocp.problem.display import problem_text
+
+        return problem_text(self)
+
+    def _repr_html_(self) -> str:
+        from ocp.problem.display import problem_html
+
+        return problem_html(self)
+
     def phase(self, name: str) -> Phase:
         """The phase of that name."""
         return next(phase for phase in self.phases if phase.name == name)
