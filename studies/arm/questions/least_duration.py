@@ -264,7 +264,7 @@ def find_least_durations(study: LeastDurationStudy, console: Console) -> Result:
     cap = torque_cap(stage, drive)
     durations = least_durations(stage, drive, cap, console.progress)
 
-    rows = table_rows({found.name: _quantities(found) for found in durations})
+    rows = table_rows({law.name: _quantities(law) for law in durations})
     best, others = durations[0].duration, durations[1:]
     remarks = [
         f"each leaves at most {RESIDUAL:g} J on the full ANCF model under {cap:.5g} N m: the "
@@ -287,13 +287,13 @@ def find_least_durations(study: LeastDurationStudy, console: Console) -> Result:
     )
 
 
-def _quantities(found: LeastDuration) -> list[Entry]:
-    duration = math.nan if found.duration is None else found.duration
+def _quantities(law: LeastDuration) -> list[Entry]:
+    duration = math.nan if law.duration is None else law.duration
     return [
         Entry("duration", "least duration", "s", duration),
-        Entry("residual_energy", "residual energy", "J", found.residual),
-        Entry("peak_torque", "peak torque", "N m", found.torque),
-        Entry("lowest_residual", "least residual seen under the cap", "J", found.lowest, "neither"),
+        Entry("residual_energy", "residual energy", "J", law.residual),
+        Entry("peak_torque", "peak torque", "N m", law.torque),
+        Entry("lowest_residual", "least residual seen under the cap", "J", law.lowest, "neither"),
     ]
 
 

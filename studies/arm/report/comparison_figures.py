@@ -48,14 +48,14 @@ def residual_figure(result: Result) -> Figure:
     figure = Figure(figsize=(6.4, 3.8), dpi=150, layout="constrained")
     figure.suptitle(f"{scene.title}: residual energy after the lock", fontsize=_SIZE)
     panel = figure.subplots()
-    found = [law for law in result.laws if np.isfinite(place(law, "optimum_")).all()]
-    for number, law in enumerate(found):
+    with_optimum = [law for law in result.laws if np.isfinite(place(law, "optimum_")).all()]
+    for number, law in enumerate(with_optimum):
         label = None if number else "optimum"
         panel.semilogy(*place(law, "optimum_"), "D", color=COLOURS[0], zorder=3, label=label)
     for law in result.laws:
         colour, _ = look(law)
         panel.semilogy(*place(law), "o", color=colour, label=law)
-        if law in found:
+        if law in with_optimum:
             ends = zip(place(law), place(law, "optimum_"), strict=True)
             panel.semilogy(*ends, ":", color=colour, lw=1)
 

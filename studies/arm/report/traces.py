@@ -152,15 +152,15 @@ class Snapshot:
 def snapshots_of(replayed: LockedMotion, count: int = SNAPSHOTS) -> list[Snapshot]:
     """The arm at even instants until the lock."""
     run = replayed.run.before
-    found = []
+    snapshots = []
     for asked in np.linspace(0.0, run.times[-1], count):
         i = int(np.argmin(np.abs(run.times - asked)))
         big, small = (
             np.array([run.position(link, node)[:, i] for node in range(run.chain.nodes)]).T
             for link in (0, 1)
         )
-        found.append(Snapshot(float(asked), big, small))
-    return found
+        snapshots.append(Snapshot(float(asked), big, small))
+    return snapshots
 
 
 def snapshot_series(snapshots: Sequence[Snapshot]) -> dict[str, Series]:
@@ -178,9 +178,9 @@ def snapshot_series(snapshots: Sequence[Snapshot]) -> dict[str, Series]:
 
 def read_snapshots(result: Result) -> list[Snapshot]:
     """The snapshots that a result holds; none if it holds none."""
-    found: list[Snapshot] = []
+    snapshots: list[Snapshot] = []
     for k, time in enumerate(result.details.get("snapshot_times", ())):
         places = np.array([result.arrays[f"snapshots/{k}_{axis}"].values for axis in _AXES])
         big, small = np.split(places, 2, axis=1)
-        found.append(Snapshot(float(time), big, small))
-    return found
+        snapshots.append(Snapshot(float(time), big, small))
+    return snapshots
