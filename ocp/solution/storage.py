@@ -119,8 +119,9 @@ def unpacked(data: bytes, known: Problem | None = None, name: str = "the data") 
         if version == _VERSION:
             return _read(archive, text, known)
     except Exception as error:
+        reason = (str(error) or type(error).__name__).splitlines()[0]
         raise ValueError(
-            f"'{name}' is a damaged solution ({error}); solve again and save it"
+            f"'{name}' is a damaged solution ({reason}); solve again and save it"
         ) from error
     raise _other_version(name, version)
 
