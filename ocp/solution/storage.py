@@ -43,6 +43,12 @@ _SAMPLES = 2001  # of a guess that is a function of time
 def save(solution: Solution, path: str | Path) -> None:
     """Write a solution with its problem, mesh, multipliers and verification to one file.
 
+    Parameters
+    ----------
+    solution : Solution
+    path : path
+        A file that is there is replaced.
+
     Raises
     ------
     TypeError
@@ -53,6 +59,11 @@ def save(solution: Solution, path: str | Path) -> None:
 
 def load(path: str | Path) -> Solution:
     """Read a solution that `save` wrote.  Nothing in the file can run code.
+
+    Parameters
+    ----------
+    path : path
+        Of the file.
 
     Raises
     ------
