@@ -192,6 +192,7 @@ def compare_baselines(study: BaselinesStudy, console: Console, follow: bool = Tr
         details={
             "stage": {"duration": stage.duration, "start": stage.start, "end": stage.end},
             "drive": study.drive,
+            "profile_of": f"{OPTIMUM} beside {tightest.baseline.motion.name}",
             "limit": limit,
             "rounds": {
                 pair.baseline.motion.name: [
