@@ -119,6 +119,7 @@ def of_optimum(stage: Stage, drive: Drive, cap: float, say: Say) -> LeastDuratio
                 best, high = _least("optimum", done), factor
             else:
                 low = factor
+
         if best.duration is None:
             break  # not even the longest passes
         factor = 0.5 * (low + high)
@@ -233,6 +234,7 @@ def first_pass(
     best = min((T for T, done in tried.items() if passes(done, cap)), default=None)
     if best is None:
         return None
+    # then the least that passes, between the best and the longest below it that was tried
     fails = max((T for T in tried if best > T), default=None)
     if fails is None:
         return tried[best]
@@ -265,6 +267,7 @@ def find_least_durations(study: LeastDurationStudy, console: Console) -> Result:
     durations = least_durations(stage, drive, cap, console.progress)
 
     rows = table_rows({law.name: _quantities(law) for law in durations})
+    # the optimum stands first
     best, others = durations[0].duration, durations[1:]
     remarks = [
         f"each leaves at most {RESIDUAL:g} J on the full ANCF model under {cap:.5g} N m: the "

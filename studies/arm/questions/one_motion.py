@@ -99,18 +99,21 @@ def solve_motion(study: ArmStudy, console: Console) -> Result:
     refined = dataclasses.replace(refined, replay=replayed)
     history = loads(replayed)
 
+    # the optimum's own column of the table, then that of the laws beside it
     entries = quantities_of(
         replayed, history, study.arm, study.pointing_error, refined.motion.peak_torque
     )
     entries += optimum_quantities(refined.motion, replayed)
     entries += _asked_besides(study, refined, history)
     laws = {OPTIMUM: entries}
+
     beside = [_baseline(stage, name, console) for name in LAWS]
     for baseline in beside:
         bears = loads(baseline, QUICK)  # fine enough to be compared with
         laws[baseline.motion.name] = quantities_of(baseline, bears, study.arm, study.pointing_error)
     rows = table_rows(laws, caps_by_quantity(study))
 
+    # all that the figures show: they are drawn from the result alone
     snapshots = snapshots_of(replayed)
     arrays = profile_series(replayed, study.sample_time) | load_series(history, replayed)
     for motion in (replayed, *beside):
@@ -125,6 +128,7 @@ def solve_motion(study: ArmStudy, console: Console) -> Result:
         "accuracy": {"residual_energy_of_the_sampled_profile_J": _sampled_energy(entries)},
     }
     if is_slow(stage):
+        # so little is left that rounding may be all of it
         floor = numerical_floor(refined.motion.motion("torque"))
         details["numerical_floor_J"] = floor.energy
         remarks.append(str(floor))

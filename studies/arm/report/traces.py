@@ -55,11 +55,14 @@ class Trace:
         chain = before.chain
         slots = {point: list(chain.slots(link, -1)[:2]) for link, point in enumerate(POINTS)}
 
+        # a locked joint bears a torque that no drive gives: it is left at zero
+
         torque = np.zeros((2, sum(len(run.times) for run in runs)))
         torque[:, : len(before.times)] = before.torque
 
         since_lock, off_rest = np.empty(0), {point: np.empty((2, 0)) for point in POINTS}
         if after is not None:
+            # it comes to rest at the angles that the lock holds
             since_lock = after.times - after.times[0]
             rest = posed(chain, [float(x) for x in after.joint_angles()[:, 0]]).q
             off_rest = {point: after.q[place] - rest[place, None] for point, place in slots.items()}
@@ -84,6 +87,7 @@ class Trace:
     def series(self) -> dict[str, Series]:
         """The arrays of a result that hold this trace."""
         head, axis = f"{self.name}/", f"{self.name}/time"
+        # a flag for each instant, as a series holds nothing but numbers
         held = (np.arange(len(self.times)) >= self.lock).astype(float)
         arrays = {
             axis: Series("s", axis, self.times, "since the release"),
