@@ -96,7 +96,7 @@ class Unverified(SolveFailed):
 
 
 class Interrupted(OcpError):
-    """The user stopped the solve.
+    """The user stopped the solve; `ocp.rescued` makes a solution of what it had reached.
 
     Attributes
     ----------

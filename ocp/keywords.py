@@ -32,6 +32,8 @@ def checked_keywords(former: Mapping[str, Remedy] | None = None) -> Callable[[Ta
 
     def decorate(target: Target) -> Target:
         if isinstance(target, type):
+            # what help and editors show; else it would be that of `__new__`, which takes anything
+            setattr(target, "__signature__", inspect.signature(target))  # noqa: B010
             setattr(target, "__new__", _checked_new(former or {}))  # noqa: B010
             return target
         checked: Any = _checked(target, former or {})

@@ -136,8 +136,13 @@ def collocate(
 ) -> tuple[Trajectory, float]:
     """Solve on one mesh and return what the solver found, neither refined nor verified.
 
-    For callers who replay the answer on models of their own; others want `solve`. Arguments and
-    errors are those of `solve`.
+    For callers who replay the answer on models of their own; others want `solve`.
+
+    Parameters
+    ----------
+    problem : Problem
+    settings, guess, mesh, progress : optional
+        As of `solve`.
 
     Returns
     -------

@@ -103,21 +103,21 @@ def _wavy(
         else guess
         for time, guess in ((phase.start, own.start), (phase.end, own.end))
     )
-    waves = {
-        s.name: 0.5
-        * _reach(s, scales.signals, parameters)
-        * random.normal(size=_WAVES.size)
-        / (1 + _WAVES)
-        for s in signals
-    }
+    reaches = {s.name: _reach(s, scales.signals, parameters) for s in signals}
     return _WavyGuess(
         stated=own,
         start=start,
         end=max(end, start + _SHORTEST * scales.time),
         limits={s.name: parameters.pair(s) for s in signals},
-        waves=waves,
+        waves={name: _amplitudes(reach, random) for name, reach in reaches.items()},
         held={s.name: (s in phase.initial, s in phase.final) for s in signals},
     )
+
+
+def _amplitudes(reach: float, random: np.random.Generator) -> Array:
+    """Amplitudes of the waves of a signal that may move by `reach`."""
+    drawn = random.normal(size=_WAVES.size)
+    return np.asarray(0.5 * reach * drawn / (1 + _WAVES))
 
 
 def _drawn(

@@ -63,6 +63,8 @@ class Relaxed:
         Of the limit.
     phase, time : str and float or None
         Where the motion found makes use of it [s]; "" and None for a number of the whole motion.
+    unit : str
+        Of the two numbers that follow.
     limit, needed : float
         As stated, and as it would have to be [unit].
     """
@@ -145,6 +147,7 @@ def relaxed(
 
     Parameters
     ----------
+    problem : Problem
     keep : collection of str
         Limits that must not give way.
     only : collection of str, optional

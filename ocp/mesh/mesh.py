@@ -78,7 +78,15 @@ class ExtraPoints:
 
 @dataclass(frozen=True)
 class Mesh:
-    """Meshes of all phases, with the extra points of their continuous constraints."""
+    """Meshes of all phases, with the extra points of their continuous constraints.
+
+    Attributes
+    ----------
+    phases : tuple of PhaseMesh
+        One for each phase, in the order of the problem.
+    extra : tuple of tuple of ExtraPoints
+        By phase and continuous constraint: where it is imposed beside the collocation points.
+    """
 
     phases: tuple[PhaseMesh, ...]
     extra: tuple[tuple[ExtraPoints, ...], ...] = ()

@@ -146,7 +146,17 @@ class PhaseTrajectory:
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """Phases in order, static unknowns and constants by name, peaks in the problem's order."""
+    """A motion: the values of all signals over time, and of the numbers beside them.
+
+    Attributes
+    ----------
+    phases : tuple of PhaseTrajectory
+        In the order of the problem.
+    unknowns, constants : mapping of str to float
+        Values by name [unit of the statement].
+    peaks : tuple of float
+        Epigraph values, in the order of the problem's peaks [unit of the statement].
+    """
 
     phases: tuple[PhaseTrajectory, ...]
     unknowns: Mapping[str, float] = field(default_factory=dict)

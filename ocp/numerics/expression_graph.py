@@ -7,6 +7,7 @@ written out as text.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -74,7 +75,8 @@ class ExpressionGraph:
                 raise ValueError(f"instruction {position} is the unknown operation {name!r}")
             if len(operands) != _OPERANDS[name]:
                 raise ValueError(f"instruction {position} ({name}) has {len(operands)} operands")
-            if name != "symbol" and not all(0 <= i < position for i in operands):
+            end = math.inf if name == "symbol" else position
+            if not all(0 <= i < end for i in operands):
                 raise ValueError(f"instruction {position} ({name}) needs a later one")
         if not all(0 <= i < len(self.instructions) for i in self.results):
             raise ValueError("a result is none of the instructions")

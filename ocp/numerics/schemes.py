@@ -152,7 +152,13 @@ class Scheme:
 
 @dataclass(frozen=True)
 class Radau(Scheme):
-    """Radau IIA: collocates at the right end of each interval; stiffly accurate. The default."""
+    """Radau IIA: collocates at the right end of each interval; stiffly accurate. The default.
+
+    Parameters
+    ----------
+    degree : int
+        Collocation points in each interval of the first mesh, at least 1. Refinement may raise it.
+    """
 
     name: ClassVar[str] = "radau"
 
@@ -164,7 +170,13 @@ class Radau(Scheme):
 
 @dataclass(frozen=True)
 class Gauss(Scheme):
-    """Gauss: of the highest order; the right end of each interval is extrapolated."""
+    """Gauss: of the highest order; the right end of each interval is extrapolated.
+
+    Parameters
+    ----------
+    degree : int
+        Collocation points in each interval of the first mesh, at least 1. Refinement may raise it.
+    """
 
     name: ClassVar[str] = "gauss"
 
@@ -176,7 +188,13 @@ class Gauss(Scheme):
 
 @dataclass(frozen=True)
 class Lobatto(Scheme):
-    """Lobatto IIIA: collocates at both ends of each interval."""
+    """Lobatto IIIA: collocates at both ends of each interval.
+
+    Parameters
+    ----------
+    degree : int
+        Collocation points in each interval of the first mesh, at least 2. Refinement may raise it.
+    """
 
     name: ClassVar[str] = "lobatto"
     least_degree: ClassVar[int] = 2
@@ -190,7 +208,13 @@ class Lobatto(Scheme):
 
 @dataclass(frozen=True)
 class HermiteSimpson(Lobatto):
-    """Hermite-Simpson: Lobatto IIIA of three points."""
+    """Hermite-Simpson: Lobatto IIIA of three points.
+
+    Parameters
+    ----------
+    degree : int
+        Collocation points in each interval of the first mesh: 3, always.
+    """
 
     degree: int = 3
     name: ClassVar[str] = "hermite-simpson"
@@ -203,7 +227,13 @@ class HermiteSimpson(Lobatto):
 
 @dataclass(frozen=True)
 class Trapezoid(Lobatto):
-    """The trapezoidal rule: Lobatto IIIA of two points."""
+    """The trapezoidal rule: Lobatto IIIA of two points.
+
+    Parameters
+    ----------
+    degree : int
+        Collocation points in each interval of the first mesh: 2, always.
+    """
 
     degree: int = 2
     name: ClassVar[str] = "trapezoid"

@@ -119,7 +119,17 @@ class Phase:
     def integral(
         self, expression: Any, name: str = "integral", unit: str = "1", scale: float | None = None
     ) -> Integral:
-        """Integral of an expression over the phase [unit]."""
+        """Integral of an expression over the phase.
+
+        Parameters
+        ----------
+        expression : SX
+            Of signals, unknowns and constants [unit / s].
+        name, unit : str
+            For messages and tables.
+        scale : float or None
+            Typical size [unit]. It is derived from the guess if None.
+        """
         piece, symbols = self._piece(expression, name)
         return self._kept(Integral(name, unit, piece, symbols, scale))
 
@@ -158,9 +168,13 @@ class Phase:
 
         Parameters
         ----------
+        expression : SX
+            Of signals, unknowns and constants, what was measured.
         times, values : (m,)
-            Data, times inside a phase of fixed times [s].
+            Data, times inside a phase of fixed times [s]. Values are in the unit of the
+            expression.
         weights : number or (m,)
+            Of each squared difference.
 
         Raises
         ------
@@ -227,6 +241,8 @@ def peak(
     ----------
     *pieces : (Phase, expression)
         The peak is the largest over all of them.
+    name, unit : str
+        For messages and tables.
     absolute : bool
         Take the largest absolute value.
     scale : float or None
@@ -255,6 +271,8 @@ def joined(
 
     Parameters
     ----------
+    first, second : Phase
+        The second begins where the first ends.
     jump : mapping of State to expression of the first phase's signals, optional
         The value right after the instant, where it differs from the value right before.
     """

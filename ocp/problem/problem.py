@@ -242,7 +242,16 @@ def _symbols_by_phase(
 
 
 def with_objective(problem: Problem, minimise: Any, extra_bounds: Sequence[Bound] = ()) -> Problem:
-    """The same phases and links with another objective and further bounds."""
+    """The same phases and links with another objective and further bounds.
+
+    Parameters
+    ----------
+    problem : Problem
+    minimise : expression of functionals, unknowns and constants
+        The objective in place of the problem's own.
+    extra_bounds : sequence of Bound
+        Beside those of the problem.
+    """
     return Problem(
         problem.name,
         problem.phases,

@@ -116,21 +116,68 @@ class Signal(Symbol):
 
 
 class State(Signal):
-    """A signal whose time derivative the dynamics of a phase give."""
+    """A signal whose time derivative the dynamics of a phase give.
+
+    Parameters
+    ----------
+    name, unit : str
+        Name and SI unit, used in every message, table and plot.
+    lower, upper : number, Constant or expression of constants
+        Bounds that hold at all times of a phase [unit].
+    scale : float or None
+        Typical size [unit]. It is derived from guess, bounds or dynamics if None.
+
+    Raises
+    ------
+    StatementError
+        When the name is missing, the limits cross, or the scale is not positive.
+    """
 
 
 class Algebraic(Signal):
-    """A signal without a derivative, determined by the equations of a phase."""
+    """A signal without a derivative, determined by the equations of a phase.
+
+    An equation is a bound whose lower and upper limit are the same.
+
+    Parameters
+    ----------
+    name, unit : str
+        Name and SI unit, used in every message, table and plot.
+    lower, upper : number, Constant or expression of constants
+        Bounds that hold at all times of a phase [unit].
+    scale : float or None
+        Typical size [unit]. It is derived from guess, bounds or dynamics if None.
+
+    Raises
+    ------
+    StatementError
+        When the name is missing, the limits cross, or the scale is not positive.
+    """
 
 
 @dataclass(frozen=True, eq=False)
 class Control(Signal):
     """A signal that the optimiser chooses.
 
-    ``shape`` says how it may vary within a mesh interval: "constant"; "linear"; "polynomial" (of
-    the transcription's degree); or "automatic" (see `ocp.problem.integrator_chains.shape_of`).
-    All may jump between
-    intervals, and all keep their bounds in continuous time by construction.
+    It may jump between mesh intervals, and it keeps its bounds at all times by construction.
+
+    Parameters
+    ----------
+    name, unit : str
+        Name and SI unit, used in every message, table and plot.
+    lower, upper : number, Constant or expression of constants
+        Bounds that hold at all times of a phase [unit].
+    scale : float or None
+        Typical size [unit]. It is derived from guess, bounds or dynamics if None.
+    shape : str or None
+        How it may vary within a mesh interval: "constant", "linear", "polynomial" (of the scheme's
+        degree) or "automatic" (see `ocp.problem.integrator_chains.shape_of`). That of the settings
+        if None.
+
+    Raises
+    ------
+    StatementError
+        When the name is missing, the limits cross, or the scale is not positive.
     """
 
     shape: ControlShape | None = None
@@ -138,7 +185,24 @@ class Control(Signal):
 
 @dataclass(frozen=True, eq=False)
 class Unknown(Symbol):
-    """A number that the optimiser chooses: a static decision parameter."""
+    """A number that the optimiser chooses: a static decision parameter.
+
+    Parameters
+    ----------
+    name, unit : str
+        Name and SI unit, used in every message, table and plot.
+    lower, upper : number, Constant or expression of constants
+        Between which it is sought [unit].
+    guess : float or None
+        Where the solver starts [unit]. It is taken from the limits if None.
+    scale : float or None
+        Typical size [unit]. It is derived from guess or limits if None.
+
+    Raises
+    ------
+    StatementError
+        When the name is missing, the limits cross, or the scale is not positive.
+    """
 
     name: str
     unit: str = "1"
@@ -156,7 +220,20 @@ class Unknown(Symbol):
 
 @dataclass(frozen=True, eq=False)
 class Constant(Symbol):
-    """A named number of the problem; it may be changed between solves and has a sensitivity."""
+    """A named number of the problem; it may be changed between solves and has a sensitivity.
+
+    Parameters
+    ----------
+    name, unit : str
+        Name and SI unit, used in every message, table and plot.
+    value : float
+        Its value unless a solve is given another one [unit].
+
+    Raises
+    ------
+    StatementError
+        When the name is missing, or the value is no finite number.
+    """
 
     name: str
     unit: str = "1"
@@ -173,7 +250,20 @@ class Constant(Symbol):
 
 @dataclass(frozen=True)
 class Between:
-    """A time that the optimiser chooses between two limits [s]."""
+    """A time that the optimiser chooses between two limits.
+
+    Parameters
+    ----------
+    lower, upper : float
+        The limits [s].
+    guess : float or None
+        Where the solver starts [s]. It is the middle of the limits if None.
+
+    Raises
+    ------
+    StatementError
+        When the limits cross, or the guess lies outside.
+    """
 
     lower: float
     upper: float

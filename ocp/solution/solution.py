@@ -114,6 +114,8 @@ class Solution:
 
         Parameters
         ----------
+        expression : SX or str
+            In the unit of the statement.
         replayed : bool
             Evaluate along the independent replay.
 
@@ -145,6 +147,8 @@ class Solution:
         times : array of any shape
             [s].  An instant shared by two phases belongs to the later one, unless `phase` says
             otherwise.
+        phase : Phase or str, optional
+            The one that is meant, or its name.
         replayed : bool
             Take the states from the independent replay.
 
@@ -175,11 +179,25 @@ class Solution:
         return sampled if many else np.asarray(sampled[0])
 
     def costate(self, state: Any, times: Any, phase: Phase | str | None = None) -> Array:
-        """The costate of a state (or running integral) at times [s], shape of `times`.
+        """The costate of a state (or running integral) [unit of the objective / unit of the state].
 
         In the sign of `ocp.optimality.costates`: the change of the optimum, as it is minimised,
         per unit added to the state.  An instant shared by two phases belongs to the later one,
         unless `phase` says otherwise.
+
+        Parameters
+        ----------
+        state : State or str
+            It, or its name.
+        times : array of any shape
+            [s].
+        phase : Phase or str, optional
+            The one that is meant, or its name.
+
+        Returns
+        -------
+        Array
+            Shape of `times`.
 
         Raises
         ------

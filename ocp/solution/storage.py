@@ -43,6 +43,12 @@ _SAMPLES = 2001  # of a guess that is a function of time
 def save(solution: Solution, path: str | Path) -> None:
     """Write a solution with its problem, mesh, multipliers and verification to one file.
 
+    Parameters
+    ----------
+    solution : Solution
+    path : path
+        A file that is there is replaced.
+
     Raises
     ------
     TypeError
@@ -53,6 +59,11 @@ def save(solution: Solution, path: str | Path) -> None:
 
 def load(path: str | Path) -> Solution:
     """Read a solution that `save` wrote.  Nothing in the file can run code.
+
+    Parameters
+    ----------
+    path : path
+        Of the file.
 
     Raises
     ------
@@ -119,8 +130,9 @@ def unpacked(data: bytes, known: Problem | None = None, name: str = "the data") 
         if version == _VERSION:
             return _read(archive, text, known)
     except Exception as error:
+        reason = (str(error) or type(error).__name__).splitlines()[0]
         raise ValueError(
-            f"'{name}' is a damaged solution ({error}); solve again and save it"
+            f"'{name}' is a damaged solution ({reason}); solve again and save it"
         ) from error
     raise _other_version(name, version)
 

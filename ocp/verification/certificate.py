@@ -30,7 +30,19 @@ from ocp.verification.conditions import (
 
 @dataclass(frozen=True)
 class Certificate:
-    """All conditions that were checked on one solution."""
+    """All conditions that were checked on one solution.
+
+    Attributes
+    ----------
+    problem : str
+        Its name.
+    objective : float
+        In the user's sense [unit of the objective].
+    verdict : str
+        Of the solution, in words.
+    checks : tuple of Condition
+        Each with its number, tolerance, and what it means.
+    """
 
     problem: str
     objective: float

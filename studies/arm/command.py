@@ -90,8 +90,8 @@ class Question:
 
     @property
     def _configuration(self) -> type[Any]:
-        found: type[Any] = getattr(import_module("studies.arm"), self.study)
-        return found
+        configuration: type[Any] = getattr(import_module("studies.arm"), self.study)
+        return configuration
 
 
 solve = Question("arm solve", "arm", "ArmStudy", "arm-{stage}")

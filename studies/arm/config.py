@@ -387,7 +387,9 @@ def question_from(kind: type[_Study], raw: Mapping[str, Any]) -> _Study:
 
 
 def as_dictionary(study: Any) -> dict[str, Any]:
-    """The nested dictionary from which `study_from` makes the same study again."""
+    """The nested dictionary that states the same study again, its duration resolved."""
     content = dataclasses.asdict(study)
+    if isinstance(study, StageStudy):
+        content["duration"] = study.slew.duration
     arm = content.pop("arm")
     return {name: value for name, value in content.items() if value is not None} | {"arm": arm}

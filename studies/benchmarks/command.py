@@ -6,6 +6,7 @@ import argparse
 import math
 import warnings
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 from studies.common.console import Console, Table, number
@@ -13,6 +14,7 @@ from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.running import add_results_flags
 
 if TYPE_CHECKING:
+    from ocp import Trial
     from studies.benchmarks.benchmark import Benchmark
     from studies.benchmarks.measure import Measurement
     from studies.common.folder import ResultsFolder
@@ -172,7 +174,12 @@ def _audit_all(chosen: Sequence[Benchmark], starts: int, console: Console) -> Ex
     warnings.filterwarnings("ignore", category=StatementWarning)  # as in `measure`
     for benchmark in chosen:
         try:
-            found = audit(benchmark.problem, starts=starts, progress=console.progress)
+            found = audit(
+                benchmark.problem,
+                starts=starts,
+                progress=console.live,
+                finished=partial(_say_trial, console, benchmark.name),
+            )
         except Interrupted as error:
             console.complain(str(error))
             return ExitCode.INTERRUPTED
@@ -183,7 +190,13 @@ def _audit_all(chosen: Sequence[Benchmark], starts: int, console: Console) -> Ex
         wrong = benchmark.error(found.best.objective)
         console.say(f"{found}\n  the trusted optimum is {benchmark.optimum:.10g}: {wrong:+.1e}")
         missed |= abs(wrong) > benchmark.tolerance
+        if found.interrupted:
+            return ExitCode.INTERRUPTED
     return ExitCode.NOT_VERIFIED if missed else ExitCode.OK
+
+
+def _say_trial(console: Console, name: str, trial: Trial) -> None:
+    console.progress(f"{name}: {trial!r}")
 
 
 def _warm_all(chosen: Sequence[Benchmark], console: Console) -> ExitCode:

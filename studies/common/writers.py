@@ -119,7 +119,8 @@ def _cost_lines(result: Result) -> list[str]:
 def about(result: Result) -> dict[str, Any]:
     """What an export says of itself, before its columns."""
     return {
-        "law": next(iter(result.laws), ""),
+        # where the table sets several laws side by side, the profile may be another motion's
+        "law": result.details.get("profile_of", next(iter(result.laws), "")),
         "question": result.question,
         "study": result.configuration,
         "verdict": result.verdict.sentence,

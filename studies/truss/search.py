@@ -3,28 +3,25 @@
 from __future__ import annotations
 
 import functools
-import time as clock
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from models.truss import static_peak
 from ocp import (
     AdaptiveMesh,
-    Bound,
-    FixedMesh,
+    Audit,
     Interrupted,
-    Mesh,
     OcpError,
-    PhaseTrajectory,
+    Optimum,
+    Problem,
     Settings,
     Solution,
-    SolveFailed,
-    Unverified,
-    solve,
+    Trial,
+    audit,
+    relaxed,
+    solve_lexicographic,
 )
-from ocp.mesh.mesh import PhaseMesh
-from ocp.nlp.interrupts import noted_interrupts
 from studies.common.console import Console, number
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.result import Verdict
@@ -42,21 +39,6 @@ BOUND_MET = 1e-4  # relative distance to a global bound that counts as meeting i
 SMOOTHING = 3e-5  # of the Bezier law's value: what smoothness may cost a peak at most
 SAME_BASIN = 1e-4  # relative: optima closer than this are one basin, solved to different meshes
 FAST = 1e-3  # relative: a force peak this far below the static one is due to momentum
-
-
-@dataclass(frozen=True, eq=False)
-class Attempt:
-    """One start and what came of it: a solution with its statement, or why there is none.
-
-    An unverified solution has both.
-    """
-
-    start: str
-    value: float | None
-    seconds: float
-    statement: Statement | None = None
-    solution: Solution | None = None
-    failure: str | None = None
 
 
 @dataclass(frozen=True)
@@ -82,7 +64,7 @@ class BestMotion:
     ----------
     deployment : the optimal law on its truss.
     solution : of the last stage.
-    attempts : all starts, those that failed among them.
+    trials : all starts, those that failed among them.
     basins : optima found, best first.
     bounds : lower bounds by quantity.
     verdict : how sure the result is.
@@ -92,7 +74,7 @@ class BestMotion:
 
     deployment: Deployment
     solution: Solution
-    attempts: tuple[Attempt, ...]
+    trials: tuple[Trial, ...]
     basins: tuple[Basin, ...]
     bounds: Mapping[str, float]
     verdict: Verdict
@@ -108,6 +90,9 @@ class Search:
         self.console = console
         self.remarks: list[str] = []
         self.interrupted = False
+        self._with_forces = needs_forces(study)
+        self._started = 0  # starts that are done
+        self._statements: dict[Problem, Statement] = {}
 
     @functools.cached_property
     def plane(self) -> PhasePlane:
@@ -194,95 +179,60 @@ class Search:
         if not with_forces:  # the phase plane of the force says nothing here
             names = [name for name in names if name != "phase-plane"] or names
 
-        attempts: list[Attempt] = []
-        for place, name in enumerate(names, start=1):
-            label = f"start {place} of {len(names)} ({name})"
-            attempt = self._attempt(name, with_forces, label)
-            if attempt is None:
-                break
-            attempts.append(attempt)
-            self.console.progress(f"{label}: {_result_of(attempt, self.study)}")
-            met = attempt.failure is None and self._bound_met(attempt.value)
-            if met or self.interrupted:
-                break
-        return self._best_of(attempts)
-
-    def _attempt(self, name: str, with_forces: bool, label: str) -> Attempt | None:
-        """One start; None if the user interrupted it and nothing is left of it."""
-        begin = clock.monotonic()
-        statement = None
+        self._with_forces, self._started, self._statements = with_forces, 0, {}
         try:
-            start = starting_motion(name, self.study, lambda: self.least_force)
-            statement = state(self.study, start, self._weights(), with_forces)
-            solution = self._solve(statement, 0, (), None, label)
-        except (Interrupted, KeyboardInterrupt) as stop:
-            self.interrupted = True
-            rescued = self._rescued(statement, stop)
-            if rescued is None or statement is None:
-                return None
-            solution = rescued
-        except Unverified as error:
-            return self._unverified(name, clock.monotonic() - begin, statement, error)
-        except (OcpError, StudyError) as error:
-            return Attempt(name, None, clock.monotonic() - begin, failure=str(error))
-
-        value = solution.value(statement.stages[0], replayed=True)
-        return Attempt(name, value, clock.monotonic() - begin, statement, solution)
-
-    def _unverified(
-        self, name: str, seconds: float, statement: Statement | None, error: Unverified
-    ) -> Attempt:
-        """An answer that failed its verification: kept, but second to every other."""
-        answer = error.iterate
-        if statement is None or not isinstance(answer, Solution):
-            return Attempt(name, None, seconds, failure=str(error))
-        value = answer.value(statement.stages[0], replayed=True)
-        reasons = "; ".join(answer.verification.reasons)
-        return Attempt(name, value, seconds, statement, answer, reasons)
-
-    def _rescued(self, statement: Statement | None, stop: BaseException) -> Solution | None:
-        """What a stopped solve had reached, solved on its own mesh once more to be verified."""
-        reached = getattr(stop, "verified", None) or getattr(stop, "finished", None)
-        if statement is None or reached is None:
-            return None
-        self.console.progress("interrupted: finishing the best mesh round; Ctrl-C again to drop it")
-        mesh = Mesh(tuple(_mesh_of(phase) for phase in reached.phases))
-        problem = statement.problem(0, (), self._smoothing(0))
-        try:
-            return solve(
-                problem, settings=Settings(refinement=FixedMesh()), guess=reached, mesh=mesh
+            found = audit(
+                starts={name: functools.partial(self._stated, name) for name in names},
+                settings=self._settings(),
+                bound=self._bound_now,
+                bound_gap=BOUND_MET,
+                value=self._value,
+                same=SAME_BASIN,
+                failures=(StudyError,),
+                progress=self.console.live,
+                finished=lambda trial: self._say(trial, len(names)),
             )
-        except (OcpError, KeyboardInterrupt):
-            return None
+        except Interrupted as stop:
+            raise StudyError(
+                "interrupted before a motion was found; the inputs are kept", ExitCode.INTERRUPTED
+            ) from stop
+        except (OcpError, StudyError) as error:
+            raise self._nothing_found(names, error) from error
+        self.interrupted = self.interrupted or found.interrupted
+        return self._best_of(found)
+
+    def _stated(self, name: str) -> Problem:
+        """The problem as it is stated for one start, with its guess."""
+        start = starting_motion(name, self.study, lambda: self.least_force)
+        statement = state(self.study, start, self._weights(), self._with_forces)
+        problem = statement.problem(0, (), self._smoothing(0))
+        self._statements[problem] = statement
+        return problem
+
+    def _value(self, problem: Problem, solution: Solution) -> float:
+        """The first objective of the replay, as it is reported: without the price of roughness."""
+        return solution.value(self._statements[problem].stages[0], replayed=True)
+
+    def _say(self, trial: Trial, count: int) -> None:
+        """One line of progress for a start that is done."""
+        self._started += 1
+        label = f"start {self._started} of {count} ({trial.name})"
+        self.console.progress(f"{label}: {_result_of(trial, self.study)}")
+
+    def _settings(self) -> Settings:
+        """How the engine solves: the stated intervals, shared out over the phases."""
+        phases = 2 if self._with_forces else 1
+        # moved to the switches of the jerk; where forces matter, bisection is more robust
+        moving = phases == 1 and control_shape(self.study) == "constant"
+        return Settings(
+            intervals=max(2, -(-self.study.solver.intervals // phases)),
+            refinement=AdaptiveMesh(move_breakpoints=moving),
+        )
 
     def _weights(self) -> dict[str, float]:
         """References by which to divide; a single objective keeps its own unit."""
         single = all(len(stage) == 1 for stage in self.study.minimise)
         return dict.fromkeys(OBJECTIVES, 1.0) if single else self.references
-
-    def _solve(
-        self, statement: Statement, stage: int, held: Sequence[Bound], guess: Any, label: str
-    ) -> Solution:
-        phases = len(statement.phases)
-        settings = Settings(
-            intervals=max(2, -(-self.study.solver.intervals // phases)),
-            # moved to the switches of the jerk; where forces matter, bisection is more robust
-            refinement=AdaptiveMesh(
-                move_breakpoints=phases == 1 and control_shape(self.study) == "constant"
-            ),
-        )
-        problem = statement.problem(stage, held, self._smoothing(stage))
-
-        with noted_interrupts() as interrupts:
-            solution = solve(
-                problem,
-                settings=settings,
-                guess=guess,
-                progress=lambda line: self.console.live(f"{label}: {line}"),
-            )
-        # a Ctrl-C too late to stop this solve stops the next one
-        self.interrupted = self.interrupted or interrupts.asked
-        return solution
 
     def _smoothing(self, stage: int) -> float:
         """Weight of the roughness beside a stage: only peaks leave the law free elsewhere."""
@@ -295,49 +245,66 @@ class Search:
             weight * references[name] / weights[name] for name, weight in terms.items()
         )
 
-    def _best_of(self, attempts: Sequence[Attempt]) -> BestMotion:
-        """The best attempt, its later stages, and the verdict."""
-        answered = [attempt for attempt in attempts if attempt.solution is not None]
-        if not answered:
-            raise self._nothing_found(attempts)
-        verified = [attempt for attempt in answered if attempt.failure is None]
-        candidates = verified or answered
-        best = min(candidates, key=lambda attempt: attempt.value or 0.0)
-        assert best.statement is not None
-        assert best.solution is not None
-        assert best.value is not None
-
-        found = basins(self.study, candidates)
+    def _best_of(self, found: Audit) -> BestMotion:
+        """The best of an audit, its later stages, and the verdict."""
+        optimum = found.optima[0]
+        statement = self._statements[optimum.solution.problem]
+        distinct = basins(self.study, found.optima)
+        verified = optimum.solution.verification.passed
         if not verified:
-            verdict = Verdict("unverified", f"unverified: {best.failure}")
-        elif self._bound_met(best.value):
-            verdict = _global_verdict(self.study, best.value, self._bound(), found[0])
+            reasons = "; ".join(optimum.solution.verification.reasons)
+            stopped = ", then interrupted" if self.interrupted else ""
+            verdict = Verdict("unverified", f"unverified: {reasons}{stopped}")
+        elif self._bound_met(optimum.value):
+            verdict = _global_verdict(self.study, optimum.value, self._bound(), distinct[0])
         else:
+            tried = len(found.trials)
             verdict = _local_verdict(
-                self.study, best.value, self._bound(), found, len(attempts), self.interrupted
+                self.study, optimum.value, self._bound(), distinct, tried, self.interrupted
             )
 
-        solution = best.solution
+        solution = optimum.solution
         if verified and not self.interrupted:
-            solution = self._later_stages(best.statement, solution)
-        law = law_of(self.study, best.statement, solution)
+            solution = self._later_stages(statement, solution)
+        law = law_of(self.study, statement, solution)
         return BestMotion(
             deployment=Deployment("optimal", law, self.study.truss),
             solution=solution,
-            attempts=tuple(attempts),
-            basins=found,
+            trials=found.trials,
+            basins=distinct,
             bounds=self.bounds,
             verdict=verdict,
             remarks=tuple(self.remarks),
             interrupted=self.interrupted,
         )
 
-    def _nothing_found(self, attempts: Sequence[Attempt]) -> StudyError:
-        if self.interrupted:
-            return StudyError(
-                "interrupted before a motion was found; the inputs are kept", ExitCode.INTERRUPTED
-            )
+    def _later_stages(self, statement: Statement, solution: Solution) -> Solution:
+        """Later objectives, each with the earlier ones held; never a loss."""
+        count = len(statement.stages)
+        if count == 1:
+            return solution
+        roughness = 0.0 if statement.roughness is None else statement.roughness
+        found = solve_lexicographic(
+            statement.problem(),
+            statement.stages,
+            slack=self.study.concession,
+            first=solution,
+            beside=[self._smoothing(stage) * roughness for stage in range(count)],
+            settings=self._settings(),
+            progress=self.console.live,
+        )
 
+        for place, level in enumerate(found.levels, start=1):
+            label = f"objective {place}"
+            if level.solution is not None and place > 1:
+                self.console.progress(f"{label}: done")
+            elif level.error is not None and not found.interrupted:
+                self.remarks.append(f"The stage '{label}' failed and was left out: {level.error}")
+        self.interrupted = self.interrupted or found.interrupted
+        return found.solution
+
+    def _nothing_found(self, names: Sequence[str], error: Exception) -> StudyError:
+        """What to say where every start failed; the error is that of the first one."""
         cap, least = self.study.caps.force, self._least_force_found()
         if cap is not None and least is not None and least > cap:
             return StudyError(
@@ -346,96 +313,65 @@ class Search:
                 "that or loosen another one",
                 ExitCode.INFEASIBLE,
             )
-
-        failures = "; ".join(f"from {a.start}: {a.failure}" for a in attempts[:1])
         return StudyError(
-            f"no motion was found from {len(attempts)} starts; {failures}", ExitCode.NOT_SOLVED
+            f"no motion was found from {len(names)} starts; from {names[0]}: {error}",
+            ExitCode.NOT_SOLVED,
         )
 
     def _least_force_found(self) -> float | None:
-        """Least peak force without its cap, from one start [N]; None if there is no such cap."""
+        """Least force cap that a motion from the Bezier law meets [N]; None without a cap."""
         if self.study.caps.force is None:
             return None
         self.console.progress("no motion meets the force cap: looking for the least peak instead")
-        relaxed = replace(
-            self.study,
-            minimise=({"peak-force": 1.0},),
-            caps=replace(self.study.caps, force=None),
-            solver=replace(self.study.solver, starts=("bezier",)),
-        )
         try:
-            search = Search(relaxed, self.console)
-            search.check()
-            return search.run().deployment.values["peak-force"]
-        except (StudyError, KeyboardInterrupt):
+            loosened = relaxed(
+                self._stated("bezier"),
+                only={"rope force"},
+                settings=self._settings(),
+                progress=self.console.live,
+            )
+        except (OcpError, StudyError, KeyboardInterrupt):
             return None
-
-    def _later_stages(self, statement: Statement, solution: Solution) -> Solution:
-        """Later objectives, each with the earlier ones held; never a loss."""
-        held: list[Bound] = []
-        for stage in range(1, len(statement.stages)):
-            # held at the replayed value, which is the one that is reported
-            reached = solution.value(statement.stages[stage - 1], replayed=True)
-            limit = reached + self.study.concession * abs(reached)
-            held.append(Bound(f"objective {stage}", statement.stages[stage - 1], upper=limit))
-
-            label = f"objective {stage + 1}"
-            try:
-                solution = self._solve(statement, stage, held, solution, label)
-            except (Interrupted, KeyboardInterrupt):
-                self.interrupted = True
-                break
-            except SolveFailed as error:
-                self.remarks.append(f"The stage '{label}' failed and was left out: {error}")
-                break
-            self.console.progress(f"{label}: done")
-            if self.interrupted:
-                break
-        return solution
+        needed = [item.needed for item in loosened.items if item.side == "upper"]
+        return max(needed, default=None)
 
     def _bound(self) -> float | None:
         """A proven bound of the first objective."""
         first = self.study.minimise[0]
         return self.bounds.get(next(iter(first))) if len(first) == 1 else None
 
-    def _bound_met(self, value: float | None) -> bool:
+    def _bound_now(self) -> float | None:
+        """The same for the engine, which stops where the user stopped the search for it."""
         bound = self._bound()
-        return value is not None and bound is not None and value <= bound * (1 + BOUND_MET)
+        if self.interrupted:
+            raise KeyboardInterrupt
+        return bound
+
+    def _bound_met(self, value: float) -> bool:
+        bound = self._bound()
+        return bound is not None and value <= bound * (1 + BOUND_MET)
 
 
-def _mesh_of(phase: PhaseTrajectory) -> PhaseMesh:
-    """The mesh on which a trajectory was found."""
-    fractions = (phase.breakpoints - phase.start) / (phase.end - phase.start)
-    fractions[0], fractions[-1] = 0.0, 1.0
-    return PhaseMesh(fractions, phase.degrees)
-
-
-def _result_of(attempt: Attempt, study: TrussStudy) -> str:
+def _result_of(trial: Trial, study: TrussStudy) -> str:
     """One line of progress for a start that is done."""
-    if attempt.solution is None:
-        return f"failed, {attempt.failure}"
-    if attempt.failure is not None:
-        return f"unverified, {attempt.failure}"
+    if trial.solution is None:
+        return f"failed, {trial.error}"
+    if trial.error is not None:
+        return f"unverified, {'; '.join(trial.solution.verification.reasons)}"
 
     first = list(study.minimise[0])
     name, unit = (first[0], OBJECTIVES[first[0]].unit) if len(first) == 1 else ("weighted sum", "1")
     return (
-        f"{name} {number(attempt.value, 7)} {unit}, {attempt.solution.iterations} iterations, "
-        f"{attempt.seconds:.1f} s"
+        f"{name} {number(trial.value, 7)} {unit}, {trial.solution.iterations} iterations, "
+        f"{trial.seconds:.1f} s"
     )
 
 
-def basins(study: TrussStudy, solved: Sequence[Attempt]) -> tuple[Basin, ...]:
+def basins(study: TrussStudy, optima: Sequence[Optimum]) -> tuple[Basin, ...]:
     """The distinct optima that the starts found, best first."""
-    distinct: list[Basin] = []
-    for attempt in sorted(solved, key=lambda attempt: attempt.value or 0.0):
-        value = attempt.value or 0.0
-        last = distinct[-1] if distinct else None
-        if last is not None and abs(value - last.value) <= SAME_BASIN * abs(last.value):
-            distinct[-1] = replace(last, starts=(*last.starts, attempt.start))
-        else:
-            distinct.append(Basin(value, (attempt.start,), _kind(study, value)))
-    return tuple(distinct)
+    return tuple(
+        Basin(optimum.value, optimum.starts, _kind(study, optimum.value)) for optimum in optima
+    )
 
 
 def _global_verdict(study: TrussStudy, value: float, bound: float | None, basin: Basin) -> Verdict:

@@ -158,8 +158,13 @@ def _details(best: BestMotion) -> dict[str, Any]:
     }
 
     starts = [
-        {"start": a.start, "value": a.value, "seconds": a.seconds, "failure": a.failure}
-        for a in best.attempts
+        {
+            "start": trial.name,
+            "value": trial.value,
+            "seconds": trial.seconds,
+            "failure": None if trial.error is None else str(trial.error),
+        }
+        for trial in best.trials
     ]
 
     return {

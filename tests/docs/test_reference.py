@@ -1,6 +1,7 @@
 """The reference names all that is public, and its tables hold what the code holds."""
 
 import importlib.util
+import inspect
 import re
 import sys
 from pathlib import Path
@@ -29,6 +30,20 @@ def test_the_reference_names_all_that_the_engine_exports() -> None:
     named = re.findall(r"^\.\. auto\w+:: ocp\.(\w+)$", page, re.MULTILINE)
     assert sorted(named) == sorted(set(named))
     assert set(ocp.__all__) <= set(named)
+
+
+def test_each_argument_of_what_is_public_is_explained() -> None:
+    unexplained = {}
+    for name in ocp.__all__:
+        thing = getattr(ocp, name)
+        if not callable(thing) or (isinstance(thing, type) and issubclass(thing, BaseException)):
+            continue
+        text = inspect.getdoc(thing) or ""
+        named = " ".join(re.findall(r"^(\*{0,2}\w+(?:, \*{0,2}\w+)*) :", text, re.MULTILINE))
+        arguments = set(inspect.signature(thing).parameters) - {"args", "kwargs"}
+        if missing := arguments - set(re.findall(r"\w+", named)) - set(named.split(", ")):
+            unexplained[name] = sorted(missing)
+    assert unexplained == {}
 
 
 def test_a_request_to_elsewhere_is_found(tmp_path: Path) -> None:

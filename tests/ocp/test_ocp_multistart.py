@@ -227,8 +227,9 @@ def test_a_stopped_start_is_rescued_and_later_ones_are_left_out():
 
     def oscillator(start):
         x, v, u = State("x"), State("v"), Control("u", lower=-1, upper=1)
-        phase = Phase("swing", {x: v, v: u - x**3}, {x: 1, v: 0}, {x: 0, v: 0},
-                      end=Between(1, 9, start))  # fmt: skip
+        phase = Phase(
+            "swing", {x: v, v: u - x**3}, {x: 1, v: 0}, {x: 0, v: 0}, end=Between(1, 9, start)
+        )
         return Problem("swing", phase, minimise=phase.end_time)
 
     named = {"one": oscillator(3), "two": oscillator(4), "three": oscillator(5)}

@@ -79,19 +79,23 @@ def test_a_roof_and_the_time_at_which_it_is_too_low():
 def test_a_bound_of_a_phase_and_one_of_an_unknown():
     # x' = k to x = 1 within 0.5 s and k <= 1; and the speed allowed is 1.5
     x, k = State("x", "m"), Unknown("k", "m/s", upper=1.0)
-    phase = Phase("go", {x: k.symbol}, {x: 0}, {x: 1}, end=0.5,
-                  bounds=[Bound("speed", k, "m/s", upper=1.5)])  # fmt: skip
+    phase = Phase(
+        "go", {x: k.symbol}, {x: 0}, {x: 1}, end=0.5, bounds=[Bound("speed", k, "m/s", upper=1.5)]
+    )
     found = relaxed(Problem("go", [phase], minimise=k), keep=["go: x initial", "go: x final"])
     assert {i.name: pytest.approx(i.needed, rel=EXACT) for i in found.items} == {
-        "k": 2.0, "go: speed": 2.0}  # fmt: skip
+        "k": 2.0,
+        "go: speed": 2.0,
+    }
 
 
 def there_and_back(first=0.7, second=0.6):
     """1 m and 2 m, a second each, below a limit of speed that both phases state."""
     x, v = State("x", "m"), Control("v", "m/s")
     there = Phase("there", {x: v}, {x: 0}, {x: 1}, bounds=[Bound("pace", v, "m/s", upper=first)])
-    on = Phase("on", {x: v}, {}, {x: 3}, start=1.0, end=2.0,
-               bounds=[Bound("pace", v, "m/s", upper=second)])  # fmt: skip
+    on = Phase(
+        "on", {x: v}, {}, {x: 3}, start=1.0, end=2.0, bounds=[Bound("pace", v, "m/s", upper=second)]
+    )
     effort = there.integral(v**2) + on.integral(v**2)
     return Problem("trip", [there, on], minimise=effort, links=joined(there, on))
 
@@ -132,8 +136,12 @@ def test_a_feasible_problem_needs_nothing():
 def test_what_stays_hard_can_still_contradict():
     x, v = State("x", "m"), State("v", "m/s")
     u = Control("u", "m/s^2", upper=9.0)
-    phase = Phase("flight", {x: v, v: u}, {x: 0, v: 0}, bounds=[
-        Bound("rail", x + 1, "m", 0, 0), Bound("other rail", x - 1, "m", 0, 0)])  # fmt: skip
+    phase = Phase(
+        "flight",
+        {x: v, v: u},
+        {x: 0, v: 0},
+        bounds=[Bound("rail", x + 1, "m", 0, 0), Bound("other rail", x - 1, "m", 0, 0)],
+    )
     with pytest.raises(Infeasible, match=r"'stuck' has 640 equations.*more is prescribed"):
         relaxed(Problem("stuck", [phase], minimise=phase.integral(u**2)), keep=INITIAL)
 

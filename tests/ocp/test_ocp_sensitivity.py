@@ -30,8 +30,10 @@ def bryson_denham():
     x, v, u = State("x", "m", upper=1 / 9), State("v", "m/s"), Control("u", "m/s^2")
     phase = Phase("hop", {x: v, v: u}, initial={x: 0, v: 1}, final={x: 0, v: -1})
     # slopes to 1e-4 need the ends of the arc on the cap closer than the default tolerance asks
-    return solve(Problem("Bryson-Denham", [phase], minimise=phase.integral(u**2 / 2)),
-                 settings=Settings(accuracy=Accuracy(path=1e-8)))  # fmt: skip
+    return solve(
+        Problem("Bryson-Denham", [phase], minimise=phase.integral(u**2 / 2)),
+        settings=Settings(accuracy=Accuracy(path=1e-8)),
+    )
 
 
 def test_bryson_denham():
@@ -53,9 +55,15 @@ def test_least_time(shape):
     phase = Phase("dash", {x: v, v: u}, {x: 0, v: 0}, {x: d, v: 0}, end=Between(1, 100))
     slopes = solve(Problem("least time", [phase], minimise=phase.end_time)).sensitivities()
     expected = {
-        "D": 0.05, "a": -10.0, "b": -2.5, "u upper": -10.0, "u lower": 2.5,
-        "dash: x final": 0.05, "dash: x initial": -0.05, "dash: start": 1.0,
-    }  # fmt: skip
+        "D": 0.05,
+        "a": -10.0,
+        "b": -2.5,
+        "u upper": -10.0,
+        "u lower": 2.5,
+        "dash: x final": 0.05,
+        "dash: x initial": -0.05,
+        "dash: start": 1.0,
+    }
     for name, value in expected.items():
         assert slopes[name] == pytest.approx(value, rel=CLOSE), name
 
@@ -85,9 +93,13 @@ def swing(gravity=9.0, torque=4.0, effort=14.0, end=2.0, angle=0.1, sense="minim
     u = Control("u", lower=-top, upper=top)
     damper = Unknown("damper", lower=0.1, upper=1.0, guess=0.2)
     phase = Phase(
-        "swing", {q: w, w: u - g * ca.sin(q) - damper * w}, {q: angle, w: 0}, {w: (-1, 1)},
-        end=end, bounds=[Bound("speed", w * (1 + 0.1 * q), upper=2.0)],
-    )  # fmt: skip
+        "swing",
+        {q: w, w: u - g * ca.sin(q) - damper * w},
+        {q: angle, w: 0},
+        {w: (-1, 1)},
+        end=end,
+        bounds=[Bound("speed", w * (1 + 0.1 * q), upper=2.0)],
+    )
     gain = phase.at_end(q) - 0.05 * damper
     limit = Bound("effort", phase.integral(u**2), upper=effort)
     goal = {"minimise": -gain} if sense == "minimise" else {"maximise": gain}
@@ -100,11 +112,15 @@ def slide(gravity=9.8, depth=2.0, start=0.0):
     x, y, v = State("x"), State("y"), State("v", lower=0)
     slope = Control("slope", lower=-1, upper=3)
     phase = Phase(
-        "slide", {x: v * ca.sin(slope), y: v * ca.cos(slope), v: g * ca.cos(slope)},
-        {x: 0, y: 0, v: 0}, {x: 3, y: depth}, start=start, end=Between(0.1, 5, 1),
+        "slide",
+        {x: v * ca.sin(slope), y: v * ca.cos(slope), v: g * ca.cos(slope)},
+        {x: 0, y: 0, v: 0},
+        {x: 3, y: depth},
+        start=start,
+        end=Between(0.1, 5, 1),
         bounds=[Bound("floor", y - 0.2 * x, upper=1.5)],
         guess={slope: (0.1, 1.5), v: (0, 5)},
-    )  # fmt: skip
+    )
     return Problem("slide", [phase], minimise=phase.end_time)
 
 
@@ -131,8 +147,15 @@ def throw(loss=0.8, floor=0.5, there=1.0):
     kept = Constant("kept", value=loss)
     out = Phase("out", {x: v, v: u - 0.1 * v**2}, {x: 0, v: 0}, {x: there}, end=Between(0.2, 3, 1))
     pace = Bound("pace", -v, "m/s", lower=floor)
-    back = Phase("back", {x: v, v: u - 0.1 * v**2}, {}, {x: 0.2}, start=Between(0.2, 3, 1),
-                 end=Between(0.5, 5, 2), bounds=[pace])  # fmt: skip
+    back = Phase(
+        "back",
+        {x: v, v: u - 0.1 * v**2},
+        {},
+        {x: 0.2},
+        start=Between(0.2, 3, 1),
+        end=Between(0.5, 5, 2),
+        bounds=[pace],
+    )
     links = joined(out, back, jump={v: -kept * v})
     effort = 0.1 * (out.integral(u**2) + back.integral(u**2))
     return Problem("throw", [out, back], minimise=back.end_time + effort, links=links)
@@ -144,16 +167,23 @@ FROZEN = Settings(intervals=12, refinement=FixedMesh())
 @pytest.mark.parametrize(
     ("statement", "argument", "name", "value"),
     [
-        (swing, "gravity", "g", 9.0), (swing, "torque", "torque", 4.0),
-        (swing, "effort", "effort upper", 14.0), (swing, "end", "swing: end", 2.0),
-        (swing, "angle", "swing: q initial", 0.1), (slide, "gravity", "g", 9.8),
-        (slide, "depth", "slide: y final", 2.0), (slide, "start", "slide: start", 0.0),
-        (hop, "roof", "x upper", 1 / 9), (hop, "speed", "hop: v initial", 1.0),
-        (lift, "jerk", "j", 8.0), (lift, "distance", "lift: x final", 1.0),
-        (throw, "loss", "kept", 0.8), (throw, "floor", "back: pace lower", 0.5),
+        (swing, "gravity", "g", 9.0),
+        (swing, "torque", "torque", 4.0),
+        (swing, "effort", "effort upper", 14.0),
+        (swing, "end", "swing: end", 2.0),
+        (swing, "angle", "swing: q initial", 0.1),
+        (slide, "gravity", "g", 9.8),
+        (slide, "depth", "slide: y final", 2.0),
+        (slide, "start", "slide: start", 0.0),
+        (hop, "roof", "x upper", 1 / 9),
+        (hop, "speed", "hop: v initial", 1.0),
+        (lift, "jerk", "j", 8.0),
+        (lift, "distance", "lift: x final", 1.0),
+        (throw, "loss", "kept", 0.8),
+        (throw, "floor", "back: pace lower", 0.5),
         (throw, "there", "out: x final", 1.0),
     ],
-)  # fmt: skip
+)
 def test_central_differences_on_a_frozen_mesh(statement, argument, name, value):
     found = solve(statement(), settings=FROZEN)
     step = 1e-4 * max(value, 0.1)  # differences: error of the second order, 1e-7

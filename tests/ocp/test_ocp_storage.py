@@ -46,15 +46,19 @@ def two_phases():
     lost = Unknown("lost", "m/s^2", lower=0.1, upper=1, guess=0.5)
     rates = {x: v, v: u - drag * v - lost * ca.sin(TIME)}
     inside = [Bound("power", u * v, "W", upper=8.0)]
-    first = Phase("there", rates, {x: 0, v: 0}, end=Between(0.2, 0.8), bounds=inside,
-                  guess={x: lambda t: t})  # fmt: skip
+    first = Phase(
+        "there", rates, {x: 0, v: 0}, end=Between(0.2, 0.8), bounds=inside, guess={x: lambda t: t}
+    )
     second = Phase("on", rates, final={x: reach, v: 0}, start=Between(0.2, 0.8), end=1.0)
     top = peak((first, u), (second, u), absolute=True, name="thrust")
     effort = first.integral(u**2, name="effort")
     return Problem(
-        "trip", [first, second], minimise=top + 0.01 * effort, links=joined(first, second),
+        "trip",
+        [first, second],
+        minimise=top + 0.01 * effort,
+        links=joined(first, second),
         bounds=[Bound("budget", effort**2 + lost, upper=400.0)],
-    )  # fmt: skip
+    )
 
 
 @pytest.fixture(scope="module")
@@ -86,8 +90,9 @@ def test_every_named_expression_evaluates_in_a_fresh_process(found, tmp_path):
     ]
     subprocess.run([sys.executable, "-c", "\n".join(lines)], check=True, cwd=ROOT, timeout=120)
     # the same functions of the same numbers; common parts may be summed in another order
-    np.testing.assert_allclose(np.load(tmp_path / "found.npy"), everything(found), rtol=1e-9,
-                               atol=1e-9)  # fmt: skip
+    np.testing.assert_allclose(
+        np.load(tmp_path / "found.npy"), everything(found), rtol=1e-9, atol=1e-9
+    )
 
 
 @pytest.fixture(scope="module")

@@ -146,6 +146,7 @@ def angle_joints(motion: ReducedMotion, torques: Mapping[int, PPoly]) -> dict[in
     spins = ca.jtimes(rates, q, v) + ca.jtimes(angles, q, a)
     joint_angles = ca.Function("angles", [q, v, a], [angles, rates, spins]).map(count)
 
+    # the motion's own accelerations, so that angle and derivatives belong together
     none = 0 * motion.times
     drive = np.array([torques[k](motion.times) if k in torques else none for k in (ROOT, ELBOW)])
     accelerations = model.dynamics.map(count)(motion.q, motion.v, drive)

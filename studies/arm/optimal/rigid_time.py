@@ -76,6 +76,7 @@ def _problem(stage: Stage, caps: list[float]) -> Problem:
     dynamics: dict[State, Any] = dict(zip(q, v, strict=True))
     dynamics |= zip(v, accelerations, strict=True)
 
+    # from rest to rest, as the arm is
     initial, final = (
         dict(zip((*q, *v), (*angles, 0.0, 0.0), strict=True)) for angles in (stage.start, stage.end)
     )

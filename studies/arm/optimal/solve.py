@@ -139,6 +139,7 @@ def check_caps(stage: Stage, caps: TorqueCaps) -> None:
     k = stage.moving[0]
     cap, rate = caps.torque[k], caps.rate[k]
 
+    # full torque one way and then the other is the fastest that a rigid arm can do
     if cap is not None and cap <= 0:
         raise StudyError(f"the torque cap is {cap:g} N m; give a positive one")
     if cap is not None and stage.duration <= stage.least_duration(cap):
@@ -149,6 +150,7 @@ def check_caps(stage: Stage, caps: TorqueCaps) -> None:
             ExitCode.INFEASIBLE,
         )
 
+    # torque up, down through zero and up again at the rate's cap
     least = _RIGID_RATE * stage.torque_units[k] / stage.duration
     if rate is not None and rate <= least:
         raise StudyError(
@@ -209,9 +211,12 @@ def refine(
                 f"{full:.2e} J on the full model"
             )
 
+        # below the floor a share means nothing: both are still
         agrees = reduced <= AGREE * full or max(reduced, full) <= FLOOR
         if agrees or len(rounds) == REFINEMENTS:
             break
+
+        # twice as fine, from the motion just found: what fails leaves that one
         try:
             motion = solve_stage(
                 motion.stage,

@@ -167,6 +167,7 @@ def compare_baselines(study: BaselinesStudy, console: Console, follow: bool = Tr
     limit = None if is_slow(stage) else SHARES[stage.name]
     pairs = compare(stage, study.drive, limit, console.progress, follow=follow)
 
+    # a column for each law, with its own optimum below it
     columns = {pair.baseline.motion.name: _quantities(pair) for pair in pairs}
     latches: list[Criterion] = []
     if study.latch is not None:
@@ -179,6 +180,7 @@ def compare_baselines(study: BaselinesStudy, console: Console, follow: bool = Tr
     if limit is None and tightest.optimum is not None:
         remarks.append(str(numerical_floor(tightest.optimum.motion)))
 
+    # an optimum whose mesh is too coarse may owe its stillness to the mesh
     resolved = all(pair.resolved for pair in pairs)
     return Result(
         kind="arm-baselines",
@@ -192,6 +194,7 @@ def compare_baselines(study: BaselinesStudy, console: Console, follow: bool = Tr
         details={
             "stage": {"duration": stage.duration, "start": stage.start, "end": stage.end},
             "drive": study.drive,
+            "profile_of": f"{OPTIMUM} beside {tightest.baseline.motion.name}",
             "limit": limit,
             "rounds": {
                 pair.baseline.motion.name: [

@@ -119,6 +119,7 @@ def of_optimum(stage: Stage, drive: Drive, cap: float, say: Say) -> LeastDuratio
                 best, high = _least("optimum", done), factor
             else:
                 low = factor
+
         if best.duration is None:
             break  # not even the longest passes
         factor = 0.5 * (low + high)
@@ -233,6 +234,7 @@ def first_pass(
     best = min((T for T, done in tried.items() if passes(done, cap)), default=None)
     if best is None:
         return None
+    # then the least that passes, between the best and the longest below it that was tried
     fails = max((T for T in tried if best > T), default=None)
     if fails is None:
         return tried[best]
@@ -264,7 +266,8 @@ def find_least_durations(study: LeastDurationStudy, console: Console) -> Result:
     cap = torque_cap(stage, drive)
     durations = least_durations(stage, drive, cap, console.progress)
 
-    rows = table_rows({found.name: _quantities(found) for found in durations})
+    rows = table_rows({law.name: _quantities(law) for law in durations})
+    # the optimum stands first
     best, others = durations[0].duration, durations[1:]
     remarks = [
         f"each leaves at most {RESIDUAL:g} J on the full ANCF model under {cap:.5g} N m: the "
@@ -287,13 +290,13 @@ def find_least_durations(study: LeastDurationStudy, console: Console) -> Result:
     )
 
 
-def _quantities(found: LeastDuration) -> list[Entry]:
-    duration = math.nan if found.duration is None else found.duration
+def _quantities(law: LeastDuration) -> list[Entry]:
+    duration = math.nan if law.duration is None else law.duration
     return [
         Entry("duration", "least duration", "s", duration),
-        Entry("residual_energy", "residual energy", "J", found.residual),
-        Entry("peak_torque", "peak torque", "N m", found.torque),
-        Entry("lowest_residual", "least residual seen under the cap", "J", found.lowest, "neither"),
+        Entry("residual_energy", "residual energy", "J", law.residual),
+        Entry("peak_torque", "peak torque", "N m", law.torque),
+        Entry("lowest_residual", "least residual seen under the cap", "J", law.lowest, "neither"),
     ]
 
 

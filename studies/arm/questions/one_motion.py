@@ -99,18 +99,21 @@ def solve_motion(study: ArmStudy, console: Console) -> Result:
     refined = dataclasses.replace(refined, replay=replayed)
     history = loads(replayed)
 
-    own = quantities_of(
+    # the optimum's own column of the table, then that of the laws beside it
+    entries = quantities_of(
         replayed, history, study.arm, study.pointing_error, refined.motion.peak_torque
     )
-    own += optimum_quantities(refined.motion, replayed)
-    own += _asked_besides(study, refined, history)
-    laws = {OPTIMUM: own}
+    entries += optimum_quantities(refined.motion, replayed)
+    entries += _asked_besides(study, refined, history)
+    laws = {OPTIMUM: entries}
+
     beside = [_baseline(stage, name, console) for name in LAWS]
     for baseline in beside:
         bears = loads(baseline, QUICK)  # fine enough to be compared with
         laws[baseline.motion.name] = quantities_of(baseline, bears, study.arm, study.pointing_error)
     rows = table_rows(laws, caps_by_quantity(study))
 
+    # all that the figures show: they are drawn from the result alone
     snapshots = snapshots_of(replayed)
     arrays = profile_series(replayed, study.sample_time) | load_series(history, replayed)
     for motion in (replayed, *beside):
@@ -122,9 +125,10 @@ def solve_motion(study: ArmStudy, console: Console) -> Result:
         "stage": {"duration": stage.duration, "start": stage.start, "end": stage.end},
         "snapshot_times": [snapshot.time for snapshot in snapshots],
         "rounds": [dataclasses.asdict(entry) for entry in refined.rounds],
-        "accuracy": {"residual_energy_of_the_sampled_profile_J": _sampled_energy(own)},
+        "accuracy": {"residual_energy_of_the_sampled_profile_J": _sampled_energy(entries)},
     }
     if is_slow(stage):
+        # so little is left that rounding may be all of it
         floor = numerical_floor(refined.motion.motion("torque"))
         details["numerical_floor_J"] = floor.energy
         remarks.append(str(floor))
@@ -172,17 +176,17 @@ def duration_to_try(stage: Stage, caps: TorqueCaps) -> str:
 def _asked_besides(study: ArmStudy, refined: Refined, history: Loads) -> list[Entry]:
     """What the optimum leaves where something is not as planned."""
     replayed = refined.replay
-    found = off_time_quantities(replayed, study.elements)
+    entries = off_time_quantities(replayed, study.elements)
     if len(study.slew.moving) > 1:
-        found += both_joints_quantities(refined.motion)
+        entries += both_joints_quantities(refined.motion)
     if study.satellite_inertia is not None:
         case = free_satellite(replayed, history, study.satellite_inertia)
-        found += satellite_quantities(case, study)
+        entries += satellite_quantities(case, study)
 
     again = replay(sampled_motion(replayed, study.sample_time), elements=study.elements)
     title = f"residual energy of the profile sampled every {study.sample_time:g} s"
-    found.append(Entry(_SAMPLED, title, "J", again.residual_energy))
-    return found
+    entries.append(Entry(_SAMPLED, title, "J", again.residual_energy))
+    return entries
 
 
 _SAMPLED = "sampled_residual_energy"

@@ -33,10 +33,10 @@ _SHAPER = 10.0  # frequency times duration of shapers that nobody asks for here
 
 def curves(stage: Stage, say: Say) -> Curves:
     """What the optimum and the laws leave on the full model; a duration that fails is left out."""
-    found: Curves = {name: ([], []) for name in (OPTIMUM, *LAWS)}
+    by_law: Curves = {name: ([], []) for name in (OPTIMUM, *LAWS)}
     for ratio in TRADE_OFF_RATIOS:
         shorter = stage.lasting(ratio * stage.duration)
-        for name, (durations, energies) in found.items():
+        for name, (durations, energies) in by_law.items():
             say(f"{stage.name} arm, {shorter.duration:.4g} s: {name}")
             try:
                 energy = _left(shorter, name)
@@ -45,7 +45,7 @@ def curves(stage: Stage, say: Say) -> Curves:
                 continue
             durations.append(shorter.duration)
             energies.append(energy)
-    return found
+    return by_law
 
 
 def reduced_curves(stage: Stage) -> Curves:
@@ -102,10 +102,10 @@ def _quantities(times: list[float], energies: list[float]) -> list[Entry]:
     ]
 
 
-def _series(found: Curves, model: str) -> dict[str, Series]:
+def _series(curves: Curves, model: str) -> dict[str, Series]:
     """A law's durations on a model are the axis of its residual energies."""
     arrays: dict[str, Series] = {}
-    for name, (times, energies) in found.items():
+    for name, (times, energies) in curves.items():
         axis = f"{name}, {model}: duration"
         arrays[axis] = Series("s", axis, np.array(times), "of the motion")
         energy = Series("J", axis, np.array(energies), "residual energy after the lock")

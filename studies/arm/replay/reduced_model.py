@@ -91,6 +91,7 @@ def residuals(motion: Motion, points: Sequence[Factors], step: float = STEP) -> 
     """
     stage, joint = motion.stage, motion.joints[motion.stage.moving[0]]
     steps, arms = int(np.ceil(stage.duration / step)), len(points)
+    # a step needs the input at its start, middle and end
     half_steps = np.linspace(0.0, stage.duration, 2 * steps + 1)
 
     drive: Drive

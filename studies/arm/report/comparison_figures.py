@@ -48,14 +48,17 @@ def residual_figure(result: Result) -> Figure:
     figure = Figure(figsize=(6.4, 3.8), dpi=150, layout="constrained")
     figure.suptitle(f"{scene.title}: residual energy after the lock", fontsize=_SIZE)
     panel = figure.subplots()
-    found = [law for law in result.laws if np.isfinite(place(law, "optimum_")).all()]
-    for number, law in enumerate(found):
+
+    # one entry of the legend stands for all optima
+    with_optimum = [law for law in result.laws if np.isfinite(place(law, "optimum_")).all()]
+    for number, law in enumerate(with_optimum):
         label = None if number else "optimum"
         panel.semilogy(*place(law, "optimum_"), "D", color=COLOURS[0], zorder=3, label=label)
+
     for law in result.laws:
         colour, _ = look(law)
         panel.semilogy(*place(law), "o", color=colour, label=law)
-        if law in found:
+        if law in with_optimum:
             ends = zip(place(law), place(law, "optimum_"), strict=True)
             panel.semilogy(*ends, ":", color=colour, lw=1)
 
@@ -104,6 +107,8 @@ def sequence_figure(result: Result) -> Figure:
     panel = figure.subplots()
     times = result.arrays["figure/time"].values
     big, dwell, small = result.details["durations"]
+
+    # nothing is drawn while a joint is locked: there is no torque to choose
     turning = {"root": times <= big, "elbow": times >= big + dwell}
     for (joint, while_driven), colour in zip(turning.items(), COLOURS, strict=False):
         torque = result.arrays[f"figure/{joint}_torque"].values
@@ -133,6 +138,7 @@ def spread_figure(result: Result) -> Figure:
                 count = points[model]
                 values = result.arrays[f"{name}: residual, {model}"].values.reshape(count, count)
                 side = 100 * np.linspace(-details["width"], details["width"], count)
+                # the worst over the other factor
                 panel.semilogy(side, values.max(axis=1 - axis), mark, color=colour, label=label)
         label_axes(panel, f"{factor} off its nominal value [%]", "", fit=False)
     panels[0].set_ylabel("worst $\\sqrt{E_{res}}$ [$\\sqrt{J}$]")

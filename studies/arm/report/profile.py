@@ -69,6 +69,7 @@ def load_series(history: Loads, replayed: LockedMotion) -> dict[str, Series]:
     The lock's instant stands twice, right before it and right after; the impulses are in the
     latter, and zero elsewhere.
     """
+    # without a motion beyond the lock there is no row right after it
     right_after = min(history.until, len(history.times) - 1)
 
     def once(value: float) -> Array:

@@ -185,71 +185,71 @@ def _bending(replayed: LockedMotion, history: Loads, arm: ArmDescription) -> lis
     links = (("big", parameters.big), ("small", parameters.small))
     peaks, bent = history.bending.max(axis=1), deflections(replayed)
 
-    found = []
+    entries = []
     for k, (name, link) in enumerate(links):
         moment, diameter = float(peaks[k]), getattr(arm, f"{name}_diameter")
         surface = 1e-6 * stress(moment, link.bending_stiffness, diameter, arm.modulus)
-        found += [
+        entries += [
             Entry(f"bending_moment_{name}", f"peak bending moment, {name} arm", "N m", moment),
             Entry(f"bending_stress_{name}", f"peak bending stress, {name} arm", "MPa", surface),
             Entry(f"deflection_{name}", f"peak deflection, {name} arm", "m", float(bent[k])),
         ]
-    return found
+    return entries
 
 
 def optimum_quantities(motion: OptimalMotion, replayed: LockedMotion) -> list[Entry]:
     """What is known of the optimum alone: its errors, its exact torque, its modes."""
     mesh_error = motion.reduced_energy
     model_error = abs(replayed.residual_energy - mesh_error)
-    found = [
+    entries = [
         Entry("mesh_error", "residual energy on B21, mesh error", "J", mesh_error, "neither"),
         Entry("model_error", "model error", "J", model_error, "neither"),
     ]
     for k in motion.stage.moving:
         rate = float(motion.peak_rate[k])
         name = JOINT_NAMES[k]
-        found.append(Entry(f"peak_{name}_rate", f"peak rate of {name} torque", "N m/s", rate))
+        entries.append(Entry(f"peak_{name}_rate", f"peak rate of {name} torque", "N m/s", rate))
 
     vibration = replayed.vibration
     modes = zip(vibration.frequencies, vibration.modal_amplitude, strict=True)
     for i, (frequency, amplitude) in enumerate(modes, start=1):
         title = f"mode {i}, {frequency:.4g} Hz: amplitude"
-        found.append(Entry(f"mode_{i}_amplitude", title, "m", float(amplitude)))
-    return found
+        entries.append(Entry(f"mode_{i}_amplitude", title, "m", float(amplitude)))
+    return entries
 
 
 def off_time_quantities(replayed: LockedMotion, elements: int) -> list[Entry]:
     """What a lock at the wrong instant leaves."""
     off_time = early_and_late(replayed.motion, elements)
 
-    found = []
+    entries = []
     for word, off in zip(("early", "late"), off_time, strict=True):
         head = f"locked {EARLY_LATE:g} s {word}"
         impulse = float(np.abs(off.run.engagement.impulse).max())
-        found += [
+        entries += [
             Entry(f"{word}_residual_energy", f"{head}: residual energy", "J", off.residual_energy),
             Entry(f"{word}_angle_miss", f"{head}: angle miss", "rad", off.miss),
             Entry(f"{word}_impulse", f"{head}: largest impulse", "N m s", impulse),
         ]
-    return found
+    return entries
 
 
 def both_joints_quantities(motion: OptimalMotion) -> list[Entry]:
     """What the models' errors do where both joints turn at once."""
-    found = []
+    entries = []
     compared = compare_models(motion.stage)
     for model, frequency in compared.frequency.items():
         title = f"first frequency, both joints free, straight, {model}"
         key = f"free_frequency_{model.replace(' ', '_')}"
-        found.append(Entry(key, title, "Hz", frequency, "neither"))
+        entries.append(Entry(key, title, "Hz", frequency, "neither"))
 
     left = motion.energy_on_B22
-    found.append(Entry("residual_energy_B22", "residual energy on B22", "J", left, "neither"))
+    entries.append(Entry("residual_energy_B22", "residual energy on B22", "J", left, "neither"))
     for model, energy in compared.residual_energy.items():
         title = f"{LAW} instead: residual energy, {model}"
         key = f"linear_torque_residual_energy_{model.replace(' ', '_')}"
-        found.append(Entry(key, title, "J", energy, "neither"))
-    return found
+        entries.append(Entry(key, title, "J", energy, "neither"))
+    return entries
 
 
 def satellite_quantities(case: FreeSatellite, study: ArmStudy) -> list[Entry]:
@@ -258,7 +258,7 @@ def satellite_quantities(case: FreeSatellite, study: ArmStudy) -> list[Entry]:
     turned, largest = float(np.degrees(case.turned)), float(np.degrees(case.largest_turn))
     held = f"first frequency, locked (held {case.held_frequency:.4g})"
     momentum, left = case.largest_momentum, case.residual_energy
-    found = [
+    entries = [
         Entry("satellite_turned", f"{head}: turned at the lock", "deg", turned, "neither"),
         Entry("satellite_largest_turn", f"{head}: largest turn", "deg", largest),
         Entry("satellite_momentum", f"{head}: peak angular momentum", "N m s", momentum),
@@ -272,8 +272,8 @@ def satellite_quantities(case: FreeSatellite, study: ArmStudy) -> list[Entry]:
         off = float(np.degrees(travels[k] - float(study.slew.turn[k])))
         title = f"{head}: {JOINT_NAMES[k]} angle off its target"
         key = f"satellite_{JOINT_NAMES[k]}_off_target"
-        found.append(Entry(key, title, "deg", off, "neither"))
-    return found
+        entries.append(Entry(key, title, "deg", off, "neither"))
+    return entries
 
 
 def caps_by_quantity(study: ArmStudy) -> dict[str, float | None]:
@@ -285,16 +285,16 @@ def caps_by_quantity(study: ArmStudy) -> dict[str, float | None]:
     return caps
 
 
-def criteria(study: ArmStudy, found: Refined, history: Loads) -> tuple[Criterion, ...]:
+def criteria(study: ArmStudy, refined: Refined, history: Loads) -> tuple[Criterion, ...]:
     """What must hold for the result to count."""
-    motion, last = found.motion, found.rounds[-1]
+    motion, last = refined.motion, refined.rounds[-1]
     checks = [
         _verified(
             "the replays on B21 and on the full model agree in residual energy",
             "J",
             last.on_B21,
             AGREE * last.on_full_model,
-            found.agrees,
+            refined.agrees,
         ),
         _verified(
             "the root's moment is the rate of the angular momentum",
@@ -306,7 +306,7 @@ def criteria(study: ArmStudy, found: Refined, history: Loads) -> tuple[Criterion
     ]
 
     if study.latch is not None:
-        checks += latch_checks(found.replay, study.latch)
+        checks += latch_checks(refined.replay, study.latch)
 
     # between the points of the mesh, where the optimiser did not look
     for k in motion.stage.moving:
@@ -327,12 +327,12 @@ def _verified(name: str, unit: str, value: float, limit: float, passed: bool) ->
 
 def latch_checks(replayed: LockedMotion, width: float) -> list[Criterion]:
     """Whether each joint of a motion arrives at its latch, of a width [rad]."""
-    found = []
+    checks = []
     for k, signed_miss in replayed.run.engagement.miss.items():
         miss = abs(float(signed_miss))
         sentence, held = latched(JOINT_NAMES[k], miss, width)
         verdict = "verified" if held else "FAILED"
-        found.append(
+        checks.append(
             Criterion(
                 name=f"latch of the {JOINT_NAMES[k]}, {replayed.motion.name}",
                 unit="rad",
@@ -342,7 +342,7 @@ def latch_checks(replayed: LockedMotion, width: float) -> list[Criterion]:
                 sentence=f"{verdict}: {replayed.motion.name}: {sentence}",
             )
         )
-    return found
+    return checks
 
 
 def latched(name: str, miss: float, width: float) -> tuple[str, bool]:

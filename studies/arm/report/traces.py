@@ -55,11 +55,14 @@ class Trace:
         chain = before.chain
         slots = {point: list(chain.slots(link, -1)[:2]) for link, point in enumerate(POINTS)}
 
+        # a locked joint bears a torque that no drive gives: it is left at zero
+
         torque = np.zeros((2, sum(len(run.times) for run in runs)))
         torque[:, : len(before.times)] = before.torque
 
         since_lock, off_rest = np.empty(0), {point: np.empty((2, 0)) for point in POINTS}
         if after is not None:
+            # it comes to rest at the angles that the lock holds
             since_lock = after.times - after.times[0]
             rest = posed(chain, [float(x) for x in after.joint_angles()[:, 0]]).q
             off_rest = {point: after.q[place] - rest[place, None] for point, place in slots.items()}
@@ -84,6 +87,7 @@ class Trace:
     def series(self) -> dict[str, Series]:
         """The arrays of a result that hold this trace."""
         head, axis = f"{self.name}/", f"{self.name}/time"
+        # a flag for each instant, as a series holds nothing but numbers
         held = (np.arange(len(self.times)) >= self.lock).astype(float)
         arrays = {
             axis: Series("s", axis, self.times, "since the release"),
@@ -152,15 +156,15 @@ class Snapshot:
 def snapshots_of(replayed: LockedMotion, count: int = SNAPSHOTS) -> list[Snapshot]:
     """The arm at even instants until the lock."""
     run = replayed.run.before
-    found = []
+    snapshots = []
     for asked in np.linspace(0.0, run.times[-1], count):
         i = int(np.argmin(np.abs(run.times - asked)))
         big, small = (
             np.array([run.position(link, node)[:, i] for node in range(run.chain.nodes)]).T
             for link in (0, 1)
         )
-        found.append(Snapshot(float(asked), big, small))
-    return found
+        snapshots.append(Snapshot(float(asked), big, small))
+    return snapshots
 
 
 def snapshot_series(snapshots: Sequence[Snapshot]) -> dict[str, Series]:
@@ -178,9 +182,9 @@ def snapshot_series(snapshots: Sequence[Snapshot]) -> dict[str, Series]:
 
 def read_snapshots(result: Result) -> list[Snapshot]:
     """The snapshots that a result holds; none if it holds none."""
-    found: list[Snapshot] = []
+    snapshots: list[Snapshot] = []
     for k, time in enumerate(result.details.get("snapshot_times", ())):
         places = np.array([result.arrays[f"snapshots/{k}_{axis}"].values for axis in _AXES])
         big, small = np.split(places, 2, axis=1)
-        found.append(Snapshot(float(time), big, small))
-    return found
+        snapshots.append(Snapshot(float(time), big, small))
+    return snapshots

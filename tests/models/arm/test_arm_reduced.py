@@ -10,7 +10,7 @@ from models.ancf.analysis import engage
 from models.ancf.assembly import assemble, dense
 from models.ancf.joints import Free, Torque, joint_angles, joint_rates
 from models.ancf.state import NodalState
-from models.arm.lock import lock_reduced
+from models.arm.lock import energy_after_lock, lock_reduced, lock_terms, released
 from models.arm.parameters import ArmParameters
 from models.arm.reduced import ReducedArm
 from models.arm.reduced_simulation import simulate_reduced
@@ -127,3 +127,28 @@ def test_breakpoints_are_met():
     energy = [sum(map(float, model.energies(*y))) for y in zip(run.q.T, run.v.T, strict=True)]
     assert energy[2] == pytest.approx(energy[4], rel=1e-6)
     assert energy[2] == pytest.approx(5.0 * run.q[0, 2], rel=1e-6)
+
+
+@pytest.mark.parametrize("joints", [(0,), (1,), (0, 1)])
+def test_the_energy_after_a_lock_is_that_of_the_locked_arm(joints):
+    model = ReducedArm(ArmParameters())
+    rng = np.random.default_rng(3)
+    q, v = model.at(0.4, 1.2) + 0.02 * rng.standard_normal(model.size), rng.standard_normal(5)
+    x, y = ca.SX.sym("x", model.size), ca.SX.sym("y", model.size)
+    energy = ca.Function("left", [x, y], [energy_after_lock(*lock_terms(model, joints, x, y))])
+    locked, z, rate = lock_reduced(model, q, v, root=0 in joints, elbow=1 in joints)
+    assert float(energy(q, v)) == pytest.approx(
+        sum(map(float, locked.energies(z, rate))), rel=1e-12
+    )
+
+
+def test_what_is_released_leads_on_where_the_lock_held_it():
+    free = ReducedArm(ArmParameters())
+    locked, z, rate = lock_reduced(
+        free, free.at(0.4, 1.2) + 0.01, np.linspace(-1.0, 1.0, 5), elbow=True
+    )
+    q, v = released(locked, free, z, rate)
+    again, same, kept = lock_reduced(free, q, v, elbow=True)  # nothing moves against the lock
+    assert again.elbow_lock == pytest.approx(locked.elbow_lock, abs=1e-14)
+    assert same == pytest.approx(z, abs=1e-14)
+    assert kept == pytest.approx(rate, rel=1e-10)  # of a mass matrix with condition 5e4

@@ -1,6 +1,7 @@
 """Loads, a satellite that is free, sequences without rest, figures: each against an estimate."""
 
 import json
+import math
 
 import casadi as ca
 import numpy as np
@@ -12,12 +13,13 @@ from models.ancf.joints import Torque
 from models.ancf.state import posed
 from models.arm.parameters import ArmParameters
 from models.errors import ModelError
+from studies.arm.config import BaselinesStudy
 from studies.arm.laws.rigid import feed_forward, inertias, joint_motion, rigid_accelerations
 from studies.arm.laws.unit_laws import baselines, quintic
 from studies.arm.optimal.phase import arm_phase
 from studies.arm.optimal.rigid_time import least_rigid_duration, quintic_duration
-from studies.arm.optimal.solve import MeshRound, Refined
-from studies.arm.questions.baselines import Pair, replay_law
+from studies.arm.optimal.solve import FLOOR, MeshRound, Refined
+from studies.arm.questions.baselines import Pair, compare_baselines, replay_law
 from studies.arm.questions.one_motion import duration_to_try
 from studies.arm.replay.full_model import Motion, replay
 from studies.arm.replay.loads import loads, modal_ratios, momenta, settling_time
@@ -28,6 +30,7 @@ from studies.arm.report.quantities import latch_checks
 from studies.arm.report.traces import Trace, snapshots_of
 from studies.arm.stage import ELBOW, ROOT, TorqueCaps, big_arm, both_arms, small_arm
 from studies.cli import main
+from studies.common.console import silent
 from studies.common.exit_codes import ExitCode
 
 COARSE = StepControl(1e-6)
@@ -206,6 +209,21 @@ def test_a_latch_missed_beside_baselines_fails_the_command(big, monkeypatch, cap
     assert not record["passed"]
     missed = [check for check in record["checks"] if not check["passed"]]
     assert len(missed) == 2  # the baseline's and the optimum's
+
+
+def test_at_a_slow_pace_an_optimum_has_a_floor_to_stay_under(big, monkeypatch):
+    done, _ = big
+    refined = Refined(None, done, (MeshRound(100, 0.0, done.residual_energy),), True)
+    room = "studies.arm.questions.baselines"
+    monkeypatch.setattr(f"{room}.compare", lambda *_, **__: [Pair(done, done, refined, None)])
+    monkeypatch.setattr(f"{room}.is_slow", lambda _: True)
+    monkeypatch.setattr(f"{room}.numerical_floor", lambda _: "the floor")
+    found = compare_baselines(BaselinesStudy(), silent(), follow=False)
+    (check,) = found.checks
+    assert (check.unit, check.limit) == ("J", FLOOR)
+    assert check.passed == (done.residual_energy <= FLOOR)
+    assert math.isnan(found.value("ratio"))
+    assert "the floor" in found.remarks
 
 
 def test_the_tip_settles_when_a_damped_arm_is_simulated_to():

@@ -87,8 +87,8 @@ class Comparison:
         joint, steepest = self.stage.moving[0], steepest_rate(self.stage)
         rates = [x.motion.peak_rate[joint] <= steepest * (1 + 1e-9) for x in self.maps]
         within = [
-            found.peak <= share * self.nominal.peak
-            for found, share in zip(self.robust, self.shares, strict=True)
+            robust.peak <= share * self.nominal.peak
+            for robust, share in zip(self.robust, self.shares, strict=True)
         ]
         ratios = self.robust[0].ratios(self.nominal)
         return bool(max(ratios) <= LIMIT and all((*within, *rates)))
@@ -174,75 +174,78 @@ def find_robust(study: RobustStudy, console: Console) -> Result:
     StudyError
         If a motion is not found.
     """
-    found = compare(study.slew, study.drive, study.points, console.progress, console.live)
-    misses = mass_misses(found.robust[0].motion, console.live)
+    comparison = compare(study.slew, study.drive, study.points, console.progress, console.live)
+    misses = mass_misses(comparison.robust[0].motion, console.live)
 
     # the motion that is judged comes first, what it is compared with after it
-    judged, *others = found.robust
-    ordered = (judged, found.nominal, *others)
-    rows = table_rows({m.motion.name: _quantities(m, found) for m in ordered})
+    judged, *others = comparison.robust
+    ordered = (judged, comparison.nominal, *others)
+    rows = table_rows({m.motion.name: _quantities(m, comparison) for m in ordered})
     return Result(
         kind="robust",
         question=study.question,
         configuration=as_dictionary(study),
-        arrays=_series(found),
+        arrays=_series(comparison),
         table=rows,
         verdict=Verdict(
             "local",
             "local: one optimum of the nominal arm and its copies from the nominal motion, "
             "replayed all over the spread; others were not sought",
         ),
-        checks=_criteria(found),
+        checks=_criteria(comparison),
         costs_elsewhere=costs_elsewhere(rows),
-        remarks=_remarks(found, misses),
+        remarks=_remarks(comparison, misses),
         details={
             "stage": {
-                "duration": found.stage.duration,
-                "joint": JOINT_NAMES[found.stage.moving[0]],
+                "duration": comparison.stage.duration,
+                "joint": JOINT_NAMES[comparison.stage.moving[0]],
             },
-            "axes": found.spread.axes,
+            "axes": comparison.spread.axes,
             "width": WIDTH,
-            "design": found.spread.design,
-            "points": {"B21": len(found.nominal.reduced), "full model": FULL},
-            "motions": [_torque_law(m) for m in found.maps],
+            "design": comparison.spread.design,
+            "points": {"B21": len(comparison.nominal.reduced), "full model": FULL},
+            "motions": [_torque_law(m) for m in comparison.maps],
             "angle_miss_of_tip_mass_rad": misses,
         },
         provenance=provenance(),
     )
 
 
-def _quantities(own: ResidualMap, found: Comparison) -> list[Entry]:
-    joint, nominal = found.stage.moving[0], found.nominal
-    on_B21, on_full = own.ratios(nominal)
-    worst, worst_full = float(own.reduced.max()), float(own.full.max())
+def _quantities(motion_map: ResidualMap, comparison: Comparison) -> list[Entry]:
+    joint, nominal = comparison.stage.moving[0], comparison.nominal
+    on_B21, on_full = motion_map.ratios(nominal)
+    worst, worst_full = float(motion_map.reduced.max()), float(motion_map.full.max())
+    share = motion_map.peak / nominal.peak
     root = "sqrt(J)"
 
     return [
-        Entry("peak_torque", "peak torque", "N m", own.peak),
-        Entry("peak_ratio", "peak torque over the nominal's", "1", own.peak / nominal.peak),
-        Entry("peak_rate", "peak torque rate", "N m/s", float(own.motion.peak_rate[joint])),
+        Entry("peak_torque", "peak torque", "N m", motion_map.peak),
+        Entry("peak_ratio", "peak torque over the nominal's", "1", share, "neither"),
+        Entry("peak_rate", "peak torque rate", "N m/s", float(motion_map.motion.peak_rate[joint])),
         Entry("worst_B21", "worst sqrt(E_res) on B21", root, worst),
         Entry("ratio_B21", "the same over the nominal's", "1", on_B21),
         Entry("worst_full", "worst sqrt(E_res), full model", root, worst_full),
         Entry("ratio_full", "the same over the nominal's", "1", on_full),
-        Entry("nominal_arm", "sqrt(E_res) of the nominal arm, full model", root, own.at_nominal),
+        Entry(
+            "nominal_arm", "sqrt(E_res) of the nominal arm, full model", root, motion_map.at_nominal
+        ),
     ]
 
 
-def _criteria(found: Comparison) -> tuple[Criterion, ...]:
+def _criteria(comparison: Comparison) -> tuple[Criterion, ...]:
     """The worst residual of the judged motion, and the caps of all."""
-    judged = found.robust[0]
-    ratio = max(judged.ratios(found.nominal))
+    judged = comparison.robust[0]
+    ratio = max(judged.ratios(comparison.nominal))
     checks = [_criterion(f"worst residual of '{judged.motion.name}'", "1", ratio, LIMIT)]
 
-    for own, share in zip(found.robust, found.shares, strict=True):
-        name = f"peak torque of '{own.motion.name}'"
-        checks.append(_criterion(name, "N m", own.peak, share * found.nominal.peak))
+    for motion_map, share in zip(comparison.robust, comparison.shares, strict=True):
+        name = f"peak torque of '{motion_map.motion.name}'"
+        checks.append(_criterion(name, "N m", motion_map.peak, share * comparison.nominal.peak))
 
-    joint, steepest = found.stage.moving[0], steepest_rate(found.stage)
-    for own in found.maps:
-        name = f"peak torque rate of '{own.motion.name}'"
-        checks.append(_criterion(name, "N m/s", own.motion.peak_rate[joint], steepest, 1e-9))
+    joint, steepest = comparison.stage.moving[0], steepest_rate(comparison.stage)
+    for motion_map in comparison.maps:
+        name = f"peak torque rate of '{motion_map.motion.name}'"
+        checks.append(_criterion(name, "N m/s", motion_map.motion.peak_rate[joint], steepest, 1e-9))
     return tuple(checks)
 
 
@@ -253,16 +256,16 @@ def _criterion(
     return Criterion(name, unit, float(value), float(limit), passed)
 
 
-def _remarks(found: Comparison, misses: dict[float, float]) -> tuple[str, ...]:
-    size, (first, second) = len(found.nominal.reduced), found.spread.axes
+def _remarks(comparison: Comparison, misses: dict[float, float]) -> tuple[str, ...]:
+    size, (first, second) = len(comparison.nominal.reduced), comparison.spread.axes
     missed = ", ".join(f"x {mass:g}: {miss:.2g} rad" for mass, miss in misses.items())
-    judged = found.robust[0].motion.name
+    judged = comparison.robust[0].motion.name
 
     return (
         f"worst over +-{WIDTH:.0%} of {first} and of {second}: {size} x {size} arms on B21, "
         f"{FULL} x {FULL} on the full ANCF model",
         "nominal: least peak torque, elastic rest; robust: least worst residual of "
-        f"{1 + len(found.spread.design)} arms, none of them but the nominal one on the grid; "
+        f"{1 + len(comparison.spread.design)} arms, none of them but the nominal one on the grid; "
         f"torque rate at most {RATE:g} J D/T^3 in all",
         f"angle miss of '{judged}' with a wrong tip mass under torque drive: {missed}; the torque "
         "alone decides the momentum, the inertia what angle that becomes: no law that does not "
@@ -270,34 +273,37 @@ def _remarks(found: Comparison, misses: dict[float, float]) -> tuple[str, ...]:
     )
 
 
-def _torque_law(own: ResidualMap) -> dict[str, object]:
+def _torque_law(motion_map: ResidualMap) -> dict[str, object]:
     """The exact torque of a motion."""
-    law = own.motion.torques[own.motion.stage.moving[0]]
+    law = motion_map.motion.torques[motion_map.motion.stage.moving[0]]
     return {
-        "name": own.motion.name,
+        "name": motion_map.motion.name,
         "torque_breakpoints_s": law.x,
         "torque_coefficients": law.c,
-        "root_E_res_B21": own.reduced,
-        "root_E_res_full": own.full,
+        "root_E_res_B21": motion_map.reduced,
+        "root_E_res_full": motion_map.full,
     }
 
 
-def _series(found: Comparison) -> dict[str, Series]:
-    """Torques along the time, and the residual maps along their own points."""
-    times = np.linspace(0.0, found.stage.duration, _TORQUE_SAMPLES)
+def _series(comparison: Comparison) -> dict[str, Series]:
+    """Torques along the time, and the residual maps along the arms of their grid."""
+    times = np.linspace(0.0, comparison.stage.duration, _TORQUE_SAMPLES)
     arrays = {"time": Series("s", "time", times, "since the release")}
-    for own in found.maps:
-        law = own.motion.torques[found.stage.moving[0]]
-        name = f"{own.motion.name}: torque"
+    for motion_map in comparison.maps:
+        law = motion_map.motion.torques[comparison.stage.moving[0]]
+        name = f"{motion_map.motion.name}: torque"
         arrays[name] = Series("N m", "time", law(times), "of the joint that turns")
 
-    for model, values in (("B21", found.nominal.reduced), ("full model", found.nominal.full)):
+    for model, values in (
+        ("B21", comparison.nominal.reduced),
+        ("full model", comparison.nominal.full),
+    ):
         axis = f"{model}: arm"
         numbers = np.arange(float(values.size))
         arrays[axis] = Series("1", axis, numbers, "rows of the grid, one after the other")
-    for own in found.maps:
-        for model, values in (("B21", own.reduced), ("full model", own.full)):
-            name = f"{own.motion.name}: residual, {model}"
+    for motion_map in comparison.maps:
+        for model, values in (("B21", motion_map.reduced), ("full model", motion_map.full)):
+            name = f"{motion_map.motion.name}: residual, {model}"
             root = values.ravel()
             arrays[name] = Series("sqrt(J)", f"{model}: arm", root, "sqrt(E_res) after the lock")
     return arrays

@@ -148,6 +148,7 @@ def elastic_rest(stage: Stage, phase: Phase, arm: ArmCopy) -> list[Bound]:
 def _phase(stage: Stage, drives: Drives, start: SampledMotion, copies: Sequence[ArmCopy]) -> Phase:
     """From rest, of all copies under one drive."""
     joint = stage.moving[0]
+    # only the drive has to rest at the end: what the copies do there is judged
     still = dict.fromkeys(drives.states, 0.0)
     dynamics: dict[Any, Any] = drives.dynamics
     initial: dict[Any, Any] = dict(still)

@@ -108,6 +108,7 @@ def sequence_problem(
     phases = _phases(case, cap, least == "time", left)
     big, dwell, small = phases.first, phases.dwell, phases.second
 
+    # both goals are near one: the smoothness beside them keeps its share
     if least == "time":
         goal = (small.phase.end_time - case.dwell) / case.moving_time
     else:
@@ -142,6 +143,7 @@ def _phases(case: Sequence, cap: float | None, free: bool, left: float | None) -
     release_time = lock + case.dwell
     end = release_time + case.second.duration
 
+    # the small arm starts as the lock leaves the arm, by links and not by values
     first = arm_phase(
         case.first,
         caps,

@@ -185,6 +185,7 @@ def replay_sequence(solved: OptimalSequence, elements: int = ELEMENTS) -> Sequen
     lock, released_at = np.cumsum(solved.durations)[:2]
     root, elbow = solved.drives
 
+    # the big arm, locked at the root and followed through the dwell
     first = run_and_lock(
         case.first.arm.chain(elements),
         case.first.full_joints({ROOT: root}),
@@ -196,6 +197,8 @@ def replay_sequence(solved: OptimalSequence, elements: int = ELEMENTS) -> Sequen
         settings=SMOOTH,
     )
     assert first.after is not None
+
+    # the small arm, from the state in which the dwell ends
     clamped_root = first.engagement.joints[ROOT]
     joints: list[Joint] = [clamped_root, elbow]
     second = run_and_lock(

@@ -42,6 +42,7 @@ def find_sequence(study: SequenceStudy, console: Console) -> Result:
     """
     case = sequence(study.total, study.dwell, study.arm.parameters)
     if study.torque_cap is not None:
+        # the guess moves at the pace of the cap, whatever total time is stated
         case = paced(case, study.torque_cap)
     solved = solve_sequence(case, study.least, study.torque_cap, progress=console.live)
     console.progress("solved; replaying on B21 and on the full model")
