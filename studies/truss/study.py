@@ -40,7 +40,8 @@ KNOTS = {
     "knot_jerk_before": ("rad/s^3", "jerk before it"),
 }
 
-ROWS = (
+# of the table, in an order that reads well; a quantity that is not listed comes last
+_ORDER = (
     "time",
     "peak-speed",
     "peak-acceleration",
@@ -52,6 +53,7 @@ ROWS = (
     "energy",
     "peak-reaction",
 )
+ROWS = tuple(dict.fromkeys((*_ORDER, *QUANTITIES)))
 
 
 def run(study: TrussStudy, console: Console | None = None) -> Result:
