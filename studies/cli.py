@@ -294,7 +294,8 @@ def _command_name(words: Sequence[str]) -> str:
 
 
 def _refuse_former_flags(name: str, words: Iterable[str]) -> None:
-    former = FORMER_FLAGS.get(name, {})
+    # a sub-command such as "arm solve" answers for the flags of the former "arm", too
+    former = {**FORMER_FLAGS.get(name.split()[0], {}), **FORMER_FLAGS.get(name, {})}
     for word in words:
         flag = word.split("=")[0]
         if flag in former:
