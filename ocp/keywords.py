@@ -12,9 +12,12 @@ from ocp.errors import StatementError
 
 Target = TypeVar("Target", bound=Callable[..., Any])
 Remedy = str | Callable[[Any], str]
+Remedies = Mapping[str, tuple[str, Remedy]]  # by word, each with what stands before the remedy
 
 
-def checked_keywords(former: Mapping[str, Remedy] | None = None) -> Callable[[Target], Target]:
+def checked_keywords(
+    former: Mapping[str, Remedy] | None = None, elsewhere: Mapping[str, Remedy] | None = None
+) -> Callable[[Target], Target]:
     """Let a function or a dataclass answer a wrong keyword in one sentence.
 
     Parameters
@@ -22,60 +25,84 @@ def checked_keywords(former: Mapping[str, Remedy] | None = None) -> Callable[[Ta
     former : mapping of str to str or callable, optional
         What to write instead of each keyword that was once right, as a part of a sentence.
         ``{value}`` in it stands for the value given; a callable receives that value.
+    elsewhere : mapping of str to str or callable, optional
+        The same for keywords that were never right here, but are those of other tools.
 
     Returns
     -------
     callable
         A decorator. What it decorates raises `StatementError` for a keyword it does not have, and
-        suggests the nearest one.
+        suggests the nearest one. A class does so too where an argument is missing.
     """
+    remedies = {word: ("", remedy) for word, remedy in (elsewhere or {}).items()}
+    remedies |= {word: (" any more", remedy) for word, remedy in (former or {}).items()}
 
     def decorate(target: Target) -> Target:
         if isinstance(target, type):
             # what help and editors show; else it would be that of `__new__`, which takes anything
             setattr(target, "__signature__", inspect.signature(target))  # noqa: B010
-            setattr(target, "__new__", _checked_new(former or {}))  # noqa: B010
+            setattr(target, "__new__", _checked_new(remedies))  # noqa: B010
             return target
-        checked: Any = _checked(target, former or {})
+        checked: Any = _checked(target, remedies)
         return checked
 
     return decorate
 
 
-def _checked_new(former: Mapping[str, Remedy]) -> Callable[..., Any]:
+def _checked_new(remedies: Remedies) -> Callable[..., Any]:
     """A `__new__` of a dataclass, which sees the keywords before the constructor does."""
 
     def checked_new(kind: Any, *arguments: Any, **given: Any) -> Any:
-        keywords = [entry.name for entry in dataclasses.fields(kind) if entry.init]
-        _check(kind.__name__, given, keywords, former)
+        entries = [entry for entry in dataclasses.fields(kind) if entry.init]
+        keywords = [entry.name for entry in entries]
+        _check(kind.__name__, given, keywords, remedies)
+
+        # copies and files make an object without any argument, and fill it afterwards
+        absent = [
+            e.name for e in entries[len(arguments) :] if _is_needed(e) and e.name not in given
+        ]
+        if absent and (arguments or given):
+            words = ", ".join(keywords)
+            raise StatementError(
+                f"{kind.__name__} has no {_listed(absent)}; write {kind.__name__}({words}), of "
+                "which the last ones may be left out"
+            )
         return object.__new__(kind)
 
     return checked_new
 
 
-def _checked(function: Callable[..., Any], former: Mapping[str, Remedy]) -> Callable[..., Any]:
+def _is_needed(entry: dataclasses.Field[Any]) -> bool:
+    """Whether a field of a dataclass has no default."""
+    missing = dataclasses.MISSING
+    return entry.default is missing and entry.default_factory is missing
+
+
+def _listed(words: list[str]) -> str:
+    return " and no ".join(f"'{word}'" for word in words)
+
+
+def _checked(function: Callable[..., Any], remedies: Remedies) -> Callable[..., Any]:
     """The function behind a check of its keywords."""
     keywords = [word for word in inspect.signature(function).parameters if word != "self"]
 
     @functools.wraps(function)
     def called(*arguments: Any, **given: Any) -> Any:
-        _check(function.__name__, given, keywords, former)
+        _check(function.__name__, given, keywords, remedies)
         return function(*arguments, **given)
 
     return called
 
 
-def _check(
-    name: str, given: Mapping[str, Any], keywords: list[str], former: Mapping[str, Remedy]
-) -> None:
+def _check(name: str, given: Mapping[str, Any], keywords: list[str], remedies: Remedies) -> None:
     """StatementError if one of the keywords given is not there."""
     for word, value in given.items():
         if word in keywords:
             continue
-        if word in former:
-            remedy = former[word]
+        if word in remedies:
+            since, remedy = remedies[word]
             text = remedy(value) if callable(remedy) else remedy.format(value=repr(value))
-            raise StatementError(f"{name} has no keyword '{word}' any more; {text}")
+            raise StatementError(f"{name} has no keyword '{word}'{since}; {text}")
         raise StatementError(f"{name} has no keyword '{word}'; {nearest(word, keywords)}")
 
 
@@ -86,7 +113,8 @@ def as_written(instance: Any) -> str:
         value, default = getattr(instance, entry.name), entry.default
         if entry.default_factory is not dataclasses.MISSING:
             default = entry.default_factory()
-        if entry.repr and value != default:
+        # symbols compare to an expression, which is neither true nor false
+        if entry.repr and (value != default) is not False:
             written.append(f"{entry.name}={value!r}")
     return f"{type(instance).__name__}({', '.join(written)})"
 

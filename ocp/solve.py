@@ -16,8 +16,7 @@ from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import multipliers
 from ocp.problem.integrator_chains import first_degree
 from ocp.problem.parameters import parameters_of
-from ocp.problem.phase import Phase
-from ocp.problem.problem import Problem
+from ocp.problem.problem import Problem, check_is_problem
 from ocp.problem.symbols import Constant
 from ocp.problem.validation import check_values
 from ocp.progress import Progress, shown
@@ -168,14 +167,8 @@ def collocate(
 
 def check_arguments(problem: Any, settings: Any, guess: Any, mesh: Any) -> None:
     """StatementError unless the arguments of a verb are of the right kinds."""
-    if isinstance(problem, Phase):
-        name = problem.name
-        raise StatementError(
-            f"'{name}' is a phase without an objective; write Problem('{name}', phase, "
-            "minimise=...)"
-        )
+    check_is_problem(problem)
     for what, value, kinds, remedy in (
-        ("problem", problem, (Problem,), "give a Problem"),
         ("settings", settings, (Settings,), "write Settings(...)"),
         ("mesh", mesh, (Mesh, type(None)), "give a Mesh, such as solution.mesh"),
         (

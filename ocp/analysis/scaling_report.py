@@ -10,7 +10,7 @@ from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.trajectory import Trajectory
 from ocp.problem.functionals import Integral, Peak
 from ocp.problem.parameters import parameters_of
-from ocp.problem.problem import Problem
+from ocp.problem.problem import Problem, check_is_problem
 from ocp.problem.symbols import Constant, Signal
 from ocp.transcription.scaling import Scales, scales_of
 
@@ -77,6 +77,7 @@ def scaling_report(
     constants : mapping of Constant to number, optional
         Values that replace those of the statement.
     """
+    check_is_problem(problem)
     parameters = parameters_of(problem, constants)
     start = initial_guess(problem, parameters, guess)
     return report_of(problem, scales_of(problem, start, parameters))

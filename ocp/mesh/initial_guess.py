@@ -160,19 +160,49 @@ def _numbers(symbol: Signal | Unknown) -> tuple[float, float]:
 def _evaluated(given: Any, fractions: Array, times: Array, what: str) -> Array:
     """A guess in any of the forms that a statement may give, at times (m,)."""
     if callable(given):
-        return np.broadcast_to(np.asarray(given(times), dtype=float), times.shape).copy()
+        return _called(given, times, what)
     try:
         if is_real(given):
             return np.full(times.shape, float(given))
         first, second = (np.asarray(part, dtype=float) for part in given)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError):
         raise StatementError(
             f"{what} is {given!r}; give a number, a pair (first, last), a function of time or a "
             "pair of arrays (times, values)"
-        ) from error
+        ) from None
 
     if first.ndim == 0 and second.ndim == 0:
         return np.asarray(first + fractions * (second - first))
-    if first.shape != second.shape or np.any(np.diff(first) <= 0):
-        raise StatementError(f"{what} needs as many values as times, and increasing times")
+    if first.shape != second.shape or first.ndim != 1:
+        raise StatementError(
+            f"{what} is a table of {first.size} times and {second.size} values; it needs as many "
+            "values as times: give (times, values), two arrays of the same length"
+        )
+    if np.any(np.diff(first) <= 0):
+        raise StatementError(
+            f"{what} needs increasing times, but {_step_back(first)}; sort the table"
+        )
     return np.interp(times, first, second)
+
+
+def _step_back(times: Array) -> str:
+    """The first time of a table that is not above the one before it."""
+    place = int(np.argmax(np.diff(times) <= 0))
+    return f"{times[place + 1]:.6g} s follows {times[place]:.6g} s"
+
+
+def _called(function: Any, times: Array, what: str) -> Array:
+    """The values of a guess that is a function of time."""
+    try:
+        values = np.asarray(function(times), dtype=float)
+    except Exception as error:  # whatever the user's function may raise
+        raise StatementError(
+            f"{what} is a function that fails on an array of times ({type(error).__name__}: "
+            f"{error}); write it with NumPy functions, which take arrays"
+        ) from error
+    if values.shape not in ((), times.shape):
+        raise StatementError(
+            f"{what} is a function that returns shape {values.shape} for times of shape "
+            f"{times.shape}; return one value for each time"
+        )
+    return np.broadcast_to(values, times.shape).copy()

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from ocp.errors import StatementError
-from ocp.problem.symbols import check_interval, check_scale, is_number, scalar
+from ocp.keywords import checked_keywords
+from ocp.problem.symbols import LIMIT_WORDS, check_interval, check_scale, is_number, scalar
 
 
+@checked_keywords(elsewhere=LIMIT_WORDS)
 @dataclass(frozen=True)
 class Bound:
     """``lower <= expression <= upper``.

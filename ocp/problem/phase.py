@@ -14,6 +14,7 @@ import casadi as ca
 import numpy as np
 
 from ocp.errors import StatementError
+from ocp.keywords import checked_keywords
 from ocp.problem.bounds import Bound, checked_bounds
 from ocp.problem.functionals import (
     BoundaryValue,
@@ -24,12 +25,29 @@ from ocp.problem.functionals import (
     PointValue,
 )
 from ocp.problem.symbols import Between, Signal, State, Symbol, resolve, scalar
-from ocp.problem.validation import check_phase
+from ocp.problem.validation import check_mapping, check_phase
 
 Kind = TypeVar("Kind", bound=Functional)
+_END = "write end={value}, or end=Between(lower, upper) where it is free"
+_ELSEWHERE = {
+    **dict.fromkeys(("duration", "tf", "t_end", "time", "final_time", "end_time"), _END),
+    **dict.fromkeys(("t0", "start_time", "initial_time"), "write start={value}"),
+    **dict.fromkeys(("ode", "rhs", "derivatives"), "write dynamics={{state: expression}}"),
+    **dict.fromkeys(
+        ("constraints", "path", "path_constraints"),
+        "write bounds=[...], with relations such as x <= 2 or with Bound(...)",
+    ),
+    **dict.fromkeys(("states", "controls"), "they follow from dynamics={{state: expression}}"),
+    **dict.fromkeys(
+        ("minimise", "maximise", "minimize", "maximize", "objective"),
+        "write it where the problem is stated: Problem(name, phase, minimise=...)",
+    ),
+}
+
 Guess = Any  # number, (first, last), callable of time, or (times, values)
 
 
+@checked_keywords(elsewhere=_ELSEWHERE)
 @dataclass(frozen=True, eq=False)
 class Phase:
     """A stretch of time with one set of dynamics.
@@ -81,11 +99,15 @@ class Phase:
     _functionals: list[Functional] = field(init=False, repr=False, default_factory=list)
 
     def __post_init__(self) -> None:
+        for what in ("dynamics", "initial", "final", "guess"):
+            check_mapping(self.name, what, getattr(self, what))
+
         derivatives = {}
         for state, rate in self.dynamics.items():
             if not isinstance(state, State):
                 raise StatementError(
-                    f"the dynamics of phase '{self.name}' name {state!r}, which is no State"
+                    f"the dynamics of phase '{self.name}' name {state!r}, which is no State; "
+                    "declare it as State(name, unit), and give its derivative"
                 )
             derivatives[state] = scalar(rate, f"the derivative of '{state.name}'")
         object.__setattr__(self, "dynamics", derivatives)
@@ -116,6 +138,7 @@ class Phase:
                 symbols.update(dict.fromkeys(resolve(expression, where)))
         return tuple(symbols)
 
+    @checked_keywords()
     def integral(
         self, expression: Any, name: str = "integral", unit: str = "1", scale: float | None = None
     ) -> Integral:
@@ -163,6 +186,7 @@ class Phase:
         name = f"value at {instant} s"
         return self._kept(PointValue(name, "1", *self._piece(expression, name), instant=instant))
 
+    @checked_keywords()
     def misfit(self, expression: Any, times: Any, values: Any, weights: Any = 1.0) -> ca.SX:
         """Weighted sum of squared differences between an expression and data.
 
@@ -179,7 +203,8 @@ class Phase:
         Raises
         ------
         StatementError
-            When there are not as many values as times, or a time lies outside.
+            When there are not as many values as times, a value is not finite, or a time lies
+            outside.
         """
         t, data = np.atleast_1d(times).astype(float), np.atleast_1d(values).astype(float)
         if t.shape != data.shape or t.ndim != 1 or np.shape(weights) not in ((), t.shape):
@@ -187,6 +212,12 @@ class Phase:
                 f"data of phase '{self.name}' have {t.size} times, {data.size} values and "
                 f"{np.size(weights)} weights; give as many values as times, and one weight or as "
                 "many"
+            )
+        if not np.all(np.isfinite(data)):
+            first = t[~np.isfinite(data)][0]
+            raise StatementError(
+                f"the data of phase '{self.name}' at {first:.6g} s are no finite number; take "
+                "them out"
             )
         w = np.broadcast_to(np.asarray(weights, dtype=float), t.shape)
         squares = [
@@ -228,6 +259,7 @@ class Phase:
         return functional
 
 
+@checked_keywords()
 def peak(
     *pieces: tuple[Phase, Any],
     name: str = "peak",
@@ -264,6 +296,7 @@ def peak(
     return functional
 
 
+@checked_keywords()
 def joined(
     first: Phase, second: Phase, jump: Mapping[State, Any] | None = None
 ) -> tuple[Bound, ...]:
@@ -276,6 +309,12 @@ def joined(
     jump : mapping of State to expression of the first phase's signals, optional
         The value right after the instant, where it differs from the value right before.
     """
+    for phase in (first, second):
+        if not isinstance(phase, Phase):
+            raise StatementError(
+                f"joined links two phases, but one is {phase!r}; write joined(first, second), "
+                "with the phases themselves"
+            )
     pair = f"from {first.name} to {second.name}"
     gap = second.start_time - first.end_time
     links = [Bound(f"time {pair}", gap, "s", lower=0, upper=0)]

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 import casadi as ca
 
 from ocp.errors import StatementError
+from ocp.keywords import checked_keywords
 from ocp.problem.bounds import Bound, checked_bounds
 from ocp.problem.functionals import Functional, Integral, Peak
 from ocp.problem.phase import Phase
@@ -29,7 +30,14 @@ from ocp.problem.validation import check_problem
 
 Kind = TypeVar("Kind", bound=Symbol)
 
+_ELSEWHERE = {
+    **dict.fromkeys(("objective", "cost"), "write minimise=... or maximise=..."),
+    **dict.fromkeys(("phase",), "write phases=..."),
+    **dict.fromkeys(("constraints",), "write bounds=[...]"),
+}
 
+
+@checked_keywords(elsewhere=_ELSEWHERE)
 @dataclass(frozen=True, eq=False)
 class Problem:
     """Phases, the bounds and links between them, and what to minimise or maximise.
@@ -96,8 +104,8 @@ class Problem:
 
     def __post_init__(self) -> None:
         check_scale("the objective", self.scale)
-        phases = (self.phases,) if isinstance(self.phases, Phase) else tuple(self.phases)
         where = f"problem '{self.name}'"
+        phases = _checked_phases(self.phases, where)
         object.__setattr__(self, "phases", phases)
         object.__setattr__(self, "bounds", checked_bounds(self.bounds, where))
         object.__setattr__(self, "links", checked_bounds(self.links, f"the links of {where}"))
@@ -189,6 +197,17 @@ class Problem:
                 yield from value if isinstance(value, tuple) else (value,)
 
 
+def _checked_phases(phases: Any, where: str) -> tuple[Phase, ...]:
+    """One phase or several as a tuple; StatementError if it is something else."""
+    entries = tuple(phases) if isinstance(phases, (list, tuple)) else (phases,)
+    for entry in entries:
+        if not isinstance(entry, Phase):
+            raise StatementError(
+                f"a phase of {where} is {entry!r}; give a Phase(...), or a list of them"
+            )
+    return entries
+
+
 def _of_kind(kind: type[Kind], symbols: Iterable[Symbol]) -> tuple[Kind, ...]:
     return tuple(symbol for symbol in symbols if isinstance(symbol, kind))
 
@@ -241,6 +260,24 @@ def _symbols_by_phase(
     return {name: tuple(found) for name, found in symbols.items()}
 
 
+def check_is_problem(thing: Any) -> None:
+    """StatementError, with what to write, unless the thing is a problem."""
+    if isinstance(thing, Phase):
+        raise StatementError(
+            f"'{thing.name}' is a phase without an objective; write Problem('{thing.name}', phase, "
+            "minimise=...)"
+        )
+    if isinstance(thing, (list, tuple)) and any(isinstance(entry, Phase) for entry in thing):
+        raise StatementError(
+            f"the argument 'problem' is a {type(thing).__name__} of phases; write Problem(name, "
+            "phases, minimise=...)"
+        )
+    if not isinstance(thing, Problem):
+        raise StatementError(
+            f"the argument 'problem' is of type {type(thing).__name__}; give a Problem"
+        )
+
+
 def with_objective(problem: Problem, minimise: Any, extra_bounds: Sequence[Bound] = ()) -> Problem:
     """The same phases and links with another objective and further bounds.
 
@@ -252,6 +289,7 @@ def with_objective(problem: Problem, minimise: Any, extra_bounds: Sequence[Bound
     extra_bounds : sequence of Bound
         Beside those of the problem.
     """
+    check_is_problem(problem)
     return Problem(
         problem.name,
         problem.phases,

@@ -15,9 +15,32 @@ from weakref import WeakValueDictionary
 import casadi as ca
 
 from ocp.errors import StatementError
+from ocp.keywords import as_written, checked_keywords
 
 Number = Real
 ControlShape = Literal["constant", "linear", "polynomial", "automatic"]
+
+# words of other tools, and what to write here
+LIMIT_WORDS = {
+    **dict.fromkeys(("min", "lb", "minimum", "low"), "write lower={value}"),
+    **dict.fromkeys(("max", "ub", "maximum", "high"), "write upper={value}"),
+    "bounds": "write lower=..., upper=...",
+    "limits": "write lower=..., upper=...",
+}
+_OF_A_SIGNAL = {
+    **LIMIT_WORDS,
+    "guess": "write it where the phase is stated: Phase(guess={{signal: {value}}})",
+}
+_OF_A_STATE = {
+    **_OF_A_SIGNAL,
+    "initial": "write it where the phase is stated: Phase(initial={{state: {value}}})",
+    "final": "write it where the phase is stated: Phase(final={{state: {value}}})",
+}
+_OF_AN_UNKNOWN = {
+    **LIMIT_WORDS,
+    **dict.fromkeys(("initial", "value", "start"), "write guess={value}"),
+}
+_OF_A_CONSTANT = dict.fromkeys(("val", "default", "guess"), "write value={value}")
 
 _DECLARED: WeakValueDictionary[int, Symbol] = WeakValueDictionary()
 
@@ -26,10 +49,17 @@ class Relation(ca.SX):
     """A comparison of a symbol, such as ``x <= 2``, for the bounds of a phase or problem."""
 
     def __bool__(self) -> bool:
-        raise StatementError(
+        raise self._undecided("if")
+
+    def __array_function__(self, function: Any, *_: Any) -> Any:
+        # CasADi's own dispatch knows SX itself only, and calls itself without end
+        raise self._undecided(f"np.{function.__name__}")
+
+    def _undecided(self, used: str) -> StatementError:
+        return StatementError(
             f"the relation '{str(self).strip('()')}' is neither true nor false before the problem "
             "is solved; give bounds one by one ([-1 <= x, x <= 1] instead of -1 <= x <= 1), and "
-            "write ca.if_else(x <= 1, this, that) instead of if"
+            f"write ca.if_else(x <= 1, this, that) instead of {used}"
         )
 
 
@@ -48,6 +78,12 @@ class Symbol(ca.GenericExpressionCommon):
 
     def __pos__(self) -> Self:
         return self
+
+    def __float__(self) -> float:
+        raise StatementError(
+            f"'{self.name}' is a symbol and no number; write ca.sin(x) instead of math.sin(x), and "
+            "after the solve solution.sample(x, times) or solution.value(x)"
+        )
 
     def __lt__(self, other: Any) -> Any:
         return _relation(super().__lt__(other))
@@ -71,7 +107,15 @@ class Symbol(ca.GenericExpressionCommon):
 
     def _declare(self) -> None:
         if not self.name or not isinstance(self.name, str):
-            raise StatementError(f"a symbol needs a name, got {self.name!r}")
+            raise StatementError(
+                f"a symbol needs a name, got {self.name!r}; write the name first: State('speed')"
+            )
+        if not isinstance(self.unit, str):
+            raise StatementError(
+                f"the unit of '{self.name}' is {self.unit!r}; give a text such as 'm/s', or '1', "
+                "and limits as lower=..., upper=..."
+            )
+        object.__setattr__(self, "unit", self.unit.strip() or "1")
         object.__setattr__(self, "symbol", ca.SX.sym(self.name))
         _DECLARED[self.symbol.element_hash()] = self
 
@@ -88,7 +132,7 @@ def _relation(comparison: Any) -> Any:
     return Relation(comparison) if symbolic else comparison
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Signal(Symbol):
     """A function of time.
 
@@ -114,7 +158,11 @@ class Signal(Symbol):
         check_interval(self.name, self.lower, self.upper)
         check_scale(self.name, self.scale)
 
+    def __repr__(self) -> str:
+        return as_written(self)
 
+
+@checked_keywords(elsewhere=_OF_A_STATE)
 class State(Signal):
     """A signal whose time derivative the dynamics of a phase give.
 
@@ -134,6 +182,7 @@ class State(Signal):
     """
 
 
+@checked_keywords(elsewhere=_OF_A_SIGNAL)
 class Algebraic(Signal):
     """A signal without a derivative, determined by the equations of a phase.
 
@@ -155,7 +204,8 @@ class Algebraic(Signal):
     """
 
 
-@dataclass(frozen=True, eq=False)
+@checked_keywords(elsewhere=_OF_A_SIGNAL)
+@dataclass(frozen=True, eq=False, repr=False)
 class Control(Signal):
     """A signal that the optimiser chooses.
 
@@ -183,7 +233,8 @@ class Control(Signal):
     shape: ControlShape | None = None
 
 
-@dataclass(frozen=True, eq=False)
+@checked_keywords(elsewhere=_OF_AN_UNKNOWN)
+@dataclass(frozen=True, eq=False, repr=False)
 class Unknown(Symbol):
     """A number that the optimiser chooses: a static decision parameter.
 
@@ -216,8 +267,16 @@ class Unknown(Symbol):
         self._declare()
         check_interval(self.name, self.lower, self.upper)
         check_scale(self.name, self.scale)
+        if self.guess is not None and not (is_real(self.guess) and math.isfinite(self.guess)):
+            raise StatementError(
+                f"the guess of '{self.name}' is {self.guess!r}; give a finite number"
+            )
+
+    def __repr__(self) -> str:
+        return as_written(self)
 
 
+@checked_keywords(elsewhere=_OF_A_CONSTANT)
 @dataclass(frozen=True, eq=False)
 class Constant(Symbol):
     """A named number of the problem; it may be changed between solves and has a sensitivity.
@@ -248,6 +307,7 @@ class Constant(Symbol):
             )
 
 
+@checked_keywords(elsewhere={**LIMIT_WORDS, "initial": "write guess={value}"})
 @dataclass(frozen=True)
 class Between:
     """A time that the optimiser chooses between two limits.
@@ -330,8 +390,16 @@ def scalar(expression: Any, where: str) -> ca.SX:
     try:
         sx = expression.__SX__() if isinstance(expression, Symbol) else expression
         sx = sx if isinstance(sx, ca.SX) else ca.SX(sx)
-    except (TypeError, NotImplementedError, ValueError) as error:
-        raise StatementError(f"{where} is {expression!r}, not a CasADi SX expression") from error
+    except (TypeError, NotImplementedError, ValueError):
+        # CasADi's own text lists prototypes, which help nobody
+        remedy = "give one expression of signals, unknowns, constants and functionals"
+        if isinstance(expression, ca.MX):
+            remedy = "an MX does not mix with the symbols declared here, which are of type SX"
+        elif callable(expression):
+            remedy = "call it, and give the expression that it returns"
+        raise StatementError(
+            f"{where} is {expression!r}, not a CasADi SX expression; {remedy}"
+        ) from None
     if not sx.is_scalar():
         raise StatementError(
             f"{where} has shape {sx.shape[0]}x{sx.shape[1]}; give one scalar expression an entry"
@@ -353,7 +421,9 @@ def check_interval(name: str, lower: Any, upper: Any) -> None:
     """StatementError unless lower and upper bound a non-empty interval."""
     for value in (lower, upper):
         if is_number(value) and not (is_real(value) and not math.isnan(value)):
-            raise StatementError(f"a bound of '{name}' is {value!r}; give a number")
+            raise StatementError(
+                f"a bound of '{name}' is {value!r}; give a number, or leave it out"
+            )
     if is_number(lower) and is_number(upper) and lower > upper:
         raise StatementError(
             f"the bounds of '{name}' cross: lower {lower} is above upper {upper}; swap or widen "
@@ -363,5 +433,5 @@ def check_interval(name: str, lower: Any, upper: Any) -> None:
 
 def check_scale(name: str, scale: float | None) -> None:
     """StatementError unless the scale is None or a positive finite number."""
-    if scale is not None and not (math.isfinite(scale) and scale > 0):
+    if scale is not None and not (is_real(scale) and math.isfinite(scale) and scale > 0):
         raise StatementError(f"the scale of '{name}' is {scale!r}; give a positive number")

@@ -36,6 +36,16 @@ if TYPE_CHECKING:
     from ocp.problem.problem import Problem
 
 
+def check_mapping(phase: str, what: str, given: Any) -> None:
+    """StatementError unless an argument of a phase is a dictionary."""
+    if not isinstance(given, Mapping):
+        form = "state: expression" if what == "dynamics" else "signal: value"
+        raise StatementError(
+            f"the argument '{what}' of phase '{phase}' is {given!r}; give a dictionary: "
+            f"{what}={{{form}}}"
+        )
+
+
 def check_phase(phase: Phase) -> None:
     """StatementError unless times, boundary values and expressions of a phase make sense."""
     _check_times(phase)
@@ -75,11 +85,12 @@ def _check_boundary(phase: Phase, what: str, values: Mapping[State, Any]) -> Non
     for state, value in values.items():
         if state not in phase.dynamics:
             raise StatementError(
-                f"phase '{phase.name}' has an {what} value for "
-                f"'{getattr(state, 'name', state)}' but no dynamics for it; add its derivative"
+                f"phase '{phase.name}' has {'an' if what == 'initial' else 'a'} {what} value for "
+                f"'{getattr(state, 'name', state)}' but no dynamics for it; "
+                f"{_remedy_for(state, what)}"
             )
         pair = value if isinstance(value, tuple) else (value, value)
-        if len(pair) != 2:
+        if len(pair) != 2 or isinstance(value, list):
             raise StatementError(
                 f"the {what} value of '{state.name}' is {value!r}; give a number or a pair "
                 "(lower, upper)"
@@ -97,6 +108,16 @@ def _check_boundary(phase: Phase, what: str, values: Mapping[State, Any]) -> Non
             )
         for limit in pair:
             _check_limit(limit, f"the {what} value of '{state.name}'")
+
+
+def _remedy_for(thing: Any, what: str) -> str:
+    """What to write instead of a boundary value of something that is no state of the phase."""
+    if isinstance(thing, State):
+        return "add its derivative"
+    if isinstance(thing, Signal):
+        end = "start" if what == "initial" else "end"
+        return f"bound it in the problem: bounds=[phase.at_{end}({thing.name}) == ...]"
+    return "give the State itself, not its name"
 
 
 def _check_limit(value: Any, what: str) -> None:
@@ -264,9 +285,11 @@ def _check_guess(problem: Problem, phase: Phase) -> None:
     known = {*phase.states, *problem.signals[phase.name]}
     for signal in phase.guess:
         if signal not in known:
+            stranger = not isinstance(signal, Symbol)
+            remedy = "give the signal itself" if stranger else "take it out or use it"
             raise StatementError(
                 f"phase '{phase.name}' has a guess for '{getattr(signal, 'name', signal)}', which "
-                "its dynamics, bounds and objective do not use; take it out or use it"
+                f"its dynamics, bounds and objective do not use; {remedy}"
             )
 
 

@@ -52,8 +52,10 @@ def save(solution: Solution, path: str | Path) -> None:
     Raises
     ------
     TypeError
-        When the solution holds an object of a class that files do not know.
+        When it is no solution, or holds an object of a class that files do not know.
     """
+    if not isinstance(solution, Solution):
+        raise TypeError(f"save writes a Solution, not {solution!r}; solve it first")
     Path(path).write_bytes(packed(solution))
 
 

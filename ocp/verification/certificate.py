@@ -13,6 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
+from ocp.errors import StatementError
 from ocp.mesh.evaluation import Evaluator
 from ocp.mesh.trajectory import Trajectory
 from ocp.optimality.iterate import Iterate
@@ -119,8 +120,11 @@ def certify(solution: Certifiable, tolerances: Tolerances | None = None) -> Cert
     Raises
     ------
     StatementError
-        When the solution does not carry its multipliers.
+        When it is no solution, or does not carry its multipliers.
     """
+    if not hasattr(solution, "kept_iterate"):
+        raise StatementError(f"certify checks a Solution, not {solution!r}; solve it first")
+
     # what the solution shows is tested, not what its solver once had
     iterate = solution.kept_iterate
     shown = replace(

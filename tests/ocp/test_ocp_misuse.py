@@ -1,0 +1,215 @@
+"""A mistake of a newcomer is answered in one sentence with thing, value and remedy."""
+
+import copy
+import math
+import pickle
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from ocp import (
+    Algebraic,
+    Between,
+    Bound,
+    Constant,
+    Control,
+    Infeasible,
+    Phase,
+    Problem,
+    Settings,
+    State,
+    StatementError,
+    Unknown,
+    certify,
+    joined,
+    peak,
+    save,
+    scaling_report,
+    solve,
+    with_objective,
+)
+
+x, v = State("position", "m"), State("speed", "m/s")
+u = Control("force", "N", lower=-4, upper=4)
+RATES = {x: v, v: u}
+START, GOAL = {x: 0, v: 0}, {x: 1, v: 0}
+
+
+def drive(**changed):
+    stated = {"dynamics": RATES, "initial": START, "final": GOAL, "end": 2.0}
+    return Phase("drive", **{**stated, **changed})
+
+
+def task(phase, **changed):
+    return Problem("task", phase, **{"minimise": phase.integral(u**2), **changed})
+
+
+def guessed(guess):
+    """A solve from a guess of the position."""
+    return lambda: solve(task(drive(guess={x: guess})))
+
+
+WRONG_KEYWORDS = {
+    "State, near": (lambda: State("h", uper=1), r"State .* 'uper'; did you mean 'upper'"),
+    "State, another tool's": (lambda: State("h", min=2), r"State .* 'min'; write lower=2$"),
+    "State, a start": (
+        lambda: State("h", initial=2),
+        r"State .* 'initial'; .*Phase\(initial=\{state: 2\}\)",
+    ),
+    "Control": (lambda: Control("f", shap="linear"), r"Control .* 'shap'; did you mean 'shape'"),
+    "Algebraic": (lambda: Algebraic("z", ub=3), r"Algebraic .* 'ub'; write upper=3$"),
+    "Unknown": (lambda: Unknown("k", initial=3), r"Unknown .* 'initial'; write guess=3$"),
+    "Constant": (lambda: Constant("k", val=3), r"Constant .* 'val'; write value=3$"),
+    "Between": (lambda: Between(1, 2, initial=1.5), r"Between .* 'initial'; write guess=1.5$"),
+    "Bound": (lambda: Bound("room", x, max=3), r"Bound .* 'max'; write upper=3$"),
+    "Phase, near": (lambda: Phase("p", dynamic=RATES), r"Phase .* did you mean 'dynamics'"),
+    "Phase, a duration": (
+        lambda: drive(duration=3),
+        r"Phase .* 'duration'; write end=3, or end=Between\(lower, upper\)",
+    ),
+    "Phase, constraints": (
+        lambda: drive(constraints=[]),
+        r"Phase .* 'constraints'; write bounds=\[...\]",
+    ),
+    "Problem, near": (lambda: Problem("p", drive(), minimize=0), r"did you mean 'minimise'"),
+    "Problem, a cost": (lambda: Problem("p", drive(), cost=0), r"'cost'; write minimise="),
+    "Settings": (lambda: Settings(interval=3), r"Settings .* did you mean 'intervals'"),
+    "solve": (lambda: solve(task(drive()), setting=0), r"solve .* did you mean 'settings'"),
+    "integral": (lambda: drive().integral(u, units="N"), r"integral .* did you mean 'unit'"),
+    "peak": (lambda: peak((drive(), u), absolut=True), r"peak .* did you mean 'absolute'"),
+    "peak of a phase": (lambda: drive().peak(u, absolut=True), r"did you mean 'absolute'"),
+    "misfit": (lambda: drive().misfit(x, [0], [1], weight=2), r"did you mean 'weights'"),
+}
+
+MISSING = {
+    "a name": (lambda: Phase(dynamics=RATES), r"Phase has no 'name'; write Phase\(name, dynamics"),
+    "the phases": (lambda: Problem(drive(), minimise=0), r"Problem has no 'phases'; write Problem"),
+    "an expression": (lambda: Bound("room", upper=1), r"Bound has no 'expression'"),
+}
+
+WRONG_KINDS = {
+    "a phase to solve": (
+        lambda: solve(drive()),
+        r"'drive' is a phase without an objective; write Problem\('drive', phase, minimise",
+    ),
+    "phases to solve": (lambda: solve([drive()]), r"a list of phases; write Problem\(name, phases"),
+    "a phase to report": (lambda: scaling_report(drive()), r"'drive' is a phase without"),
+    "a phase to change": (lambda: with_objective(drive(), 0), r"'drive' is a phase without"),
+    "a problem to certify": (lambda: certify(task(drive())), r"a Solution, not .*solve it first"),
+    "a name to join": (lambda: joined(drive(), "next"), r"one is 'next'; write joined\(first"),
+    "a text as phase": (lambda: Problem("p", "drive", minimise=0), r"phase of .* is 'drive'; give"),
+    "a list of derivatives": (
+        lambda: drive(dynamics=[v, u]),
+        r"'dynamics' of phase 'drive' is \[.*dynamics=\{state: expression\}",
+    ),
+    "a list of end values": (lambda: drive(final=[1, 0]), r"'final' of phase .* is \[1, 0\]; give"),
+    "a text as end value": (lambda: drive(final={x: "1"}), r"'final position' is '1'; give a num"),
+    "a list as range": (lambda: drive(final={x: [1, 2]}), r"is \[1, 2\]; give a number or a pair"),
+    "a name with an end value": (
+        lambda: drive(final={"position": 1}),
+        r"a final value for 'position' .*give the State itself",
+    ),
+    "a control with an end value": (
+        lambda: drive(final={u: 1}),
+        r"a final value for 'force' .*phase.at_end\(force\)",
+    ),
+    "a name with a guess": (
+        lambda: solve(task(drive(guess={"position": 1}))),
+        r"a guess for 'position'.*give the signal itself",
+    ),
+    "a number as unit": (lambda: State("h", 0, 1), r"unit of 'h' is 0; give a text .*lower="),
+    "a pair as bound": (lambda: State("h", upper=(0, 1)), r"bound of 'h' is \(0, 1\); give a num"),
+    "None as bound": (lambda: State("h", upper=None), r"bound of 'h' is None; .* leave it out"),
+    "a text as guess": (lambda: Unknown("k", guess="1"), r"guess of 'k' is '1'; give a finite"),
+    "a text as scale": (lambda: State("h", scale="1"), r"scale of 'h' is '1'; give a positive"),
+    "a text as objective": (
+        lambda: task(drive(), minimise="time"),
+        r"objective is 'time', not a CasADi SX expression; give one expression of signals",
+    ),
+    "a method as objective": (
+        lambda: task(drive(), minimise=drive().integral),
+        r"objective is <bound .*; call it",
+    ),
+    "a signal as objective": (
+        lambda: task(drive(), minimise=v),
+        r"uses the signal 'speed' as if it were a number; wrap it in at_start",
+    ),
+    "an MX": (lambda: drive().integral(ca.MX.sym("k")), r"an MX does not mix .* of type SX"),
+}
+
+SYMBOLS_AS_NUMBERS = {
+    "if": (lambda: 1 if x > 0 else 2, r"'0<position' is neither true .*ca.if_else.* of if$"),
+    "max": (lambda: max(x, v), r"neither true nor false"),
+    "np.where": (lambda: np.where(x > 0, 1, 2), r"ca.if_else\(.*\) instead of np.where$"),
+    "math.sin": (lambda: math.sin(x), r"'position' is a symbol and no number; write ca.sin"),
+    "float": (lambda: float(Unknown("k")), r"'k' is a symbol .*solution.value"),
+}
+
+GUESSES = {
+    "an array": (np.linspace(0, 1, 5), r"give a number, a pair \(first, last\), a function"),
+    "a triple": ((0, 0.5, 1), r"is \(0, 0.5, 1\); give a number, a pair"),
+    "fewer values than times": (
+        (np.linspace(0, 2, 5), np.zeros(4)),
+        r"a table of 5 times and 4 values; .* two arrays of the same length",
+    ),
+    "a column too many": ((np.linspace(0, 2, 5), np.zeros((5, 2))), r"5 times and 10 values"),
+    "times out of order": (([0, 2, 1], [0, 1, 2]), r"1 s follows 2 s; sort the table"),
+    "a function of another length": (
+        lambda times: np.zeros(3),
+        r"returns shape \(3,\) for times of shape .*; return one value for each time",
+    ),
+    "a function of one time only": (
+        lambda time: 0 if time < 1 else 1,
+        r"fails on an array of times \(ValueError.*; write it with NumPy functions",
+    ),
+}
+
+MISUSES = {**WRONG_KEYWORDS, **MISSING, **WRONG_KINDS, **SYMBOLS_AS_NUMBERS} | {
+    f"guess: {what}": (guessed(guess), words) for what, (guess, words) in GUESSES.items()
+}
+
+
+@pytest.mark.parametrize("case", MISUSES)
+def test_a_misuse_is_answered_in_one_sentence(case):
+    misuse, words = MISUSES[case]
+    with pytest.raises(StatementError, match=words) as caught:
+        misuse()
+    assert "\n" not in str(caught.value)
+    assert "Possible prototypes" not in str(caught.value.__cause__)
+
+
+def test_data_without_a_value_are_refused():
+    with pytest.raises(StatementError, match=r"data of phase 'drive' at 1 s .*take them out"):
+        drive().misfit(x, [0, 1], [1, math.nan])
+
+
+def test_only_solutions_are_saved(tmp_path):
+    with pytest.raises(TypeError, match=r"save writes a Solution, not Problem.*solve it first"):
+        save(task(drive()), tmp_path / "task")
+
+
+def test_an_end_out_of_reach_names_what_is_off():
+    with pytest.raises(Infeasible, match=r"'position' in phase 'drive'.*ocp.relaxed"):
+        solve(task(drive(final={x: 10, v: 0})))
+
+
+def test_numpy_functions_of_a_signal_are_those_of_casadi():
+    assert ca.is_equal(ca.SX(np.sin(x)), ca.sin(x), 2)
+
+
+def test_an_empty_unit_is_that_of_a_plain_number():
+    assert State("prey", "").unit == Constant("share", " ", 0.5).unit == "1"
+
+
+def test_symbols_print_as_one_would_write_them():
+    ceiling = Constant("ceiling", "m", 2.0)
+    assert repr(State("h", "m", upper=ceiling)) == f"State(name='h', unit='m', upper={ceiling!r})"
+    assert repr(Control("f")) == "Control(name='f')"
+    assert repr(Unknown("k", guess=2)) == "Unknown(name='k', guess=2)"
+
+
+def test_checked_classes_can_be_copied():
+    between = Between(1, 2)
+    assert copy.copy(between) == pickle.loads(pickle.dumps(between)) == between
+    assert copy.copy(drive()).name == "drive"
