@@ -39,8 +39,25 @@ _FORMER: dict[str, Remedy] = {
     "compile": _GONE,
 }
 
+# words of other tools
+_ELSEWHERE: dict[str, Remedy] = {
+    **dict.fromkeys(
+        ("tol", "tolerance", "tolerances"),
+        "write accuracy=Accuracy(dynamics=..., path=..., objective=..., replay=...)",
+    ),
+    **dict.fromkeys(("N", "n", "nodes", "segments"), "write intervals={value}"),
+    **dict.fromkeys(("method", "transcription"), "write scheme=Radau(4), or another scheme"),
+    **dict.fromkeys(
+        ("max_iter", "max_iterations"),
+        "write iterations={value} for the whole solve, or solver=Ipopt(max_iterations={value}) for "
+        "each mesh",
+    ),
+    **dict.fromkeys(("time_limit", "timeout"), "write seconds={value}"),
+    **dict.fromkeys(("verbose", "print_level"), "write solve(problem, progress=True)"),
+}
 
-@checked_keywords(_FORMER)
+
+@checked_keywords(_FORMER, _ELSEWHERE)
 @dataclass(frozen=True)
 class Settings:
     """How to discretise, refine, solve and verify.

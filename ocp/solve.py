@@ -39,8 +39,19 @@ _STRICTER_GOES = 3
 # computed themselves are not better than the second number.
 _BOUND_MET = 1e-5
 
+# words of other tools
+_ELSEWHERE = {
+    **dict.fromkeys(("verbose", "print_level", "display"), "write progress=True"),
+    **dict.fromkeys(("initial_guess", "x0", "warm_start"), "write guess={value}"),
+    **dict.fromkeys(("parameters", "p"), "write constants={value}"),
+    **dict.fromkeys(
+        ("intervals", "scheme", "accuracy", "solver", "refinement", "seconds", "iterations"),
+        "write it in the settings: settings=Settings(...)",
+    ),
+}
 
-@checked_keywords()
+
+@checked_keywords(elsewhere=_ELSEWHERE)
 def solve(
     problem: Problem,
     *,

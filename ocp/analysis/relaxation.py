@@ -116,7 +116,8 @@ class Relaxation:
 
     def __repr__(self) -> str:
         names = ", ".join(f"'{item.name}' {item.side}" for item in self.items)
-        return f"Relaxation of '{self.problem}': {names or 'nothing'} gives way; print it"
+        verb = "give" if len(self.items) > 1 else "gives"
+        return f"Relaxation of '{self.problem}': {names or 'nothing'} {verb} way; print it"
 
     def __str__(self) -> str:
         if not self.items:

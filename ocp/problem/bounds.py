@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ocp.errors import StatementError
-from ocp.keywords import checked_keywords
+from ocp.keywords import as_written, checked_keywords
 from ocp.problem.symbols import LIMIT_WORDS, check_interval, check_scale, is_number, scalar
 
 
@@ -52,6 +52,9 @@ class Bound:
             raise StatementError(
                 f"the bound '{self.name}' has neither a lower nor an upper limit; give one"
             )
+
+    def __repr__(self) -> str:
+        return as_written(self)
 
     @property
     def is_equation(self) -> bool:

@@ -75,6 +75,15 @@ WRONG_KEYWORDS = {
     "Problem, near": (lambda: Problem("p", drive(), minimize=0), r"did you mean 'minimise'"),
     "Problem, a cost": (lambda: Problem("p", drive(), cost=0), r"'cost'; write minimise="),
     "Settings": (lambda: Settings(interval=3), r"Settings .* did you mean 'intervals'"),
+    "Settings, another tool's": (lambda: Settings(tol=1e-6), r"'tol'; write accuracy=Accuracy"),
+    "solve, another tool's": (
+        lambda: solve(task(drive()), verbose=True),
+        r"solve .* 'verbose'; write progress=True",
+    ),
+    "solve, a setting": (
+        lambda: solve(task(drive()), intervals=30),
+        r"solve .* 'intervals'; .*settings=Settings\(...\)",
+    ),
     "solve": (lambda: solve(task(drive()), setting=0), r"solve .* did you mean 'settings'"),
     "integral": (lambda: drive().integral(u, units="N"), r"integral .* did you mean 'unit'"),
     "peak": (lambda: peak((drive(), u), absolut=True), r"peak .* did you mean 'absolute'"),
@@ -205,6 +214,7 @@ def test_an_empty_unit_is_that_of_a_plain_number():
 def test_symbols_print_as_one_would_write_them():
     ceiling = Constant("ceiling", "m", 2.0)
     assert repr(State("h", "m", upper=ceiling)) == f"State(name='h', unit='m', upper={ceiling!r})"
+    assert repr(Bound("room", u, upper=1)) == "Bound(name='room', expression=SX(force), upper=1)"
     assert repr(Control("f")) == "Control(name='f')"
     assert repr(Unknown("k", guess=2)) == "Unknown(name='k', guess=2)"
 
