@@ -347,4 +347,6 @@ def _report_defect(error: Exception, console: Console) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    import antenna_ocp  # looks whether a folder of the user's hides one of the packages
+
+    sys.exit(antenna_ocp.main())

@@ -1,7 +1,7 @@
 """Many starts: which optima a problem has, as far as they find out.
 
 Every start is solved and verified on its own.  They run one after the other, or side by side in
-processes of their own: forked where the platform forks, which is faster, and spawned elsewhere.
+processes of their own: forked where that is safe, which is faster, and spawned elsewhere.
 Either way a process is sent the problem and its guess, and sends back its solution, in the form in
 which solutions are stored (`ocp.solution.storage`).
 """
@@ -13,7 +13,7 @@ import multiprocessing
 import os
 import time as clock
 import warnings
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence, Set
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
@@ -24,7 +24,7 @@ import numpy as np
 from ocp.analysis.optima import Optimum, Trial, distinct_optima, same_value
 from ocp.analysis.random_guess import random_trajectory
 from ocp.analysis.rescue import rescued
-from ocp.errors import Interrupted, OcpError, StatementError, Unverified
+from ocp.errors import Interrupted, OcpError, SolveFailed, StatementError, Unverified
 from ocp.keywords import checked_keywords
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.interrupts import noted_interrupts
@@ -40,6 +40,10 @@ Start = Problem | Solution | Trajectory
 StartLike = Start | Callable[[], Start]
 
 _BOUND_MET = 1e-5  # of a proven bound, within which it is met
+
+# Exit code of a process that met the audit again while it imported the user's script; any number
+# that Python itself does not use
+_UNGUARDED = 76
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -114,7 +118,7 @@ def audit(
         Of the random starts.
     processes : int, optional
         At once.  By default one where a bound may end the audit early, else as many as there are
-        processors for this process.  Where processes are spawned and not forked (Windows), a
+        processors for this process.  Where processes are spawned and not forked (Windows, macOS), a
         script calls this below ``if __name__ == "__main__"``.
     settings : Settings, optional
         As of `ocp.solve`.
@@ -147,6 +151,8 @@ def audit(
     settings = settings or Settings()
     named = _named_starts(problem, settings, starts, guesses, seed)
     workers = min(processes or (1 if bound is not None else _processors()), len(named))
+    if workers > 1:
+        _leave_if_imported_again()
     limit = _Bound(bound, bound_gap)
     search = _Search(problem, settings, value, limit.number, (OcpError, *failures))
 
@@ -166,11 +172,6 @@ def audit(
                     break
         except (KeyboardInterrupt, Interrupted):
             interrupted = True
-        except BrokenProcessPool as error:
-            raise OcpError(
-                "a process of the audit ended before its answer; a script whose processes are "
-                "spawned calls audit below if __name__ == '__main__', and processes=1 needs none"
-            ) from error
         finally:
             running.close()
     return _audit(problem, settings, trials, same, limit, interrupted)
@@ -291,34 +292,41 @@ class _Search:
             except self.failures as failure:
                 jobs.append(Trial(name, None, failure, math.nan, 0.0))
 
-        method = "fork" if "fork" in multiprocessing.get_all_start_methods() else "spawn"
         others = set(multiprocessing.active_children())
-        with warnings.catch_warnings():
-            # Python 3.12 and later warn of threads around a fork; those of linear algebra are idle
-            warnings.simplefilter("ignore", DeprecationWarning)
-            with ProcessPoolExecutor(workers, multiprocessing.get_context(method)) as pool:
-                try:
-                    futures = [
-                        None
-                        if isinstance(job, Trial)
-                        else pool.submit(
-                            _solved_elsewhere, *_sent(*job[1:]), self.settings, self.bound
-                        )
-                        for job in jobs
-                    ]
-                    for job, future in zip(jobs, futures, strict=True):
-                        if isinstance(job, Trial) or future is None:
-                            assert isinstance(job, Trial)
-                            yield job, False
-                            continue
-                        data, error, seconds = future.result()
-                        name, problem, _ = job
-                        solution = None if data is None else unpacked(data, known=problem)
-                        yield self._trial(name, solution, error, seconds), False
-                except BaseException:
-                    for child in set(multiprocessing.active_children()) - others:
-                        child.terminate()  # or they would finish starts nobody waits for
-                    raise
+        context = multiprocessing.get_context(_start_method())
+        pool = ProcessPoolExecutor(workers, context)
+        children: set[multiprocessing.process.BaseProcess] = set()
+        try:
+            with warnings.catch_warnings():
+                # Python 3.12 and later warn of threads around a fork; those of linear algebra are
+                # idle
+                warnings.simplefilter("ignore", DeprecationWarning)
+                futures = [
+                    None
+                    if isinstance(job, Trial)
+                    else pool.submit(_solved_elsewhere, *_sent(*job[1:]), self.settings, self.bound)
+                    for job in jobs
+                ]
+            children = set(multiprocessing.active_children()) - others
+
+            for job, future in zip(jobs, futures, strict=True):
+                if isinstance(job, Trial) or future is None:
+                    assert isinstance(job, Trial)
+                    yield job, False
+                    continue
+                data, error, seconds = future.result()
+                name, problem, _ = job
+                solution = None if data is None else unpacked(data, known=problem)
+                yield self._trial(name, solution, error, seconds), False
+        except BrokenProcessPool as broken:
+            pool.shutdown()  # exit codes are known once all have ended
+            raise _ended_early({child.exitcode for child in children}) from broken
+        except BaseException:
+            for child in set(multiprocessing.active_children()) - others:
+                child.terminate()  # or they would finish starts nobody waits for
+            raise
+        finally:
+            pool.shutdown()
 
     def _resolved(self, name: str, start: StartLike) -> tuple[Problem, Guess]:
         """The problem and guess of a start."""
@@ -372,6 +380,43 @@ def _processors() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
+
+
+def _start_method() -> str:
+    """How processes start: as the user has set it, or by a fork where the platform has a safe one.
+
+    `multiprocessing` lists the platform's own choice first. On macOS that is to spawn, although
+    it can fork: its system libraries do not always survive a fork.
+    """
+    chosen = multiprocessing.get_start_method(allow_none=True)
+    if chosen:
+        return "fork" if chosen == "fork" else "spawn"
+    methods = multiprocessing.get_all_start_methods()
+    return "fork" if "fork" in methods and methods[0] != "spawn" else "spawn"
+
+
+def _leave_if_imported_again() -> None:
+    """End a process that meets the audit while it imports the script that started it.
+
+    A spawned process imports the user's script first. Without a guard the script starts the audit
+    once more there, which would start processes without end. The first process says so.
+    """
+    if getattr(multiprocessing.current_process(), "_inheriting", False):
+        raise SystemExit(_UNGUARDED)
+
+
+def _ended_early(exit_codes: Set[int | None]) -> OcpError:
+    """What to say when processes ended before they sent their solutions."""
+    if _UNGUARDED in exit_codes:
+        return StatementError(
+            "the processes of the audit import the script that starts it, and would start it "
+            "again; put what the script runs below if __name__ == '__main__': or write "
+            "audit(..., processes=1)"
+        )
+    return SolveFailed(
+        "a process of the audit ended without an answer, as when memory runs out; with "
+        "audit(..., processes=1) the starts are solved one after the other"
+    )
 
 
 def _sent(problem: Problem, guess: Guess) -> tuple[bytes, bytes]:

@@ -4,6 +4,8 @@ import dataclasses
 import multiprocessing
 import os
 import signal
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -17,6 +19,7 @@ from ocp import (
     Phase,
     Problem,
     Settings,
+    SolveFailed,
     State,
     StatementError,
     Unknown,
@@ -133,7 +136,7 @@ def lowest():
 @pytest.mark.parametrize("method", [None, "spawn"])
 def test_each_start_may_be_a_problem_a_guess_or_a_function(method, monkeypatch):
     if method:
-        monkeypatch.setattr(multiprocessing, "get_all_start_methods", lambda: [method])
+        monkeypatch.setattr(multiprocessing, "get_start_method", lambda **_: method)
     problem = started_at(0.9)
     right = solve(problem, settings=FEW)
     starts = {
@@ -153,6 +156,38 @@ def test_each_start_may_be_a_problem_a_guess_or_a_function(method, monkeypatch):
     # what comes back refers to the problem that was given
     assert found.trials[0].solution.problem is starts["problem"]
     assert found.trials[1].solution.problem is problem
+
+
+UNGUARDED = """
+import multiprocessing, sys
+from ocp import Control, Phase, Problem, State, StatementError, audit
+multiprocessing.set_start_method("spawn", force=True)
+x, u = State("x"), Control("u")
+phase = Phase("p", {x: u}, {x: 0}, {x: 1}, end=1.0)
+try:
+    audit(Problem("least effort", phase, minimise=phase.integral(u**2)), starts=3, processes=2)
+except StatementError as error:
+    sys.exit(str(error))
+"""
+
+
+def test_a_script_without_a_guard_is_told_so_where_processes_are_spawned(tmp_path):
+    script = tmp_path / "unguarded.py"
+    script.write_text(UNGUARDED)
+    done = subprocess.run((sys.executable, script), capture_output=True, text=True, timeout=120)
+    assert (done.returncode, done.stdout) == (1, "")
+    # nothing but the sentence: no traceback of a process that was started
+    (sentence,) = done.stderr.splitlines()
+    assert "below if __name__ == '__main__':" in sentence
+    assert "processes=1" in sentence
+
+
+def test_a_process_that_ends_early_is_told_in_a_sentence(monkeypatch):
+    # forked processes have the module as it is here
+    monkeypatch.setattr(multiprocessing, "get_start_method", lambda **_: "fork")
+    monkeypatch.setattr("ocp.analysis.multistart.solve", lambda *_, **__: os._exit(9))
+    with pytest.raises(SolveFailed, match=r"ended without an answer.*processes=1"):
+        audit(valley()[0], starts=2, processes=2, settings=FEW)
 
 
 def test_a_bound_that_is_met_ends_the_audit():
