@@ -12,7 +12,7 @@ import numpy as np
 from ocp.arrays import Array
 from ocp.errors import StatementError
 from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
-from ocp.problem.functionals import BoundaryValue, Integral, Peak, PhaseTime, PointValue
+from ocp.problem.functionals import BoundaryValue, Functional, Integral, Peak, PhaseTime, PointValue
 from ocp.problem.parameters import Parameters, parameters_of
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
@@ -90,6 +90,7 @@ class Evaluator:
         if key not in self._functions:
             symbols = {s.name: s.symbol for s in self.problem.signals[phase]}
             signals = ca.vertcat(*[symbols[name] for name in motion.signals])
+            self._check_known(sx, phase)
             numbers = [s.symbol for s in (*self.problem.unknowns, *self.problem.constants)]
             inputs = [signals, TIME.symbol, ca.vertcat(*numbers, ca.SX(0, 1))]
             outputs = ca.cse([ca.densify(ca.vertcat(*sx))])
@@ -97,6 +98,23 @@ class Evaluator:
             self._functions[key] = (ca.Function("values", inputs, outputs), sx)
         function: ca.Function = self._functions[key][0]
         return function
+
+    def _check_known(self, expressions: Sequence[ca.SX], phase: str) -> None:
+        """StatementError unless all symbols are signals or given numbers of the phase."""
+        problem = self.problem
+        known = {*problem.signals[phase], *problem.unknowns, *problem.constants, TIME}
+        for expression in expressions:
+            for symbol in resolve(expression, "an expression"):
+                if isinstance(symbol, Functional):
+                    raise StatementError(
+                        f"'{symbol.name}' is one number of the whole motion; ask for its value "
+                        "by solution.value(...) instead of sampling it"
+                    )
+                if symbol not in known:
+                    raise StatementError(
+                        f"'{symbol.name}' is no symbol of phase '{phase}' of '{problem.name}'; "
+                        "take the symbol that the statement uses, not another of its name"
+                    )
 
     def number(self, trajectory: Trajectory, expression: Any, peaks: Mapping[Peak, float]) -> float:
         """An expression of functionals, unknowns and constants.

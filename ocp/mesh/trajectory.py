@@ -169,5 +169,9 @@ class Trajectory:
         return f"Trajectory({', '.join(phases)}{unknowns})"
 
     def phase(self, name: str) -> PhaseTrajectory:
-        """The phase of that name."""
-        return next(phase for phase in self.phases if phase.name == name)
+        """The phase of that name; StatementError if there is none."""
+        for phase in self.phases:
+            if phase.name == name:
+                return phase
+        names = ", ".join(f"'{phase.name}'" for phase in self.phases)
+        raise StatementError(f"there is no phase {name!r}; give one of {names}")

@@ -8,7 +8,15 @@ from typing import Any
 
 from ocp.errors import StatementError
 from ocp.keywords import as_written, checked_keywords
-from ocp.problem.symbols import LIMIT_WORDS, check_interval, check_scale, is_number, scalar
+from ocp.problem.symbols import (
+    LIMIT_WORDS,
+    check_interval,
+    check_name,
+    check_scale,
+    check_unit,
+    is_number,
+    scalar,
+)
 
 
 @checked_keywords(elsewhere=LIMIT_WORDS)
@@ -45,6 +53,8 @@ class Bound:
     scale: float | None = None
 
     def __post_init__(self) -> None:
+        check_name("bound", self.name)
+        check_unit(self.name, self.unit)
         object.__setattr__(self, "expression", scalar(self.expression, f"the bound '{self.name}'"))
         check_interval(self.name, self.lower, self.upper)
         check_scale(self.name, self.scale)

@@ -71,6 +71,11 @@ def parameters_of(
     StatementError
         When the problem does not use such a constant.
     """
+    if changed is not None and not isinstance(changed, Mapping):
+        raise StatementError(
+            f"the argument 'constants' is {changed!r}; give a dictionary: constants={{constant: "
+            "value}"
+        )
     values = {c.name: float(c.value) for c in problem.constants}
     for constant, value in (changed or {}).items():
         name = constant if isinstance(constant, str) else constant.name

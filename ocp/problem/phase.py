@@ -24,7 +24,7 @@ from ocp.problem.functionals import (
     PhaseTime,
     PointValue,
 )
-from ocp.problem.symbols import Between, Signal, State, Symbol, resolve, scalar
+from ocp.problem.symbols import Between, Signal, State, Symbol, check_name, is_real, resolve, scalar
 from ocp.problem.validation import check_mapping, check_phase
 
 Kind = TypeVar("Kind", bound=Functional)
@@ -99,6 +99,7 @@ class Phase:
     _functionals: list[Functional] = field(init=False, repr=False, default_factory=list)
 
     def __post_init__(self) -> None:
+        check_name("phase", self.name)
         for what in ("dynamics", "initial", "final", "guess"):
             check_mapping(self.name, what, getattr(self, what))
 
@@ -174,6 +175,11 @@ class Phase:
         StatementError
             When a time of the phase is free, or the instant lies outside.
         """
+        if not is_real(instant):
+            raise StatementError(
+                f"an instant of phase '{self.name}' is {instant!r}; write phase.at(instant, "
+                "expression) with a number of seconds"
+            )
         if isinstance(self.start, Between) or isinstance(self.end, Between):
             raise StatementError(
                 f"a value at {instant} s needs fixed times, but phase '{self.name}' has a free "
@@ -252,11 +258,23 @@ class Phase:
     ) -> tuple[tuple[tuple[str, ca.SX], ...], tuple[Symbol, ...]]:
         """The one piece of a functional, and the symbols it depends on."""
         sx = scalar(expression, f"the {name}")
-        return ((self.name, sx),), resolve(sx, f"the {name}")
+        return ((self.name, sx),), _varying(sx, f"the {name}")
 
     def _kept(self, functional: Kind) -> Kind:
         self._functionals.append(functional)
         return functional
+
+
+def _varying(expression: ca.SX, where: str) -> tuple[Symbol, ...]:
+    """The symbols of an expression of signals; StatementError if one is a functional."""
+    symbols = resolve(expression, where)
+    for symbol in symbols:
+        if isinstance(symbol, Functional):
+            raise StatementError(
+                f"{where} is taken of '{symbol.name}', which is a number of the whole motion "
+                "itself; take it of signals, and combine the numbers afterwards"
+            )
+    return symbols
 
 
 @checked_keywords()
@@ -288,8 +306,14 @@ def peak(
     if not pieces:
         raise StatementError(f"the peak '{name}' has no (phase, expression) piece; give one")
     where = f"the peak '{name}'"
+    for piece in pieces:
+        if not (isinstance(piece, tuple) and len(piece) == 2 and isinstance(piece[0], Phase)):
+            raise StatementError(
+                f"a piece of {where} is {piece!r}; write phase.peak(expression), or "
+                "peak((phase, expression), ...)"
+            )
     expressions = tuple((phase.name, scalar(expression, where)) for phase, expression in pieces)
-    symbols = dict.fromkeys(s for _, expression in expressions for s in resolve(expression, where))
+    symbols = dict.fromkeys(s for _, expression in expressions for s in _varying(expression, where))
     functional = Peak(name, unit, expressions, tuple(symbols), scale, absolute=absolute)
     for phase, _ in pieces:
         phase._functionals.append(functional)
@@ -315,6 +339,8 @@ def joined(
                 f"joined links two phases, but one is {phase!r}; write joined(first, second), "
                 "with the phases themselves"
             )
+    if jump is not None:
+        check_mapping(first.name, "jump", jump)
     pair = f"from {first.name} to {second.name}"
     gap = second.start_time - first.end_time
     links = [Bound(f"time {pair}", gap, "s", lower=0, upper=0)]

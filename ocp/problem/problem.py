@@ -18,9 +18,11 @@ from ocp.problem.symbols import (
     Algebraic,
     Constant,
     Control,
+    Relation,
     Signal,
     Symbol,
     Unknown,
+    check_name,
     check_scale,
     is_number,
     resolve,
@@ -103,6 +105,7 @@ class Problem:
     signals: Mapping[str, tuple[Signal, ...]] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
+        check_name("problem", self.name)
         check_scale("the objective", self.scale)
         where = f"problem '{self.name}'"
         phases = _checked_phases(self.phases, where)
@@ -121,6 +124,11 @@ class Problem:
         """The derived fields, by name."""
         sense = 1.0 if self.minimise is not None else -1.0
         stated = self.minimise if self.minimise is not None else self.maximise
+        if isinstance(stated, Relation):
+            raise StatementError(
+                f"the objective of problem '{self.name}' is the relation '{stated}'; minimise one "
+                "number, and give relations as bounds=[...]"
+            )
         objective = sense * scalar(stated, "the objective")
         constraints = (*self.bounds, *self.links)
         boundary_symbols = _boundary_symbols(objective, constraints)

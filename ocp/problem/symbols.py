@@ -110,11 +110,7 @@ class Symbol(ca.GenericExpressionCommon):
             raise StatementError(
                 f"a symbol needs a name, got {self.name!r}; write the name first: State('speed')"
             )
-        if not isinstance(self.unit, str):
-            raise StatementError(
-                f"the unit of '{self.name}' is {self.unit!r}; give a text such as 'm/s', or '1', "
-                "and limits as lower=..., upper=..."
-            )
+        check_unit(self.name, self.unit)
         object.__setattr__(self, "unit", self.unit.strip() or "1")
         object.__setattr__(self, "symbol", ca.SX.sym(self.name))
         _DECLARED[self.symbol.element_hash()] = self
@@ -130,6 +126,21 @@ def _relation(comparison: Any) -> Any:
     """What CasADi made of a comparison, with a truth value that explains itself."""
     symbolic = isinstance(comparison, ca.SX) and not comparison.is_constant()
     return Relation(comparison) if symbolic else comparison
+
+
+def check_name(kind: str, name: Any) -> None:
+    """StatementError unless a name is a text."""
+    if not (isinstance(name, str) and name):
+        raise StatementError(f"the name of a {kind} is {name!r}; give a text as its first argument")
+
+
+def check_unit(name: str, unit: Any) -> None:
+    """StatementError unless a unit is a text."""
+    if not isinstance(unit, str):
+        raise StatementError(
+            f"the unit of '{name}' is {unit!r}; give a text such as 'm/s', or '1', and limits as "
+            "lower=..., upper=..."
+        )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -331,7 +342,9 @@ class Between:
 
     def __post_init__(self) -> None:
         check_interval("a free time", self.lower, self.upper)
-        if self.guess is not None and not self.lower <= self.guess <= self.upper:
+        if self.guess is None:
+            return
+        if not is_real(self.guess) or not self.lower <= self.guess <= self.upper:
             raise StatementError(
                 f"the guess {self.guess!r} of a free time lies outside [{self.lower}, "
                 f"{self.upper}]; give a guess between the limits"

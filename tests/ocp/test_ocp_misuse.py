@@ -144,6 +144,44 @@ WRONG_KINDS = {
         lambda: task(drive(), minimise=v),
         r"uses the signal 'speed' as if it were a number; wrap it in at_start",
     ),
+    "a relation as objective": (
+        lambda: task(drive(), minimise=drive().integral(u) <= 3),
+        r"objective .* is the relation .*; minimise one number, and give relations as bounds",
+    ),
+    "a peak of a phase and a signal": (
+        lambda: peak(drive(), u),
+        r"a piece of the peak 'peak' is Phase.*; write phase.peak\(expression\)",
+    ),
+    "an integral of a peak": (
+        lambda: drive().integral(drive().peak(u, name="load")),
+        r"the integral is taken of 'load', which is a number of the whole motion",
+    ),
+    "an instant behind its expression": (
+        lambda: drive().at(x, 1.0),
+        r"an instant of phase 'drive' is State\(.*; write phase.at\(instant, expression\)",
+    ),
+    "dynamics before the name": (
+        lambda: Phase(RATES, "drive"),
+        r"name of a phase is \{.*give a text",
+    ),
+    "a number as a problem's name": (
+        lambda: Problem(1, drive(), minimise=0),
+        r"name of a problem is 1; give a text",
+    ),
+    "an expression before its name": (
+        lambda: Bound(x, "room", upper=1),
+        r"name of a bound is State\(.*give a text",
+    ),
+    "a limit as a bound's unit": (
+        lambda: Bound("room", x, 0, 1),
+        r"unit of 'room' is 0; give a text .*lower=",
+    ),
+    "a text as guess of a time": (lambda: Between(1, 2, "1.5"), r"guess '1.5' of a free time"),
+    "a number as jump": (lambda: joined(drive(), drive(), jump=3), r"'jump' .* is 3; give a dict"),
+    "a list of constants": (
+        lambda: solve(task(drive()), constants=[3]),
+        r"'constants' is \[3\]; give a dictionary",
+    ),
     "an MX": (lambda: drive().integral(ca.MX.sym("k")), r"an MX does not mix .* of type SX"),
 }
 
@@ -186,6 +224,17 @@ def test_a_misuse_is_answered_in_one_sentence(case):
         misuse()
     assert "\n" not in str(caught.value)
     assert "Possible prototypes" not in str(caught.value.__cause__)
+
+
+def test_what_a_solution_cannot_sample_is_said():
+    problem = task(drive())
+    solution = solve(problem, settings=Settings(intervals=5))
+    with pytest.raises(StatementError, match=r"one number .*solution.value"):
+        solution.sample(problem.minimise, [0, 1])
+    with pytest.raises(StatementError, match=r"'position' is no symbol of phase 'drive'.*not anot"):
+        solution.sample(State("position", "m"), [0, 1])
+    with pytest.raises(StatementError, match=r"no phase 'ride'; give one of 'drive'"):
+        solution.sample(x, [0, 1], phase="ride")
 
 
 def test_data_without_a_value_are_refused():
