@@ -11,6 +11,7 @@ import numpy as np
 
 from ocp.arrays import Array, Integers
 from ocp.errors import StatementError
+from ocp.keywords import checked_keywords
 from ocp.mesh.evaluation import Evaluator
 from ocp.mesh.mesh import Mesh, distinct
 from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
@@ -107,6 +108,7 @@ class Solution:
         """Iterations of the solver over all mesh rounds."""
         return sum(entry.iterations for entry in self.mesh_iterations)
 
+    @checked_keywords()
     def value(self, expression: Any, *, replayed: bool = False) -> float:
         """One number: an expression of functionals, unknowns and constants, or its name.
 
@@ -130,6 +132,7 @@ class Solution:
         peaks = {f: dense_peak(self.evaluator, source, f) for f in symbols if isinstance(f, Peak)}
         return self.evaluator.number(source, expression, peaks)
 
+    @checked_keywords()
     def sample(
         self,
         expression: Any,
@@ -178,6 +181,7 @@ class Solution:
                 raise StatementError(f"{outside} s lies outside the motion ({first} to {last} s)")
         return sampled if many else np.asarray(sampled[0])
 
+    @checked_keywords()
     def costate(self, state: Any, times: Any, phase: Phase | str | None = None) -> Array:
         """The costate of a state (or running integral) [unit of the objective / unit of the state].
 
@@ -227,6 +231,7 @@ class Solution:
             )
         return self.replayed if replayed else self.trajectory
 
+    @checked_keywords()
     def table(self, times: Any = None) -> dict[str, Array]:
         """Columns by name: time [s] and all signals; ``pandas.DataFrame`` takes it as it is.
 
@@ -239,6 +244,7 @@ class Solution:
 
         return table(self, times)
 
+    @checked_keywords()
     def to_csv(self, path: str | Path, times: Any = None) -> None:
         """Write the table of all signals, with units, below lines of comments (#)."""
         from ocp.solution.tables import write_csv
@@ -251,6 +257,7 @@ class Solution:
 
         return as_dict(self)
 
+    @checked_keywords()
     def plot(self) -> Figure:
         """A figure of states, controls, path constraints and costates with bounds and mesh."""
         from ocp.solution.plot import plot

@@ -235,6 +235,10 @@ def test_what_a_solution_cannot_sample_is_said():
         solution.sample(State("position", "m"), [0, 1])
     with pytest.raises(StatementError, match=r"no phase 'ride'; give one of 'drive'"):
         solution.sample(x, [0, 1], phase="ride")
+    with pytest.raises(StatementError, match=r"sample has no keyword 'time'; did you mean 'times'"):
+        solution.sample(x, time=[0, 1])
+    with pytest.raises(StatementError, match=r"plot has no keyword 'signals'"):
+        solution.plot(signals=[x])
 
 
 def test_data_without_a_value_are_refused():
