@@ -407,10 +407,11 @@ def _leave_if_imported_again() -> None:
 
 def _ended_early(exit_codes: Set[int | None]) -> OcpError:
     """What to say when processes ended before they sent their solutions."""
-    if _UNGUARDED in exit_codes:
+    # 1 is what Python itself ends with where the script cannot be imported a second time
+    if exit_codes & {_UNGUARDED, 1}:
         return StatementError(
-            "the processes of the audit import the script that starts it, and would start it "
-            "again; put what the script runs below if __name__ == '__main__': or write "
+            "the processes of the audit import the script that starts it, and would run it once "
+            "more; put what it runs below if __name__ == '__main__': or write "
             "audit(..., processes=1)"
         )
     return SolveFailed(

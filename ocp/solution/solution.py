@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 import numpy as np
@@ -28,6 +27,8 @@ from ocp.verification.simulation import SimulatedMotion
 from ocp.verification.verify import Verification
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from ocp.analysis.scaling_report import ScalingReport
     from ocp.analysis.sensitivity import Sided
     from ocp.solution.plot import Figure
