@@ -40,13 +40,21 @@ def checked_keywords(
     def decorate(target: Target) -> Target:
         if isinstance(target, type):
             # what help and editors show; else it would be that of `__new__`, which takes anything
-            setattr(target, "__signature__", inspect.signature(target))  # noqa: B010
+            setattr(target, "__signature__", _Signature())  # noqa: B010
             setattr(target, "__new__", _checked_new(remedies))  # noqa: B010
             return target
         checked: Any = _checked(target, remedies)
         return checked
 
     return decorate
+
+
+class _Signature:
+    """The signature of a class, worked out when it is asked for: many imports never do."""
+
+    def __get__(self, instance: object, kind: Any) -> inspect.Signature:
+        signature = inspect.signature(kind.__init__)
+        return signature.replace(parameters=list(signature.parameters.values())[1:])
 
 
 def _checked_new(remedies: Remedies) -> Callable[..., Any]:
@@ -84,7 +92,10 @@ def _listed(words: list[str]) -> str:
 
 def _checked(function: Callable[..., Any], remedies: Remedies) -> Callable[..., Any]:
     """The function behind a check of its keywords."""
-    keywords = [word for word in inspect.signature(function).parameters if word != "self"]
+    # as `inspect.signature` has them, which takes a hundred times as long at every import
+    code = function.__code__
+    arguments_count = code.co_argcount + code.co_kwonlyargcount
+    keywords = [word for word in code.co_varnames[:arguments_count] if word != "self"]
 
     @functools.wraps(function)
     def called(*arguments: Any, **given: Any) -> Any:
