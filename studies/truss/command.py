@@ -105,9 +105,13 @@ def run_check(options: argparse.Namespace, console: Console) -> ExitCode:
         return exit_code(result)
 
     from studies.common.folder import open_results
+    from studies.truss.config import as_toml
 
+    # the caps of the flags are in the file: without them a rerun would check less
     folder = open_results(options.results, "check", options.overwrite)
-    again = f"antenna-ocp check {options.profile}"
+    command = f"antenna-ocp check {options.profile}"
+    folder.file("input.toml").write_text(as_toml(study, command), "utf-8")
+    again = f"{command} {folder.file('input.toml')}"
     return hand_over(result, folder, _draw, again, options, console)
 
 

@@ -335,7 +335,7 @@ def as_dictionary(study: TrussStudy) -> dict[str, Any]:
     }
 
 
-def as_toml(study: TrussStudy) -> str:
-    """The file that states the same study again."""
-    head = "# Reproduces this result: antenna-ocp truss input.toml\n\n"
+def as_toml(study: TrussStudy, command: str = "antenna-ocp truss") -> str:
+    """The file that states the same study again, for a command that repeats what was done."""
+    head = f"# Reproduces this result: {command} input.toml\n\n"
     return head + toml_text(as_dictionary(study), inline=("minimise",))

@@ -52,6 +52,23 @@ def test_the_main_study_meets_its_bound_and_reproduces(tmp_path: Path) -> None:
     assert main([*verify, "--friction", "0.01"]) == ExitCode.OK
 
 
+def test_a_check_is_repeated_with_its_caps(tmp_path, capsys):
+    law = PINNED
+    times = np.linspace(0, T, 1401)
+    rows = [f"{t},{a}" for t, a in zip(times, law.motion(times).angle, strict=True)]
+    profile = tmp_path / "profile.csv"
+    profile.write_text("\n".join(["time,angle", *rows]) + "\n")
+    check = ["check", str(profile), "--no-figures", "--results"]
+
+    first, second = tmp_path / "first", tmp_path / "second"
+    code = main([*check, str(first), "--jerk-cap", "100/T^3"])
+    assert code == ExitCode.NOT_VERIFIED  # its jerk is 124.22/T^3
+    assert f"rerun: antenna-ocp check {profile} {first / 'input.toml'}" in capsys.readouterr().out
+    again = ["check", str(profile), str(first / "input.toml"), "--no-figures"]
+    assert main([*again, "--results", str(second)]) == code
+    assert (first / "table.txt").read_text() == (second / "table.txt").read_text()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("intervals", [20, 21, 100, 101])
 @pytest.mark.parametrize("jerk", [69.0, 124.22, 1000.0])
