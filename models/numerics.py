@@ -42,7 +42,8 @@ def radau_nodes(points: int) -> Array:
     """
     difference = np.zeros(points + 1)
     difference[-2:] = -1.0, 1.0
-    nodes: Array = (1 + np.sort(legendre.legroots(difference))) / 2
+    # all roots are real; NumPy 2.5 and later return them as complex numbers all the same
+    nodes: Array = (1 + np.sort(legendre.legroots(difference).real)) / 2
 
     # The end is a root by construction: its rounding would leave a gap between two steps.
     nodes[-1] = 1.0
