@@ -1,30 +1,31 @@
 """Many starts: which optima a problem has, as far as they find out.
 
 Every start is solved and verified on its own.  They run one after the other, or side by side in
-processes of their own: forked where that is safe, which is faster, and spawned elsewhere.
-Either way a process is sent the problem and its guess, and sends back its solution, in the form in
-which solutions are stored (`ocp.solution.storage`).
+processes of their own (`ocp.analysis.worker_processes`).
 """
 
 from __future__ import annotations
 
 import math
-import multiprocessing
-import os
 import time as clock
-import warnings
-from collections.abc import Callable, Generator, Mapping, Sequence, Set
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import partial
 
 import numpy as np
 
 from ocp.analysis.optima import Optimum, Trial, distinct_optima, same_value
 from ocp.analysis.random_guess import random_trajectory
 from ocp.analysis.rescue import rescued
-from ocp.errors import Interrupted, OcpError, SolveFailed, StatementError, Unverified
+from ocp.analysis.worker_processes import (
+    Guess,
+    leave_if_imported_again,
+    processors,
+    solved_in_processes,
+    unverified_answer,
+)
+from ocp.errors import Interrupted, OcpError, StatementError, Unverified
 from ocp.keywords import checked_keywords
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.interrupts import noted_interrupts
@@ -32,18 +33,12 @@ from ocp.problem.problem import Problem
 from ocp.progress import Progress, shown
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
-from ocp.solution.storage import packed, unpacked
 from ocp.solve import check_arguments, solve
 
-Guess = Solution | Trajectory | None
 Start = Problem | Solution | Trajectory
 StartLike = Start | Callable[[], Start]
 
 _BOUND_MET = 1e-5  # of a proven bound, within which it is met
-
-# Exit code of a process that met the audit again while it imported the user's script; any number
-# that Python itself does not use
-_UNGUARDED = 76
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -150,9 +145,9 @@ def audit(
     """
     settings = settings or Settings()
     named = _named_starts(problem, settings, starts, guesses, seed)
-    workers = min(processes or (1 if bound is not None else _processors()), len(named))
+    workers = min(processes or (1 if bound is not None else processors()), len(named))
     if workers > 1:
-        _leave_if_imported_again()
+        leave_if_imported_again()
     limit = _Bound(bound, bound_gap)
     search = _Search(problem, settings, value, limit.number, (OcpError, *failures))
 
@@ -270,7 +265,7 @@ class _Search:
                         progress=told,
                     )
                 except Unverified as unverified:
-                    solution, error = _unverified(unverified)
+                    solution, error = unverified_answer(unverified)
                 except self.failures as failure:
                     error = failure
 
@@ -292,41 +287,13 @@ class _Search:
             except self.failures as failure:
                 jobs.append(Trial(name, None, failure, math.nan, 0.0))
 
-        others = set(multiprocessing.active_children())
-        context = multiprocessing.get_context(_start_method())
-        pool = ProcessPoolExecutor(workers, context)
-        children: set[multiprocessing.process.BaseProcess] = set()
-        try:
-            with warnings.catch_warnings():
-                # Python 3.12 and later warn of threads around a fork; those of linear algebra are
-                # idle
-                warnings.simplefilter("ignore", DeprecationWarning)
-                futures = [
-                    None
-                    if isinstance(job, Trial)
-                    else pool.submit(_solved_elsewhere, *_sent(*job[1:]), self.settings, self.bound)
-                    for job in jobs
-                ]
-            children = set(multiprocessing.active_children()) - others
-
-            for job, future in zip(jobs, futures, strict=True):
-                if isinstance(job, Trial) or future is None:
-                    assert isinstance(job, Trial)
+        sent = [job[1:] for job in jobs if not isinstance(job, Trial)]
+        with closing(solved_in_processes(sent, self.settings, self.bound, workers)) as answers:
+            for job in jobs:
+                if isinstance(job, Trial):
                     yield job, False
-                    continue
-                data, error, seconds = future.result()
-                name, problem, _ = job
-                solution = None if data is None else unpacked(data, known=problem)
-                yield self._trial(name, solution, error, seconds), False
-        except BrokenProcessPool as broken:
-            pool.shutdown()  # exit codes are known once all have ended
-            raise _ended_early({child.exitcode for child in children}) from broken
-        except BaseException:
-            for child in set(multiprocessing.active_children()) - others:
-                child.terminate()  # or they would finish starts nobody waits for
-            raise
-        finally:
-            pool.shutdown()
+                else:
+                    yield self._trial(job[0], *next(answers)), False
 
     def _resolved(self, name: str, start: StartLike) -> tuple[Problem, Guess]:
         """The problem and guess of a start."""
@@ -369,89 +336,6 @@ class _Search:
 
 def _prefixed(say: Progress, prefix: str, line: str) -> None:
     say(prefix + line)
-
-
-def _unverified(error: Unverified) -> tuple[Solution | None, Exception]:
-    """The answer that did not pass, and the error."""
-    return (error.iterate if isinstance(error.iterate, Solution) else None), error
-
-
-def _processors() -> int:
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
-def _start_method() -> str:
-    """How processes start: as the user has set it, or by a fork where the platform has a safe one.
-
-    `multiprocessing` lists the platform's own choice first. On macOS that is to spawn, although
-    it can fork: its system libraries do not always survive a fork.
-    """
-    chosen = multiprocessing.get_start_method(allow_none=True)
-    if chosen:
-        return "fork" if chosen == "fork" else "spawn"
-    methods = multiprocessing.get_all_start_methods()
-    return "fork" if "fork" in methods and methods[0] != "spawn" else "spawn"
-
-
-def _leave_if_imported_again() -> None:
-    """End a process that meets the audit while it imports the script that started it.
-
-    A spawned process imports the user's script first. Without a guard the script starts the audit
-    once more there, which would start processes without end. The first process says so.
-    """
-    if getattr(multiprocessing.current_process(), "_inheriting", False):
-        raise SystemExit(_UNGUARDED)
-
-
-def _ended_early(exit_codes: Set[int | None]) -> OcpError:
-    """What to say when processes ended before they sent their solutions."""
-    # 1 is what Python itself ends with where the script cannot be imported a second time
-    if exit_codes & {_UNGUARDED, 1}:
-        return StatementError(
-            "the processes of the audit import the script that starts it, and would run it once "
-            "more; put what it runs below if __name__ == '__main__': or write "
-            "audit(..., processes=1)"
-        )
-    return SolveFailed(
-        "a process of the audit ended without an answer, as when memory runs out; with "
-        "audit(..., processes=1) the starts are solved one after the other"
-    )
-
-
-def _sent(problem: Problem, guess: Guess) -> tuple[bytes, bytes]:
-    """A problem and a guess on the way to another process."""
-    return packed(problem), packed(guess, known=problem)
-
-
-@lru_cache(maxsize=8)
-def _received(problem: bytes) -> Problem:
-    """The problem of several starts in a row, built once in a process."""
-    received = unpacked(problem)
-    assert isinstance(received, Problem)
-    return received
-
-
-def _solved_elsewhere(
-    statement: bytes, guess: bytes, settings: Settings, bound: float | None
-) -> tuple[bytes | None, Exception | None, float]:
-    """Run in another process: a solution for the way back, or the error without its iterate."""
-    begin = clock.perf_counter()
-    problem = _received(statement)
-    solution: Solution | None = None
-    error: Exception | None = None
-    try:
-        start = unpacked(guess, known=problem)
-        solution = solve(problem, settings=settings, guess=start, bound=bound)
-    except Unverified as unverified:
-        solution, error = _unverified(unverified)
-    except OcpError as failure:
-        error = failure
-    if error is not None:
-        error = type(error)(str(error))
-    data = None if solution is None else packed(solution, known=problem)
-    return data, error, clock.perf_counter() - begin
 
 
 def _audit(
