@@ -20,8 +20,8 @@ from ocp.problem.problem import Problem, check_is_problem
 from ocp.problem.symbols import Constant
 from ocp.problem.validation import check_values
 from ocp.progress import Progress, shown
-from ocp.refinement.loop import MeshSolver, Refinement, Start, refine
-from ocp.refinement.mesh_iteration import MeshIteration
+from ocp.refinement.loop import Refinement, refine
+from ocp.refinement.mesh_iteration import MeshIteration, MeshSolver, Start
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
 from ocp.transcription.packing import trajectory_of

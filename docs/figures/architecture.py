@@ -55,7 +55,7 @@ rooms = (
     ("problem", "signals with units, phases, bounds, functionals"),
     ("mesh", "intervals, trajectories, the first guess"),
     ("transcription", "scaling, kernels, rows and columns of the program"),
-    ("nlp", "IPOPT, its retries, failures said in words"),
+    ("nlp", "IPOPT, failures said in words"),
     ("optimality", "multipliers, costates, Hamiltonian"),
     ("refinement", "errors between the points, switches, the next mesh"),
     ("verification", "independent replay, bounds, certificate"),

@@ -1,16 +1,47 @@
-"""Mesh rounds: the record that a solution keeps, and what the loop knows of a solved one."""
+"""One mesh iteration: a program solved in as many attempts as it takes, its errors, its record.
+
+`MeshSolver` holds what stays the same in all of them, the budget included.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+import time as clock
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 
+import numpy as np
+
+from ocp.arrays import Array
+from ocp.mesh.evaluation import Evaluator
+from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import Mesh
+from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.result import NlpResult
-from ocp.optimality.iterate import Iterate
+from ocp.nlp.solver import Listener, NlpSolver, StartingPoint
+from ocp.optimality.iterate import Iterate, iterate_of
+from ocp.optimality.warm_start import carried_multipliers
+from ocp.problem.parameters import Parameters
+from ocp.problem.problem import Problem
+from ocp.progress import Progress
 from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.error_estimate import MeshErrors
+from ocp.refinement.error_estimate import MeshErrors, estimate_errors
+from ocp.settings import Settings
+from ocp.transcription.packing import decision_vector
+from ocp.transcription.scaling import resized, scales_of
+from ocp.transcription.transcribe import Transcription, transcribe
+
+Start = Iterate | Trajectory | None
+Run = Callable[[NlpSolver, StartingPoint], NlpResult]
+
+# A mesh that is about to be replaced is solved to this tolerance: the digits beyond are lost with
+# the next mesh. The mesh that meets all tolerances is solved to the tolerance asked for.
+_LOOSE = 1e-7
+
+# A warm start from the mesh round before takes some dozens of iterations. Near a degenerate optimum
+# it can wander from there for a thousand, where another line search or a start without multipliers
+# ends soon.
+_PATIENCE = 300
 
 
 @dataclass(frozen=True)
@@ -121,3 +152,239 @@ def record_of(mesh: Mesh, result: NlpResult, solved: SolvedMesh | None) -> MeshI
         status=result.status,
         solver=result.solver,
     )
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Iterations and seconds of a whole solve; infinite where none were stated.
+
+    The clock runs from the making of the budget. It counts everything but the closing
+    verification, which is never cut short.
+
+    Attributes
+    ----------
+    iterations : float
+        Of all mesh rounds together.
+    seconds : float
+        Of all mesh rounds together [s].
+    begin : float
+        Reading of the clock when it was made [s].
+    """
+
+    iterations: float = math.inf
+    seconds: float = math.inf
+    begin: float = field(default_factory=clock.perf_counter)
+
+    @property
+    def elapsed(self) -> float:
+        """Time since the budget was made [s]."""
+        return clock.perf_counter() - self.begin
+
+    def spent(self, iterations: int) -> bool:
+        """Whether nothing is left after that many iterations."""
+        return iterations >= self.iterations or self.elapsed >= self.seconds
+
+    def within(self, solver: NlpSolver, iterations: int) -> NlpSolver:
+        """A solver that begins after that many iterations, cut to what is left."""
+        if math.isinf(self.iterations) and math.isinf(self.seconds):
+            return solver
+        # a solver may take no seconds at all for no limit
+        seconds = max(self.seconds - self.elapsed, 1e-3)
+        return solver.within(max(self.iterations - iterations, 0), seconds)
+
+    def __str__(self) -> str:
+        parts = []
+        if math.isfinite(self.iterations):
+            parts.append(f"{self.iterations} iterations")
+        if math.isfinite(self.seconds):
+            parts.append(f"{self.seconds:g} s")
+        return " or ".join(parts)
+
+
+@dataclass(frozen=True, eq=False)
+class MeshSolver:
+    """Solves a problem on one mesh after another; what stays the same in all mesh rounds.
+
+    Attributes
+    ----------
+    problem : Problem
+    settings : Settings
+    parameters : Parameters
+        Values of the problem's constants.
+    evaluator : Evaluator
+        Of the problem.
+    budget : Budget
+        Of all mesh rounds together.
+    progress : callable or None
+        Receives a line of text per iteration.
+    rough_solver : NlpSolver
+        For meshes that are about to be replaced.
+    prepared : Transcription or None
+        A program to use for its own mesh.
+    """
+
+    problem: Problem
+    settings: Settings
+    parameters: Parameters
+    evaluator: Evaluator
+    budget: Budget
+    rough_solver: NlpSolver
+    progress: Progress | None = None
+    prepared: Transcription | None = None
+
+    @classmethod
+    def of(
+        cls,
+        problem: Problem,
+        settings: Settings,
+        parameters: Parameters,
+        progress: Progress | None = None,
+        prepared: Transcription | None = None,
+    ) -> MeshSolver:
+        """With the budget of the settings, whose clock begins to run."""
+        budget = Budget(settings.iterations or float("inf"), settings.seconds or float("inf"))
+        rough = settings.solver.loosened(_LOOSE)
+        evaluator = Evaluator(problem)
+        return cls(problem, settings, parameters, evaluator, budget, rough, progress, prepared)
+
+    def first_program(self, start: Start, mesh: Mesh) -> Transcription:
+        """The program of the first mesh; one that is there already where it fits."""
+        if self.prepared is not None and mesh is self.prepared.mesh:
+            return self.prepared
+
+        if not isinstance(start, Iterate):
+            guess = initial_guess(self.problem, self.parameters, start)
+            scales = scales_of(self.problem, guess, self.parameters)
+            settings = self.settings
+            return transcribe(self.problem, mesh, settings.scheme, settings.controls, scales)
+
+        if mesh is start.mesh:
+            return start.transcription
+        return transcribe(
+            self.problem, mesh, start.scheme, start.controls, start.scales, start.transcription
+        )
+
+    def next_program(self, last: Iterate, mesh: Mesh) -> Transcription:
+        """The program of a mesh after a solved one, its objective sized by what was found."""
+        if mesh is last.mesh:
+            return last.transcription
+        scales = resized(last.scales, last.objective)
+        return transcribe(
+            self.problem, mesh, last.scheme, last.controls, scales, last.transcription
+        )
+
+    def starting_point(self, program: Transcription, start: Start) -> StartingPoint:
+        """A start of the program: unknowns, and multipliers where an iterate brings them."""
+        if not isinstance(start, Iterate):
+            return StartingPoint(self._packed(program, start))
+        if start.transcription is program:
+            # to the last digit, which its multipliers belong to
+            return StartingPoint(start.x, (start.bound_multipliers, start.row_multipliers))
+        multipliers = carried_multipliers(start, program)
+        return StartingPoint(self._packed(program, start.trajectory), multipliers)
+
+    def solve(
+        self,
+        program: Transcription,
+        start: Start,
+        solver: NlpSolver,
+        before: Sequence[MeshIteration] = (),
+    ) -> NlpResult:
+        """Solve one program from a start; `before` are the mesh rounds until then."""
+        limits = program.limits(self.parameters)
+        listener = self._listener(program, len(before) + 1)
+
+        def run(solver: NlpSolver, point: StartingPoint) -> NlpResult:
+            return solver.solve(program.program, point, limits, self.parameters.vector, listener)
+
+        point = self.starting_point(program, start)
+        return with_retries(run, solver, point, self.budget, iterations_of(before))
+
+    def examined(
+        self, program: Transcription, result: NlpResult, *, tight: bool, finer: bool
+    ) -> SolvedMesh:
+        """A solved program with its errors between the points."""
+        iterate = iterate_of(program, result, self.parameters)
+        errors = estimate_errors(iterate, self.evaluator, self.settings.accuracy)
+        lower, upper = program.limits(self.parameters).rows
+        excess = np.maximum(lower - result.rows, result.rows - upper)
+        return SolvedMesh(iterate, errors, float(excess.max(initial=0.0)), tight, finer)
+
+    def spent(self, rounds: Sequence[MeshIteration]) -> bool:
+        """Whether the budget is used up after some mesh rounds."""
+        return self.budget.spent(iterations_of(rounds))
+
+    def _packed(self, program: Transcription, motion: Trajectory | None) -> Array:
+        guess = initial_guess(self.problem, self.parameters, motion)
+        return decision_vector(program, guess, self.parameters)
+
+    def _listener(self, program: Transcription, number: int) -> Listener | None:
+        """What passes the solver's progress on, if anybody wants to know."""
+        progress = self.progress
+        if progress is None:
+            return None
+        unit = program.scales.objective * self.problem.sense
+        begin = f"{self.problem.name}: mesh round {number} ({program.mesh.intervals} intervals)"
+
+        def listen(iteration: int, objective: float, x: Array, rows: Array) -> bool:
+            progress(f"{begin}, iteration {iteration}, objective {objective * unit:.6g}")
+            return False
+
+        return listen
+
+
+def with_retries(
+    run: Run, solver: NlpSolver, start: StartingPoint, budget: Budget, before: int
+) -> NlpResult:
+    """Solve one program by as many attempts as it takes; what every attempt took is counted.
+
+    Parameters
+    ----------
+    run : callable
+        Runs a solver from a starting point.
+    solver : NlpSolver
+        As the user chose it.
+    start : StartingPoint
+        Where the first attempt starts.
+    budget : Budget
+        Of all attempts, those of earlier mesh rounds included.
+    before : int
+        Iterations of the mesh rounds before this one; 0 for the first.
+    """
+    iterations, seconds = 0, 0.0
+    for choice, point in _attempts(solver, start, first=before == 0):
+        result = run(budget.within(choice, before + iterations), point)
+        iterations, seconds = iterations + result.iterations, seconds + result.seconds
+        if result.outcome in ("solved", "interrupted") or budget.spent(before + iterations):
+            break
+    return replace(result, iterations=iterations, seconds=seconds)
+
+
+def _attempts(
+    solver: NlpSolver, start: StartingPoint, first: bool
+) -> Iterator[tuple[NlpSolver, StartingPoint]]:
+    """Solvers and starting points of the attempts, in order.
+
+    With known multipliers the first attempt is a warm start. In later mesh rounds one that takes
+    long has lost its way, and is made once more with other options. Then follow starts without
+    multipliers, in later mesh rounds first with the options that stray less from a good start.
+    """
+    bare = StartingPoint(start.x)
+
+    if start.multipliers is not None and first:
+        yield solver, start
+    elif start.multipliers is not None:
+        patient = solver.within(_PATIENCE, float("inf"))
+        yield patient, start
+        for other in patient.alternatives(warm=True):
+            yield other, start
+
+    if not first:
+        for other in solver.alternatives(warm=False):
+            yield other, bare
+    yield solver, bare
+
+
+def iterations_of(rounds: Sequence[MeshIteration]) -> int:
+    """Iterations of the solver over some mesh iterations."""
+    return sum(entry.iterations for entry in rounds)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ocp.numerics.extrema import dense_grid, maxima
+from ocp.refinement.error_estimate import dense_grid, maxima
 
 
 def all_maxima(function, intervals, level=-np.inf):

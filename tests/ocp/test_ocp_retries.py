@@ -8,8 +8,8 @@ import pytest
 
 from ocp import Ipopt
 from ocp.nlp.result import NlpResult
-from ocp.nlp.retries import Budget, with_retries
 from ocp.nlp.solver import StartingPoint
+from ocp.refinement.mesh_iteration import Budget, with_retries
 
 COLD = StartingPoint(np.zeros(2))
 WARM = StartingPoint(np.zeros(2), (np.ones(2), np.ones(1)))
