@@ -114,8 +114,8 @@ large.add_patch(Arc(at[1], 0.34, 0.34, theta1=270, theta2=270 + degrees(angle), 
 large.text(0.07, -0.215, "α", fontsize=13)
 
 note(large, "upper rope", (0.25, 0.06), at[1] + 0.4 * (at[6] - at[1]) + [0.0, 0.012])
-note(large, "lower rope", (0.13, -0.60), at[2] + 0.4 * (at[3] - at[2]))
-note(large, "half of a cross-bar, b", (0.52, -0.60), at[3] + 0.45 * (at[4] - at[3]))
+note(large, "lower rope", (0.08, -0.60), at[2] + 0.4 * (at[3] - at[2]))
+note(large, "half of a cross-bar, b", (0.44, -0.60), at[3] + 0.45 * (at[4] - at[3]))
 note(large, "pulley", (0.34, -0.42), at[6])
 note(large, "link, d", (0.60, -0.33), (at[13] + at[14]) / 2)
 note(large, "slider", (0.60, -0.42), at[14])

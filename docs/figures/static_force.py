@@ -21,9 +21,9 @@ for friction, style in ((0.0, "-"), (0.01, "--")):
     panel.annotate(
         f"{ridge.force:.1f} N at {where:.1f}°",
         (where, ridge.force),
-        textcoords="offset points",
-        xytext=(-10, 4),
+        xytext=(77, ridge.force + 2),
         ha="right",
+        arrowprops={"arrowstyle": "-", "color": "0.6", "linewidth": 0.8},
     )
 panel.axvline(degrees(DYNAMIC_SET.net_angle), color="0.6", linewidth=0.8)
 panel.text(79.5, 1, "the net becomes taut", ha="right", color="0.4")
