@@ -10,8 +10,7 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array, Integers
-from ocp.mesh.evaluation import Evaluator
-from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
+from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
 from ocp.problem.functionals import Functional, Integral
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem

@@ -32,7 +32,7 @@ from numpy.polynomial import legendre
 
 from ocp.arrays import Array, Integers
 from ocp.errors import StatementError
-from ocp.numerics.interpolation import derivative_matrix, lagrange, quadrature_weights
+from ocp.numerics.piecewise_polynomial import derivative_matrix, lagrange, quadrature_weights
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ocp.arrays import Array, Integers
-from ocp.optimality.costates import PhaseCostates, costates, put_costates
 from ocp.optimality.iterate import Iterate
+from ocp.optimality.multipliers import PhaseCostates, costates, put_costates
 from ocp.transcription.columns import PhaseColumns
 from ocp.transcription.rows import PathRows
 from ocp.transcription.scaling import Scales

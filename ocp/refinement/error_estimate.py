@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 
 from ocp.arrays import Array, Flags, Integers
-from ocp.mesh.evaluation import Evaluator
 from ocp.mesh.mesh import ExtraPoints
-from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
+from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
 from ocp.numerics.schemes import Collocation, Gauss
 from ocp.optimality.active_set import acting_intervals
-from ocp.optimality.control_gain import gains
+from ocp.optimality.hamiltonian import gains
 from ocp.optimality.iterate import Iterate
 from ocp.problem.functionals import Integral, Peak
 from ocp.problem.parameters import Parameters

@@ -13,10 +13,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ocp.arrays import Array
-from ocp.mesh.evaluation import Evaluator
 from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import Mesh
-from ocp.mesh.trajectory import Trajectory
+from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import Listener, NlpSolver, StartingPoint
 from ocp.optimality.iterate import Iterate, iterate_of

@@ -11,9 +11,8 @@ import numpy as np
 from ocp.arrays import Array, Integers
 from ocp.errors import StatementError
 from ocp.keywords import checked_keywords
-from ocp.mesh.evaluation import Evaluator
 from ocp.mesh.mesh import Mesh, distinct
-from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
+from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers
 from ocp.problem.functionals import Peak
@@ -186,7 +185,7 @@ class Solution:
     def costate(self, state: Any, times: Any, phase: Phase | str | None = None) -> Array:
         """The costate of a state (or running integral) [unit of the objective / unit of the state].
 
-        In the sign of `ocp.optimality.costates`: the change of the optimum, as it is minimised,
+        In the sign of `ocp.optimality.multipliers`: the change of the optimum, as it is minimised,
         per unit added to the state.  An instant shared by two phases belongs to the later one,
         unless `phase` says otherwise.
 

@@ -343,13 +343,13 @@ def _tabulated(phase: Phase, problem: Problem | None) -> dict[Signal, Any]:
 @cache
 def _classes() -> dict[str, Callable[..., Any]]:
     """The classes whose objects a file may hold; their constructors check what they are given."""
-    from ocp.mesh import evaluation, mesh, trajectory
+    from ocp.mesh import mesh, trajectory
     from ocp.numerics import piecewise_polynomial, schemes
-    from ocp.optimality import costates, iterate, multipliers
+    from ocp.optimality import iterate, multipliers
     from ocp.problem import bounds, functionals, symbols
     from ocp.refinement import mesh_iteration
     from ocp.transcription import scaling
-    from ocp.verification import bernstein_bounds, simulation, verify
+    from ocp.verification import simulation, verify
 
     listed = (
         *(symbols.State, symbols.Control, symbols.Algebraic, symbols.Unknown, symbols.Constant),
@@ -359,11 +359,11 @@ def _classes() -> dict[str, Callable[..., Any]]:
         *schemes.SCHEMES.values(),
         *(piecewise_polynomial.Bernstein, piecewise_polynomial.Lagrange),
         *(piecewise_polynomial.Piece, piecewise_polynomial.PiecewisePolynomial),
-        *(mesh.PhaseMesh, mesh.ExtraPoints, mesh.Mesh, evaluation.Evaluator),
+        *(mesh.PhaseMesh, mesh.ExtraPoints, mesh.Mesh, trajectory.Evaluator),
         *(trajectory.SignalGroup, trajectory.PhaseTrajectory, trajectory.Trajectory),
         *(scaling.Scales, iterate.Iterate, mesh_iteration.MeshIteration),
-        *(costates.PhaseCostates, multipliers.PathMultiplier, multipliers.Multipliers),
+        *(multipliers.PhaseCostates, multipliers.PathMultiplier, multipliers.Multipliers),
         *(simulation.SimulatedPhase, simulation.SimulatedMotion),
-        *(bernstein_bounds.Margin, verify.Verification, Solution),
+        *(verify.Margin, verify.Verification, Solution),
     )
     return {kind.__name__: kind for kind in listed}

@@ -1,6 +1,6 @@
 """From a problem and a mesh to a nonlinear program, and back.
 
-`transcribe` is the way in. `scaling` chooses the sizes, `variables` places the unknowns, `kernels`
-assembles programs from small functions that are differentiated once, and `packing` goes between
-decision vectors and trajectories.
+`transcribe` is the way in. `scaling` chooses the sizes, `columns` places the unknowns and `rows`
+the constraints. `blocks` states them, `kernels` assembles programs from small functions that are
+differentiated once, and `packing` goes between decision vectors and trajectories.
 """

@@ -24,7 +24,7 @@ from ocp.problem.integrator_chains import shape_of
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Algebraic, Between, Control, ControlShape, Signal, State
-from ocp.transcription.limits import Limits
+from ocp.transcription.rows import Limits
 from ocp.transcription.scaling import Scales
 
 _ORDERS = {"constant": 0, "linear": 1, "polynomial": None}

@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array, Integers
-from ocp.numerics.interpolation import bernstein, lagrange
+from ocp.numerics.piecewise_polynomial import bernstein, lagrange
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME
 from ocp.transcription.columns import Columns, IntervalGroup, PhaseColumns

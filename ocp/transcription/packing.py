@@ -9,13 +9,13 @@ import numpy as np
 from ocp.arrays import Array, Integers
 from ocp.mesh.initial_guess import InitialGuess
 from ocp.mesh.trajectory import PhaseTrajectory, SignalGroup, Trajectory
-from ocp.numerics.interpolation import bernstein
 from ocp.numerics.piecewise_polynomial import (
     Basis,
     Bernstein,
     Lagrange,
     Piece,
     PiecewisePolynomial,
+    bernstein,
 )
 from ocp.problem.functionals import Peak
 from ocp.problem.parameters import Parameters

@@ -14,9 +14,8 @@ from ocp.problem.functionals import PointValue
 from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Between, ControlShape
-from ocp.transcription.boundary import boundary_block, inline_weights
+from ocp.transcription.blocks import PhaseBlocks, boundary_block, inline_weights
 from ocp.transcription.columns import Columns, PhaseColumns, columns_of
-from ocp.transcription.defects import PhaseBlocks
 from ocp.transcription.kernel_builder import KernelContext
 from ocp.transcription.kernels import Block, Program
 from ocp.transcription.path_constraints import PathConstraint, path_constraints

@@ -14,8 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from ocp.errors import StatementError
-from ocp.mesh.evaluation import Evaluator
-from ocp.mesh.trajectory import Trajectory
+from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers, all_multipliers
 from ocp.verification.conditions import (

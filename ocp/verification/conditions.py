@@ -15,7 +15,7 @@ import numpy as np
 
 from ocp.arrays import Array
 from ocp.keywords import checked_keywords
-from ocp.mesh.evaluation import Evaluator
+from ocp.mesh.trajectory import Evaluator
 from ocp.optimality.active_set import limit_distances
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers

@@ -20,8 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocp.arrays import Array, Flags, Integers
-from ocp.mesh.evaluation import Evaluator
-from ocp.mesh.trajectory import PhaseTrajectory
+from ocp.mesh.trajectory import Evaluator, PhaseTrajectory
 from ocp.optimality.active_set import (
     AT,
     CLOSE,
@@ -31,9 +30,9 @@ from ocp.optimality.active_set import (
     pressing,
     share_at_limit,
 )
-from ocp.optimality.costates import PhaseCostates
 from ocp.optimality.hamiltonian import Hamiltonian, HamiltonianValues, hamiltonian_of
 from ocp.optimality.iterate import Iterate
+from ocp.optimality.multipliers import PhaseCostates
 from ocp.problem.functionals import PointValue
 from ocp.refinement.switch_detection import control_samples, jumps
 from ocp.transcription.columns import PhaseColumns

@@ -23,7 +23,7 @@ from ocp import (
     State,
     solve,
 )
-from ocp.numerics.interpolation import bernstein
+from ocp.numerics.piecewise_polynomial import bernstein
 from ocp.numerics.polynomial_expressions import largest, polynomial_degree
 
 x, u, k = ca.SX.sym("x"), ca.SX.sym("u"), ca.SX.sym("k")

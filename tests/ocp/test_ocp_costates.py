@@ -1,4 +1,4 @@
-"""Costates against closed forms, in the sign of `ocp.optimality.costates`: H = L + lambda . f."""
+"""Costates against closed forms; in the sign of the engine, H = L + lambda . f."""
 
 import numpy as np
 import pytest
@@ -20,8 +20,8 @@ from ocp import (
 from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import uniform
 from ocp.nlp.solver import StartingPoint
-from ocp.optimality.costates import costates, put_costates
 from ocp.optimality.iterate import iterate_of
+from ocp.optimality.multipliers import costates, put_costates
 from ocp.problem.parameters import parameters_of
 from ocp.transcription.packing import decision_vector
 from ocp.transcription.scaling import scales_of

@@ -8,7 +8,7 @@ from scipy.linalg import expm
 from ocp.mesh.trajectory import PhaseTrajectory, SignalGroup
 from ocp.numerics.piecewise_polynomial import Bernstein, Piece, PiecewisePolynomial
 from ocp.numerics.schemes import Radau
-from ocp.verification.error_growth import exponential, growth, segments, transitions
+from ocp.verification.simulation import exponential, growth, segments, transitions
 
 
 @pytest.mark.parametrize("size", [0.0, 1e-8, 0.3, 5.0, 40.0])

@@ -5,10 +5,9 @@ import numpy as np
 import pytest
 
 from ocp import TIME, Bound, Control, FixedMesh, Phase, Problem, Radau, Settings, State, solve
-from ocp.mesh.evaluation import Evaluator
-from ocp.optimality.control_gain import gains
-from ocp.optimality.costates import phase_costates
-from ocp.optimality.hamiltonian import hamiltonian_of
+from ocp.mesh.trajectory import Evaluator
+from ocp.optimality.hamiltonian import gains, hamiltonian_of
+from ocp.optimality.multipliers import phase_costates
 from ocp.verification.minimum_principle import minimum_principle
 
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ocp import StatementError
-from ocp.numerics.interpolation import derivative_matrix, lagrange, quadrature_weights
+from ocp.numerics.piecewise_polynomial import derivative_matrix, lagrange, quadrature_weights
 from ocp.numerics.schemes import HermiteSimpson, Lobatto, Radau, Trapezoid, scheme_named
 
 ALL = [

@@ -8,8 +8,13 @@ from hypothesis import strategies as st
 from ocp import PhaseTrajectory, Radau
 from ocp.mesh.mesh import PhaseMesh, uniform
 from ocp.mesh.trajectory import SignalGroup
-from ocp.numerics.interpolation import bernstein
-from ocp.numerics.piecewise_polynomial import Bernstein, Lagrange, Piece, PiecewisePolynomial
+from ocp.numerics.piecewise_polynomial import (
+    Bernstein,
+    Lagrange,
+    Piece,
+    PiecewisePolynomial,
+    bernstein,
+)
 from ocp.refinement.switch_detection import (
     Jump,
     control_errors,
