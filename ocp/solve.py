@@ -243,8 +243,8 @@ def _checked(meshes: MeshSolver, iterate: Iterate) -> _Checked:
         return _Checked(nothing, iterate.trajectory, unverified(iterate.objective), 0.0)
     begin = clock.perf_counter()
     motion = simulate(meshes.problem, iterate.trajectory, dict(iterate.scales.signals))
-    verification = verify(iterate, motion, meshes.settings.accuracy, meshes.evaluator)
     again = replayed(iterate.trajectory, motion)
+    verification = verify(iterate, motion, again, meshes.settings.accuracy, meshes.evaluator)
     return _Checked(motion, again, verification, clock.perf_counter() - begin)
 
 

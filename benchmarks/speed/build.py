@@ -68,7 +68,7 @@ def _build(study: TrussStudy) -> dict[str, Any]:
     transcription = build(problem, INTERVALS)
     return {
         "unknowns": transcription.columns.count,
-        "rows": transcription.rows.count,
+        "rows": transcription.program.rows,
         "statement": stated - begin,
         "transcription": process_time() - stated,
     }

@@ -75,8 +75,8 @@ def solve_on_mesh(problem: Problem, intervals: int) -> dict[str, Any]:
     transcription = build(problem, intervals)
     program, parameters = transcription.program, parameters_of(problem)
     guess = initial_guess(problem, parameters)
-    start = StartingPoint(decision_vector(transcription, guess, parameters))
     limits = transcription.limits(parameters)
+    start = StartingPoint(decision_vector(transcription, guess, limits, parameters.vector))
 
     # Functions are made when first asked for, and kept: ask now, or the solve would pay for them.
     for function in FUNCTIONS:

@@ -41,7 +41,12 @@ def random_trajectory(
         for phase in problem.phases
     }
     unknowns = {
-        u.name: _drawn(stated.unknowns[u.name], parameters.pair(u), scales.unknowns[u.name], random)
+        u.name: _drawn(
+            stated.unknowns[u.name],
+            parameters.unknown_limits[u.name],
+            scales.unknowns[u.name],
+            random,
+        )
         for u in problem.unknowns
     }
 
@@ -49,7 +54,8 @@ def random_trajectory(
     phase_mesh = uniform(settings.intervals, settings.scheme.degree)
     mesh = Mesh(tuple(phase_mesh for _ in problem.phases))
     program = transcribe(problem, mesh, settings.scheme, settings.controls, scales)
-    x = decision_vector(program, InitialGuess(phases, unknowns), parameters)
+    guess, limits = InitialGuess(phases, unknowns), program.limits(parameters)
+    x = decision_vector(program, guess, limits, parameters.vector)
     return trajectory_of(program, np.nan_to_num(x), parameters)
 
 
@@ -108,7 +114,7 @@ def _wavy(
         stated=own,
         start=start,
         end=max(end, start + _SHORTEST * scales.time),
-        limits={s.name: parameters.pair(s) for s in signals},
+        limits={s.name: parameters.signal_limits[s.name] for s in signals},
         waves={name: _amplitudes(reach, random) for name, reach in reaches.items()},
         held={s.name: (s in phase.initial, s in phase.final) for s in signals},
     )
@@ -131,7 +137,7 @@ def _drawn(
 
 def _reach(signal: Signal, sizes: Mapping[str, float], parameters: Parameters) -> float:
     """Half the distance of a signal's limits where both are finite, its typical size elsewhere."""
-    lower, upper = parameters.pair(signal)
+    lower, upper = parameters.signal_limits[signal.name]
     return 0.5 * (upper - lower) if math.isfinite(upper - lower) else sizes[signal.name]
 
 

@@ -21,12 +21,12 @@ from ocp.errors import StatementError
 from ocp.keywords import checked_keywords
 from ocp.mesh.initial_guess import InitialGuess, initial_guess
 from ocp.mesh.trajectory import Trajectory
-from ocp.problem.bounds import Bound, is_limited
+from ocp.problem.bounds import Bound
 from ocp.problem.functionals import Functional
 from ocp.problem.parameters import Parameters, parameters_of
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import Control, Signal, Symbol, Unknown, resolve
+from ocp.problem.symbols import Control, Signal, Symbol, Unknown, is_limited, resolve
 from ocp.progress import Progress
 from ocp.refinement.policy import FixedMesh
 from ocp.settings import Settings

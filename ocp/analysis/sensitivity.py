@@ -216,7 +216,7 @@ def lagrangian_slopes(
 def _multiplier_units(iterate: Iterate) -> Array:
     """Multipliers in the user's units per scaled multiplier, of limited rows and of unknowns."""
     transcription, scales = iterate.transcription, iterate.scales
-    rows = np.zeros(transcription.rows.count)
+    rows = np.zeros(transcription.program.rows)
     bounds = iterate.problem.boundary_constraints
     rows[transcription.rows.boundary] = [1.0 / scales.bounds["", b.name] for b in bounds]
     for part in transcription.rows.path:
@@ -227,7 +227,7 @@ def _multiplier_units(iterate: Iterate) -> Array:
 def _constant_slopes(iterate: Iterate) -> list[Slope]:
     """Slopes of the Lagrangian through its functions by each constant."""
     transcription, constants = iterate.transcription, iterate.problem.constants
-    rows, columns = transcription.rows.count, transcription.columns.count
+    rows, columns = transcription.program.rows, transcription.columns.count
     direct = np.zeros(len(constants))
     table = np.zeros((rows + columns, len(constants)))
 
@@ -276,7 +276,7 @@ class _NamedLimits:
 def _named_limits(iterate: Iterate) -> Iterator[_NamedLimits]:
     """All named limits of a problem with the rows and unknowns they hold back."""
     transcription, problem = iterate.transcription, iterate.problem
-    first = transcription.rows.count  # of the unknowns, which follow the rows
+    first = transcription.program.rows  # of the unknowns, which follow the rows
 
     for bound, row in zip(
         problem.boundary_constraints, transcription.rows.boundary[:, None], strict=True
@@ -326,7 +326,7 @@ def _boundary_values(
     for j, state in enumerate(columns.states):
         inner = [group.support[:, :, j].ravel() for group in columns.groups]
         low = high = np.unique(np.concatenate([columns.nodes[:, j], *inner]))
-        widest = parameters.pair(state)
+        widest = parameters.signal_limits[state.name]
 
         for node, what, values in ((0, "initial", phase.initial), (-1, "final", phase.final)):
             value = values.get(state)
@@ -350,7 +350,7 @@ def _boundary_values(
             high = np.setdiff1d(high, column) if holds_high else high
         signals.setdefault(state, []).append((first + low, first + high))
 
-    for signal, _, ids in columns.coefficients():
+    for signal, _, ids in columns.coefficients:
         entries = first + ids.ravel()
         signals.setdefault(signal, []).append((entries, entries))
 
@@ -395,7 +395,7 @@ def _time_slopes(iterate: Iterate) -> Iterator[Slope]:
 
     # beside the times and the rows of their order, unknowns and rows are the same in both programs
     durations = [released.rows.phases[i].duration for i in fixed]
-    rows = np.setdiff1d(np.arange(released.rows.count), np.concatenate(durations))
+    rows = np.setdiff1d(np.arange(released.program.rows), np.concatenate(durations))
     columns = np.setdiff1d(np.arange(released.columns.count), np.concatenate(list(ends.values())))
     x = np.empty(released.columns.count)
     x[columns] = iterate.x

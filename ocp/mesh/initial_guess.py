@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any, Protocol
 
 import numpy as np
@@ -15,7 +16,7 @@ from ocp.mesh.trajectory import Trajectory
 from ocp.problem.parameters import Parameters
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import Between, Signal, Unknown, is_number, is_real
+from ocp.problem.symbols import Between, Signal, Unknown
 
 
 class PhaseGuess(Protocol):
@@ -96,20 +97,14 @@ class StatedGuess:
 
     def _between_ends(self, signal: Signal) -> Any:
         """Boundary values of a signal that has any, else a value inside its bounds."""
-        first = self._boundary_value(self.phase.initial, signal)
-        last = self._boundary_value(self.phase.final, signal)
+        key = self.phase.name, signal.name
+        first = _boundary_value(
+            self.phase.initial.get(signal), self.parameters.initial_values.get(key)
+        )
+        last = _boundary_value(self.phase.final.get(signal), self.parameters.final_values.get(key))
         if first is None and last is None:
             return _nearest_to_zero(signal)
         return (first if first is not None else last, last if last is not None else first)
-
-    def _boundary_value(self, values: Mapping[Any, Any], signal: Signal) -> float | None:
-        value = values.get(signal)
-        if value is None:
-            return None
-        if isinstance(value, tuple):
-            finite = [float(v) for v in value if is_number(v) and math.isfinite(v)]
-            return sum(finite) / len(finite) if finite else None
-        return self.parameters.limit(value)
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,6 +124,22 @@ class _Overlay:
 
     def at_fractions(self, fractions: Array) -> Mapping[str, Array]:
         return {**self.stated.at_fractions(fractions), **self.known.at_fractions(fractions)}
+
+
+def _boundary_value(stated: Any, values: tuple[float, float] | None) -> float | None:
+    """A boundary value, or the mean of its finite limits; None if there is none.
+
+    Parameters
+    ----------
+    stated : number, expression or pair of these
+    values : (lower, upper) at the values of the constants
+    """
+    if values is None:
+        return None
+    if isinstance(stated, tuple):
+        finite = [float(v) for v in stated if isinstance(v, Real) and math.isfinite(v)]
+        return sum(finite) / len(finite) if finite else None
+    return values[0]
 
 
 def _time_guess(value: float | Between) -> float:
@@ -152,8 +163,8 @@ def _nearest_to_zero(symbol: Signal | Unknown) -> float:
 
 def _numbers(symbol: Signal | Unknown) -> tuple[float, float]:
     """Bounds that are plain numbers; expressions of constants count as none."""
-    lower = symbol.lower if is_number(symbol.lower) else -math.inf
-    upper = symbol.upper if is_number(symbol.upper) else math.inf
+    lower = float(symbol.lower) if isinstance(symbol.lower, Real) else -math.inf
+    upper = float(symbol.upper) if isinstance(symbol.upper, Real) else math.inf
     return lower, upper
 
 
@@ -162,7 +173,7 @@ def _evaluated(given: Any, fractions: Array, times: Array, what: str) -> Array:
     if callable(given):
         return _called(given, times, what)
     try:
-        if is_real(given):
+        if isinstance(given, Real):
             return np.full(times.shape, float(given))
         first, second = (np.asarray(part, dtype=float) for part in given)
     except (TypeError, ValueError):

@@ -7,9 +7,9 @@ signals, unknowns, constants and functionals along any of them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal, assert_never
 
 import casadi as ca
 import numpy as np
@@ -18,15 +18,19 @@ from ocp.arrays import Array, Integers
 from ocp.errors import StatementError
 from ocp.numerics.piecewise_polynomial import PiecewisePolynomial, located
 from ocp.numerics.schemes import Scheme
-from ocp.problem.functionals import BoundaryValue, Functional, Integral, Peak, PhaseTime, PointValue
-from ocp.problem.parameters import Parameters, parameters_of
-from ocp.problem.phase import Phase
+from ocp.problem.functionals import (
+    AnyFunctional,
+    BoundaryValue,
+    Functional,
+    Integral,
+    Peak,
+    PhaseTime,
+    PointValue,
+)
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME, Constant, Signal, Time, Unknown, resolve, scalar
 
 SignalKind = Literal["state", "control", "algebraic"]
-
-Kept = TypeVar("Kept")
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,27 +192,18 @@ class Trajectory:
 
 @dataclass(frozen=True, eq=False)
 class Evaluator:
-    """Evaluates expressions of one problem; keeps the compiled functions."""
+    """Evaluates expressions of one problem; keeps the compiled functions.
+
+    Attributes
+    ----------
+    problem : Problem
+    compiled : dict
+        What else was built for the problem and serves on other meshes too, by what tells it apart.
+    """
 
     problem: Problem
+    compiled: dict[Hashable, Any] = field(init=False, default_factory=dict, repr=False)
     _functions: dict[tuple[str, tuple[int, ...]], Any] = field(default_factory=dict, repr=False)
-    _kept: dict[Hashable, Any] = field(default_factory=dict, repr=False)
-
-    def kept(self, key: Hashable, build: Callable[[], Kept]) -> Kept:
-        """What `build` gives, built once for this problem and `key`."""
-        if key not in self._kept:
-            self._kept[key] = build()
-        value: Kept = self._kept[key]
-        return value
-
-    def parameters(self, trajectory: Trajectory) -> Parameters:
-        """The constants of a trajectory, and the problem's limits at these values."""
-        key = ("parameters", tuple(trajectory.constants.items()))
-        return self.kept(key, lambda: parameters_of(self.problem, trajectory.constants))
-
-    def phase(self, name: str) -> Phase:
-        """The phase of that name."""
-        return self.problem.phase(name)
 
     def values(
         self,
@@ -291,13 +286,14 @@ class Evaluator:
         """
         sx = scalar(expression, "an expression")
         symbols = resolve(sx, "an expression")
-        reader = FunctionalValues(self, trajectory, peaks)
-        values = [self._symbol_value(trajectory, symbol, reader) for symbol in symbols]
+        values = [self._symbol_value(trajectory, symbol, peaks) for symbol in symbols]
         inputs = ca.vertcat(*[s.symbol for s in symbols], ca.SX(0, 1))
         function = ca.Function("number", [inputs], [sx])
         return float(function(ca.DM(values) if values else ca.DM(0, 1)))
 
-    def _symbol_value(self, trajectory: Trajectory, symbol: Any, reader: FunctionalValues) -> float:
+    def _symbol_value(
+        self, trajectory: Trajectory, symbol: Any, peaks: Mapping[Peak, float]
+    ) -> float:
         if isinstance(symbol, Unknown):
             return trajectory.unknowns[symbol.name]
         if isinstance(symbol, Constant):
@@ -307,8 +303,31 @@ class Evaluator:
                 f"'{symbol.name}' varies in time; sample it at times instead of asking for one "
                 "number"
             )
-        value: float = symbol.accept(reader)
-        return value
+        return self._functional_value(trajectory, symbol, peaks)
+
+    def _functional_value(
+        self, trajectory: Trajectory, functional: AnyFunctional, peaks: Mapping[Peak, float]
+    ) -> float:
+        motion = trajectory.phase(functional.phase)
+        match functional:
+            case Integral():
+                return self.integral(trajectory, functional.phase, functional.expression)
+            case Peak():
+                return peaks[functional]
+            case BoundaryValue():
+                at_start = functional.end == "start"
+                interval, tau = (0, 0.0) if at_start else (motion.intervals - 1, 1.0)
+            case PointValue():
+                intervals, local = motion.locate(np.array([functional.instant]))
+                interval, tau = int(intervals[0]), float(local[0])
+            case PhaseTime():
+                return motion.start if functional.end == "start" else motion.end
+            case _:
+                assert_never(functional)
+
+        expressions = [functional.expression]
+        values = self.values(trajectory, functional.phase, expressions, interval, [tau])
+        return float(values[0, 0])
 
     def integral(self, trajectory: Trajectory, phase: str, expression: Any) -> float:
         """Integral over a phase by Gauss quadrature of three points more than the degree."""
@@ -319,44 +338,3 @@ class Evaluator:
         tau = np.tile(0.5 * (nodes + 1.0), count)
         values = self.values(trajectory, phase, [expression], k, tau).reshape(count, -1)
         return float((0.5 * values @ weights) @ np.diff(motion.breakpoints))
-
-
-@dataclass(frozen=True, eq=False)
-class FunctionalValues:
-    """Values of functionals on a trajectory, one method a kind."""
-
-    evaluator: Evaluator
-    trajectory: Trajectory
-    peaks: Mapping[Peak, float]
-
-    def integral(self, functional: Integral) -> float:
-        """By quadrature over the phase."""
-        return self.evaluator.integral(self.trajectory, functional.phase, functional.expression)
-
-    def peak(self, functional: Peak) -> float:
-        """As it was given."""
-        return self.peaks[functional]
-
-    def boundary_value(self, functional: BoundaryValue) -> float:
-        """At the first or last instant of the phase."""
-        last = self.trajectory.phase(functional.phase).intervals - 1
-        interval, tau = (0, 0.0) if functional.end == "start" else (last, 1.0)
-        return self._value(functional, interval, tau)
-
-    def point_value(self, functional: PointValue) -> float:
-        """At the instant."""
-        motion = self.trajectory.phase(functional.phase)
-        interval, tau = motion.locate(np.array([functional.instant]))
-        return self._value(functional, int(interval[0]), float(tau[0]))
-
-    def phase_time(self, functional: PhaseTime) -> float:
-        """The phase's own time."""
-        motion = self.trajectory.phase(functional.phase)
-        return motion.start if functional.end == "start" else motion.end
-
-    def _value(self, functional: BoundaryValue | PointValue, interval: int, tau: float) -> float:
-        expressions = [functional.expression]
-        values = self.evaluator.values(
-            self.trajectory, functional.phase, expressions, interval, [tau]
-        )
-        return float(values[0, 0])

@@ -98,8 +98,7 @@ def limit_distances(iterate: Iterate) -> LimitDistances:
     rows = np.array(transcription.program.oracle(iterate.x, parameters.vector)[1]).ravel()
     values = np.concatenate([rows, iterate.x])
 
-    limits = transcription.limits(parameters)
-    lower, upper = np.hstack([limits.rows, limits.columns])
+    lower, upper = np.hstack([iterate.limits.rows, iterate.limits.columns])
     return LimitDistances(values - lower, upper - values)
 
 
@@ -140,7 +139,7 @@ def acting_intervals(iterate: Iterate) -> tuple[Flags, ...]:
             np.maximum.at(force, path.intervals, np.abs(iterate.row_multipliers[path.rows]))
 
     # bounds of the states; multipliers of fixed ones are no densities in time
-    lower, upper = transcription.columns.limits.at(iterate.parameters)
+    lower, upper = iterate.limits.columns
     bounds = np.where(lower < upper, np.abs(iterate.bound_multipliers), 0.0)
     for force, phase in zip(forces, phases, strict=True):
         for group in phase.groups:

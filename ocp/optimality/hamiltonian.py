@@ -24,7 +24,6 @@ from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import PhaseCostates, phase_costates
 from ocp.problem.symbols import TIME, Control
-from ocp.transcription.blocks import inline_weights
 from ocp.transcription.transcribe import Transcription
 
 # Gauss points in an interval: twice the usual degree of the controls, whose error oscillates
@@ -132,7 +131,10 @@ def hamiltonian_of(evaluator: Evaluator, transcription: Transcription, index: in
     """
     phase = transcription.columns.phases[index]
     key = ("hamiltonian", index, tuple(signal.name for signal in phase.signals))
-    return evaluator.kept(key, lambda: _build(transcription, index))
+    if key not in evaluator.compiled:
+        evaluator.compiled[key] = _build(transcription, index)
+    hamiltonian: Hamiltonian = evaluator.compiled[key]
+    return hamiltonian
 
 
 def _build(transcription: Transcription, index: int) -> Hamiltonian:
@@ -144,7 +146,7 @@ def _build(transcription: Transcription, index: int) -> Hamiltonian:
     # terms: inlined integrals, dynamics, integrals that are running totals
     costs = [
         weight * integral.expression
-        for integral, weight in inline_weights(problem).items()
+        for integral, weight in problem.summed.items()
         if integral.phase == name
     ]
     rates = [*phase.phase.dynamics.values(), *[f.expression for f in phase.integrals]]
@@ -230,7 +232,7 @@ def _room(
     for j, control in enumerate(hamiltonian.controls):
         least = _LEAST_REACH * iterate.scales.signals[control.name]
         reach = max(float(np.ptp(controls[:, j])), least)
-        lower, upper = parameters.pair(control)
+        lower, upper = parameters.signal_limits[control.name]
         down[:, j] = np.minimum(controls[:, j] - lower, reach)
         up[:, j] = np.minimum(upper - controls[:, j], reach)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from ocp.arrays import Array
@@ -13,9 +13,8 @@ from ocp.numerics.schemes import Scheme
 from ocp.problem.parameters import Parameters, parameters_of
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import ControlShape
-from ocp.transcription.packing import trajectory_of
 from ocp.transcription.scaling import Scales
-from ocp.transcription.transcribe import Transcription, transcribe
+from ocp.transcription.transcribe import ProgramLimits, Transcription, transcribe
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +35,8 @@ class Iterate:
         Multipliers of the rows, likewise.
     built : Transcription or None
         The program, if it is there already. It is built on first use otherwise.
+    parameters : Parameters
+        The constants of the problem, and its limits at their values.
     """
 
     problem: Problem
@@ -49,6 +50,14 @@ class Iterate:
     bound_multipliers: Array
     row_multipliers: Array
     built: Transcription | None = field(default=None, repr=False)
+    parameters: Parameters = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        parameters = parameters_of(self.problem, self.trajectory.constants)
+        object.__setattr__(self, "parameters", parameters)
+        if self.built is not None:
+            object.__setattr__(self, "transcription", self.built)
+            object.__setattr__(self, "limits", self.built.limits(parameters))
 
     def __repr__(self) -> str:
         return (
@@ -59,24 +68,16 @@ class Iterate:
     @cached_property
     def transcription(self) -> Transcription:
         """The program."""
-        if self.built is not None:
-            return self.built
         return transcribe(self.problem, self.mesh, self.scheme, self.controls, self.scales)
 
     @cached_property
-    def parameters(self) -> Parameters:
-        """The constants of the problem, and its limits at their values."""
-        return parameters_of(self.problem, self.trajectory.constants)
-
-    def with_multipliers(self, bounds: Array, rows: Array) -> Iterate:
-        """The same point with other multipliers."""
-        return replace(
-            self, bound_multipliers=bounds, row_multipliers=rows, built=self.transcription
-        )
+    def limits(self) -> ProgramLimits:
+        """Limits of the program's unknowns and rows."""
+        return self.transcription.limits(self.parameters)
 
 
-def iterate_of(transcription: Transcription, result: NlpResult, parameters: Parameters) -> Iterate:
-    """What a solver found for a transcribed problem."""
+def iterate_of(transcription: Transcription, result: NlpResult, trajectory: Trajectory) -> Iterate:
+    """What a solver found for a transcribed problem, with the trajectory of its unknowns."""
     problem, scales = transcription.problem, transcription.scales
     return Iterate(
         problem=problem,
@@ -84,7 +85,7 @@ def iterate_of(transcription: Transcription, result: NlpResult, parameters: Para
         scheme=transcription.scheme,
         controls=transcription.controls,
         scales=scales,
-        trajectory=trajectory_of(transcription, result.x, parameters),
+        trajectory=trajectory,
         objective=problem.sense * result.objective * scales.objective,
         x=result.x,
         bound_multipliers=result.bound_multipliers,

@@ -149,7 +149,7 @@ def column_multipliers(iterate: Iterate) -> Array:
     jacobian = program.constraint_jacobian(iterate.x, constants)[1]
     gradient += np.array(ca.mtimes(jacobian.T, ca.DM(iterate.row_multipliers))).ravel()
 
-    lower, upper = transcription.columns.limits.at(iterate.parameters)
+    lower, upper = iterate.limits.columns
     return np.where(lower == upper, -gradient, iterate.bound_multipliers)
 
 

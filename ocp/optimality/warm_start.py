@@ -49,7 +49,7 @@ def carried_multipliers(iterate: Iterate, target: Transcription) -> tuple[Array,
     if _without_objective(source.scales) != _without_objective(target.scales):
         return None
 
-    rows, columns = np.zeros(target.rows.count), np.zeros(target.columns.count)
+    rows, columns = np.zeros(target.program.rows), np.zeros(target.columns.count)
 
     # by fractions of the phase; breakpoints that moved are where the iterate has them
     fractions = [phase.fractions for phase in iterate.trajectory.phases]
@@ -58,17 +58,18 @@ def carried_multipliers(iterate: Iterate, target: Transcription) -> tuple[Array,
 
     # costates have a unit, all others are relative to the size of the objective
     ratio = source.scales.objective / target.scales.objective
-    resized = iterate.with_multipliers(
-        ratio * iterate.bound_multipliers, ratio * iterate.row_multipliers
-    )
-    _carry_paths(rows, resized, target, fractions)
-    _carry_bounds(columns, resized, target, fractions)
+    of_rows, of_bounds = ratio * iterate.row_multipliers, ratio * iterate.bound_multipliers
+    _carry_paths(rows, of_rows, source, target, fractions)
+
+    # multipliers of fixed unknowns are no densities in time
+    lower, upper = iterate.limits.columns
+    _carry_bounds(columns, np.where(lower < upper, of_bounds, 0.0), source, target, fractions)
 
     # one each: bounds and links of the problem, the order of a phase's times, unknowns and peaks
-    rows[target.rows.boundary] = resized.row_multipliers[source.rows.boundary]
+    rows[target.rows.boundary] = of_rows[source.rows.boundary]
     for old_rows, new_rows in zip(source.rows.phases, target.rows.phases, strict=True):
-        rows[new_rows.duration] = resized.row_multipliers[old_rows.duration]
-    columns[target.columns.numbers] = resized.bound_multipliers[source.columns.numbers]
+        rows[new_rows.duration] = of_rows[old_rows.duration]
+    columns[target.columns.numbers] = of_bounds[source.columns.numbers]
     return columns, rows
 
 
@@ -97,13 +98,17 @@ def _inside(fractions: Array, intervals: Integers, tau: Array) -> Array:
 
 
 def _carry_paths(
-    rows: Array, iterate: Iterate, target: Transcription, fractions: Sequence[Array]
+    rows: Array,
+    multipliers: Array,
+    source: Transcription,
+    target: Transcription,
+    fractions: Sequence[Array],
 ) -> None:
     """Path constraints: densities between collocation points, the very value at added points."""
     known: dict[tuple[int, int, bool], list[tuple[Array, Array]]] = {}
-    for path in iterate.transcription.rows.path:
+    for path in source.rows.path:
         at, measure = _measure(path, fractions[path.phase])
-        values = iterate.row_multipliers[path.rows] / measure
+        values = multipliers[path.rows] / measure
         known.setdefault(_kind(path), []).append((at, values))
 
     for path in target.rows.path:
@@ -151,14 +156,13 @@ class _Entries:
 
 
 def _carry_bounds(
-    columns: Array, iterate: Iterate, target: Transcription, fractions: Sequence[Array]
+    columns: Array,
+    multipliers: Array,
+    source: Transcription,
+    target: Transcription,
+    fractions: Sequence[Array],
 ) -> None:
     """Bounds of states, controls and algebraic signals, as densities."""
-    source = iterate.transcription
-    lower, upper = source.columns.limits.at(iterate.parameters)
-    # multipliers of fixed unknowns are no densities in time
-    multipliers = np.where(lower < upper, iterate.bound_multipliers, 0.0)
-
     phases = zip(source.columns.phases, target.columns.phases, fractions, strict=True)
     for old_phase, new_phase, old_fractions in phases:
         known = _entries(old_phase, old_fractions)
@@ -186,7 +190,7 @@ def _entries(phase: PhaseColumns, fractions: Array) -> dict[str, _Entries]:
 
     # controls and algebraic signals: coefficients share their interval
     pieces: dict[str, list[tuple[Integers, Integers]]] = {}
-    for signal, intervals, ids_of_signal in phase.coefficients():
+    for signal, intervals, ids_of_signal in phase.coefficients:
         pieces.setdefault(signal.name, []).append((intervals, ids_of_signal))
     for name, parts in pieces.items():
         entries[name] = _coefficient_entries(parts, fractions)

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from ocp.errors import StatementError
 from ocp.keywords import as_written, checked_keywords
 from ocp.problem.symbols import (
     LIMIT_WORDS,
+    Symbol,
     check_interval,
     check_name,
     check_scale,
     check_unit,
+    is_limited,
     is_number,
+    resolve,
     scalar,
 )
 
@@ -39,6 +42,13 @@ class Bound:
     scale : float or None
         Typical size of the expression [unit]. It is derived from the guess if None.
 
+    Attributes
+    ----------
+    symbols : tuple of Symbol
+        What the expression depends on.
+    is_equation : bool
+        Whether lower and upper limit are the same.
+
     Raises
     ------
     StatementError
@@ -51,32 +61,27 @@ class Bound:
     lower: Any = -math.inf
     upper: Any = math.inf
     scale: float | None = None
+    symbols: tuple[Symbol, ...] = field(init=False, repr=False, compare=False)
+    is_equation: bool = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         check_name("bound", self.name)
         check_unit(self.name, self.unit)
-        object.__setattr__(self, "expression", scalar(self.expression, f"the bound '{self.name}'"))
+        where = f"the bound '{self.name}'"
+        object.__setattr__(self, "expression", scalar(self.expression, where))
+        object.__setattr__(self, "symbols", resolve(self.expression, where))
         check_interval(self.name, self.lower, self.upper)
         check_scale(self.name, self.scale)
         if not is_limited(self.lower, self.upper):
             raise StatementError(
                 f"the bound '{self.name}' has neither a lower nor an upper limit; give one"
             )
+        numbers = is_number(self.lower) and is_number(self.upper)
+        same = self.lower == self.upper if numbers else self.lower is self.upper
+        object.__setattr__(self, "is_equation", bool(same))
 
     def __repr__(self) -> str:
         return as_written(self)
-
-    @property
-    def is_equation(self) -> bool:
-        """Whether lower and upper limit are the same."""
-        if is_number(self.lower) and is_number(self.upper):
-            return bool(self.lower == self.upper)
-        return self.lower is self.upper
-
-
-def is_limited(*limits: Any) -> bool:
-    """Whether any of the limits may be finite; expressions of constants count as finite."""
-    return not all(is_number(limit) and math.isinf(limit) for limit in limits)
 
 
 def checked_bounds(bounds: Any, where: str) -> tuple[Bound, ...]:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import html
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, assert_never
 
 import casadi as ca
 
 from ocp.numerics.expression_graph import ExpressionGraph, expression_text, graph_of
 from ocp.problem.functionals import (
+    AnyFunctional,
     BoundaryValue,
-    Functional,
     Integral,
     Peak,
     PhaseTime,
@@ -39,7 +39,7 @@ def text_of(expression: Any, longest: int = 160) -> str:
 
     def name_of(bare: ca.SX) -> str:
         symbol = symbols[bare.element_hash()]
-        if not isinstance(symbol, Functional):
+        if not isinstance(symbol, AnyFunctional):
             return symbol.name
         text = functional_text(symbol)
         return text if sx.is_symbolic() else f"({text})"
@@ -47,31 +47,24 @@ def text_of(expression: Any, longest: int = 160) -> str:
     return expression_text(sx, name_of, longest)
 
 
-def functional_text(functional: Functional) -> str:
+def functional_text(functional: AnyFunctional) -> str:
     """A functional as one writes it, such as ``integral of u^2 over flight``."""
-    return functional.accept(_FunctionalText())
-
-
-class _FunctionalText:
-    """One text for each kind of functional."""
-
-    def integral(self, functional: Integral) -> str:
-        return f"integral of {text_of(functional.expression)} over {functional.phase}"
-
-    def peak(self, functional: Peak) -> str:
-        texts = [(phase, text_of(expression)) for phase, expression in functional.pieces]
-        if functional.absolute:
-            texts = [(phase, f"|{text}|") for phase, text in texts]
-        return f"peak of {', '.join(f'{text} over {phase}' for phase, text in texts)}"
-
-    def boundary_value(self, functional: BoundaryValue) -> str:
-        return f"{text_of(functional.expression)} at the {functional.end} of {functional.phase}"
-
-    def point_value(self, functional: PointValue) -> str:
-        return f"{text_of(functional.expression)} at {functional.instant:g} s"
-
-    def phase_time(self, functional: PhaseTime) -> str:
-        return f"{functional.end} of {functional.phase}"
+    match functional:
+        case Integral():
+            return f"integral of {text_of(functional.expression)} over {functional.phase}"
+        case Peak():
+            bar = "|" if functional.absolute else ""
+            texts = [f"{bar}{text_of(e)}{bar} over {phase}" for phase, e in functional.pieces]
+            return f"peak of {', '.join(texts)}"
+        case BoundaryValue():
+            expression = text_of(functional.expression)
+            return f"{expression} at the {functional.end} of {functional.phase}"
+        case PointValue():
+            return f"{text_of(functional.expression)} at {functional.instant:g} s"
+        case PhaseTime():
+            return f"{functional.end} of {functional.phase}"
+        case _:
+            assert_never(functional)
 
 
 def unit_of(expression: Any) -> str | None:

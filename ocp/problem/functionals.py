@@ -1,35 +1,20 @@
 """Functionals: numbers that a whole motion has, such as an integral, a peak or an end value.
 
-Each kind is a class. What differs between the kinds is said by visitors: an object with one method
-a kind (`FunctionalVisitor`), which `Functional.accept` calls. Their values on a trajectory, their
-expressions in the nonlinear program and their typical sizes are such visitors.
+Each kind is a class, and `AnyFunctional` is all of them. What differs between the kinds is told
+apart by one `match` over them that the type checker holds to be complete: for the values on a
+trajectory, the expressions in the nonlinear program, the typical sizes and the texts.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal, Protocol, TypeVar
+from typing import Literal
 
 import casadi as ca
 
 from ocp.problem.symbols import Symbol, check_scale
 
 End = Literal["start", "end"]
-Result = TypeVar("Result", covariant=True)
-
-
-class FunctionalVisitor(Protocol[Result]):
-    """One answer for each kind of functional."""
-
-    def integral(self, functional: Integral) -> Result: ...
-
-    def peak(self, functional: Peak) -> Result: ...
-
-    def boundary_value(self, functional: BoundaryValue) -> Result: ...
-
-    def point_value(self, functional: PointValue) -> Result: ...
-
-    def phase_time(self, functional: PhaseTime) -> Result: ...
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -68,19 +53,13 @@ class Functional(Symbol):
     def __repr__(self) -> str:
         from ocp.problem.display import functional_text
 
+        assert isinstance(self, AnyFunctional)
         return f"{type(self).__name__}({functional_text(self)})"
-
-    def accept(self, visitor: FunctionalVisitor[Result]) -> Result:
-        """Call the visitor's method for this kind."""
-        raise TypeError(f"{type(self).__name__} is no kind of functional")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Integral(Functional):
     """Integral of an expression over a phase."""
-
-    def accept(self, visitor: FunctionalVisitor[Result]) -> Result:
-        return visitor.integral(self)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -95,9 +74,6 @@ class Peak(Functional):
 
     absolute: bool = False
 
-    def accept(self, visitor: FunctionalVisitor[Result]) -> Result:
-        return visitor.peak(self)
-
     @property
     def signs(self) -> tuple[float, ...]:
         """The sides from which the peak bounds its expression: 1 above, -1 below."""
@@ -110,18 +86,12 @@ class BoundaryValue(Functional):
 
     end: End = "end"
 
-    def accept(self, visitor: FunctionalVisitor[Result]) -> Result:
-        return visitor.boundary_value(self)
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PointValue(Functional):
     """Value of an expression at a given time [s] inside a phase of fixed times."""
 
     instant: float = 0.0
-
-    def accept(self, visitor: FunctionalVisitor[Result]) -> Result:
-        return visitor.point_value(self)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -130,5 +100,5 @@ class PhaseTime(Functional):
 
     end: End = "end"
 
-    def accept(self, visitor: FunctionalVisitor[Result]) -> Result:
-        return visitor.phase_time(self)
+
+AnyFunctional = Integral | Peak | BoundaryValue | PointValue | PhaseTime

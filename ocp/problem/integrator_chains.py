@@ -9,6 +9,7 @@ states do not follow.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import lru_cache
 
 import casadi as ca
@@ -17,7 +18,7 @@ from ocp.numerics.polynomial_expressions import polynomial_degree
 from ocp.numerics.schemes import Scheme
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import TIME, Constant, Control, ControlShape, Unknown, resolve
+from ocp.problem.symbols import TIME, Constant, Control, ControlShape, Symbol, Unknown
 
 _DEGREES = {"constant": 0, "linear": 1}
 
@@ -37,16 +38,20 @@ def chain_length(phase: Phase, control: Control) -> int:
     length, driver = 0, control.symbol
     others = dict(phase.dynamics)
     while True:
-        following = [state for state, rate in others.items() if _is_multiple(rate, driver)]
+        following = [
+            state
+            for state, rate in others.items()
+            if _is_multiple(rate, phase.rate_symbols[state], driver)
+        ]
         if not following:
             return length
         length, driver = length + 1, following[0].symbol
         del others[following[0]]
 
 
-def _is_multiple(rate: ca.SX, driver: ca.SX) -> bool:
-    """Whether a rate is linear in one symbol, with numbers as factor and offset."""
-    others = [s for s in resolve(rate, "a rate") if not ca.is_equal(s.symbol, driver)]
+def _is_multiple(rate: ca.SX, symbols: Iterable[Symbol], driver: ca.SX) -> bool:
+    """Whether a rate of some symbols is linear in one of them, with numbers beside it."""
+    others = [s for s in symbols if not ca.is_equal(s.symbol, driver)]
     alone = all(isinstance(s, (Constant, Unknown)) for s in others)
     return alone and ca.depends_on(rate, driver) and ca.is_linear(rate, driver)
 

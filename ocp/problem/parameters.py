@@ -1,29 +1,30 @@
-"""Values of a problem's constants, and its limits at these values.
+"""Values of a problem's constants, and all of its limits at these values.
 
 A limit may be a number or an expression of constants. All expressions of a problem are evaluated by
-one function, once for each set of values.
+one function, once for each set of values, and everybody reads the numbers.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from functools import lru_cache
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array
 from ocp.errors import StatementError
-from ocp.problem.symbols import Constant, Symbol, resolve, scalar
+from ocp.problem.problem import Problem
+from ocp.problem.symbols import Constant, Signal, Unknown, is_number, resolve, scalar
 
-if TYPE_CHECKING:
-    from ocp.problem.problem import Problem
+Interval = tuple[float, float]
 
 
 @dataclass(frozen=True, eq=False)
 class Parameters:
-    """The constants of a problem at given values.
+    """The constants of a problem at given values, and its limits there.
 
     Attributes
     ----------
@@ -32,23 +33,29 @@ class Parameters:
         The values in the order of `Problem.constants`.
     limits : mapping of CasADi's hash of an expression to number
         The problem's limits that are expressions.
+    signal_limits, unknown_limits : mapping of name to (lower, upper)
+    bound_limits : mapping of (phase name, bound name) to (lower, upper)
+        The phase is "" for bounds and links of the problem.
+    initial_values, final_values : mapping of (phase name, state name) to (lower, upper)
+        Of the states that have any; both are the same where one number is stated.
     """
 
     values: Mapping[str, float]
     vector: Array
-    limits: Mapping[int, float] = field(default_factory=dict, repr=False)
+    limits: Mapping[int, float] = field(repr=False)
+    signal_limits: Mapping[str, Interval] = field(repr=False)
+    unknown_limits: Mapping[str, Interval] = field(repr=False)
+    bound_limits: Mapping[tuple[str, str], Interval] = field(repr=False)
+    initial_values: Mapping[tuple[str, str], Interval] = field(repr=False)
+    final_values: Mapping[tuple[str, str], Interval] = field(repr=False)
 
     def limit(self, limit: Any) -> float:
-        """A limit or boundary value as a number."""
-        if not isinstance(limit, (Symbol, ca.SX)):
+        """A limit or boundary value as a number, one that the problem does not state included."""
+        if is_number(limit):
             return float(limit)
         expression = scalar(limit, "a limit")
         value = self.limits.get(expression.element_hash())
         return self._evaluated(expression) if value is None else value
-
-    def pair(self, item: Any) -> tuple[float, float]:
-        """Lower and upper limit of a signal, an unknown, a bound or a path constraint."""
-        return self.limit(item.lower), self.limit(item.upper)
 
     def _evaluated(self, expression: ca.SX) -> float:
         """A limit that the problem does not state itself, such as one derived from another."""
@@ -82,11 +89,66 @@ def parameters_of(
         if name not in values:
             raise StatementError(f"problem '{problem.name}' does not use the constant '{name}'")
         values[name] = float(value)
-
     vector = np.array(list(values.values()), dtype=float)
-    expressions, function = problem.limit_expressions
+
+    # all limits that are expressions, at once
+    expressions, function = _limit_expressions(problem)
     limits: dict[int, float] = {}
     if expressions:
         numbers = np.array(function(vector)).ravel()
         limits = {e.element_hash(): float(v) for e, v in zip(expressions, numbers, strict=True)}
-    return Parameters(values, vector, limits)
+
+    def number(limit: Any) -> float:
+        stated = is_number(limit)
+        return float(limit) if stated else limits[scalar(limit, "a limit").element_hash()]
+
+    def interval(value: Any) -> Interval:
+        low, high = value if isinstance(value, tuple) else (value, value)
+        return number(low), number(high)
+
+    bounds = [("", bound) for bound in problem.boundary_constraints]
+    bounds += [(phase.name, bound) for phase in problem.phases for bound in phase.bounds]
+    signals = [symbol for symbol in problem.symbols if isinstance(symbol, Signal)]
+    return Parameters(
+        values=values,
+        vector=vector,
+        limits=limits,
+        signal_limits={s.name: interval((s.lower, s.upper)) for s in signals},
+        unknown_limits={u.name: interval((u.lower, u.upper)) for u in problem.unknowns},
+        bound_limits={(where, b.name): interval((b.lower, b.upper)) for where, b in bounds},
+        initial_values={
+            (phase.name, state.name): interval(value)
+            for phase in problem.phases
+            for state, value in phase.initial.items()
+        },
+        final_values={
+            (phase.name, state.name): interval(value)
+            for phase in problem.phases
+            for state, value in phase.final.items()
+        },
+    )
+
+
+@lru_cache(maxsize=64)
+def _limit_expressions(problem: Problem) -> tuple[tuple[ca.SX, ...], ca.Function]:
+    """Limits that are expressions of constants, and the function that evaluates them all."""
+    expressions: dict[int, ca.SX] = {}
+    for limit in _stated_limits(problem):
+        if not is_number(limit):
+            expression = scalar(limit, "a limit")
+            expressions[expression.element_hash()] = expression
+    constants = ca.vertcat(*[c.symbol for c in problem.constants], ca.SX(0, 1))
+    stacked = ca.vertcat(*expressions.values(), ca.SX(0, 1))
+    return tuple(expressions.values()), ca.Function("limits", [constants], [stacked])
+
+
+def _stated_limits(problem: Problem) -> Iterator[Any]:
+    """All limits and boundary values of the statement."""
+    for symbol in problem.symbols:
+        if isinstance(symbol, (Signal, Unknown)):
+            yield from (symbol.lower, symbol.upper)
+    for bound in (*problem.boundary_constraints, *(b for p in problem.phases for b in p.bounds)):
+        yield from (bound.lower, bound.upper)
+    for phase in problem.phases:
+        for value in (*phase.initial.values(), *phase.final.values()):
+            yield from value if isinstance(value, tuple) else (value,)

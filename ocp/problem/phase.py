@@ -71,6 +71,8 @@ class Phase:
     ----------
     states : tuple of State
         In the order of the dynamics.
+    rate_symbols : mapping of State to tuple of Symbol
+        What the derivative of each state depends on.
     symbols : tuple of Symbol
         All declared symbols that the expressions depend on, in order of appearance.
     has_fixed_times : bool
@@ -92,6 +94,7 @@ class Phase:
     guess: Mapping[Signal, Guess] = field(default_factory=dict)
 
     states: tuple[State, ...] = field(init=False, repr=False)
+    rate_symbols: Mapping[State, tuple[Symbol, ...]] = field(init=False, repr=False)
     symbols: tuple[Symbol, ...] = field(init=False, repr=False)
     has_fixed_times: bool = field(init=False, repr=False)
 
@@ -118,6 +121,11 @@ class Phase:
         free = any(isinstance(time, Between) for time in (self.start, self.end))
         object.__setattr__(self, "has_fixed_times", not free)
         object.__setattr__(self, "states", tuple(self.dynamics))
+        rate_symbols = {
+            state: resolve(rate, f"the derivative of '{state.name}' in '{self.name}'")
+            for state, rate in derivatives.items()
+        }
+        object.__setattr__(self, "rate_symbols", rate_symbols)
         object.__setattr__(self, "symbols", self._symbols())
         check_phase(self)
 
@@ -129,14 +137,14 @@ class Phase:
     def _symbols(self) -> tuple[Symbol, ...]:
         """All declared symbols the phase's expressions depend on, in order of appearance."""
         symbols: dict[Symbol, None] = {}
-        for state, rate in self.dynamics.items():
+        for state, of_rate in self.rate_symbols.items():
             symbols[state] = None
-            where = f"the derivative of '{state.name}' in '{self.name}'"
-            symbols.update(dict.fromkeys(resolve(rate, where)))
+            symbols.update(dict.fromkeys(of_rate))
         for bound in self.bounds:
-            for expression in (bound.expression, bound.lower, bound.upper):
+            symbols.update(dict.fromkeys(bound.symbols))
+            for limit in (bound.lower, bound.upper):
                 where = f"the bound '{bound.name}' in '{self.name}'"
-                symbols.update(dict.fromkeys(resolve(expression, where)))
+                symbols.update(dict.fromkeys(resolve(limit, where)))
         return tuple(symbols)
 
     @checked_keywords()

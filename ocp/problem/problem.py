@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any, TypeVar
 
 import casadi as ca
@@ -12,7 +11,7 @@ import casadi as ca
 from ocp.errors import StatementError
 from ocp.keywords import checked_keywords
 from ocp.problem.bounds import Bound, checked_bounds
-from ocp.problem.functionals import Functional, Integral, Peak
+from ocp.problem.functionals import AnyFunctional, Functional, Integral, Peak
 from ocp.problem.phase import Phase
 from ocp.problem.symbols import (
     Algebraic,
@@ -24,7 +23,6 @@ from ocp.problem.symbols import (
     Unknown,
     check_name,
     check_scale,
-    is_number,
     resolve,
     scalar,
 )
@@ -59,6 +57,8 @@ class Problem:
     ----------
     objective : SX
         The expression to minimise (the negative of what is maximised).
+    objective_symbols : tuple of Symbol
+        What it depends on.
     sense : float
         1 when minimising, -1 when maximising.
     boundary_constraints : tuple of Bound
@@ -69,6 +69,9 @@ class Problem:
         Those in use.
     integrals : mapping of phase name to tuple of Integral
         Those in use over each phase.
+    summed : mapping of Integral to SX
+        Those that enter the objective linearly and nothing else, with their weights there. A
+        program sums them up in its objective. All others become running totals, which are unknowns.
     symbols, unknowns, constants : tuple of Symbol, of Unknown, of Constant
         All declared symbols in use, and those of two kinds.
     controls, algebraics, signals : mapping of phase name to tuple of Signal
@@ -91,12 +94,14 @@ class Problem:
     scale: float | None = None
 
     objective: ca.SX = field(init=False, repr=False)
+    objective_symbols: tuple[Symbol, ...] = field(init=False, repr=False)
     sense: float = field(init=False, repr=False)
     boundary_constraints: tuple[Bound, ...] = field(init=False, repr=False)
     boundary_symbols: tuple[Symbol, ...] = field(init=False, repr=False)
-    functionals: tuple[Functional, ...] = field(init=False, repr=False)
+    functionals: tuple[AnyFunctional, ...] = field(init=False, repr=False)
     peaks: tuple[Peak, ...] = field(init=False, repr=False)
     integrals: Mapping[str, tuple[Integral, ...]] = field(init=False, repr=False)
+    summed: Mapping[Integral, ca.SX] = field(init=False, repr=False)
     symbols: tuple[Symbol, ...] = field(init=False, repr=False)
     unknowns: tuple[Unknown, ...] = field(init=False, repr=False)
     constants: tuple[Constant, ...] = field(init=False, repr=False)
@@ -131,8 +136,9 @@ class Problem:
             )
         objective = sense * scalar(stated, "the objective")
         constraints = (*self.bounds, *self.links)
-        boundary_symbols = _boundary_symbols(objective, constraints)
-        functionals = tuple(s for s in boundary_symbols if isinstance(s, Functional))
+        objective_symbols = resolve(objective, "the objective")
+        boundary_symbols = _boundary_symbols(objective_symbols, constraints)
+        functionals = tuple(s for s in boundary_symbols if isinstance(s, AnyFunctional))
         symbols = _all_symbols(self.phases, functionals, boundary_symbols)
 
         by_phase = _symbols_by_phase(self.phases, functionals)
@@ -146,6 +152,7 @@ class Problem:
         return {
             "sense": sense,
             "objective": objective,
+            "objective_symbols": objective_symbols,
             "boundary_constraints": constraints,
             "boundary_symbols": boundary_symbols,
             "functionals": functionals,
@@ -154,6 +161,7 @@ class Problem:
                 phase.name: tuple(f for f in integrals if f.phase == phase.name)
                 for phase in self.phases
             },
+            "summed": _summed(objective, integrals, constraints),
             "symbols": symbols,
             "unknowns": _of_kind(Unknown, symbols),
             "constants": _of_kind(Constant, symbols),
@@ -181,29 +189,6 @@ class Problem:
         """The phase of that name."""
         return next(phase for phase in self.phases if phase.name == name)
 
-    @cached_property
-    def limit_expressions(self) -> tuple[tuple[ca.SX, ...], ca.Function]:
-        """Limits that are expressions of constants, and the function that evaluates them all."""
-        expressions: dict[int, ca.SX] = {}
-        for limit in self._limits():
-            if not is_number(limit):
-                expression = scalar(limit, "a limit")
-                expressions[expression.element_hash()] = expression
-        constants = ca.vertcat(*[c.symbol for c in self.constants], ca.SX(0, 1))
-        stacked = ca.vertcat(*expressions.values(), ca.SX(0, 1))
-        return tuple(expressions.values()), ca.Function("limits", [constants], [stacked])
-
-    def _limits(self) -> Iterator[Any]:
-        """All limits and boundary values of the statement."""
-        for symbol in self.symbols:
-            if isinstance(symbol, (Signal, Unknown)):
-                yield from (symbol.lower, symbol.upper)
-        for bound in (*self.boundary_constraints, *(b for p in self.phases for b in p.bounds)):
-            yield from (bound.lower, bound.upper)
-        for phase in self.phases:
-            for value in (*phase.initial.values(), *phase.final.values()):
-                yield from value if isinstance(value, tuple) else (value,)
-
 
 def _checked_phases(phases: Any, where: str) -> tuple[Phase, ...]:
     """One phase or several as a tuple; StatementError if it is something else."""
@@ -220,13 +205,31 @@ def _of_kind(kind: type[Kind], symbols: Iterable[Symbol]) -> tuple[Kind, ...]:
     return tuple(symbol for symbol in symbols if isinstance(symbol, kind))
 
 
-def _boundary_symbols(objective: ca.SX, constraints: Iterable[Bound]) -> tuple[Symbol, ...]:
+def _boundary_symbols(
+    objective_symbols: Iterable[Symbol], constraints: Iterable[Bound]
+) -> tuple[Symbol, ...]:
     """Symbols of the objective, the bounds and the links."""
-    symbols = dict.fromkeys(resolve(objective, "the objective"))
+    symbols = dict.fromkeys(objective_symbols)
     for bound in constraints:
-        for expression in (bound.expression, bound.lower, bound.upper):
-            symbols.update(dict.fromkeys(resolve(expression, f"the bound '{bound.name}'")))
+        symbols.update(dict.fromkeys(bound.symbols))
+        for limit in (bound.lower, bound.upper):
+            symbols.update(dict.fromkeys(resolve(limit, f"the bound '{bound.name}'")))
     return tuple(symbols)
+
+
+def _summed(
+    objective: ca.SX, integrals: Iterable[Integral], constraints: Iterable[Bound]
+) -> dict[Integral, ca.SX]:
+    """Weights of the integrals that enter the objective linearly and nothing else."""
+    elsewhere = {symbol for bound in constraints for symbol in bound.symbols}
+    weights = {}
+    for integral in integrals:
+        if integral not in elsewhere:
+            weight = ca.jacobian(objective, integral.symbol)
+            symbols = resolve(weight, "a weight")
+            if all(isinstance(symbol, Constant) for symbol in symbols):
+                weights[integral] = ca.densify(weight)
+    return weights
 
 
 def _all_symbols(

@@ -155,6 +155,8 @@ class Signal(Symbol):
         Bounds that hold at all times of a phase.
     scale : float or None
         Typical size; derived from bounds, guess and dynamics if None.
+    is_limited : bool
+        Whether it has a bound.
     """
 
     name: str
@@ -163,11 +165,13 @@ class Signal(Symbol):
     upper: Any = math.inf
     scale: float | None = None
     symbol: ca.SX = field(init=False, repr=False)
+    is_limited: bool = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         self._declare()
         check_interval(self.name, self.lower, self.upper)
         check_scale(self.name, self.scale)
+        object.__setattr__(self, "is_limited", is_limited(self.lower, self.upper))
 
     def __repr__(self) -> str:
         return as_written(self)
@@ -428,6 +432,11 @@ def is_number(value: Any) -> bool:
 def is_real(value: object) -> bool:
     """Whether a value is a real number (NumPy's included)."""
     return isinstance(value, Number)
+
+
+def is_limited(*limits: Any) -> bool:
+    """Whether any of the limits may be finite; expressions of constants count as finite."""
+    return not all(is_number(limit) and math.isinf(limit) for limit in limits)
 
 
 def check_interval(name: str, lower: Any, upper: Any) -> None:

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 import casadi as ca
 
 from ocp.errors import StatementError, StatementWarning
-from ocp.problem.bounds import is_limited
 from ocp.problem.functionals import Functional
 from ocp.problem.symbols import (
     Between,
@@ -25,6 +24,7 @@ from ocp.problem.symbols import (
     Time,
     Unknown,
     check_interval,
+    is_limited,
     is_number,
     is_real,
     resolve,
@@ -143,7 +143,7 @@ def check_problem(problem: Problem) -> None:
                 f"'{symbol.name}' as if it were a number; wrap it in at_start, at_end, at, "
                 "integral or peak of a phase"
             )
-    if not any(isinstance(s, (Functional, Unknown)) for s in resolve(problem.objective, "it")):
+    if not any(isinstance(s, (Functional, Unknown)) for s in problem.objective_symbols):
         raise StatementError(
             f"the objective of problem '{problem.name}' is a fixed number; minimise a value of "
             "the motion, such as an integral, a peak or an end time"
@@ -224,8 +224,7 @@ def check_values(problem: Problem, parameters: Parameters) -> None:
     StatementWarning
         When a state has dynamics but nothing depends on it.
     """
-    for what, lower, upper in _limits(problem):
-        low, high = parameters.limit(lower), parameters.limit(upper)
+    for what, (low, high) in _limits(problem, parameters):
         if low > high:
             raise StatementError(
                 f"{what} cross{_at(parameters)}: lower {low:g} is above upper {high:g}; change one "
@@ -233,9 +232,10 @@ def check_values(problem: Problem, parameters: Parameters) -> None:
             )
 
     for phase in problem.phases:
-        for what, values in (("initial", phase.initial), ("final", phase.final)):
-            for state, value in values.items():
-                _check_inside(phase, what, state, value, parameters)
+        for what, values in _boundary_values(parameters):
+            for state in phase.states:
+                if (phase.name, state.name) in values:
+                    _check_inside(phase, what, state, values[phase.name, state.name], parameters)
         _check_guess(problem, phase)
         for state in _unused(problem, phase):
             warnings.warn(
@@ -246,28 +246,35 @@ def check_values(problem: Problem, parameters: Parameters) -> None:
             )
 
 
-def _limits(problem: Problem) -> Iterator[tuple[str, Any, Any]]:
+def _limits(problem: Problem, parameters: Parameters) -> Iterator[tuple[str, tuple[float, float]]]:
     """All pairs of limits, with what they are limits of."""
-    for symbol in problem.symbols:
-        if isinstance(symbol, (Signal, Unknown)):
-            yield f"the bounds of '{symbol.name}'", symbol.lower, symbol.upper
+    for name, limits in (*parameters.signal_limits.items(), *parameters.unknown_limits.items()):
+        yield f"the bounds of '{name}'", limits
     for phase in problem.phases:
         for bound in phase.bounds:
-            yield f"the limits of '{bound.name}' in '{phase.name}'", bound.lower, bound.upper
-        for what, values in (("initial", phase.initial), ("final", phase.final)):
-            for state, value in values.items():
-                if isinstance(value, tuple):
-                    yield f"the {what} values of '{state.name}' in '{phase.name}'", *value
+            limits = parameters.bound_limits[phase.name, bound.name]
+            yield f"the limits of '{bound.name}' in '{phase.name}'", limits
+        for what, values in _boundary_values(parameters):
+            for state in phase.states:
+                if (phase.name, state.name) in values:
+                    limits = values[phase.name, state.name]
+                    yield f"the {what} values of '{state.name}' in '{phase.name}'", limits
     for bound in problem.boundary_constraints:
-        yield f"the limits of '{bound.name}'", bound.lower, bound.upper
+        yield f"the limits of '{bound.name}'", parameters.bound_limits["", bound.name]
+
+
+def _boundary_values(
+    parameters: Parameters,
+) -> tuple[tuple[str, Mapping[tuple[str, str], tuple[float, float]]], ...]:
+    """Both ends, in words, and the boundary values there."""
+    return ("initial", parameters.initial_values), ("final", parameters.final_values)
 
 
 def _check_inside(
-    phase: Phase, what: str, state: State, value: Any, parameters: Parameters
+    phase: Phase, what: str, state: State, value: tuple[float, float], parameters: Parameters
 ) -> None:
-    pair = value if isinstance(value, tuple) else (value, value)
-    low, high = (parameters.limit(limit) for limit in pair)
-    lower, upper = parameters.pair(state)
+    low, high = value
+    lower, upper = parameters.signal_limits[state.name]
     if low > upper or high < lower:
         given = f"{low:g}" if low == high else f"({low:g}, {high:g})"
         raise StatementError(
@@ -296,11 +303,10 @@ def _check_guess(problem: Problem, phase: Phase) -> None:
 def _unused(problem: Problem, phase: Phase) -> list[State]:
     """States with dynamics that no other dynamics, bound, end value or functional depends on."""
     used: set[Symbol] = set(phase.final)
-    for state, rate in phase.dynamics.items():
-        used.update(s for s in resolve(rate, "a derivative") if s is not state)
+    for state, symbols in phase.rate_symbols.items():
+        used.update(s for s in symbols if s is not state)
     for bound in phase.bounds:
-        used.update(resolve(bound.expression, bound.name))
+        used.update(bound.symbols)
     for functional in problem.functionals:
         used.update(functional.symbols)
-    free = [state for state in phase.states if state not in used]
-    return [state for state in free if not is_limited(state.lower, state.upper)]
+    return [state for state in phase.states if state not in used and not state.is_limited]

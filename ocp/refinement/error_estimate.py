@@ -58,11 +58,23 @@ class MotionErrors:
         The motion.
     evaluator : Evaluator
         Of the problem.
+    parameters : Parameters
+        Values of the problem's constants.
     """
 
     transcription: Transcription
     trajectory: Trajectory
     evaluator: Evaluator
+    parameters: Parameters
+
+    @cached_property
+    def limits(self) -> tuple[tuple[tuple[float, float], ...], ...]:
+        """Lower and upper limit of each path constraint of each phase, at the motion's peaks."""
+        peaks = dict(zip(self.transcription.problem.peaks, self.trajectory.peaks, strict=True))
+        return tuple(
+            tuple(constraint.limits(self.parameters, peaks) for constraint in constraints)
+            for constraints in self.transcription.constraints
+        )
 
     @cached_property
     def excess(self) -> tuple[tuple[Extremes, ...], ...]:
@@ -73,9 +85,9 @@ class MotionErrors:
         constraint is exceeded or about to be, and where it is closest to that.
         """
         return tuple(
-            self._excess_of_phase(motion, constraints)
-            for motion, constraints in zip(
-                self.trajectory.phases, self.transcription.constraints, strict=True
+            self._excess_of_phase(motion, constraints, limits)
+            for motion, constraints, limits in zip(
+                self.trajectory.phases, self.transcription.constraints, self.limits, strict=True
             )
         )
 
@@ -85,9 +97,9 @@ class MotionErrors:
         errors = []
         for index, motion in enumerate(self.trajectory.phases):
             parts = (
-                self._dynamics_error(motion),
+                self._dynamics_error(motion, index),
                 self._quadrature_error(motion),
-                self._equation_error(motion, self.transcription.constraints[index]),
+                self._equation_error(motion, index),
             )
             errors.append(np.maximum.reduce(parts))
         return tuple(errors)
@@ -103,33 +115,31 @@ class MotionErrors:
         """Largest error of dynamics, integrals and equations in an interval, relative."""
         return max(float(errors.max()) for errors in self.dynamics)
 
-    @cached_property
-    def _parameters(self) -> Parameters:
-        return self.evaluator.parameters(self.trajectory)
-
-    @cached_property
-    def _peaks(self) -> dict[Peak, float]:
-        return dict(zip(self.transcription.problem.peaks, self.trajectory.peaks, strict=True))
-
     def _excess_of_phase(
-        self, motion: PhaseTrajectory, constraints: Sequence[PathConstraint]
+        self,
+        motion: PhaseTrajectory,
+        constraints: Sequence[PathConstraint],
+        limits: Sequence[tuple[float, float]],
     ) -> tuple[Extremes, ...]:
         limited = [c for c in constraints if not c.is_equation]
-        samples = _samples(self.evaluator, self.trajectory, motion, [c.expression for c in limited])
-        excesses = iter(
-            self._excess_of(motion, c, values) for c, values in zip(limited, samples, strict=True)
+        samples = iter(
+            _samples(self.evaluator, self.trajectory, motion, [c.expression for c in limited])
         )
         nothing = Extremes(np.full(motion.intervals, -np.inf), np.full(motion.intervals, 0.5))
-        return tuple(nothing if c.is_equation else next(excesses) for c in constraints)
+        return tuple(
+            nothing if c.is_equation else self._excess_of(motion, c, between, next(samples))
+            for c, between in zip(constraints, limits, strict=True)
+        )
 
     def _excess_of(
-        self, motion: PhaseTrajectory, constraint: PathConstraint, samples: Array
+        self,
+        motion: PhaseTrajectory,
+        constraint: PathConstraint,
+        limits: tuple[float, float],
+        samples: Array,
     ) -> Extremes:
         """Excess of one constraint from its values on the dense grid, (N, m)."""
-        lower = self._parameters.limit(constraint.lower)
-        upper = self._parameters.limit(constraint.upper)
-        if constraint.peak is not None:
-            upper = self._peaks[constraint.peak]
+        lower, upper = limits
         size = max((abs(v) for v in (lower, upper) if np.isfinite(v)), default=0.0)
 
         def beyond(values: Array) -> Array:
@@ -144,17 +154,16 @@ class MotionErrors:
         extremes = maxima(sampled, beyond(samples), _grid(motion), level=0.0)
         return Extremes(extremes.values / (size or 1.0), extremes.tau)
 
-    def _equation_error(
-        self, motion: PhaseTrajectory, constraints: Sequence[PathConstraint]
-    ) -> Array:
+    def _equation_error(self, motion: PhaseTrajectory, index: int) -> Array:
         """How far equations are off in each interval, the largest relative to its scale, (N,)."""
-        equations = [c for c in constraints if c.is_equation]
-        expressions = [c.expression for c in equations]
+        constraints, limits = self.transcription.constraints[index], self.limits[index]
+        pairs = zip(constraints, limits, strict=True)
+        equations = [(c, upper) for c, (_, upper) in pairs if c.is_equation]
+        expressions = [c.expression for c, _ in equations]
         samples = _samples(self.evaluator, self.trajectory, motion, expressions)
         worst = np.zeros(motion.intervals)
 
-        for equation, values in zip(equations, samples, strict=True):
-            wanted = self._parameters.limit(equation.upper)
+        for (equation, wanted), values in zip(equations, samples, strict=True):
 
             def off(
                 intervals: Integers,
@@ -168,13 +177,13 @@ class MotionErrors:
             worst = np.maximum(worst, extremes.values / equation.scale)
         return worst
 
-    def _dynamics_error(self, motion: PhaseTrajectory) -> Array:
+    def _dynamics_error(self, motion: PhaseTrajectory, index: int) -> Array:
         """Integrated residual of the dynamics relative to the sizes of the states, (N,).
 
         The residual ``|x' - f|`` of the collocation polynomial is integrated by Gauss quadrature of
         two points more than the degree (Betts, "Practical Methods for Optimal Control", sec. 4.7).
         """
-        rates = list(self.evaluator.phase(motion.name).dynamics.values())
+        rates = list(self.transcription.problem.phases[index].dynamics.values())
         sizes = np.array([self.transcription.scales.signals[name] for name in motion.states])
         nodes = Gauss().at(int(motion.degrees.max()) + 2)
         intervals, tau = _every_interval(motion, nodes.points)
@@ -289,7 +298,9 @@ class MeshErrors:
 
 def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) -> MeshErrors:
     """Evaluate a solved mesh between its points."""
-    motion_errors = MotionErrors(iterate.transcription, iterate.trajectory, evaluator)
+    motion_errors = MotionErrors(
+        iterate.transcription, iterate.trajectory, evaluator, iterate.parameters
+    )
     acting = acting_intervals(iterate)
     phases = []
 
@@ -345,15 +356,9 @@ def dense_peak(evaluator: Evaluator, trajectory: Trajectory, peak: Peak) -> floa
 def _rough(iterate: Iterate, index: int) -> Flags:
     """Intervals in which a control is not resolved, or stays on a bound that it should leave."""
     motion, mesh = iterate.trajectory.phases[index], iterate.mesh.phases[index]
-    controls = iterate.transcription.columns.phases[index].controls
-    limits = {
-        control.name: (
-            iterate.parameters.limit(control.lower),
-            iterate.parameters.limit(control.upper),
-        )
-        for control in controls
-    }
-    return (control_errors(motion, mesh) >= _SMOOTH) | saturated(motion, limits)
+    return (control_errors(motion, mesh) >= _SMOOTH) | saturated(
+        motion, iterate.parameters.signal_limits
+    )
 
 
 def _crowded(

@@ -26,9 +26,9 @@ from ocp.progress import Progress
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.error_estimate import MeshErrors, estimate_errors
 from ocp.settings import Settings
-from ocp.transcription.packing import decision_vector
+from ocp.transcription.packing import decision_vector, trajectory_of
 from ocp.transcription.scaling import resized, scales_of
-from ocp.transcription.transcribe import Transcription, transcribe
+from ocp.transcription.transcribe import ProgramLimits, Transcription, transcribe
 
 Start = Iterate | Trajectory | None
 Run = Callable[[NlpSolver, StartingPoint], NlpResult]
@@ -272,15 +272,17 @@ class MeshSolver:
             self.problem, mesh, last.scheme, last.controls, scales, last.transcription
         )
 
-    def starting_point(self, program: Transcription, start: Start) -> StartingPoint:
+    def starting_point(
+        self, program: Transcription, start: Start, limits: ProgramLimits
+    ) -> StartingPoint:
         """A start of the program: unknowns, and multipliers where an iterate brings them."""
         if not isinstance(start, Iterate):
-            return StartingPoint(self._packed(program, start))
+            return StartingPoint(self._packed(program, start, limits))
         if start.transcription is program:
             # to the last digit, which its multipliers belong to
             return StartingPoint(start.x, (start.bound_multipliers, start.row_multipliers))
         multipliers = carried_multipliers(start, program)
-        return StartingPoint(self._packed(program, start.trajectory), multipliers)
+        return StartingPoint(self._packed(program, start.trajectory, limits), multipliers)
 
     def solve(
         self,
@@ -296,16 +298,17 @@ class MeshSolver:
         def run(solver: NlpSolver, point: StartingPoint) -> NlpResult:
             return solver.solve(program.program, point, limits, self.parameters.vector, listener)
 
-        point = self.starting_point(program, start)
+        point = self.starting_point(program, start, limits)
         return with_retries(run, solver, point, self.budget, iterations_of(before))
 
     def examined(
         self, program: Transcription, result: NlpResult, *, tight: bool, finer: bool
     ) -> SolvedMesh:
         """A solved program with its errors between the points."""
-        iterate = iterate_of(program, result, self.parameters)
+        trajectory = trajectory_of(program, result.x, self.parameters)
+        iterate = iterate_of(program, result, trajectory)
         errors = estimate_errors(iterate, self.evaluator, self.settings.accuracy)
-        lower, upper = program.limits(self.parameters).rows
+        lower, upper = iterate.limits.rows
         excess = np.maximum(lower - result.rows, result.rows - upper)
         return SolvedMesh(iterate, errors, float(excess.max(initial=0.0)), tight, finer)
 
@@ -313,9 +316,11 @@ class MeshSolver:
         """Whether the budget is used up after some mesh rounds."""
         return self.budget.spent(iterations_of(rounds))
 
-    def _packed(self, program: Transcription, motion: Trajectory | None) -> Array:
+    def _packed(
+        self, program: Transcription, motion: Trajectory | None, limits: ProgramLimits
+    ) -> Array:
         guess = initial_guess(self.problem, self.parameters, motion)
-        return decision_vector(program, guess, self.parameters)
+        return decision_vector(program, guess, limits, self.parameters.vector)
 
     def _listener(self, program: Transcription, number: int) -> Listener | None:
         """What passes the solver's progress on, if anybody wants to know."""

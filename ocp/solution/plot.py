@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from ocp.arrays import Array, Integers
 from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.problem.display import objective_unit, with_unit
+from ocp.problem.parameters import parameters_of
 from ocp.problem.symbols import Signal
 
 if TYPE_CHECKING:
@@ -143,8 +144,8 @@ def _path_constraints(solution: Solution) -> Iterator[Curve]:
 
 
 def _add_limits(curve: Curve, solution: Solution, motion: PhaseTrajectory, item: Any) -> None:
-    parameters = solution.evaluator.parameters(solution.trajectory)
-    for limit in dict.fromkeys(parameters.pair(item)):
+    parameters = parameters_of(solution.problem, solution.trajectory.constants)
+    for limit in dict.fromkeys(parameters.limit(side) for side in (item.lower, item.upper)):
         if np.isfinite(limit):
             curve.limits.append((motion.start, motion.end, limit))
 

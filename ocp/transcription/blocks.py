@@ -7,10 +7,10 @@ the map of the rows.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
+from typing import Any, assert_never
 
 import casadi as ca
 import numpy as np
@@ -18,6 +18,7 @@ import numpy as np
 from ocp.arrays import Array, Integers
 from ocp.mesh.mesh import ExtraPoints
 from ocp.problem.functionals import (
+    AnyFunctional,
     BoundaryValue,
     Functional,
     Integral,
@@ -26,7 +27,6 @@ from ocp.problem.functionals import (
     PointValue,
 )
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import Constant, resolve
 from ocp.transcription.columns import IntervalGroup, PhaseColumns
 from ocp.transcription.kernel_builder import (
     KernelBuilder,
@@ -42,6 +42,29 @@ from ocp.transcription.rows import PathRows, PhaseRows, Rows
 _SHORTEST = 0.02  # of its width on the mesh: the least length of an interval whose ends move
 
 
+def blocks_of(
+    context: KernelContext,
+    extra: Sequence[Sequence[ExtraPoints]],
+    constraints: Sequence[tuple[PathConstraint, ...]],
+) -> tuple[tuple[Block, ...], Rows]:
+    """All blocks of a program, and the map of their rows.
+
+    Parameters
+    ----------
+    context : KernelContext
+    extra : sequence of sequence of ExtraPoints
+        Of each phase: where path constraints are imposed beside the collocation points.
+    constraints : sequence of tuple of PathConstraint
+        Of each phase.
+    """
+    rows = Rows()
+    blocks: list[Block] = []
+    for index, points in enumerate(extra):
+        blocks += PhaseBlocks(context, index, constraints[index], rows).all(points)
+    blocks.append(_boundary_block(context, rows))
+    return tuple(blocks), rows
+
+
 @dataclass(frozen=True, eq=False)
 class PhaseBlocks:
     """Makes the blocks of one phase.
@@ -53,27 +76,25 @@ class PhaseBlocks:
         Number of the phase.
     constraints : tuple of PathConstraint
         Of the phase.
-    weights : mapping of Integral to expression
-        Integrals that are summed up in the objective, with their weights there.
     rows : Rows
         The map that is being filled.
+    columns : PhaseColumns
+        The unknowns of the phase.
+    name : str
+        Of the phase.
     """
 
     context: KernelContext
     index: int
     constraints: tuple[PathConstraint, ...]
-    weights: Mapping[Integral, ca.SX]
     rows: Rows
+    columns: PhaseColumns = field(init=False)
+    name: str = field(init=False)
 
-    @property
-    def columns(self) -> PhaseColumns:
-        """The unknowns of the phase."""
-        return self.context.columns.phases[self.index]
-
-    @property
-    def name(self) -> str:
-        """Name of the phase."""
-        return self.columns.phase.name
+    def __post_init__(self) -> None:
+        columns = self.context.columns.phases[self.index]
+        object.__setattr__(self, "columns", columns)
+        object.__setattr__(self, "name", columns.phase.name)
 
     def all(self, extra: Sequence[ExtraPoints]) -> Iterator[Block]:
         """All blocks; path constraints at the points `extra` too."""
@@ -106,7 +127,8 @@ class PhaseBlocks:
         phase, rule = columns.phase, group.collocation
         builder, point = collocation_point(context, columns, group)
 
-        summed = [f for f in self.weights if f.phase == phase.name]
+        weights = context.problem.summed
+        summed = [f for f in weights if f.phase == phase.name]
         sampled = [c for c in self.constraints if c.sampled]
         peaks = [self._peak(c, builder) for c in sampled]
         sizes = context.sizes(columns.states)
@@ -123,7 +145,7 @@ class PhaseBlocks:
             integrands, paths = values[n_x + n_w : n_x + n_w + n_q], values[n_x + n_w + n_q :]
 
             measure = point.weight * point.length
-            terms = [self.weights[f] * measure * v for f, v in zip(summed, costs, strict=True)]
+            terms = [weights[f] * measure * v for f, v in zip(summed, costs, strict=True)]
             objective = sum(terms, ca.SX(0)) / scales.objective
             defects = [(point.slope[j] - point.length * rates[j]) / sizes[j] for j in range(n_x)]
             limited = [
@@ -144,15 +166,15 @@ class PhaseBlocks:
         own.defects.append(taken[:, :n_x].reshape(-1, rule.degree, n_x))
         intervals = np.repeat(group.intervals, rule.degree)
         tau = np.tile(rule.points, group.intervals.size)
-        weights = np.tile(rule.weights, group.intervals.size)
+        quadrature = np.tile(rule.weights, group.intervals.size)
         numbers = [i for i, c in enumerate(self.constraints) if c.sampled]
         for n, number in enumerate(numbers):
             rows = taken[:, n_x + n]
-            own.path.append(PathRows(self.index, number, rows, intervals, tau, weights))
+            self._add(PathRows(self.index, number, rows, intervals, tau, quadrature), own)
 
         key = (rule.degree, group.moving)
         name = f"{phase.name}: collocation"
-        return builder.block(name, context, key, build, np.hstack([taken, totals]))
+        return _block(context, builder, name, key, build, np.hstack([taken, totals]))
 
     def _peak(self, constraint: PathConstraint, builder: KernelBuilder) -> Any:
         """The peak that bounds a constraint from above, 0 where there is none."""
@@ -214,7 +236,7 @@ class PhaseBlocks:
     ) -> Block:
         """A block of rows without objective."""
         build = partial(_rows_alone, expression)
-        return builder.block(f"{self.name}: {what}", self.context, key, build, rows)
+        return _block(self.context, builder, f"{self.name}: {what}", key, build, rows)
 
     def _ends_of_phase(self) -> list[ExtraPoints]:
         """The ends of the phase, where the scheme has no collocation point there."""
@@ -248,10 +270,37 @@ class PhaseBlocks:
         limits = [(constraint.lower, constraint.upper, constraint.scale)]
         rows = self.rows.limits.take(builder.instances, limits)
         no_weights = np.full(intervals.size, np.nan)
-        own.path.append(PathRows(self.index, number, rows[:, 0], intervals, tau, no_weights))
+        self._add(PathRows(self.index, number, rows[:, 0], intervals, tau, no_weights), own)
         key = (number, group.collocation.degree, group.moving)
         name = f"{self.name}: {constraint.name}"
-        return builder.block(name, context, key, build, rows)
+        return _block(context, builder, name, key, build, rows)
+
+    def _add(self, path: PathRows, own: PhaseRows) -> None:
+        """Note rows of a path constraint, in the map of the phase and in that of all."""
+        own.path.append(path)
+        self.rows.path.append(path)
+
+
+def _block(
+    context: KernelContext,
+    builder: KernelBuilder,
+    name: str,
+    key: tuple[Any, ...],
+    build: Callable[[], tuple[Any, list[Any]]],
+    rows: Integers,
+) -> Block:
+    """A block, its kernel built unless the context has it already.
+
+    Parameters
+    ----------
+    key : tells the kernel from the others of the context that have this name and size.
+    build : gives objective and rows of the kernel.
+    rows : (instances, m) rows of the program.
+    """
+    whole_key = (name, *key, *builder.shape())
+    if whole_key not in context.kernels:
+        context.kernels[whole_key] = builder.kernel(*build(), context.constants)
+    return builder.block(name, context.kernels[whole_key], rows)
 
 
 def _path_row(constraint: PathConstraint, value: ca.SX, peak: Any) -> ca.SX:
@@ -263,33 +312,15 @@ def _rows_alone(rows: ca.SX) -> tuple[Any, list[Any]]:
     return 0, [rows]
 
 
-def inline_weights(problem: Problem) -> dict[Integral, ca.SX]:
-    """Weights of the integrals that enter the objective linearly and nothing else.
-
-    They are summed up in the objective. All others become running totals, which are unknowns.
-    """
-    elsewhere = {
-        symbol
-        for bound in problem.boundary_constraints
-        for symbol in resolve(bound.expression, bound.name)
-    }
-    weights = {}
-    for functional in problem.functionals:
-        if isinstance(functional, Integral) and functional not in elsewhere:
-            weight = ca.jacobian(problem.objective, functional.symbol)
-            symbols = resolve(weight, "a weight")
-            if all(isinstance(symbol, Constant) for symbol in symbols):
-                weights[functional] = ca.densify(weight)
-    return weights
-
-
-def boundary_block(context: KernelContext, weights: Mapping[Integral, ca.SX], rows: Rows) -> Block:
-    """Objective (without the integrals in `weights`), bounds and links; fills `rows.boundary`."""
+def _boundary_block(context: KernelContext, rows: Rows) -> Block:
+    """Objective (without the integrals that it sums up), bounds and links."""
     problem, scales = context.problem, context.scales
     builder = KernelBuilder(1)
     unknowns = context.unknowns(builder)
     reader = _FunctionalExpressions(context, builder, unknowns)
-    values = [ca.SX(0) if f in weights else f.accept(reader) for f in problem.functionals]
+    values = [
+        ca.SX(0) if f in problem.summed else reader.expression(f) for f in problem.functionals
+    ]
 
     bounds = problem.boundary_constraints
     sizes = [scales.bounds["", b.name] for b in bounds]
@@ -310,7 +341,7 @@ def boundary_block(context: KernelContext, weights: Mapping[Integral, ca.SX], ro
     taken = rows.limits.take(1, limits)
     rows.boundary = taken.ravel()
     key = tuple(_kind_of_values(columns, problem) for columns in context.columns.phases)
-    return builder.block("boundary", context, key, build, taken)
+    return _block(context, builder, "boundary", key, build, taken)
 
 
 def _kind_of_values(columns: PhaseColumns, problem: Problem) -> tuple[tuple[int, bool], ...]:
@@ -338,34 +369,34 @@ def _node(columns: PhaseColumns, functional: Functional) -> int:
 
 @dataclass(frozen=True, eq=False)
 class _FunctionalExpressions:
-    """Functionals as expressions of local variables, one method a kind."""
+    """Functionals as expressions of local variables."""
 
     context: KernelContext
     builder: KernelBuilder
     unknowns: ca.SX
 
-    def integral(self, functional: Integral) -> ca.SX:
-        """The running total at the end of the phase."""
-        columns = self._columns(functional)
-        column = columns.totals[-1:, [columns.integrals.index(functional)]]
-        return self.builder.variables(column, [self.context.scales.functionals[functional]])
+    def expression(self, functional: AnyFunctional) -> ca.SX:
+        """What stands for a functional in the program."""
+        match functional:
+            case Integral():
+                # the running total at the end of the phase
+                columns = self._columns(functional)
+                place = columns.totals[-1:, [columns.integrals.index(functional)]]
+                return self._variable(place, functional)
+            case Peak():
+                # the unknown that the expression does not exceed
+                place = np.array([[self.context.columns.peaks[functional]]])
+                return self._variable(place, functional)
+            case BoundaryValue() | PointValue():
+                return self._value(functional)
+            case PhaseTime():
+                end = 0 if functional.end == "start" else -1
+                return self._time(self._columns(functional), end)
+            case _:
+                assert_never(functional)
 
-    def peak(self, functional: Peak) -> ca.SX:
-        """The unknown that the expression does not exceed."""
-        column = np.array([[self.context.columns.peaks[functional]]])
-        return self.builder.variables(column, [self.context.scales.functionals[functional]])
-
-    def boundary_value(self, functional: BoundaryValue) -> ca.SX:
-        """The expression at the first or last breakpoint."""
-        return self._value(functional)
-
-    def point_value(self, functional: PointValue) -> ca.SX:
-        """The expression at the breakpoint of its instant."""
-        return self._value(functional)
-
-    def phase_time(self, functional: PhaseTime) -> ca.SX:
-        """The time itself."""
-        return self._time(self._columns(functional), 0 if functional.end == "start" else -1)
+    def _variable(self, place: Integers, functional: Functional) -> ca.SX:
+        return self.builder.variables(place, [self.context.scales.functionals[functional]])
 
     def _columns(self, functional: Functional) -> PhaseColumns:
         phases = self.context.columns.phases

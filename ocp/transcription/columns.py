@@ -9,7 +9,7 @@ and the breakpoints that may move follow, then the unknowns of the problem and i
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,7 +17,7 @@ import numpy as np
 
 from ocp.arrays import Array, Integers
 from ocp.errors import StatementError
-from ocp.mesh.mesh import Mesh, PhaseMesh, distinct
+from ocp.mesh.mesh import Mesh, PhaseMesh
 from ocp.numerics.schemes import Collocation, Scheme
 from ocp.problem.functionals import Integral, Peak
 from ocp.problem.integrator_chains import shape_of
@@ -98,6 +98,9 @@ class PhaseColumns:
         Initial and final time where they are fixed [s], nan where they are not.
     controls, signals : tuple of Control, of Signal
         In the order of a trajectory.
+    coefficients : tuple of (Signal, (m,), (m, count))
+        Every control and algebraic signal in the intervals of one group: their numbers, and its
+        columns there.
     """
 
     phase: Phase
@@ -116,6 +119,7 @@ class PhaseColumns:
     fixed_times: tuple[float, float] = field(init=False)
     controls: tuple[Control, ...] = field(init=False)
     signals: tuple[Signal, ...] = field(init=False)
+    coefficients: tuple[tuple[Signal, Integers, Integers], ...] = field(init=False)
 
     def __post_init__(self) -> None:
         times = [
@@ -128,18 +132,18 @@ class PhaseColumns:
         object.__setattr__(self, "controls", controls)
         object.__setattr__(self, "signals", (*self.states, *controls, *self.algebraics))
 
-    def group_of(self, interval: int) -> IntervalGroup:
-        """The group that an interval belongs to."""
-        return next(group for group in self.groups if interval in group.intervals)
-
-    def coefficients(self) -> Iterator[tuple[Signal, Integers, Integers]]:
-        """Every control and algebraic signal with intervals (m,) and its columns (m, count)."""
+        coefficients: list[tuple[Signal, Integers, Integers]] = []
         for group in self.groups:
             for members, table in zip(self.control_sets, group.controls, strict=True):
                 for j, control in enumerate(members.controls):
-                    yield control, group.intervals, table[:, :, j]
+                    coefficients.append((control, group.intervals, table[:, :, j]))
             for j, algebraic in enumerate(self.algebraics):
-                yield algebraic, group.intervals, group.algebraics[:, :, j]
+                coefficients.append((algebraic, group.intervals, group.algebraics[:, :, j]))
+        object.__setattr__(self, "coefficients", tuple(coefficients))
+
+    def group_of(self, interval: int) -> IntervalGroup:
+        """The group that an interval belongs to."""
+        return next(group for group in self.groups if interval in group.intervals)
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +184,6 @@ def columns_of(
     mesh: Mesh,
     scheme: Scheme,
     controls: ControlShape,
-    running_totals: Mapping[str, tuple[Integral, ...]],
     scales: Scales,
 ) -> Columns:
     """Assign all unknowns of a problem on a mesh.
@@ -188,7 +191,6 @@ def columns_of(
     Parameters
     ----------
     controls : shape of controls that do not state their own.
-    running_totals : integrals by name of their phase, see `PhaseColumns.integrals`.
 
     Raises
     ------
@@ -199,7 +201,7 @@ def columns_of(
     first = 0
     for phase, phase_mesh in zip(problem.phases, mesh.phases, strict=True):
         sets = _control_sets(problem, phase, phase_mesh, scheme, controls)
-        integrals = running_totals[phase.name]
+        integrals = tuple(f for f in problem.integrals[phase.name] if f not in problem.summed)
         phases.append(_phase_columns(problem, phase, phase_mesh, scheme, sets, integrals, first))
         first = phases[-1].stop
 
@@ -211,7 +213,7 @@ def columns_of(
     filled = _Filled(count)
     for columns in phases:
         filled.states(columns, scales)
-        for signal, _, ids in columns.coefficients():
+        for signal, _, ids in columns.coefficients:
             filled.put(ids, signal.lower, signal.upper, scales.signals[signal.name])
         filled.times(columns, scales)
     for unknown, column in zip(problem.unknowns, unknowns, strict=True):
@@ -309,7 +311,7 @@ def _phase_columns(
     """Assign the unknowns of a phase, starting at column `first`."""
     algebraics = problem.algebraics[phase.name]
     n_x, n_q, n_z = len(phase.states), len(integrals), len(algebraics)
-    degrees = distinct(mesh.degrees)
+    degrees = np.array(sorted(set(mesh.degrees.tolist())))
     collocations = {int(degree): scheme.at(int(degree)) for degree in degrees}
 
     # coefficients of each set of controls in an interval of a degree

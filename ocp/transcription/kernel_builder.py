@@ -30,17 +30,19 @@ class KernelContext:
     ----------
     kernels : dict
         Those built so far. They depend on no mesh.
+    constants : (n_k,)
+        Symbols of the named constants.
     """
 
     problem: Problem
     scales: Scales
     columns: Columns
     kernels: dict[tuple[Any, ...], Kernel] = field(default_factory=dict, repr=False)
+    constants: ca.SX = field(init=False, repr=False)
 
-    @property
-    def constants(self) -> ca.SX:
-        """Symbols of the named constants (n_k,)."""
-        return ca.vertcat(*[c.symbol for c in self.problem.constants], ca.SX(0, 1))
+    def __post_init__(self) -> None:
+        constants = ca.vertcat(*[c.symbol for c in self.problem.constants], ca.SX(0, 1))
+        object.__setattr__(self, "constants", constants)
 
     def sizes(self, signals: Sequence[Any]) -> list[float]:
         """Typical sizes of signals."""
@@ -113,32 +115,20 @@ class KernelBuilder:
         self._inner.append((y, combined))
         return y
 
-    def block(
-        self,
-        name: str,
-        context: KernelContext,
-        key: tuple[Any, ...],
-        build: Callable[[], tuple[Any, Sequence[Any]]],
-        rows: Integers,
-    ) -> Block:
-        """The finished block.
+    def shape(self) -> tuple[int, int]:
+        """Numbers of local variables and of data."""
+        variables = sum(w.numel() for w in self._variables)
+        return variables, sum(d.numel() for d in self._symbols)
 
-        Parameters
-        ----------
-        key : tells the kernel from the others of the context that have this name and size.
-        build : gives objective and rows of the kernel; not called where it is known already.
-        rows : (instances, m) rows of the program.
-        """
+    def block(self, name: str, kernel: Kernel, rows: Integers) -> Block:
+        """The finished block; `rows` (instances, m) are those of the program."""
         empty = np.empty((self.instances, 0))
         columns = np.hstack([empty.astype(np.int64), *self._columns])
-        data = np.hstack([empty, *self._data])
-        whole_key = (name, *key, columns.shape[1], data.shape[1])
-        if whole_key not in context.kernels:
-            context.kernels[whole_key] = self._kernel(context, *build())
-        return Block(name, context.kernels[whole_key], columns, data, rows)
+        return Block(name, kernel, columns, np.hstack([empty, *self._data]), rows)
 
-    def _kernel(self, context: KernelContext, objective: Any, rows: Sequence[Any]) -> Kernel:
-        w, d, c = ca.vertcat(*self._variables), ca.vertcat(*self._symbols), context.constants
+    def kernel(self, objective: Any, rows: Sequence[Any], constants: ca.SX) -> Kernel:
+        """The kernel of an objective and of rows, expressions of what was collected."""
+        w, d, c = ca.vertcat(*self._variables), ca.vertcat(*self._symbols), constants
         f = ca.densify(ca.SX(objective))
         g = ca.densify(ca.vertcat(*rows) if rows else ca.SX(0, 1))
         y = ca.vertcat(*[symbol for symbol, _ in self._inner], ca.SX(0, 1))

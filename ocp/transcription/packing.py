@@ -21,16 +21,24 @@ from ocp.problem.functionals import Peak
 from ocp.problem.parameters import Parameters
 from ocp.problem.symbols import Signal
 from ocp.transcription.columns import PhaseColumns
-from ocp.transcription.kernels import Block, evaluated
-from ocp.transcription.transcribe import Transcription
+from ocp.transcription.kernels import evaluated
+from ocp.transcription.transcribe import ProgramLimits, Transcription
 
 _INSIDE = 1e-9  # of an interval: a value on the side of a breakpoint that belongs to the interval
 
 
 def decision_vector(
-    transcription: Transcription, guess: InitialGuess, parameters: Parameters
+    transcription: Transcription, guess: InitialGuess, limits: ProgramLimits, constants: Array
 ) -> Array:
-    """Scaled decision vector (n,) that represents a guess as well as the mesh allows."""
+    """Scaled decision vector (n,) that represents a guess as well as the mesh allows.
+
+    Parameters
+    ----------
+    limits : ProgramLimits
+        Within which it is.
+    constants : (n_k,)
+        Values of the problem's constants.
+    """
     columns = transcription.columns
     x = np.zeros(columns.count)
     for phase in columns.phases:
@@ -39,11 +47,11 @@ def decision_vector(
         x[column] = guess.unknowns[unknown.name]
     x /= columns.sizes
 
-    lower, upper = columns.limits.at(parameters)
+    lower, upper = limits.columns
     x = np.clip(x, lower, upper)
-    _fill_totals(x, transcription, parameters)
+    _fill_totals(x, transcription, constants)
     for peak, column in columns.peaks.items():
-        x[column] = _peak_value(transcription, x, peak, column, parameters)
+        x[column] = _peak_value(transcription, x, peak, column, constants)
     return np.asarray(np.clip(x, lower, upper))
 
 
@@ -90,12 +98,13 @@ def _fitted_at(order: int | None, points: Array) -> Array:
     return np.array([0.5]) if order == 0 else np.array([0.0, 1.0])
 
 
-def _fill_totals(x: Array, transcription: Transcription, parameters: Parameters) -> None:
+def _fill_totals(x: Array, transcription: Transcription, constants: Array) -> None:
     """Running totals that fit the guess: with all totals zero their rows hold the increments."""
     phases = transcription.columns.phases
     if not any(columns.integrals for columns in phases):
         return
-    rows = _rows(transcription, transcription.blocks, x, parameters)
+    program = transcription.program
+    rows = evaluated(program.blocks, x, constants, program.rows)[1]
     for columns, own in zip(phases, transcription.rows.phases, strict=True):
         if columns.integrals:
             increments = -rows[own.totals]
@@ -103,13 +112,14 @@ def _fill_totals(x: Array, transcription: Transcription, parameters: Parameters)
 
 
 def _peak_value(
-    transcription: Transcription, x: Array, peak: Peak, column: int, parameters: Parameters
+    transcription: Transcription, x: Array, peak: Peak, column: int, constants: Array
 ) -> float:
     """Largest value over the rows of a peak: the least value of its unknown that is feasible."""
-    touching = [block for block in transcription.blocks if np.any(block.columns == column)]
+    program = transcription.program
+    touching = [block for block in program.blocks if np.any(block.columns == column)]
     trial = x.copy()
     trial[column] = 0.0
-    values = _rows(transcription, touching, trial, parameters)
+    values = evaluated(touching, trial, constants, program.rows)[1]
     rows = [
         part.rows
         for part in transcription.rows.path
@@ -117,13 +127,6 @@ def _peak_value(
     ]
     heights = values[np.concatenate(rows)]
     return float(max(heights[np.isfinite(heights)], default=1.0))
-
-
-def _rows(
-    transcription: Transcription, blocks: Sequence[Block], x: Array, parameters: Parameters
-) -> Array:
-    """The constraint vector as far as some blocks make it up."""
-    return evaluated(blocks, x, parameters.vector, transcription.rows.count)[1]
 
 
 def trajectory_of(transcription: Transcription, x: Array, parameters: Parameters) -> Trajectory:

@@ -9,7 +9,6 @@ from typing import Any
 
 import casadi as ca
 
-from ocp.problem.bounds import is_limited
 from ocp.problem.functionals import Peak
 from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
@@ -23,6 +22,8 @@ class PathConstraint:
 
     Attributes
     ----------
+    phase, name, unit : str
+        Of the phase, and of the bound, peak or signal.
     scale : float
         Size by which its rows are divided [unit].
     sampled : bool
@@ -36,6 +37,7 @@ class PathConstraint:
         Whether its limits agree.
     """
 
+    phase: str
     name: str
     unit: str
     expression: ca.SX
@@ -51,7 +53,9 @@ class PathConstraint:
         """Lower and upper limit of ``sign * expression``, at given values of the peaks."""
         if self.peak is not None:
             return -math.inf, peaks[self.peak]
-        return parameters.pair(self)
+        if self.sampled:
+            return parameters.bound_limits[self.phase, self.name]
+        return parameters.signal_limits[self.name]
 
 
 def path_constraints(
@@ -61,6 +65,7 @@ def path_constraints(
     phase = columns.phase
     constraints = [
         PathConstraint(
+            phase=phase.name,
             name=b.name,
             unit=b.unit,
             expression=b.expression,
@@ -75,6 +80,7 @@ def path_constraints(
 
     constraints += [
         PathConstraint(
+            phase=phase.name,
             name=peak.name,
             unit=peak.unit,
             expression=expression,
@@ -94,6 +100,7 @@ def path_constraints(
     # controls need none: their Bernstein coefficients keep the bounds at all times
     constraints += [
         PathConstraint(
+            phase=phase.name,
             name=signal.name,
             unit=signal.unit,
             expression=signal.symbol,
@@ -103,6 +110,6 @@ def path_constraints(
             sampled=False,
         )
         for signal in (*columns.states, *columns.algebraics)
-        if is_limited(signal.lower, signal.upper)
+        if signal.is_limited
     ]
     return tuple(constraints)

@@ -6,7 +6,6 @@ order that happens. Limits may depend on the constants of the problem.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -69,6 +68,8 @@ class PathRows:
         Row, interval and local time of each point.
     weights : (m,)
         Quadrature weights on [0, 1]; nan at points added between the collocation points.
+    at_collocation_points : bool
+        Whether the points are collocation points, so that multipliers are densities in time.
     """
 
     phase: int
@@ -77,11 +78,10 @@ class PathRows:
     intervals: Integers
     tau: Array
     weights: Array
+    at_collocation_points: bool = field(init=False)
 
-    @property
-    def at_collocation_points(self) -> bool:
-        """Whether the points are collocation points, so that multipliers are densities in time."""
-        return bool(np.isfinite(self.weights).all())
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "at_collocation_points", bool(np.isfinite(self.weights).all()))
 
 
 @dataclass(eq=False)
@@ -117,24 +117,19 @@ class Rows:
 
     Attributes
     ----------
+    limits : Limits
+        Of all rows; they give out the numbers of new rows.
+    phases : list of PhaseRows
+    path : list of PathRows
+        Rows of the path constraints of all phases.
     boundary : (n,)
         Bounds and links of the problem, in the order of `Problem.boundary_constraints`.
     """
 
     limits: Limits = field(default_factory=Limits)
     phases: list[PhaseRows] = field(default_factory=list)
+    path: list[PathRows] = field(default_factory=list)
     boundary: Integers = field(default_factory=lambda: np.empty(0, dtype=np.int64))
-
-    @property
-    def count(self) -> int:
-        """Number of rows."""
-        return self.limits.count
-
-    @property
-    def path(self) -> Iterator[PathRows]:
-        """Rows of the path constraints of all phases."""
-        for phase in self.phases:
-            yield from phase.path
 
     def of_constraint(self, phase: int, constraint: int) -> list[PathRows]:
         """Rows of one path constraint of a phase."""

@@ -8,9 +8,9 @@ An expression's size is how far it moves when its signals move by their sizes ar
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, assert_never
 
 import casadi as ca
 import numpy as np
@@ -18,6 +18,7 @@ import numpy as np
 from ocp.arrays import Array
 from ocp.mesh.initial_guess import InitialGuess
 from ocp.problem.functionals import (
+    AnyFunctional,
     BoundaryValue,
     Functional,
     Integral,
@@ -28,7 +29,7 @@ from ocp.problem.functionals import (
 from ocp.problem.parameters import Parameters
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import TIME, Signal, Symbol, resolve
+from ocp.problem.symbols import TIME, Signal, Symbol
 
 _FRACTIONS = np.linspace(0.0, 1.0, 17)  # of a phase, at which a guess is looked at
 _STEP = 0.5  # of a signal's size, by which it is moved to see how far an expression moves
@@ -91,19 +92,19 @@ def scales_of(problem: Problem, guess: InitialGuess, parameters: Parameters) -> 
             size, reason = probes[phase.name].variation(b.expression)
             bounds[key], reasons["bound", key] = _chosen(b.scale, size, reason)
 
-    sizes = _FunctionalSizes(probes, duration)
-    functionals = {}
+    functionals: dict[Functional, float] = {}
     for f in problem.functionals:
-        functionals[f], reasons["number", f] = _chosen(f.scale, *f.accept(sizes))
+        size, reason = _functional_size(f, probes, duration)
+        functionals[f], reasons["number", f] = _chosen(f.scale, size, reason)
 
     # numbers of the whole motion move with their functionals and unknowns
-    def moved(expression: ca.SX) -> tuple[float, str]:
-        return _boundary_variation(expression, functionals, unknowns, parameters)
+    def moved(expression: ca.SX, symbols: Sequence[Symbol]) -> tuple[float, str]:
+        return _boundary_variation(expression, symbols, functionals, unknowns, parameters)
 
     for b in problem.boundary_constraints:
         key = "", b.name
-        bounds[key], reasons["bound", key] = _chosen(b.scale, *moved(b.expression))
-    size, reason = moved(problem.objective)
+        bounds[key], reasons["bound", key] = _chosen(b.scale, *moved(b.expression, b.symbols))
+    size, reason = moved(problem.objective, problem.objective_symbols)
     objective, reasons["objective", ""] = _chosen(problem.scale, size, reason)
     return Scales(signals, unknowns, bounds, functionals, duration, objective, reasons)
 
@@ -169,16 +170,16 @@ def _own_scale(
     """Size of a signal by what is said of it alone; 0 if nothing is."""
     if signal.scale is not None:
         return signal.scale, "stated"
-    ends = [values.get(signal) for values in (phase.initial, phase.final)]
+    ends = (phase.initial, parameters.initial_values), (phase.final, parameters.final_values)
     numbers = [
-        parameters.limit(value)
-        for value in ends
-        if value is not None and value is not False and not isinstance(value, tuple)
+        values[phase.name, signal.name][0]
+        for stated, values in ends
+        if signal in stated and not isinstance(stated[signal], tuple)
     ]
     if max(_size(guess), _size(numbers)) > 0:
         inner, outer = (_size(guess), "guess"), (_size(numbers), "boundary values")
         return inner if inner[0] > outer[0] else outer
-    size = _size(parameters.pair(signal))
+    size = _size(parameters.signal_limits[signal.name])
     return size, "bounds" if size > 0 else ""
 
 
@@ -190,7 +191,7 @@ def _along_dynamics(
         (state.name, symbol.name)
         for state, rate in phase.dynamics.items()
         if rate.is_symbolic()
-        for symbol in resolve(rate, "a derivative")
+        for symbol in phase.rate_symbols[state]
         if isinstance(symbol, Signal)
     ]
 
@@ -266,44 +267,33 @@ class _Probe:
         return (size, "value at the guess") if size > 0.01 * variation else (variation, reason)
 
 
-@dataclass(frozen=True, eq=False)
-class _FunctionalSizes:
-    """Typical sizes of functionals with their reasons, one method a kind."""
-
-    probes: Mapping[str, _Probe]
-    duration: float
-
-    def integral(self, functional: Integral) -> tuple[float, str]:
-        """Size of the integrand times the duration."""
-        probe = self.probes[functional.phase]
-        size, reason = probe.size(functional.expression)
-        return size * probe.duration, f"{reason}, times the duration"
-
-    def peak(self, functional: Peak) -> tuple[float, str]:
-        """The largest size over the phases."""
-        return max(self.probes[name].size(e) for name, e in functional.pieces)
-
-    def boundary_value(self, functional: BoundaryValue) -> tuple[float, str]:
-        """How far the expression moves."""
-        return self.probes[functional.phase].variation(functional.expression)
-
-    def point_value(self, functional: PointValue) -> tuple[float, str]:
-        """How far the expression moves."""
-        return self.probes[functional.phase].variation(functional.expression)
-
-    def phase_time(self, functional: PhaseTime) -> tuple[float, str]:
-        """The longest duration."""
-        return self.duration, _LONGEST
+def _functional_size(
+    functional: AnyFunctional, probes: Mapping[str, _Probe], duration: float
+) -> tuple[float, str]:
+    """Typical size of a functional with its reason; `duration` is the longest of a phase."""
+    match functional:
+        case Integral():
+            probe = probes[functional.phase]
+            size, reason = probe.size(functional.expression)
+            return size * probe.duration, f"{reason}, times the duration"
+        case Peak():
+            return max(probes[name].size(e) for name, e in functional.pieces)
+        case BoundaryValue() | PointValue():
+            return probes[functional.phase].variation(functional.expression)
+        case PhaseTime():
+            return duration, _LONGEST
+        case _:
+            assert_never(functional)
 
 
 def _boundary_variation(
     expression: ca.SX,
+    symbols: Sequence[Symbol],
     functionals: Mapping[Functional, float],
     unknowns: Mapping[str, float],
     parameters: Parameters,
 ) -> tuple[float, str]:
     """How far a boundary expression moves when its numbers move by their sizes, and with which."""
-    symbols = resolve(expression, "the objective")
     centre = []
     for symbol in symbols:
         if isinstance(symbol, Functional):

@@ -14,7 +14,7 @@ from ocp.problem.functionals import PointValue
 from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Between, ControlShape
-from ocp.transcription.blocks import PhaseBlocks, boundary_block, inline_weights
+from ocp.transcription.blocks import blocks_of
 from ocp.transcription.columns import Columns, PhaseColumns, columns_of
 from ocp.transcription.kernel_builder import KernelContext
 from ocp.transcription.kernels import Block, Program
@@ -67,7 +67,7 @@ class Transcription:
     def __repr__(self) -> str:
         return (
             f"Transcription('{self.problem.name}': {self.columns.count} unknowns, "
-            f"{self.rows.count} rows)"
+            f"{self.program.rows} rows)"
         )
 
     @property
@@ -108,26 +108,14 @@ def transcribe(
     """
     mesh = with_instants(problem, mesh)
 
-    # integrals that are not summed up in the objective are running totals
-    weights = inline_weights(problem)
-    totals = {
-        phase.name: tuple(f for f in problem.integrals[phase.name] if f not in weights)
-        for phase in problem.phases
-    }
-    columns = columns_of(problem, mesh, scheme, controls, totals, scales)
+    columns = columns_of(problem, mesh, scheme, controls, scales)
 
     kernels = {} if known is None else _usable_kernels(known, problem, scheme, controls, scales)
     context = KernelContext(problem, scales, columns, kernels)
     constraints = tuple(path_constraints(problem, phase, scales) for phase in columns.phases)
 
-    # the blocks fill the map of the rows
-    rows = Rows()
-    blocks: list[Block] = []
-    for i, extra in enumerate(mesh.extra):
-        blocks += PhaseBlocks(context, i, constraints[i], weights, rows).all(extra)
-    blocks.append(boundary_block(context, weights, rows))
-
-    program = Program(tuple(blocks), columns.count, rows.count, len(problem.constants))
+    blocks, rows = blocks_of(context, mesh.extra, constraints)
+    program = Program(blocks, columns.count, rows.limits.count, len(problem.constants))
     return Transcription(
         problem=problem,
         mesh=mesh,

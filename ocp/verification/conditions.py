@@ -158,7 +158,8 @@ def motion_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condi
     """The replayed motion against the statement."""
     iterate, evaluator = evidence.iterate, evidence.evaluator
     simulated = simulate(iterate.problem, iterate.trajectory, iterate.scales.signals)
-    verification = verify(iterate, simulated, Accuracy(), evaluator)
+    replay = replayed(iterate.trajectory, simulated)
+    verification = verify(iterate, simulated, replay, Accuracy(), evaluator)
 
     yield Condition("replay", simulated.miss, allowed.replay, _replay_words(simulated))
     yield Condition(
@@ -185,7 +186,6 @@ def motion_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condi
     # bounds and links of the problem, with the peaks of the replay as they are between the points
     dense_peaks = (dense for _, _, dense in verification.peaks)
     peaks = dict(zip(iterate.problem.peaks, dense_peaks, strict=True))
-    replay = replayed(iterate.trajectory, simulated)
     excesses = dict(boundary_excesses(iterate, replay, evaluator, peaks))
     exceeded = [f"'{name}'" for name, excess in excesses.items() if not excess <= allowed.bounds]
     yield Condition(

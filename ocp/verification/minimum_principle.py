@@ -223,7 +223,7 @@ def _projected(tested: _TestedPhase, slopes: Array) -> Array:
         polynomial = tested.phase.polynomial(control.name)
         at_lower, at_upper = (
             share_at_limit(polynomial, limit, margin) > 0.0
-            for limit in iterate.parameters.pair(control)
+            for limit in iterate.parameters.signal_limits[control.name]
         )
         pressed = (at_lower & (slopes[:, j] > 0)) | (at_upper & (slopes[:, j] < 0))
         projected[pressed, j] = 0.0
@@ -264,7 +264,7 @@ def _free(tested: _TestedPhase) -> Flags:
     for j, control in enumerate(controls):
         margin = CLOSE * iterate.scales.signals[control.name]
         values = phase.polynomial(control.name).value(intervals, tau).reshape(-1, _SAMPLES)
-        for limit in iterate.parameters.pair(control):
+        for limit in iterate.parameters.signal_limits[control.name]:
             free[:, j] &= ~at_limit(values, limit, margin).any(axis=1)
     return free
 
@@ -321,5 +321,5 @@ def _at_bounds(iterate: Iterate, index: int) -> Iterator[Array]:
     for signal in (*columns.controls, *columns.states):
         polynomial = phase.polynomial(signal.name)
         margin = AT * iterate.scales.signals[signal.name]
-        for limit in iterate.parameters.pair(signal):
+        for limit in iterate.parameters.signal_limits[signal.name]:
             yield share_at_limit(polynomial, limit, margin)

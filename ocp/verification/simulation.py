@@ -108,41 +108,44 @@ class SimulatedMotion:
     phases : tuple of SimulatedPhase
     sizes : mapping of str to float
         Typical sizes of the states, by name.
+    miss : float
+        Largest miss of an end state relative to the state's size; nan if nothing was simulated, as
+        are the next three.
+    worst : float
+        Largest distance from the solution relative to the state's size.
+    error : float
+        Largest estimated error of a step relative to the states' sizes.
+    amplification : float
+        Largest factor by which the motion of a phase amplifies errors.
+    restarts : int
+        How often the simulation was set back to the solution because of the amplification.
     """
 
     phases: tuple[SimulatedPhase, ...]
     sizes: Mapping[str, float] = field(default_factory=dict)
+    miss: float = field(init=False)
+    worst: float = field(init=False)
+    error: float = field(init=False)
+    amplification: float = field(init=False)
+    restarts: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        nan = float("nan")
+        largest = {
+            "miss": max((self._relative(p, p.miss) for p in self.phases), default=nan),
+            "worst": max((self._relative(p, p.worst) for p in self.phases), default=nan),
+            "error": max((phase.error for phase in self.phases), default=nan),
+            "amplification": max((phase.amplification for phase in self.phases), default=nan),
+            "restarts": sum(phase.restarts for phase in self.phases),
+        }
+        for name, value in largest.items():
+            object.__setattr__(self, name, value)
 
     def __repr__(self) -> str:
         if not self.phases:
             return "SimulatedMotion(not simulated)"
         names = ", ".join(f"'{phase.name}'" for phase in self.phases)
         return f"SimulatedMotion({names}; misses the end by {self.miss:.2g} of the states' sizes)"
-
-    @property
-    def miss(self) -> float:
-        """Largest miss of an end state relative to the state's size."""
-        return max(self._relative(phase, phase.miss) for phase in self.phases)
-
-    @property
-    def worst(self) -> float:
-        """Largest distance from the solution relative to the state's size."""
-        return max(self._relative(phase, phase.worst) for phase in self.phases)
-
-    @property
-    def error(self) -> float:
-        """Largest estimated error of a step relative to the states' sizes."""
-        return max(phase.error for phase in self.phases)
-
-    @property
-    def amplification(self) -> float:
-        """Largest factor by which the motion of a phase amplifies errors."""
-        return max(phase.amplification for phase in self.phases)
-
-    @property
-    def restarts(self) -> int:
-        """How often the simulation was set back to the solution because of the amplification."""
-        return sum(phase.restarts for phase in self.phases)
 
     def _relative(self, phase: SimulatedPhase, values: Array) -> float:
         sizes = np.array([self.sizes[name] for name in phase.state_names])

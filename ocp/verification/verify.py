@@ -26,7 +26,7 @@ from ocp.problem.symbols import TIME
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.error_estimate import MotionErrors, dense_peak
 from ocp.transcription.path_constraints import PathConstraint
-from ocp.verification.simulation import SimulatedMotion, replayed
+from ocp.verification.simulation import SimulatedMotion
 
 # A replay may exceed by this factor what the solve was held to: errors of the intervals add up on
 # the way to its end.
@@ -95,7 +95,11 @@ class Verification:
 
 
 def verify(
-    iterate: Iterate, simulated: SimulatedMotion, accuracy: Accuracy, evaluator: Evaluator
+    iterate: Iterate,
+    simulated: SimulatedMotion,
+    replay: Trajectory,
+    accuracy: Accuracy,
+    evaluator: Evaluator,
 ) -> Verification:
     """Check an iterate and its replay against everything that the problem states.
 
@@ -119,13 +123,15 @@ def verify(
     ----------
     simulated : SimulatedMotion
         Of the iterate's trajectory.
+    replay : Trajectory
+        The same with the simulated states, see `ocp.verification.simulation.replayed`.
     accuracy : Accuracy
         What was asked for, see the table. All of it is relative.
     """
     problem, trajectory = iterate.problem, iterate.trajectory
-    replay = replayed(trajectory, simulated)
-    errors = MotionErrors(iterate.transcription, trajectory, evaluator)
-    replay_errors = MotionErrors(iterate.transcription, replay, evaluator)
+    transcription, parameters = iterate.transcription, iterate.parameters
+    errors = MotionErrors(transcription, trajectory, evaluator, parameters)
+    replay_errors = MotionErrors(transcription, replay, evaluator, parameters)
 
     # the objective with the peaks that the replay has between the points
     peaks = {peak: dense_peak(evaluator, replay, peak) for peak in problem.peaks}
@@ -216,10 +222,9 @@ def boundary_excesses(
 
     The size of each is the largest of its value, its limits and its scale.
     """
-    parameters = evaluator.parameters(trajectory)
     for bound in iterate.problem.boundary_constraints:
         value = evaluator.number(trajectory, bound.expression, peaks)
-        lower, upper = parameters.pair(bound)
+        lower, upper = iterate.parameters.bound_limits["", bound.name]
 
         # a limit of zero has no size of its own, which its scale then gives
         finite = [abs(limit) for limit in (lower, upper) if np.isfinite(limit)]
@@ -230,14 +235,14 @@ def boundary_excesses(
 def _margins(iterate: Iterate, errors: MotionErrors, evaluator: Evaluator) -> tuple[Margin, ...]:
     """Dense and rigorous excess of all path constraints but equations."""
     trajectory, constraints = iterate.trajectory, iterate.transcription.constraints
-    peaks = dict(zip(iterate.problem.peaks, trajectory.peaks, strict=True))
     margins = []
 
     # dense values lie below the maximum, rigorous bounds above it: the two enclose it
-    for phase, of_phase, excess in zip(trajectory.phases, constraints, errors.excess, strict=True):
-        for constraint, dense in zip(of_phase, excess, strict=True):
+    phases = zip(trajectory.phases, constraints, errors.limits, errors.excess, strict=True)
+    for phase, *of_phase in phases:
+        for constraint, limits, dense in zip(*of_phase, strict=True):
             if not constraint.is_equation:
-                bound = rigorous_excess(evaluator, trajectory, phase.name, constraint, peaks)
+                bound = rigorous_excess(evaluator, trajectory, phase, constraint, limits)
                 largest = float(dense.values.max())
                 margins.append(Margin(phase.name, constraint.name, largest, bound))
     return tuple(margins)
@@ -273,9 +278,9 @@ class Margin:
 def rigorous_excess(
     evaluator: Evaluator,
     trajectory: Trajectory,
-    phase: str,
+    motion: PhaseTrajectory,
     constraint: PathConstraint,
-    peaks: Mapping[Peak, float],
+    limits: tuple[float, float],
 ) -> float | None:
     """A bound on how far a constraint is exceeded in a phase, or None where there is none.
 
@@ -284,23 +289,23 @@ def rigorous_excess(
 
     Parameters
     ----------
-    peaks : mapping of Peak to float
-        Their values, which bound the constraints that belong to them.
+    motion : PhaseTrajectory
+        The phase of the trajectory.
+    limits : (lower, upper)
+        Of the constraint [unit].
     """
-    motion = trajectory.phase(phase)
     parts = []
     for orders, intervals in _intervals_by_orders(motion).items():
         degree = _degree(evaluator, motion, constraint, orders)
         if degree is None or degree > _HIGHEST_DEGREE:
             return None
         nodes = _nodes(degree)
-        values = _sampled(evaluator, trajectory, phase, constraint, intervals, nodes)
+        values = _sampled(evaluator, trajectory, motion.name, constraint, intervals, nodes)
         parts.append((values, to_bernstein(Lagrange(tuple(nodes.tolist())))))
 
     largest_value = max(float(np.abs(values).max()) for values, _ in parts)
     if not math.isfinite(largest_value):
         return math.inf
-    limits = constraint.limits(evaluator.parameters(trajectory), peaks)
     size = max([abs(limit) for limit in limits if math.isfinite(limit)] + [largest_value]) or 1.0
 
     worst = -math.inf

@@ -76,7 +76,7 @@ def test_what_is_touched_and_what_is_not(hop):
 
     # the position, at all breakpoints of the arc, and where it is given at both ends
     columns = hop.transcription.columns.phases[0]
-    rows = hop.transcription.rows.count
+    rows = hop.transcription.program.rows
     at_roof = upper[rows + columns.nodes[:, 0]]
     np.testing.assert_array_equal(np.flatnonzero(at_roof), [0, *range(10, 21), 30])
 

@@ -182,7 +182,7 @@ def test_spoiled_multipliers_and_objectives_fail():
     found = solve(least_peak())
     iterate = found.kept_iterate
     rows = iterate.row_multipliers * np.where(np.arange(iterate.row_multipliers.size) % 2, 1.0, 1.1)
-    spoilt = iterate.with_multipliers(iterate.bound_multipliers, rows)
+    spoilt = dataclasses.replace(iterate, row_multipliers=rows)
     assert {"stationarity", "multipliers of peak 'thrust'"} <= failed(
         dataclasses.replace(found, iterate=spoilt)
     )

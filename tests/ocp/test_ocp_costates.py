@@ -23,7 +23,7 @@ from ocp.nlp.solver import StartingPoint
 from ocp.optimality.iterate import iterate_of
 from ocp.optimality.multipliers import costates, put_costates
 from ocp.problem.parameters import parameters_of
-from ocp.transcription.packing import decision_vector
+from ocp.transcription.packing import decision_vector, trajectory_of
 from ocp.transcription.scaling import scales_of
 from ocp.transcription.transcribe import transcribe
 from ocp.verification.minimum_principle import active_set_changes
@@ -38,10 +38,11 @@ def solved_once(problem, scheme, intervals):
     scales = scales_of(problem, guess, parameters)
     mesh = Mesh((uniform(intervals, scheme.degree),))
     made = transcribe(problem, mesh, scheme, "automatic", scales)
-    start = StartingPoint(decision_vector(made, guess, parameters))
-    result = Ipopt().solve(made.program, start, made.limits(parameters), parameters.vector)
+    limits = made.limits(parameters)
+    start = StartingPoint(decision_vector(made, guess, limits, parameters.vector))
+    result = Ipopt().solve(made.program, start, limits, parameters.vector)
     assert result.outcome == "solved"
-    return iterate_of(made, result, parameters)
+    return iterate_of(made, result, trajectory_of(made, result.x, parameters))
 
 
 def adjoints(problem, scheme, intervals):
@@ -109,7 +110,7 @@ def test_multipliers_and_costates_are_each_the_inverse_of_the_other(scheme):
         Problem("squared", [phase], minimise=phase.integral(u**2) ** 2), scheme, 5
     )
     (found,), made = costates(iterate), iterate.transcription
-    rows, points = np.zeros(made.rows.count), scheme.at(scheme.degree).points
+    rows, points = np.zeros(made.program.rows), scheme.at(scheme.degree).points
     k, tau = np.repeat(np.arange(5), points.size), np.tile(points, 5)
     put_costates(rows, made, 0, 0, found.local(k, tau).reshape(5, points.size, -1))
     (own,) = made.rows.phases

@@ -70,7 +70,7 @@ def test_a_decision_vector_holds_the_guess(scheme, shape):
     mesh = Mesh((PhaseMesh(np.array([0, 0.2, 0.7, 1]), np.array(degrees), (1,)),))
     scales = scales_of(problem, start, parameters)
     made = transcribe(problem, mesh, scheme, "automatic", scales)
-    x = decision_vector(made, start, parameters)
+    x = decision_vector(made, start, made.limits(parameters), parameters.vector)
     back = trajectory_of(made, x, parameters).phases[0]
     np.testing.assert_allclose(back.breakpoints, [2.0, 2.8, 4.8, 6.0], rtol=1e-14)
     values = back.at_fractions(FRACTIONS)

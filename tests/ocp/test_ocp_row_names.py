@@ -54,7 +54,7 @@ def everything(scheme) -> Transcription:
 def test_every_row_belongs_to_one_kind(scheme) -> None:
     program = everything(scheme)
     rows = np.concatenate([kind.rows for kind in row_kinds(program)])
-    np.testing.assert_array_equal(np.sort(rows), np.arange(program.rows.count))
+    np.testing.assert_array_equal(np.sort(rows), np.arange(program.program.rows))
 
 
 def test_names_places_units_and_sizes() -> None:
