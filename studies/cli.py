@@ -123,10 +123,11 @@ COMMANDS: Mapping[str, Command] = {
         "Writes the arrays of a result that a study left, with units, study and provenance.",
     ),
     "paper": Command(
-        "the paper's figures beside ours",
-        "studies.paper",
-        "Prints figures of the paper, or that follow from it in closed form, beside what the "
-        "models give, and the difference.",
+        "every number and figure of the paper beside ours",
+        "studies.paper.command",
+        "Recomputes every number, table, formula and figure of the paper's text with our models: "
+        "printed value, ours, the difference, and a verdict in each row. Exit code 5 if what a "
+        "verdict rests on was not found.",
     ),
     "benchmarks": Command(
         "fifteen optimal control problems with known optima",

@@ -22,6 +22,7 @@ FIGURES = {
     "arm-sequence": ARM_FIGURES,
     "pareto-arm": ARM_FIGURES,
     "robust": ARM_FIGURES,
+    "paper": "studies.paper.figures",
 }
 
 

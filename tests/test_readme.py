@@ -8,9 +8,8 @@ import pytest
 from models.laws import least_peak_acceleration
 from models.truss import DYNAMIC_SET
 from studies.common.console import number
-from studies.paper import PINNED, STEP5, D, T
-from studies.truss.config import law_jerk
-from studies.truss.deployment import Deployment
+from studies.truss.config import DEPLOYED, law_jerk
+from studies.truss.laws import paper_laws
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text("utf-8")
@@ -38,10 +37,9 @@ def test_the_textbook_problem_has_its_optimum() -> None:
 
 
 def test_the_main_study_prints_the_numbers() -> None:
-    jerk = law_jerk("bezier", T, STEP5.start_angle)
-    best = least_peak_acceleration(D, T, jerk=jerk)
-    laws = [Deployment("", law, DYNAMIC_SET) for law in (PINNED, STEP5)]
-    values = [law.values["peak-acceleration"] for law in laws]
+    T, start = 140.0, DYNAMIC_SET.stowed_angle
+    best = least_peak_acceleration(DEPLOYED - start, T, jerk=law_jerk("bezier", T, start))
+    values = [law.values["peak-acceleration"] for law in paper_laws(DYNAMIC_SET, T)]
     cells = " | ".join(number(value, 6) for value in (best, *values, best))
     assert f"| peak angular acceleration [rad/s^2] | {cells} |" in README
 

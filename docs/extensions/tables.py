@@ -2,6 +2,7 @@
 
 import argparse
 import dataclasses
+import functools
 import inspect
 import math
 import re
@@ -27,6 +28,12 @@ from studies.arm.config import (
 from studies.cli import COMMANDS, PROGRAM, build_parser
 from studies.common.configuration import key_lines
 from studies.common.exit_codes import ExitCode
+from studies.paper import PaperStudy
+from studies.paper.cases import Cases
+from studies.paper.entries import Entry
+from studies.paper.listing import HEAD as ROW_HEAD
+from studies.paper.listing import assumption_rows, cells, errata_rows
+from studies.paper.study import entries_of
 from studies.truss import TrussStudy
 
 SECTION = re.compile(r"^(?:Attributes|Parameters)\n-+\n(.*?)(?=\n\n\S[^\n]*\n-+\n|\Z)", re.M | re.S)
@@ -167,12 +174,43 @@ def _markdown(text: str) -> str:
     return re.sub(r"(?<!`)(--[a-z-]+)", r"`\1`", escaped)
 
 
+@functools.lru_cache(maxsize=1)
+def _paper_entries() -> list[Entry]:
+    """Every row of the comparison with the paper, which takes half a minute."""
+    return entries_of(Cases(PaperStudy()))
+
+
+def paper_errata() -> str:
+    """What the comparison shows to be misprints and slips of the paper."""
+    head = ("place", "what", "printed", "ours", "why")
+    return table(head, map(_cells, errata_rows(_paper_entries())))
+
+
+def paper_assumptions() -> str:
+    """What the paper leaves open, and what this project takes."""
+    head = ("place", "what", "ours", "why")
+    return table(head, map(_cells, assumption_rows(_paper_entries())))
+
+
+def paper_rows() -> str:
+    """Every row of the comparison."""
+    return table(ROW_HEAD, (_cells(cells(entry)) for entry in _paper_entries()))
+
+
+def _cells(texts: Iterable[str]) -> tuple[str, ...]:
+    return tuple(map(_markdown, texts))
+
+
 GENERATED = {
     "truss_parameters": lambda: parameter_table(TrussParameters),
     "joint_masses": lambda: parameter_table(JointMasses),
     "arm_parameters": lambda: parameter_table(ArmParameters),
     "truss_keys": lambda: key_table(TrussStudy),
     "arm_keys": arm_keys,
+    "paper_keys": lambda: key_table(PaperStudy),
+    "paper_errata": paper_errata,
+    "paper_assumptions": paper_assumptions,
+    "paper_rows": paper_rows,
     "commands": commands,
     "exit_codes": exit_code_table,
 }

@@ -53,6 +53,7 @@ class Job:
     solve : gives the result.
     draw : gives its figures, with the names of their files.
     files : further files beside those of every study: their texts, by name.
+    outcome : what is printed of the result, where that is not the text of every study.
     """
 
     kind: str
@@ -65,6 +66,7 @@ class Job:
     solve: Callable[[], Result]
     draw: Draw
     files: Callable[[Result], Mapping[str, str]] = lambda result: {}
+    outcome: Callable[[Result], str] | None = None
 
 
 def carry_out(job: Job, options: argparse.Namespace, console: Console) -> ExitCode:
@@ -97,7 +99,7 @@ def carry_out(job: Job, options: argparse.Namespace, console: Console) -> ExitCo
     for name, text in job.files(result).items():
         folder.file(name).write_text(text, "utf-8", newline="")
     again = f"{job.command} {folder.file('input.toml')}"
-    return hand_over(result, folder, job.draw, again, options, console)
+    return hand_over(result, folder, job.draw, again, options, console, job.outcome)
 
 
 def hand_over(
@@ -107,6 +109,7 @@ def hand_over(
     again: str,
     options: argparse.Namespace,
     console: Console,
+    outcome: Callable[[Result], str] | None = None,
 ) -> ExitCode:
     """Write, print and draw a result.
 
@@ -114,11 +117,13 @@ def hand_over(
     ----------
     again : str
         The command that repeats the study.
+    outcome : callable, optional
+        What is printed of the result; the text of every study by default.
     """
     from studies.common.writers import exit_code, outcome_text, write
 
     write(result, folder)
-    console.say(f"\n{outcome_text(result)}")
+    console.say(f"\n{(outcome or outcome_text)(result)}")
 
     interrupted = result.interrupted
     if not (options.no_figures or interrupted):

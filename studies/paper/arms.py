@@ -1,0 +1,375 @@
+"""Rows of section V-B: the flexible arm under the linear torque (Figs 15 and 16), and its sweeps.
+
+The curves are drawn small and without numbers, and the paper gives no section of the arm. So what
+can be held against ours are the statements of the text about them.
+
+Symbols: T [s], tip and elbow [m], f frequency [Hz].
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from models.ancf.analysis import LockedRun, natural_modes
+from models.ancf.chain import Link
+from models.ancf.integrate import Simulation
+from models.ancf.joints import Locked, joint_rates
+from models.ancf.state import posed
+from models.arm.parameters import ArmParameters
+from ocp.arrays import Array
+from studies.arm.stage import ELBOW, ROOT, Stage
+from studies.paper.cases import Cases
+from studies.paper.entries import Entry, assumption, equal, given, misprint, shape
+
+FOLDED = 2.178  # [Hz], of the arm with the small one folded and the root free
+FASTER = {"big": (43.0, 21.5), "small": (56.0, 28.0)}  # [s], half and a quarter of the paper's
+MODULI = (0.5, 2.0)  # multiples of Young's modulus
+LENGTHS = (0.8, 1.0, 1.25)  # multiples of both arms' lengths
+ARRIVED = 1e-3  # [rad] from the end angle
+DEGREE = 7  # of the polynomial that a slow bending is, beside its vibration
+UNCHANGED = 5e-3  # relative change of a frequency that is none
+QUIET = 1e-3  # of a motion's range: what a slight vibration stays below
+
+
+def arm_entries(cases: Cases) -> list[Entry]:
+    """The rows, in the order of the paper."""
+    stages = {name: cases.arms[name] for name in ("big", "small")}
+    return [
+        *_lengths(),
+        *_big(*stages["big"]),
+        *_small(stages),
+        *_sweeps(cases, stages),
+    ]
+
+
+def _lengths() -> list[Entry]:
+    arm = ArmParameters()
+    big, small = arm.big, arm.small
+    return [
+        given("V-B", "length of both arms", "m", "5", big.length + small.length),
+        given("V-B", "length of the big arm", "m", "3", big.length),
+        given("V-B", "length of the small arm", "m", "2", small.length),
+        assumption(
+            "V-B",
+            "bending stiffness of the big arm",
+            "N m^2",
+            big.bending_stiffness,
+            "no section and no material are given; ours is a CFRP tube of 60 x 2.0 mm",
+        ),
+        assumption(
+            "V-B",
+            "bending stiffness of the small arm",
+            "N m^2",
+            small.bending_stiffness,
+            "no section and no material are given; ours is a CFRP tube of 50 x 1.5 mm",
+        ),
+        assumption(
+            "V-A",
+            "mass of the antenna, a particle at the tip",
+            "kg",
+            arm.tip_mass,
+            "the paper has a particle, too, but does not print its mass",
+        ),
+    ]
+
+
+def bending(run: Simulation, link: int) -> Array:
+    """Displacement of a link's end across the tangent at its start, (m,) [m]."""
+    start, end = run.chain.slots(link, 0), run.chain.slots(link, -1)
+    chord = run.q[list(end[:2])] - run.q[list(start[:2])]
+    tangent = run.q[list(start[2:])]
+    across = np.array([-tangent[1], tangent[0]]) / np.hypot(*tangent)
+    return np.asarray((chord * across).sum(axis=0))
+
+
+def _polynomials(t: Array) -> Array:
+    return np.polynomial.chebyshev.chebvander(2 * (t - t[0]) / (t[-1] - t[0]) - 1, DEGREE)
+
+
+def vibration(t: Array, history: Array) -> float:
+    """Amplitude of what a slow change, a polynomial of the time, does not explain."""
+    slow = _polynomials(t)
+    rest = history - slow @ np.linalg.lstsq(slow, history, rcond=None)[0]
+    return float(np.ptp(rest)) / 2
+
+
+def fitted_frequency(t: Array, history: Array, guess: float) -> float:
+    """Frequency [Hz] of the one sine that, with a slow change, fits a history best."""
+    from scipy.optimize import minimize_scalar
+
+    slow, width = _polynomials(t), 1.5 / (t[-1] - t[0])
+
+    def left(frequency: float) -> float:
+        turn = 2 * np.pi * frequency * t
+        columns = np.column_stack([slow, np.cos(turn), np.sin(turn)])
+        fit = columns @ np.linalg.lstsq(columns, history, rcond=None)[0]
+        return float(((fit - history) ** 2).sum())
+
+    # the misfit has many minima, as wide as the inverse of the time: the lowest is refined
+    grid = np.linspace(guess - 2 * width, guess + 2 * width, 61)
+    near = grid[np.argmin([left(f) for f in grid])]
+    step = grid[1] - grid[0]
+    return float(minimize_scalar(left, bounds=(near - step, near + step), method="bounded").x)
+
+
+def _arrival(run: Simulation, joint: int) -> float:
+    """When a joint has turned to its end and stands still for the first time [s]."""
+    rate = joint_rates(run.chain, run.q, run.v)[joint]
+    half = len(run.times) // 2
+    forward = rate * np.sign(rate[half])
+    still = np.flatnonzero(forward[half:] <= 1e-6 * forward.max())
+    return float(run.times[half + still[0]]) if still.size else float(run.times[-1])
+
+
+def _big(stage: Stage, locked: LockedRun) -> list[Entry]:
+    run = locked.before
+    end, speed = run.position(0), _speed(run, 0)
+    swing = vibration(run.times, bending(run, 1))
+    span = float(np.ptp(run.position(0)[1]))
+    miss = abs(locked.engagement.miss[ROOT])
+    return [
+        equal(
+            "Fig. 15(a)",
+            "time at which the big arm stands at its end",
+            "s",
+            "86",
+            _arrival(run, ROOT),
+            f"the torque is made for it; the flexible arm is then {miss:.1e} rad off",
+        ),
+        shape(
+            "Fig. 15(a)",
+            "y of the big arm's end at 86 s",
+            "m",
+            float(end[1, -1]),
+            {
+                "starts at 0": abs(end[1, 0]) < 1e-9,
+                "rises monotonically": bool((np.diff(end[1]) > -1e-6).all()),
+                "ends in its ideal position, at 3 m": abs(end[1, -1] - 3.0) < 1e-3,
+                "arrives without a miss": miss < ARRIVED,
+            },
+        ),
+        shape(
+            "Fig. 15(b)",
+            "greatest speed of the big arm's end along x",
+            "m/s",
+            float(np.abs(speed[0]).max()),
+            {
+                "starts at rest": abs(speed[0, 0]) < 1e-9,
+                "one hump of one sign": _one_hump(speed[0]),
+                "ends close to rest": abs(speed[0, -1]) < 0.02 * np.abs(speed[0]).max(),
+            },
+        ),
+        shape(
+            "V-B",
+            "amplitude of the antenna's vibration during the big arm's motion",
+            "m",
+            swing,
+            {
+                "there is always a slight vibration": swing > 0,
+                "it is minimal beside the motion": swing < QUIET * span,
+            },
+        ),
+    ]
+
+
+def _one_hump(history: Array) -> bool:
+    """Whether a history keeps its sign, but for its vibration."""
+    peak = history[np.abs(history).argmax()]
+    return bool((history * np.sign(peak) > -0.02 * abs(peak)).all())
+
+
+def _speed(run: Simulation, link: int) -> Array:
+    return run.v[list(run.chain.slots(link, -1)[:2])]
+
+
+def _small(stages: dict[str, tuple[Stage, LockedRun]]) -> list[Entry]:
+    _, big = stages["big"]
+    _, locked = stages["small"]
+    run, after = locked.before, locked.after
+    assert after is not None  # asked for
+    assert big.after is not None
+    tip, elbow, speed = run.position(1), run.position(0), _speed(run, 1)
+    drift, shaking = float(np.abs(elbow[0]).max()), vibration(run.times, elbow[0])
+    swings = [float(np.ptp(motion.position(1)[0])) / 2 for motion in (after, big.after)]
+    fluctuation = float(np.ptp(after.position(0)[0])) / 2
+    first = fitted_frequency(after.times, bending(after, 0), 0.445)
+    miss = abs(locked.engagement.miss[ELBOW])
+    return [
+        equal(
+            "Fig. 16(a)",
+            "time at which the small arm stands at its end",
+            "s",
+            "112",
+            _arrival(run, ELBOW),
+            f"printed as approximate; the flexible arm is then {miss:.1e} rad off",
+        ),
+        shape(
+            "Fig. 16(a)",
+            "y of the small arm's end at 112 s",
+            "m",
+            float(tip[1, -1]),
+            {
+                "starts folded, at 1 m": abs(tip[1, 0] - 1.0) < 1e-9,
+                "rises monotonically": bool((np.diff(tip[1]) > -1e-6).all()),
+                "ends straight, at 5 m": abs(tip[1, -1] - 5.0) < 1e-3,
+                "arrives without a miss": miss < ARRIVED,
+            },
+        ),
+        shape(
+            "Fig. 16(b)",
+            "greatest speed of the small arm's end along x",
+            "m/s",
+            float(np.abs(speed[0]).max()),
+            {
+                "starts at rest": abs(speed[0, 0]) < 1e-9,
+                "out and back: both signs": bool(speed[0].max() > 0 > speed[0].min()),
+                "ends close to rest": abs(speed[0, -1]) < 0.02 * np.abs(speed[0]).max(),
+            },
+        ),
+        shape(
+            "Fig. 16(c)",
+            "greatest x of the small arm's end",
+            "m",
+            float(np.abs(tip[0]).max()),
+            {
+                "out to the arm's length": abs(np.abs(tip[0]).max() - 2.0) < 1e-3,
+                "and back": abs(tip[0, -1]) < 1e-3,
+            },
+        ),
+        shape(
+            "Fig. 16(d)",
+            "drift of the big arm's end along x while the small arm turns",
+            "m",
+            drift,
+            {
+                "there is a continuous drift, slow beside the vibration": drift > 10 * shaking,
+                "by the reaction: it changes sign with the torque": bool(
+                    elbow[0].max() > 0 > elbow[0].min()
+                ),
+            },
+        ),
+        shape(
+            "V-B",
+            "amplitude of the tip after the lock of the small arm over that of the big arm",
+            "1",
+            swings[0] / swings[1],
+            {"significantly increased": swings[0] > 2 * swings[1]},
+        ),
+        shape(
+            "V-B",
+            "frequency after the lock of the small arm",
+            "Hz",
+            first,
+            {f"significantly reduced from the {FOLDED:g} Hz of the big arm": first < FOLDED / 2},
+        ),
+        shape(
+            "V-B",
+            "vibration of the big arm's end after the lock over that before it",
+            "1",
+            fluctuation / shaking,
+            {"greater after the lock than during the motion": fluctuation > shaking},
+        ),
+        shape(
+            "Fig. 16(d)",
+            "frequency of the big arm's end over that of the tip, after the lock",
+            "1",
+            first / fitted_frequency(after.times, after.position(1)[0], 0.445),
+            {
+                "the two are consistent": abs(
+                    first / fitted_frequency(after.times, after.position(1)[0], 0.445) - 1
+                )
+                < UNCHANGED
+            },
+        ),
+    ]
+
+
+def _sweeps(cases: Cases, stages: dict[str, tuple[Stage, LockedRun]]) -> list[Entry]:
+    found = []
+    swings, tones = [], []
+    for name in ("big", "small"):
+        runs = [stages[name], *(cases.faster(name, T) for T in FASTER[name])]
+        paces = [stage.duration for stage, _ in runs]
+        energies = [locked.residual_energy for _, locked in runs]
+        if name == "big":
+            for _, locked in runs:
+                t, history = locked.before.times, bending(locked.before, 1)
+                swings.append(vibration(t, history))
+                tones.append(fitted_frequency(t, history, FOLDED))
+        found.append(
+            shape(
+                "V-B",
+                f"energy that the lock of the {name} arm leaves in {paces[-1]:g} s over that in "
+                f"{paces[0]:g} s",
+                "1",
+                energies[-1] / energies[0],
+                {"a longer time leaves less": _falls(energies[::-1])},
+            )
+        )
+    found.append(
+        shape(
+            "V-B",
+            f"amplitude of the vibration in {FASTER['big'][-1]:g} s over that in 86 s",
+            "1",
+            swings[-1] / swings[0],
+            {"it increases with the speed of rotation": _falls(swings[::-1])},
+        )
+    )
+    found.append(
+        misprint(
+            "V-B, VI",
+            f"frequency of the vibration in {FASTER['big'][-1]:g} s over that in 86 s",
+            "1",
+            "",
+            tones[-1] / tones[0],
+            f"said to increase with the speed; ours stays at {tones[0]:.4f} Hz and "
+            f"{tones[-1]:.4f} Hz, since the turning is slow beside the vibration",
+            shown=abs(tones[-1] / tones[0] - 1) < UNCHANGED,
+        )
+    )
+    return [*found, _modulus(cases, stages["big"][1]), _length()]
+
+
+def _falls(values: list[float]) -> bool:
+    return bool((np.diff(values) < 0).all())
+
+
+def _modulus(cases: Cases, nominal: LockedRun) -> Entry:
+    soft, stiff = (cases.faster("big", 86.0, modulus)[1] for modulus in MODULI)
+    runs = (soft, nominal, stiff)
+    deflections = [float(np.abs(bending(run.before, 1)).max()) for run in runs]
+    swings = [vibration(run.before.times, bending(run.before, 1)) for run in runs]
+    return shape(
+        "V-B",
+        f"amplitude of the vibration with {MODULI[1]:g} times the modulus over {MODULI[0]:g} times",
+        "1",
+        swings[-1] / swings[0],
+        {
+            "a larger modulus reduces the deformation": _falls(deflections),
+            "and the amplitude of the vibration": _falls(swings),
+        },
+    )
+
+
+def _length() -> Entry:
+    tones = [float(_first_frequency(factor)) for factor in LENGTHS]
+    return shape(
+        "VI",
+        f"first frequency of the straight locked arm, {LENGTHS[-1]:g} times as long, over ours",
+        "1",
+        tones[-1] / tones[1],
+        {"it decreases with the arm's length": _falls(tones)},
+    )
+
+
+def _first_frequency(factor: float) -> float:
+    """First natural frequency [Hz] of the straight, locked arm with both lengths multiplied."""
+    arm = ArmParameters()
+
+    def longer(link: Link) -> Link:
+        return dataclasses.replace(link, length=factor * link.length)
+
+    chain = dataclasses.replace(arm, big=longer(arm.big), small=longer(arm.small)).chain(8)
+    return float(natural_modes(chain, [Locked(0.0)] * 2, posed(chain), count=1).frequencies[0])

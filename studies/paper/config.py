@@ -1,0 +1,49 @@
+"""What may be asked of the comparison: the two things that the paper leaves open and cost time."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from studies.common.configuration import check, from_mapping, key, positive, whole
+
+PAPER_DURATION = 140.0  # [s]; it follows from the printed peak acceleration of Step5
+
+
+@dataclass(frozen=True, kw_only=True)
+class PaperStudy:
+    """The paper recomputed: `antenna-ocp paper`.
+
+    Raises
+    ------
+    StudyError
+        Naming the key, its value and the remedy.
+    """
+
+    duration: float = key(
+        positive,
+        "s",
+        "of the deployment of the truss, which is not printed",
+        default=PAPER_DURATION,
+    )
+    elements: int = key(whole(2, 32), "", "of each link of pendulums and arm", default=4)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    @property
+    def question(self) -> str:
+        """What is asked, in one line."""
+        return "which numbers, tables and figures of the paper do our models give?"
+
+
+def study_from(raw: Mapping[str, Any]) -> PaperStudy:
+    """The study that a nested dictionary states; StudyError names a wrong key."""
+    return from_mapping(PaperStudy, raw)
+
+
+def as_dictionary(study: PaperStudy) -> dict[str, Any]:
+    """The dictionary that states the same study again."""
+    return dataclasses.asdict(study)

@@ -1,0 +1,162 @@
+"""A row of the comparison, and how it comes to its verdict.
+
+No verdict is a matter of opinion: each stands for something that is worked out, and `holds` says
+whether it was found. A row whose verdict does not hold fails the study.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from decimal import Decimal
+from enum import StrEnum
+
+FORMULA = 1e-9  # relative; a formula of the paper and its twin in the models differ by rounding
+ROUNDED = 0.5 + 1e-9  # of the last printed digit
+EXACT = 1e-12  # relative; rounding of a unit, such as from degrees
+DIFFERENT = 1e-3  # relative; what a slip is at least off
+WRITTEN = "formula"  # in place of a printed number
+
+
+class PaperVerdict(StrEnum):
+    """What a row of the comparison says of the paper."""
+
+    EQUAL = "equal to the printed digits"
+    SHAPE = "shape holds"
+    MISPRINT = "misprint shown"
+    ASSUMPTION = "assumption of ours"
+    NOT_READABLE = "not readable (curves only)"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One number, formula or curve of the paper beside ours.
+
+    Attributes
+    ----------
+    place : equation, table, figure or section of the paper.
+    quantity, unit : what.
+    printed : the number as it is printed, or that follows from what is; empty where there is
+        none, "formula" where a formula is held against ours.
+    ours : what the models give; of a formula the largest relative difference.
+    verdict : what the row says.
+    reason : what the verdict rests on.
+    holds : whether that was found.
+    """
+
+    place: str
+    quantity: str
+    unit: str
+    printed: str
+    ours: float
+    verdict: PaperVerdict
+    reason: str
+    holds: bool
+
+    @property
+    def printed_value(self) -> float:
+        """The printed number, nan if there is none; a formula and its twin differ by zero."""
+        if self.printed == WRITTEN:
+            return 0.0
+        return float(self.printed) if self.printed else math.nan
+
+    @property
+    def difference(self) -> float:
+        """Ours less the printed number, relative to it where it is not zero."""
+        printed = self.printed_value
+        return self.ours - printed if printed == 0.0 else self.ours / printed - 1.0
+
+    @property
+    def difference_text(self) -> str:
+        """The difference for people."""
+        difference = self.difference
+        if not math.isfinite(difference):
+            return "-"
+        if self.printed_value == 0.0:
+            return f"{difference:+.3g}"
+        return "0" if difference == 0.0 else f"{100 * difference:+.2g} %"
+
+    @property
+    def key(self) -> str:
+        """A name for programs."""
+        words = re.sub(r"[^a-z0-9]+", "-", f"{self.place} {self.quantity}".lower())
+        return words.strip("-")
+
+
+def agrees(printed: str, ours: float) -> bool:
+    """Whether a number rounds to the printed digits."""
+    number = Decimal(printed)
+    unit = Decimal(1).scaleb(int(number.as_tuple().exponent))
+    return math.isfinite(ours) and abs(ours - float(number)) <= ROUNDED * float(unit)
+
+
+def equal(
+    place: str, quantity: str, unit: str, printed: str, ours: float, reason: str = ""
+) -> Entry:
+    """A row whose printed number ours has to round to."""
+    holds = agrees(printed, ours)
+    return Entry(place, quantity, unit, printed, ours, PaperVerdict.EQUAL, reason, holds)
+
+
+def given(
+    place: str, quantity: str, unit: str, printed: str, ours: float, reason: str = ""
+) -> Entry:
+    """A parameter or a count: ours has to be the printed number itself, not only round to it."""
+    holds = math.isclose(ours, float(printed), rel_tol=EXACT)
+    return Entry(place, quantity, unit, printed, ours, PaperVerdict.EQUAL, reason, holds)
+
+
+def formula(place: str, quantity: str, difference: float, reason: str = "") -> Entry:
+    """A printed formula: written out here, it has to give what the models give.
+
+    Parameters
+    ----------
+    difference : largest relative difference between the two.
+    """
+    holds = abs(difference) < FORMULA
+    reason = reason or "the printed formula, written out, gives what the models give"
+    return Entry(place, quantity, "1", WRITTEN, difference, PaperVerdict.EQUAL, reason, holds)
+
+
+def shape(
+    place: str, quantity: str, unit: str, ours: float, checks: Mapping[str, bool], printed: str = ""
+) -> Entry:
+    """A curve or a statement in words: each check is one of its features."""
+    failed = [name for name, passed in checks.items() if not passed]
+    said = "; ".join(checks)
+    reason = said if not failed else f"{said}; NOT FOUND: {'; '.join(failed)}"
+    return Entry(place, quantity, unit, printed, ours, PaperVerdict.SHAPE, reason, not failed)
+
+
+def misprint(
+    place: str,
+    quantity: str,
+    unit: str,
+    printed: str,
+    ours: float,
+    reason: str,
+    shown: bool = True,
+) -> Entry:
+    """A slip of the paper: ours has to differ from the print, and `shown` says what else."""
+    differs = True
+    if printed:
+        off = abs(ours - float(printed))
+        differs = off > DIFFERENT * max(abs(ours), abs(float(printed)))
+    holds = differs and shown
+    return Entry(place, quantity, unit, printed, ours, PaperVerdict.MISPRINT, reason, holds)
+
+
+def assumption(
+    place: str, quantity: str, unit: str, ours: float, reason: str, printed: str = ""
+) -> Entry:
+    """What the paper leaves open: ours is a choice."""
+    holds = math.isfinite(ours)
+    return Entry(place, quantity, unit, printed, ours, PaperVerdict.ASSUMPTION, reason, holds)
+
+
+def not_readable(place: str, quantity: str, unit: str, ours: float, reason: str) -> Entry:
+    """A curve without numbers in the text, of which only ours can be given."""
+    holds = math.isfinite(ours)
+    return Entry(place, quantity, unit, "", ours, PaperVerdict.NOT_READABLE, reason, holds)

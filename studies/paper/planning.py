@@ -1,0 +1,408 @@
+"""Rows of section V-A: the two laws, their peaks and the truss that they open (Figs 10 to 14).
+
+Symbols: T [s], alpha [rad], P control points [rad].
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from models.laws import PAPER_POINTS, Bezier, pinned
+from models.truss import DYNAMIC_SET, KINEMATIC_SET, node_motion
+from ocp.arrays import Array
+from studies.arm.stage import big_arm, small_arm
+from studies.paper.cases import DEPLOYED, Cases, linear_torque
+from studies.paper.config import PAPER_DURATION
+from studies.paper.entries import (
+    Entry,
+    agrees,
+    assumption,
+    equal,
+    formula,
+    given,
+    misprint,
+    not_readable,
+    shape,
+)
+from studies.paper.truss_model import diameter
+from studies.truss.deployment import Deployment
+
+SAMPLES = 4001
+BARS = (1, 4, 8, 12)  # of Fig. 13
+AT_REST = 1e-9  # of a peak: what counts as none at an end
+
+
+def planning_entries(cases: Cases) -> list[Entry]:
+    """The rows, in the order of the paper."""
+    return [
+        *_torques(),
+        *_step5(cases),
+        *_bezier(cases),
+        *_peaks(cases),
+        *_rope(cases),
+        *_bars(cases),
+        *_sizes(),
+    ]
+
+
+def _torques() -> list[Entry]:
+    reason = "the scale of the curve is lost; ours turns the rigid arm by its angle in its time"
+    return [
+        not_readable(
+            f"Fig. 10({panel})",
+            f"start value of the {name} arm's linear torque, tau0 = 6 J dtheta / T^2",
+            "N m",
+            abs(linear_torque(stage)),
+            reason,
+        )
+        for panel, name, stage in (
+            ("a", "big", big_arm()),
+            ("b", "small", small_arm()),
+        )
+    ]
+
+
+def _step5(cases: Cases) -> list[Entry]:
+    law = cases.kinematic[1].law
+    T, half = law.duration, law.duration / 2
+    stroke = law.end_angle - law.start_angle
+    rise = np.linspace(0.0, half, 201)
+    x = rise / half
+    speed = law.motion(rise).speed / (2 * stroke / T)
+    cubic, quartic, quintic = np.linalg.lstsq(np.array([x**3, x**4, x**5]).T, speed, rcond=None)[0]
+    fall = law.motion(T - rise).speed / (2 * stroke / T)
+    peak = float(law.motion(half).speed[0])
+    return [
+        given("(39)", "degree of the step, fifth order", "1", "5", _degree(x, speed)),
+        equal("(39)", "coefficient of the cubic term", "1", "10", cubic),
+        equal("(39)", "coefficient of the quartic term", "1", "-15", quartic),
+        equal("(39)", "coefficient of the quintic term", "1", "6", quintic),
+        formula("(40)", "the speed falls as it rose", float(np.abs(speed - fall).max())),
+        formula("(40)", "greatest speed (pi - 2 alpha0)/T", peak * T / (2 * stroke) - 1.0),
+        assumption(
+            "V-A",
+            "duration T of the deployment",
+            "s",
+            T,
+            f"not printed; {PAPER_DURATION:g} s follow from (40) and the printed peak of "
+            "5.7e-4 rad/s^2",
+        ),
+    ]
+
+
+def _degree(x: Array, values: Array) -> int:
+    """Least degree of a polynomial through values, to rounding."""
+    for degree in range(9):
+        fit = np.polynomial.Polynomial.fit(x, values, degree)
+        if np.abs(fit(x) - values).max() < 1e-10:
+            return degree
+    return -1
+
+
+def _bezier(cases: Cases) -> list[Entry]:
+    law, T = cases.as_printed, cases.study.duration
+    start = DYNAMIC_SET.stowed_angle
+    best, points = best_bezier(T)
+    peak = cases.kinematic[0].values["peak-acceleration"]
+    ends = law.motion(np.array([0.0, T]))
+    reached = [float(angle) for angle in ends.angle]
+
+    found = [given("V-A", "order of the Bezier function", "1", "8", len(law.points) - 1)]
+    exact = {0: start, 1: start, 2: start, 6: DEPLOYED, 7: DEPLOYED, 8: DEPLOYED}
+    for i, printed in enumerate(PAPER_POINTS):
+        name, digits = f"control point P{i}", f"{printed:.4f}"
+        if i in exact:
+            found.append(equal("V-A", name, "rad", digits, exact[i], "the angle that (45) asks"))
+        else:
+            reason = (
+                f"not the optimum of (44) that it is said to be: the best law of degree 8 has "
+                f"{100 * (1 - best / peak):.2f} % less peak acceleration"
+            )
+            found.append(misprint("V-A", name, "rad", digits, points[i], reason, best < peak))
+    rest = max(float(np.abs(ends.speed).max()) * T, float(np.abs(ends.acceleration).max()) * T**2)
+    return [
+        *found,
+        formula("(41)-(42)", "the curve as a sum over Bernstein polynomials", _bernstein(law)),
+        formula("(45)", "speed and acceleration at both ends", rest),
+        *(
+            equal(
+                "(45)", f"angle at the {end} under the printed points", "deg", printed, angle, off
+            )
+            for end, printed, angle, off in (
+                ("start", "4.4", math.degrees(reached[0]), _missed(reached[0] - start)),
+                ("end", "90", math.degrees(reached[1]), _missed(reached[1] - DEPLOYED)),
+            )
+        ),
+    ]
+
+
+def _missed(angle: float) -> str:
+    return f"the points have four digits and miss it by {angle:.1e} rad; ours are pinned"
+
+
+def _bernstein(law: Bezier) -> float:
+    """Relative difference of the law's angle to (41)-(42), written out."""
+    s = np.linspace(0.0, 1.0, 101)
+    n = len(law.points) - 1
+    written = sum(
+        point * math.comb(n, i) * s**i * (1 - s) ** (n - i) for i, point in enumerate(law.points)
+    )
+    return float(np.abs(law.motion(s * law.duration).angle - written).max())
+
+
+def best_bezier(T: float, grid: int = 4001) -> tuple[float, tuple[float, ...]]:
+    """Least peak acceleration [rad/s^2] of a Bezier law of degree 8 under (43)-(45), its points.
+
+    The acceleration is linear in the three free points, so that its peak on a grid is a linear
+    program; the grid leaves less than 1e-6 of the peak between its points.
+    """
+    from scipy.optimize import linprog
+
+    ends = pinned(PAPER_POINTS, DYNAMIC_SET.stowed_angle, DEPLOYED)
+
+    def acceleration(*free: float) -> Array:
+        law = Bezier(T, (*ends[:3], *free, *ends[6:]))
+        return law.motion(np.linspace(0, T, grid)).acceleration * T**2
+
+    fixed = acceleration(0.0, 0.0, 0.0)
+    slopes = np.column_stack([acceleration(*row) - fixed for row in np.eye(3)])
+    ones = np.ones((grid, 1))
+    found = linprog(
+        [0, 0, 0, 1],
+        A_ub=np.block([[slopes, -ones], [-slopes, -ones]]),
+        b_ub=np.concatenate([-fixed, fixed]),
+        bounds=[(None, None)] * 4,
+    )
+    return float(found.fun) / T**2, (*ends[:3], *map(float, found.x[:3]), *ends[6:])
+
+
+def _peaks(cases: Cases) -> list[Entry]:
+    bezier, step5 = cases.kinematic
+    of = "peak-acceleration"
+    smooth, quick = bezier.values[of], step5.values[of]
+    reduction = 100 * (1 - smooth / quick)
+    from_print = 100 * (1 - 4.28 / 5.7)
+    slower = 100 * (1 - bezier.values["peak-speed"] / step5.values["peak-speed"])
+    t = np.linspace(0.0, cases.study.duration, SAMPLES)
+    motions = [deployment.law.motion(t) for deployment in (bezier, step5)]
+    rising = all(bool((np.diff(motion.angle) >= 0).all()) for motion in motions)
+    return [
+        shape(
+            "Fig. 11(a)",
+            "angle under both laws, kinematic set: end value",
+            "deg",
+            math.degrees(float(motions[0].angle[-1])),
+            {
+                "starts at 4.4 deg": _near(motions[0].angle[0], KINEMATIC_SET.stowed_angle),
+                "rises monotonically": rising,
+                "ends at 90 deg": _near(motions[0].angle[-1], DEPLOYED),
+            },
+        ),
+        shape(
+            "Fig. 11(b)",
+            "the Bezier law's greatest speed is lower, by",
+            "%",
+            slower,
+            {
+                "both start and end at rest": _rests(motions[0].speed) and _rests(motions[1].speed),
+                "one peak at half time for Step5": _near(t[motions[1].speed.argmax()], t[-1] / 2),
+                "the Bezier law's peak is lower": slower > 0,
+            },
+        ),
+        shape(
+            "Fig. 11(c)",
+            "peak acceleration of Bezier over that of Step5",
+            "1",
+            smooth / quick,
+            {
+                "both start and end without acceleration": _rests(motions[0].acceleration)
+                and _rests(motions[1].acceleration),
+                "positive, then negative": all(
+                    m.acceleration[1] > 0 > m.acceleration[-2] for m in motions
+                ),
+                "the Bezier law's peak is lower": smooth < quick,
+            },
+        ),
+        equal("V-A", "peak angular acceleration, Bezier", "rad/s^2", "4.28e-4", smooth),
+        equal("V-A", "peak angular acceleration, Step5", "rad/s^2", "5.7e-4", quick),
+        misprint(
+            "V-A",
+            "reduction of the peak angular acceleration",
+            "%",
+            "24.6",
+            reduction,
+            f"even the two printed peaks give {from_print:.1f} %",
+            shown=not agrees("24.6", from_print),
+        ),
+    ]
+
+
+def _near(value: float, wanted: float) -> bool:
+    return bool(abs(value - wanted) < 1e-9 * max(1.0, abs(wanted)))
+
+
+def _rests(history: Array) -> bool:
+    """Whether a history is zero at both ends."""
+    return bool(np.abs(history[[0, -1]]).max() <= AT_REST * np.abs(history).max())
+
+
+def _rope(cases: Cases) -> list[Entry]:
+    bezier, step5 = cases.kinematic
+    t = np.linspace(0.0, cases.study.duration, 100_001)
+    (smooth, other) = (deployment.at(t)[1] for deployment in (bezier, step5))
+    peaks = [deployment.values["peak-rope-acceleration"] for deployment in (bezier, step5)]
+    positive = float(smooth.rope_acceleration.max())
+    hauled = float(smooth.rope_length[0] - smooth.rope_length[-1])
+    speeds = [float(np.abs(motion.rope_speed).max()) for motion in (smooth, other)]
+    return [
+        shape(
+            "Fig. 12(a)",
+            "length of one rope that is hauled in, kinematic set",
+            "m",
+            hauled,
+            {"the length falls monotonically": bool((np.diff(smooth.rope_length) <= 1e-12).all())},
+        ),
+        shape(
+            "Fig. 12(b)",
+            "greatest rope speed of Bezier over that of Step5",
+            "1",
+            speeds[0] / speeds[1],
+            {"both start and end at rest": _rests(smooth.rope_speed) and _rests(other.rope_speed)},
+        ),
+        shape(
+            "Fig. 12(c)",
+            "peak rope acceleration of Bezier over that of Step5",
+            "1",
+            peaks[0] / peaks[1],
+            {
+                "both start and end without acceleration": _rests(smooth.rope_acceleration)
+                and _rests(other.rope_acceleration),
+                "the Bezier law's peak is lower": peaks[0] < peaks[1],
+            },
+        ),
+        misprint(
+            "V-A",
+            "peak rope acceleration, Bezier",
+            "m/s^2",
+            "2.51e-3",
+            peaks[0],
+            f"the greatest absolute value is negative; the positive peak alone is {positive:.3e}",
+            shown=positive < peaks[0],
+        ),
+        equal("V-A", "peak rope acceleration, Step5", "m/s^2", "3.55e-3", peaks[1]),
+        misprint(
+            "V-A",
+            "reduction of the peak rope acceleration",
+            "%",
+            "29.3",
+            100 * (1 - peaks[0] / peaks[1]),
+            "it follows from the printed pair, whose 2.51e-3 is not the Bezier law's peak",
+            shown=agrees("29.3", 100 * (1 - 2.51 / 3.55)),
+        ),
+    ]
+
+
+def _bars(cases: Cases) -> list[Entry]:
+    truss = KINEMATIC_SET
+    bezier = cases.kinematic[0]
+    t = np.linspace(0.0, cases.study.duration, SAMPLES)
+    motion = bezier.law.motion(t)
+    distance, speed, acceleration = bar_histories(bezier, t)
+    peak_times = t[speed[1:].argmax(axis=1)] / t[-1]
+
+    found = [
+        given("V-A", "length a of a vertical bar, kinematic set", "m", "1", truss.bar_length),
+        given("V-A", "half cross-bar b, kinematic set", "m", "0.5", truss.half_cross_bar),
+        given("Fig. 13", "vertical bars of the ring", "1", "24", truss.modules),
+    ]
+    chords = distance[:, -1]
+    for bar, reached in zip(BARS, chords, strict=True):
+        expected = diameter(DEPLOYED) * math.sin(math.pi * (bar - 1) / truss.modules)
+        found.append(
+            shape(
+                "Fig. 13",
+                f"distance of bar {bar} from bar 1 at the end",
+                "m",
+                float(reached),
+                {
+                    "a chord of the circle": abs(reached - expected) < 1e-9,
+                    "bar 1 is fixed" if bar == 1 else "grows monotonically": bool(
+                        (np.diff(distance[BARS.index(bar)]) >= -1e-12).all()
+                    ),
+                },
+            )
+        )
+    return [
+        *found,
+        equal("V-A", "angle at the start", "deg", "4.4", math.degrees(float(motion.angle[0]))),
+        equal("V-A", "angle at the end", "deg", "90", math.degrees(float(motion.angle[-1]))),
+        shape(
+            "Fig. 13(a)",
+            "greatest distance of a bar drawn there",
+            "m",
+            float(chords.max()),
+            {"the farther bar moves farther": bool((np.diff(chords) > 0).all())},
+        ),
+        shape(
+            "Fig. 13(b)",
+            "time of the greatest speed over the duration",
+            "1",
+            float(peak_times[0]),
+            {
+                "the speed rises steadily at first": bool((np.diff(speed[1:, :800]) > 0).all()),
+                "the greatest speed lies in the middle": bool((abs(peak_times - 0.5) < 0.2).all()),
+                "smoothly to zero at the end": all(_rests(row) for row in speed[1:]),
+            },
+        ),
+        shape(
+            "Fig. 13(c)",
+            "greatest acceleration of a bar drawn there",
+            "m/s^2",
+            float(np.abs(acceleration).max()),
+            {"close to zero at both ends": all(_rests(row) for row in acceleration[1:])},
+        ),
+    ]
+
+
+def bar_histories(deployment: Deployment, t: Array) -> tuple[Array, Array, Array]:
+    """Distance of the bars of Fig. 13 from bar 1, its speed and acceleration, (4, m) each."""
+    motion = deployment.law.motion(t)
+    rows: tuple[list[Array], ...] = ([], [], [])
+    for bar in BARS:
+        moved = node_motion(
+            deployment.truss, 1, motion.angle, motion.speed, motion.acceleration, module=bar
+        )
+        # each bar runs along a straight line from the fixed one
+        distance = np.linalg.norm(moved.position, axis=1)
+        heading = moved.position[-1] / max(float(distance[-1]), 1e-300)
+        rows[0].append(distance)
+        rows[1].append(moved.velocity @ heading)
+        rows[2].append(moved.acceleration @ heading)
+    distance, speed, acceleration = map(np.array, rows)
+    return distance, speed, acceleration
+
+
+def _sizes() -> list[Entry]:
+    stowed, deployed = diameter(KINEMATIC_SET.stowed_angle), diameter(DEPLOYED)
+    return [
+        equal("V-A", "diameter before unfolding", "mm", "588", 1e3 * stowed),
+        equal(
+            "V-A",
+            "diameter after unfolding",
+            "mm",
+            "7.66e3",
+            1e3 * deployed,
+            "printed 7660 mm, to three digits",
+        ),
+        equal("V-A", "diameter ratio before and after", "1", "0.077", stowed / deployed),
+        equal("V-A", "height to diameter", "1", "0.13", KINEMATIC_SET.bar_length / deployed),
+        not_readable(
+            "Fig. 14",
+            "diameter in the last picture of the deployment",
+            "m",
+            deployed,
+            "pictures without numbers; drawn from the model with the kinematic set",
+        ),
+    ]
