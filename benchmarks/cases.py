@@ -1,7 +1,7 @@
 """The cases, and all that is known here of `ocp` and `studies`; `... cases NAME FILE` runs one.
 
-Each case states a problem as a user would and solves it with default settings. Mesh rounds and
-iterations are counted where the engine solves a mesh round, so that failed solves count too.
+Each case states a problem as a user would and solves it with default settings. Mesh iterations and
+iterations are counted where the engine solves a mesh iteration, so that failed solves count too.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from benchmarks.records import ROOT, Record
 
 RACE_ROWS = ROOT / "benchmarks" / "race" / "rows"  # scripts that import each other by plain names
 MAIN_STUDY = ROOT / "studies" / "truss" / "main.toml"
-ROUND_SOLVER = "with_retries"  # the engine's function that solves one mesh round
+ROUND_SOLVER = "with_retries"  # the engine's function that solves one mesh iteration
 
 ENGINE_TOLERANCE = 1e-5  # the default objective tolerance of a refined solve
 TRUSS_TOLERANCE = 1e-4  # within it the truss study counts two optima as one

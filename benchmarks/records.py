@@ -31,7 +31,7 @@ class Record:
     name : of the case.
     value : of the objective, in its SI unit; None where there is no answer.
     tolerance : largest relative difference of the value that is no change.
-    rounds, iterations : mesh rounds and solver iterations of all solves, failed ones included.
+    rounds, iterations : mesh iterations and solver iterations of all solves, failed ones included.
     seconds : processor time from the statement to the answer [s].
     checks : number of checks of the certificate.
     failed_checks : names of those that failed.

@@ -47,7 +47,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks.regression",
         description="Solves fifteen benchmarks, both problems of the race, both stages of the arm "
-        "and five studies of the truss with default settings, and prints value, mesh rounds, "
+        "and five studies of the truss with default settings, and prints value, mesh iterations, "
         "iterations, processor seconds and certificate of each.",
     )
     parser.add_argument("names", nargs="*", metavar="NAME", help="cases to solve; all if none")

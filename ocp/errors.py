@@ -57,7 +57,7 @@ class BudgetSpent(IterationLimit):
     Attributes
     ----------
     finished : object or None
-        The best mesh round that the solver finished; not verified.
+        The best mesh iteration that the solver finished; not verified.
     """
 
     def __init__(
@@ -103,9 +103,10 @@ class Interrupted(OcpError):
     iterate : object or None
         The last iterate; not a solution.
     finished : object or None
-        The best mesh round that the solver finished, whether it holds between its points or not.
+        The best mesh iteration that the solver finished, whether it holds between its points or
+        not.
     verified : object or None
-        The best mesh round that holds between its points, if there was one.
+        The best mesh iteration that holds between its points, if there was one.
     """
 
     def __init__(

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 
 from ocp.errors import StatementError
 
+Kind = TypeVar("Kind", bound=type)
 Target = TypeVar("Target", bound=Callable[..., Any])
 Remedy = str | Callable[[Any], str]
 Remedies = Mapping[str, tuple[str, Remedy]]  # by word, each with what stands before the remedy
@@ -45,6 +46,17 @@ def checked_keywords(
             return target
         checked: Any = _checked(target, remedies)
         return checked
+
+    return decorate
+
+
+def checked_methods(*names: str) -> Callable[[Kind], Kind]:
+    """Let methods of a class answer a wrong keyword in one sentence, as `checked_keywords` does."""
+
+    def decorate(target: Kind) -> Kind:
+        for name in names:
+            setattr(target, name, _checked(vars(target)[name], {}))
+        return target
 
     return decorate
 

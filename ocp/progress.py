@@ -17,21 +17,21 @@ Progress = Callable[[str], None]
 class LiveLine:
     """One line that is written over and over on a terminal.
 
-    Where the stream is no terminal (a file, a notebook) it writes one line a mesh round instead.
+    Where the stream is no terminal (a file, a notebook) it writes one line a mesh iteration.
     """
 
     stream: TextIO = field(default_factory=lambda: sys.stderr)
     _width: int = 0
-    _round: str = ""
+    _mesh_iteration: str = ""
 
     def __call__(self, text: str) -> None:
         """Show a line of text in the place of the one before."""
         if self.stream.isatty():
             self.stream.write(f"\r{text:<{self._width}}")
             self._width = len(text)
-        elif self._round != (mesh_round := text.partition(", iteration")[0]):
-            self.stream.write(f"{mesh_round}\n")
-            self._round = mesh_round
+        elif self._mesh_iteration != (mesh_iteration := text.partition(", iteration")[0]):
+            self.stream.write(f"{mesh_iteration}\n")
+            self._mesh_iteration = mesh_iteration
         self.stream.flush()
 
     def close(self) -> None:

@@ -81,7 +81,7 @@ class Settings:
     verify : bool
         Whether to replay and check the answer; without, the verdict is "unverified".
     iterations : int, optional
-        Budget of all mesh rounds together, None for no limit. When it is used up, the best round
+        Budget of all mesh iterations together, None for no limit. When it is used up, the best one
         that holds between its points is verified and returned.
     seconds : float, optional
         The same in time [s].

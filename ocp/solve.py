@@ -305,7 +305,7 @@ def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:
     if gain <= meshes.settings.accuracy.objective:
         state = "the errors between the points were not all below tolerance"
     ended_by_rounds = refinement.ending == "rounds"
-    where = f"{len(refinement.rounds)} mesh rounds" if ended_by_rounds else "a mesh that failed"
+    where = f"{len(refinement.rounds)} mesh iterations" if ended_by_rounds else "a mesh that failed"
     return f"refinement ended after {where}, when {state}"
 
 

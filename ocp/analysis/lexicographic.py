@@ -128,7 +128,7 @@ def solve_lexicographic(
 
     levels: list[PriorityLevel] = []
     held: list[Bound] = []
-    solution, interrupted = first, False
+    solution = first
     with shown(progress) as say, noted_interrupts() as interrupts:
         for i, objective in enumerate(objectives):
             try:
@@ -145,23 +145,30 @@ def solve_lexicographic(
                 if solution is None:
                     raise
                 levels.append(PriorityLevel(objective, error=error))
-                interrupted = isinstance(error, Interrupted)
-                break
+                return Lexicographic(solution, tuple(levels), isinstance(error, Interrupted))
 
-            # the replay is what is reported, and the program cannot get below its own value
-            value = solution.value(objective)
-            if solution.replay.phases:
-                value = max(value, solution.value(objective, replayed=True))
-            limit = value + slacks[i] * abs(value) if i + 1 < count else None
-            levels.append(PriorityLevel(objective, value, limit, solution))
-            if limit is not None:
-                held.append(Bound(f"objective {i + 1}", objective, upper=limit))
+            is_last = i + 1 == count
+            level = _reached(objective, solution, None if is_last else slacks[i])
+            levels.append(level)
+            if level.held is not None:
+                held.append(Bound(f"objective {i + 1}", objective, upper=level.held))
             if interrupts.asked:
                 # it came too late to stop this solve
-                interrupted = i + 1 < count
-                break
+                return Lexicographic(solution, tuple(levels), not is_last)
+
     assert solution is not None
-    return Lexicographic(solution, tuple(levels), interrupted)
+    return Lexicographic(solution, tuple(levels), False)
+
+
+def _reached(objective: Any, solution: Solution, slack: float | None) -> PriorityLevel:
+    """What an objective has reached; without a slack it is not held afterwards."""
+    # the replay is what is reported, and the program cannot get below its own value
+    value = solution.value(objective)
+    if solution.replay.phases:
+        value = max(value, solution.value(objective, replayed=True))
+
+    limit = None if slack is None else value + slack * abs(value)
+    return PriorityLevel(objective, value, limit, solution)
 
 
 def _each(given: Any, single: Any, count: int, what: str) -> list[Any]:

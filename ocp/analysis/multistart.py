@@ -151,25 +151,40 @@ def audit(
     limit = _Bound(bound, bound_gap)
     search = _Search(problem, settings, value, limit.number, (OcpError, *failures))
 
+    with shown(progress) as say:
+        trials, interrupted = _trials(search, named, workers, limit, say, finished)
+    return _audit(problem, settings, trials, same, limit, interrupted)
+
+
+def _trials(
+    search: _Search,
+    named: Mapping[str, StartLike],
+    workers: int,
+    limit: _Bound,
+    say: Progress | None,
+    finished: Callable[[Trial], None] | None,
+) -> tuple[list[Trial], bool]:
+    """Trials of all starts until one meets the bound, and whether the user stopped them."""
+    running = search.side_by_side(named, workers) if workers > 1 else search.in_turn(named, say)
     trials: list[Trial] = []
     interrupted = False
-    with shown(progress) as say:
-        running = search.side_by_side(named, workers) if workers > 1 else search.in_turn(named, say)
-        try:
-            for trial, stopped in running:
-                trials.append(trial)
-                if say and workers > 1:
-                    say(f"{trial.name} done, {len(trials)} of {len(named)} starts")
-                if finished:
-                    finished(trial)
-                interrupted = stopped
-                if stopped or (trial.error is None and limit.is_met(trial)):
-                    break
-        except (KeyboardInterrupt, Interrupted):
-            interrupted = True
-        finally:
-            running.close()
-    return _audit(problem, settings, trials, same, limit, interrupted)
+
+    try:
+        for trial, stopped in running:
+            trials.append(trial)
+            if say and workers > 1:
+                say(f"{trial.name} done, {len(trials)} of {len(named)} starts")
+            if finished:
+                finished(trial)
+
+            interrupted = stopped
+            if stopped or (trial.error is None and limit.is_met(trial)):
+                break
+    except (KeyboardInterrupt, Interrupted):
+        interrupted = True
+    finally:
+        running.close()
+    return trials, interrupted
 
 
 def _named_starts(

@@ -360,15 +360,19 @@ class _Loosening:
         if bound.name in self.kept:
             yield bound
             return
+
         moved = bound.expression
         sides: tuple[tuple[Side, Any, float], ...]
         sides = ("lower", bound.lower, 1.0), ("upper", bound.upper, -1.0)
         for side, limit, sign in sides:
             if not is_limited(limit):
                 continue
+
+            # the slack is noted with the phases in which it is looked for
             slack = self._slack(bound, side, limit, size, end)
             if phase:
                 slack.path[phase] = bound.expression
+
             step = sign * slack.unknown
             moved = moved + step
             if not bound.is_equation:
@@ -381,6 +385,8 @@ class _Loosening:
                     upper=upper,
                     scale=size,
                 )
+
+        # an equation stays one, with a slack to either side
         if bound.is_equation:
             yield replace(bound, expression=moved, scale=size)
 

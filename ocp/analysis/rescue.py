@@ -25,7 +25,7 @@ def rescued(
     constants: Mapping[Constant, float] | None = None,
     progress: Progress | bool | None = None,
 ) -> Solution | None:
-    """The best mesh round of a stopped solve, solved once more on its own mesh and verified.
+    """The best mesh iteration of a stopped solve, solved once more on its own mesh and verified.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def rescued(
     Returns
     -------
     Solution or None
-        None if no mesh round was finished, or if it fails now.  Its mesh was on the way to a
+        None if no mesh iteration was finished, or if it fails now.  Its mesh was on the way to a
         finer one: the verdict says whether it passed its verification.
 
     Raises

@@ -231,7 +231,7 @@ def _constant_slopes(iterate: Iterate) -> list[Slope]:
     direct = np.zeros(len(constants))
     table = np.zeros((rows + columns, len(constants)))
 
-    for block in transcription.blocks if constants else ():
+    for block in transcription.program.blocks if constants else ():
         kernel = block.kernel.whole
         w, d, c = (ca.SX.sym(s, kernel.sparsity_in(i)) for i, s in enumerate("wdc"))
         f, g = kernel(w, d, c)
@@ -288,7 +288,7 @@ def _named_limits(iterate: Iterate) -> Iterator[_NamedLimits]:
         yield _NamedLimits(unknown.name, unknown.lower, unknown.upper, column, column)
 
     signals: dict[Any, list[tuple[Integers, Integers]]] = {}
-    for i, columns in enumerate(transcription.phases):
+    for i, columns in enumerate(transcription.columns.phases):
         yield from _path_limits(transcription, i, signals)
         yield from _boundary_values(columns, first, iterate.parameters, signals)
         yield from _times(columns, first)
@@ -301,7 +301,7 @@ def _path_limits(
     transcription: Transcription, index: int, signals: dict[Any, list[tuple[Integers, Integers]]]
 ) -> Iterator[_NamedLimits]:
     """Bounds of a phase; rows that hold a signal's own bounds between points go to `signals`."""
-    columns = transcription.phases[index]
+    columns = transcription.columns.phases[index]
     by_name = {signal.name: signal for signal in columns.signals}
     for j, constraint in enumerate(transcription.constraints[index]):
         parts = [part.rows for part in transcription.rows.of_constraint(index, j)]
@@ -376,7 +376,7 @@ def _time_slopes(iterate: Iterate) -> Iterator[Slope]:
     with_instants = {f.phase for f in problem.functionals if isinstance(f, PointValue)}
     fixed = [
         i
-        for i, columns in enumerate(transcription.phases)
+        for i, columns in enumerate(transcription.columns.phases)
         if columns.ends is None and columns.phase.name not in with_instants
     ]
     if not fixed:
@@ -390,8 +390,8 @@ def _time_slopes(iterate: Iterate) -> Iterator[Slope]:
         iterate.controls,
         iterate.scales,
     )
-    ends: dict[int, Any] = {i: released.phases[i].ends for i in fixed}
-    times = {i: transcription.phases[i].fixed_times for i in fixed}
+    ends: dict[int, Any] = {i: released.columns.phases[i].ends for i in fixed}
+    times = {i: transcription.columns.phases[i].fixed_times for i in fixed}
 
     # beside the times and the rows of their order, unknowns and rows are the same in both programs
     durations = [released.rows.phases[i].duration for i in fixed]

@@ -221,7 +221,7 @@ class RowKind:
 def row_kinds(transcription: Transcription) -> Iterator[RowKind]:
     """All rows of a program by kind; every row belongs to one of them."""
     rows, scales = transcription.rows, transcription.scales
-    for index, columns in enumerate(transcription.phases):
+    for index, columns in enumerate(transcription.columns.phases):
         yield from _dynamics(transcription, columns, rows.phases[index])
         yield from _path_constraints(transcription, index)
         yield from _joints(transcription, columns, rows.phases[index])
@@ -267,7 +267,7 @@ def _dynamics(
 
 def _path_constraints(transcription: Transcription, index: int) -> Iterator[RowKind]:
     """Path constraints at collocation points and at points added between them."""
-    columns = transcription.phases[index]
+    columns = transcription.columns.phases[index]
     for number, constraint in enumerate(transcription.constraints[index]):
         parts = transcription.rows.of_constraint(index, number)
         if not parts:

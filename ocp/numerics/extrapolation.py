@@ -15,6 +15,10 @@ import casadi as ca
 # needs the fewest evaluations for its order, two for each row.
 SUBSTEPS = (2, 4, 6, 8)
 
+# Instructions beyond which a rate is called and not written out in every substep, because
+# building the step would take longer than the calls
+_LONG = 2000
+
 
 def extrapolated_step(rate: Callable[[Any, Any], Any], x: Any, span: Any) -> tuple[Any, Any]:
     """One step from local time 0 to `span` of ``x' = rate(x, tau)``.
@@ -49,6 +53,41 @@ def _midpoint(rate: Callable[[Any, Any], Any], x: Any, span: Any, count: int) ->
     for i in range(1, count):
         before, now = now, before + 2.0 * h * rate(now, i * h)
     return 0.5 * (before + now + h * rate(now, span))
+
+
+def driven_step(rate: ca.Function, n_x: int, n_u: int, count: int) -> ca.Function:
+    """One step of dynamics whose inputs are polynomials of local time in an interval.
+
+    Parameters
+    ----------
+    rate : casadi.Function
+        ``(x, u, t) -> dx/dt``.
+    n_x, n_u, count : int
+        Numbers of states, of inputs, and of powers of local time in an input.
+
+    Returns
+    -------
+    casadi.Function
+        ``(x, data) -> (end, error)``. The data are the coefficients (n_u, count) of the inputs row
+        by row, start and length of the interval [s], and local time and length of the step within
+        it.
+    """
+    kind = ca.SX if rate.n_instructions() < _LONG else ca.MX
+    x, data = kind.sym("x", n_x), kind.sym("data", n_u * count + 4)
+    table = ca.reshape(data[: n_u * count], count, n_u)
+    t, h, tau, span = ca.vertsplit(data[n_u * count :])
+
+    def slope(state: Any, local: Any) -> Any:
+        u = kind(0, 1)
+        if n_u:
+            # Horner's rule, all inputs at once
+            row = table[count - 1, :]
+            for i in range(count - 2, -1, -1):
+                row = row * (tau + local) + table[i, :]
+            u = row.T
+        return h * rate(state, u, t + (tau + local) * h)
+
+    return ca.Function("step", [x, data], list(extrapolated_step(slope, x, span)))
 
 
 def accumulated(step: ca.Function, count: int) -> ca.Function:

@@ -131,6 +131,11 @@ class Scheme:
 
     def __post_init__(self) -> None:
         degree: object = self.degree
+        only = type(self).degree
+        if self.fixed_degree and degree != only:
+            raise StatementError(
+                f"{self.name} always has {only} points in an interval, got {degree!r}; leave it out"
+            )
         if not isinstance(degree, Integral) or self.degree < self.least_degree:
             raise StatementError(
                 f"{self.name} has {self.degree!r} points in an interval; give a whole number of at "
@@ -221,9 +226,6 @@ class HermiteSimpson(Lobatto):
     fixed_degree: ClassVar[bool] = True
     exact_for_chains: ClassVar[bool] = False
 
-    def __post_init__(self) -> None:
-        _check_fixed(self, 3)
-
 
 @dataclass(frozen=True)
 class Trapezoid(Lobatto):
@@ -239,9 +241,6 @@ class Trapezoid(Lobatto):
     name: ClassVar[str] = "trapezoid"
     fixed_degree: ClassVar[bool] = True
     exact_for_chains: ClassVar[bool] = False
-
-    def __post_init__(self) -> None:
-        _check_fixed(self, 2)
 
 
 SCHEMES = {scheme.__name__: scheme for scheme in (Radau, Gauss, Lobatto, HermiteSimpson, Trapezoid)}
@@ -260,14 +259,6 @@ def scheme_named(name: str, degree: int) -> Scheme:
             return scheme() if scheme.fixed_degree else scheme(degree)
     known = ", ".join(scheme.name for scheme in SCHEMES.values())
     raise StatementError(f"'{name}' is no collocation scheme; choose one of {known}")
-
-
-def _check_fixed(scheme: Scheme, degree: int) -> None:
-    if scheme.degree != degree:
-        raise StatementError(
-            f"{scheme.name} always has {degree} points in an interval, got {scheme.degree!r}; "
-            "leave it out"
-        )
 
 
 @lru_cache(maxsize=256)

@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 
 from ocp.errors import StatementError
-from ocp.keywords import checked_keywords
+from ocp.keywords import checked_keywords, checked_methods
 from ocp.problem.bounds import Bound, checked_bounds
 from ocp.problem.functionals import (
     BoundaryValue,
@@ -47,6 +47,7 @@ _ELSEWHERE = {
 Guess = Any  # number, (first, last), callable of time, or (times, values)
 
 
+@checked_methods("integral", "misfit")
 @checked_keywords(elsewhere=_ELSEWHERE)
 @dataclass(frozen=True, eq=False)
 class Phase:
@@ -147,7 +148,6 @@ class Phase:
                 symbols.update(dict.fromkeys(resolve(limit, where)))
         return tuple(symbols)
 
-    @checked_keywords()
     def integral(
         self, expression: Any, name: str = "integral", unit: str = "1", scale: float | None = None
     ) -> Integral:
@@ -200,7 +200,6 @@ class Phase:
         name = f"value at {instant} s"
         return self._kept(PointValue(name, "1", *self._piece(expression, name), instant=instant))
 
-    @checked_keywords()
     def misfit(self, expression: Any, times: Any, values: Any, weights: Any = 1.0) -> ca.SX:
         """Weighted sum of squared differences between an expression and data.
 

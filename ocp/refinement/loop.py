@@ -1,4 +1,4 @@
-"""The loop of mesh rounds: solve, estimate the errors, choose the next mesh, until it is good."""
+"""The loop of mesh iterations: solve, estimate errors, choose the next mesh, until it is good."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Refinement:
     Attributes
     ----------
     best : SolvedMesh
-        The best mesh round that holds between its points; the last one if none does.
+        The best mesh iteration that holds between its points; the last one if none does.
     rounds : tuple of MeshIteration
         Records of all, those before this refinement included.
     ending : str
@@ -74,7 +74,7 @@ def refine(
     accuracy : Accuracy
         May be stricter than that of the settings.
     before : sequence of MeshIteration
-        Mesh rounds until then.
+        Mesh iterations until then.
 
     Raises
     ------
@@ -181,14 +181,14 @@ def _budget_spent(
     finished: SolvedMesh | None,
 ) -> BudgetSpent:
     """The error of a budget that ended before a round held between its points."""
-    state = "no mesh round was solved"
+    state = "no mesh iteration was solved"
     if finished is not None:
         state = (
             f"the errors between the points were still {finished.errors.dynamics:.1e} of the "
             f"dynamics and {max(finished.errors.excess, 0.0):.1e} of the constraints"
         )
     return BudgetSpent(
-        f"the budget of {meshes.budget} for '{meshes.problem.name}' ended in mesh round "
+        f"the budget of {meshes.budget} for '{meshes.problem.name}' ended in mesh iteration "
         f"{len(rounds)} after {iterations_of(rounds)} iterations: {state}; raise the budget, "
         "loosen the tolerances or give a better guess",
         last,
@@ -210,7 +210,7 @@ def _interrupted(
         verified = finished if best.holds(accuracy) else None
     kept = "the best round so far is kept" if verified else "no round had met its tolerances"
     return Interrupted(
-        f"'{problem.name}' was stopped in mesh round {len(solved) + 1}; {kept}",
+        f"'{problem.name}' was stopped in mesh iteration {len(solved) + 1}; {kept}",
         last,
         finished,
         verified,

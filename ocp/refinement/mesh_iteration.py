@@ -37,15 +37,15 @@ Run = Callable[[NlpSolver, StartingPoint], NlpResult]
 # the next mesh. The mesh that meets all tolerances is solved to the tolerance asked for.
 _LOOSE = 1e-7
 
-# A warm start from the mesh round before takes some dozens of iterations. Near a degenerate optimum
-# it can wander from there for a thousand, where another line search or a start without multipliers
-# ends soon.
+# A warm start from the mesh iteration before takes some dozens of iterations. Near a degenerate
+# optimum it can wander from there for a thousand, where another line search or a start without
+# multipliers ends soon.
 _PATIENCE = 300
 
 
 @dataclass(frozen=True)
 class MeshIteration:
-    """One mesh round: its mesh, what the solver took, and what was wrong between the points.
+    """One mesh iteration: its mesh, what the solver took, and what was wrong between the points.
 
     Attributes
     ----------
@@ -96,7 +96,7 @@ class MeshIteration:
 
 @dataclass(frozen=True, eq=False)
 class SolvedMesh:
-    """A mesh round that the solver finished, as the next one and the refinement policy see it.
+    """A mesh iteration that the solver finished, as the next one and the refinement policy see it.
 
     Attributes
     ----------
@@ -136,7 +136,7 @@ def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
 
 
 def record_of(mesh: Mesh, result: NlpResult, solved: SolvedMesh | None) -> MeshIteration:
-    """The record of a mesh round; `solved` is None where the solver failed."""
+    """The record of a mesh iteration; `solved` is None where the solver failed."""
     errors = solved.errors if solved else None
     return MeshIteration(
         intervals=mesh.intervals,
@@ -163,9 +163,9 @@ class Budget:
     Attributes
     ----------
     iterations : float
-        Of all mesh rounds together.
+        Of all mesh iterations together.
     seconds : float
-        Of all mesh rounds together [s].
+        Of all mesh iterations together [s].
     begin : float
         Reading of the clock when it was made [s].
     """
@@ -202,7 +202,7 @@ class Budget:
 
 @dataclass(frozen=True, eq=False)
 class MeshSolver:
-    """Solves a problem on one mesh after another; what stays the same in all mesh rounds.
+    """Solves a problem on one mesh after another; what stays the same in all mesh iterations.
 
     Attributes
     ----------
@@ -213,7 +213,7 @@ class MeshSolver:
     evaluator : Evaluator
         Of the problem.
     budget : Budget
-        Of all mesh rounds together.
+        Of all mesh iterations together.
     progress : callable or None
         Receives a line of text per iteration.
     rough_solver : NlpSolver
@@ -291,7 +291,7 @@ class MeshSolver:
         solver: NlpSolver,
         before: Sequence[MeshIteration] = (),
     ) -> NlpResult:
-        """Solve one program from a start; `before` are the mesh rounds until then."""
+        """Solve one program from a start; `before` are the mesh iterations until then."""
         limits = program.limits(self.parameters)
         listener = self._listener(program, len(before) + 1)
 
@@ -313,7 +313,7 @@ class MeshSolver:
         return SolvedMesh(iterate, errors, float(excess.max(initial=0.0)), tight, finer)
 
     def spent(self, rounds: Sequence[MeshIteration]) -> bool:
-        """Whether the budget is used up after some mesh rounds."""
+        """Whether the budget is used up after some mesh iterations."""
         return self.budget.spent(iterations_of(rounds))
 
     def _packed(
@@ -328,7 +328,7 @@ class MeshSolver:
         if progress is None:
             return None
         unit = program.scales.objective * self.problem.sense
-        begin = f"{self.problem.name}: mesh round {number} ({program.mesh.intervals} intervals)"
+        begin = f"{self.problem.name}: mesh iteration {number} ({program.mesh.intervals} intervals)"
 
         def listen(iteration: int, objective: float, x: Array, rows: Array) -> bool:
             progress(f"{begin}, iteration {iteration}, objective {objective * unit:.6g}")
@@ -351,9 +351,9 @@ def with_retries(
     start : StartingPoint
         Where the first attempt starts.
     budget : Budget
-        Of all attempts, those of earlier mesh rounds included.
+        Of all attempts, those of earlier mesh iterations included.
     before : int
-        Iterations of the mesh rounds before this one; 0 for the first.
+        Iterations of the mesh iterations before this one; 0 for the first.
     """
     iterations, seconds = 0, 0.0
     for choice, point in _attempts(solver, start, first=before == 0):
@@ -369,9 +369,10 @@ def _attempts(
 ) -> Iterator[tuple[NlpSolver, StartingPoint]]:
     """Solvers and starting points of the attempts, in order.
 
-    With known multipliers the first attempt is a warm start. In later mesh rounds one that takes
-    long has lost its way, and is made once more with other options. Then follow starts without
-    multipliers, in later mesh rounds first with the options that stray less from a good start.
+    With known multipliers the first attempt is a warm start. In later mesh iterations one that
+    takes long has lost its way, and is made once more with other options. Then follow starts
+    without multipliers, in later mesh iterations first with the options that stray less from a good
+    start.
     """
     bare = StartingPoint(start.x)
 

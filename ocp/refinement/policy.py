@@ -209,7 +209,7 @@ def _controls_converged(
 
 
 def _change(before: Iterate, after: Iterate) -> float:
-    """Relative change of the objective from one mesh round to another."""
+    """Relative change of the objective from one mesh iteration to another."""
     size = max(abs(after.objective), 1e-3 * after.scales.objective)
     return abs(after.objective - before.objective) / size
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ocp.arrays import Array, Integers
 from ocp.errors import StatementError
-from ocp.keywords import checked_keywords
+from ocp.keywords import checked_methods
 from ocp.mesh.mesh import Mesh, distinct
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
 from ocp.optimality.iterate import Iterate
@@ -36,6 +36,7 @@ Kept = TypeVar("Kept")
 _ROUNDING = 1e-9  # of a phase's times, by which a time may miss its ends
 
 
+@checked_methods("value", "sample", "costate", "table", "to_csv", "plot")
 @dataclass(frozen=True, eq=False, repr=False)
 class Solution:
     """A verified trajectory and how it came about.
@@ -55,7 +56,7 @@ class Solution:
     mesh : Mesh
         The last one.
     mesh_iterations : tuple of MeshIteration
-        What each mesh round took and found.
+        What each mesh iteration took and found.
     verdict : str
         "global: bound met", "local: ..." or "unverified", in words.
     evaluator : Evaluator
@@ -105,10 +106,9 @@ class Solution:
 
     @property
     def iterations(self) -> int:
-        """Iterations of the solver over all mesh rounds."""
+        """Iterations of the solver over all mesh iterations."""
         return sum(entry.iterations for entry in self.mesh_iterations)
 
-    @checked_keywords()
     def value(self, expression: Any, *, replayed: bool = False) -> float:
         """One number: an expression of functionals, unknowns and constants, or its name.
 
@@ -132,7 +132,6 @@ class Solution:
         peaks = {f: dense_peak(self.evaluator, source, f) for f in symbols if isinstance(f, Peak)}
         return self.evaluator.number(source, expression, peaks)
 
-    @checked_keywords()
     def sample(
         self,
         expression: Any,
@@ -181,7 +180,6 @@ class Solution:
                 raise StatementError(f"{outside} s lies outside the motion ({first} to {last} s)")
         return sampled if many else np.asarray(sampled[0])
 
-    @checked_keywords()
     def costate(self, state: Any, times: Any, phase: Phase | str | None = None) -> Array:
         """The costate of a state (or running integral) [unit of the objective / unit of the state].
 
@@ -231,7 +229,6 @@ class Solution:
             )
         return self.replayed if replayed else self.trajectory
 
-    @checked_keywords()
     def table(self, times: Any = None) -> dict[str, Array]:
         """Columns by name: time [s] and all signals; ``pandas.DataFrame`` takes it as it is.
 
@@ -244,7 +241,6 @@ class Solution:
 
         return table(self, times)
 
-    @checked_keywords()
     def to_csv(self, path: str | Path, times: Any = None) -> None:
         """Write the table of all signals, with units, below lines of comments (#)."""
         from ocp.solution.tables import write_csv
@@ -257,7 +253,6 @@ class Solution:
 
         return as_dict(self)
 
-    @checked_keywords()
     def plot(self) -> Figure:
         """A figure of states, controls, path constraints and costates with bounds and mesh."""
         from ocp.solution.plot import plot

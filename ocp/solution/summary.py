@@ -15,7 +15,7 @@ _MOST_NUMBERS = 5  # of unknowns or peaks that are listed
 
 
 def summary(solution: Solution) -> str:
-    """At most ten lines: objective, verdict, time, mesh rounds, errors, unknowns and peaks."""
+    """At most ten lines: objective, verdict, time, mesh iterations, errors, unknowns and peaks."""
     width = max(len(what) for what, _ in _lines(solution))
     lines = [f"  {what:<{width}}  {text}" for what, text in _lines(solution)]
     return "\n".join([f"Solution of '{solution.problem.name}'", *lines])
@@ -44,7 +44,7 @@ def _lines(solution: Solution) -> Iterator[tuple[str, str]]:
     yield "time", f"{span}, {count} intervals{in_phases}"
     yield (
         "solved in",
-        f"{_counted(len(solution.mesh_iterations), 'mesh round')}, "
+        f"{_counted(len(solution.mesh_iterations), 'mesh iteration')}, "
         f"{_counted(solution.iterations, 'iteration')}, {solution.seconds:.3g} s",
     )
     yield "worst error", _errors(solution)

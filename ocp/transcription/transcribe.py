@@ -15,9 +15,9 @@ from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Between, ControlShape
 from ocp.transcription.blocks import blocks_of
-from ocp.transcription.columns import Columns, PhaseColumns, columns_of
+from ocp.transcription.columns import Columns, columns_of
 from ocp.transcription.kernel_builder import KernelContext
-from ocp.transcription.kernels import Block, Program
+from ocp.transcription.kernels import Program
 from ocp.transcription.path_constraints import PathConstraint, path_constraints
 from ocp.transcription.rows import Rows
 from ocp.transcription.scaling import Scales
@@ -69,16 +69,6 @@ class Transcription:
             f"Transcription('{self.problem.name}': {self.columns.count} unknowns, "
             f"{self.program.rows} rows)"
         )
-
-    @property
-    def blocks(self) -> tuple[Block, ...]:
-        """The blocks of the program."""
-        return self.program.blocks
-
-    @property
-    def phases(self) -> tuple[PhaseColumns, ...]:
-        """The unknowns of each phase."""
-        return self.columns.phases
 
     def limits(self, parameters: Parameters) -> ProgramLimits:
         """Limits of unknowns and rows."""

@@ -262,6 +262,8 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
 def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterator[Condition]:
     """What must hold strictly where the active set does not change."""
     count, name = int(principle.changes.sum()), principle.name
+
+    # where changes take most of the time, the rest says little
     yield Condition(
         f"active-set changes of '{name}'",
         principle.share_of_changes,
@@ -269,6 +271,8 @@ def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterat
         f"{count} of {principle.changes.size} intervals hold a change of the active set or are "
         "next to one; they take this part of the duration and are judged by means",
     )
+
+    # the Hamiltonian is constant only where time does not enter
     if principle.autonomous:
         yield Condition(
             f"between changes of '{name}': Hamiltonian",
@@ -276,6 +280,8 @@ def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterat
             allowed.within,
             "its largest range over a run of intervals without changes of the active set",
         )
+
+    # there is no slope where all intervals hold a change, and no curvature at the bounds
     if principle.slopes.size:
         yield Condition(
             f"between changes of '{name}': dH/du",

@@ -22,7 +22,7 @@ import numpy as np
 
 from ocp.arrays import Array, Integers
 from ocp.mesh.trajectory import PhaseTrajectory, SignalGroup, Trajectory
-from ocp.numerics.extrapolation import accumulated, extrapolated_step
+from ocp.numerics.extrapolation import accumulated, driven_step
 from ocp.numerics.piecewise_polynomial import Lagrange, Piece, PiecewisePolynomial
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
@@ -43,10 +43,6 @@ STEP_TOLERANCE = 1e-11
 # a state is continuous there. The links are met to the solver's tolerance, not to rounding.
 _SAME_INSTANT = 1e-9
 _SAME_STATE = 1e-7
-
-# Instructions beyond which the dynamics are called and not written out in every substep, because
-# building the step would take longer than the calls
-_LONG = 2000
 
 # Factor by which a segment may amplify errors. Beyond it the errors of the replay's own steps of
 # 1e-11 would fill ten times the tolerance of 1e-6 for the missed end.
@@ -295,7 +291,7 @@ def _march(
 ) -> tuple[Array, float]:
     """States (m, steps + 1, n_x) of a march with equal steps in some intervals, and its error."""
     powers, count = _input_powers(phase)[intervals], intervals.size
-    step = _step(rate, len(start), *powers.shape[1:])
+    step = driven_step(rate, len(start), *powers.shape[1:])
 
     # one row a step: coefficients of the inputs, start and length of its interval, local times
     data = np.column_stack(
@@ -317,26 +313,6 @@ def _march(
     relative = np.abs(errors) / sizes
     error = float(relative.max()) if np.all(np.isfinite(relative)) else np.inf
     return joints[rows], error
-
-
-def _step(rate: ca.Function, n_x: int, n_u: int, count: int) -> ca.Function:
-    """One step ``(x, data) -> (end, error)``, with inputs of `count` powers of local time."""
-    kind = ca.SX if rate.n_instructions() < _LONG else ca.MX
-    x, data = kind.sym("x", n_x), kind.sym("data", n_u * count + 4)
-    table = ca.reshape(data[: n_u * count], count, n_u)
-    t, h, tau, span = ca.vertsplit(data[n_u * count :])
-
-    def slope(state: object, local: object) -> object:
-        u = kind(0, 1)
-        if n_u:
-            # Horner's rule, all inputs at once
-            row = table[count - 1, :]
-            for i in range(count - 2, -1, -1):
-                row = row * (tau + local) + table[i, :]
-            u = row.T
-        return h * rate(state, u, t + (tau + local) * h)
-
-    return ca.Function("step", [x, data], list(extrapolated_step(slope, x, span)))
 
 
 def _input_powers(phase: PhaseTrajectory) -> Array:

@@ -172,7 +172,7 @@ class Result:
     checks : what it was held against.
     costs_elsewhere : what the optimum costs in quantities that it does not minimise.
     remarks : further sentences for the reader.
-    details : of the search: attempts, mesh rounds and the like, as JSON can hold it.
+    details : of the search: attempts, mesh iterations and the like, as JSON can hold it.
     provenance : program, versions, machine and time.
     interrupted : whether the user stopped the study, so that it shows the best until then.
     missing : parts that are not there, because the study did not end or a file is lost.

@@ -277,6 +277,6 @@ def test_interrupted(name):
         if "iteration 2" in line:
             signal.raise_signal(signal.SIGINT)
 
-    with pytest.raises(Interrupted, match="stopped in mesh round 1") as caught:
+    with pytest.raises(Interrupted, match="stopped in mesh iteration 1") as caught:
         solve(problem, settings=settings_of(name), progress=stop)
     assert caught.value.iterate is not None

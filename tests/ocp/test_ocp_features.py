@@ -255,7 +255,7 @@ def test_progress_is_told_and_can_stop_the_solve():
     told = []
     found = solve(problem, settings=FEW, progress=told.append)
     assert found.objective == pytest.approx(math.sin(1), rel=1e-6)
-    assert "run: mesh round 1 (6 intervals), iteration 0" in told[0]
+    assert "run: mesh iteration 1 (6 intervals), iteration 0" in told[0]
     assert found.iterations == sum(r.iterations for r in found.mesh_iterations)
 
     class Enough(Exception):

@@ -173,8 +173,8 @@ def test_expressions_do_not_grow_with_the_number_of_intervals():
         found = transcribe(problem, mesh, Radau(), "automatic", scales)
         program = found.program
         assert program.variables > 10 * intervals
-        wholes = [nodes(b.kernel.whole) for b in found.blocks]
-        hessians = [nodes(b.derivatives.hessian) for b in found.blocks]
+        wholes = [nodes(b.kernel.whole) for b in found.program.blocks]
+        hessians = [nodes(b.derivatives.hessian) for b in found.program.blocks]
         functions = (
             program.oracle,
             program.objective_gradient,

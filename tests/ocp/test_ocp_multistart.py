@@ -255,9 +255,9 @@ def test_an_unverified_answer_counts_only_if_there_is_no_other():
 
 
 def test_a_stopped_start_is_rescued_and_later_ones_are_left_out():
-    # the signal comes in the second mesh round of the second start
+    # the signal comes in the second mesh iteration of the second start
     def interrupting(line):
-        if "start 2 of 3" in line and "mesh round 2" in line:
+        if "start 2 of 3" in line and "mesh iteration 2" in line:
             os.kill(os.getpid(), signal.SIGINT)
 
     def oscillator(start):

@@ -124,7 +124,7 @@ def test_a_budget_can_end_inside_a_later_round() -> None:
 
 
 def test_a_budget_that_ends_before_any_round_is_an_error_with_the_iterate() -> None:
-    with pytest.raises(BudgetSpent, match=r"budget of 3 iterations .* no mesh round") as spent:
+    with pytest.raises(BudgetSpent, match=r"budget of 3 iterations .* no mesh iteration") as spent:
         solve(race(), settings=Settings(iterations=3))
     assert isinstance(spent.value, IterationLimit)
     assert spent.value.iterate.phases[0].name == "race"
@@ -133,7 +133,7 @@ def test_a_budget_that_ends_before_any_round_is_an_error_with_the_iterate() -> N
 
 def test_a_budget_that_ends_on_a_coarse_mesh_is_an_error_with_that_round() -> None:
     coarse = Settings(scheme=Radau(2), intervals=1, refinement=AdaptiveMesh(highest_degree=2))
-    with pytest.raises(BudgetSpent, match="no mesh round") as spent:
+    with pytest.raises(BudgetSpent, match="no mesh iteration") as spent:
         solve(swing(), settings=dataclasses.replace(coarse, iterations=1))
     assert spent.value.finished is None
     one = solve(

@@ -229,4 +229,4 @@ def test_one_line_a_mesh_round_elsewhere(capsys) -> None:
     found = solve(sway(), settings=Settings(intervals=5), progress=True)
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == len(found.mesh_iterations)
-    assert lines[0] == "sway: mesh round 1 (5 intervals)"
+    assert lines[0] == "sway: mesh iteration 1 (5 intervals)"

@@ -75,7 +75,7 @@ def test_a_solution_prints_its_essence_in_ten_lines(found):
         f"minimum      {found.objective:.10g} m/s^2",
         "verdict      local: best of 1 start",
         "0 to 1 s",
-        f"{len(found.mesh_iterations)} mesh rounds, {found.iterations} iterations",
+        f"{len(found.mesh_iterations)} mesh iterations, {found.iterations} iterations",
         f"replayed end {found.verification.miss:.1e}",
         "lost = 0.1 m/s^2",
         "thrust = ",

@@ -43,7 +43,7 @@ def interrupted_at(words: str, results: Path, *more: str) -> tuple[int, str]:
 
 
 def test_during_the_first_round_the_input_is_kept(tmp_path: Path) -> None:
-    code, messages = interrupted_at("mesh round 1", tmp_path / "out")
+    code, messages = interrupted_at("mesh iteration 1", tmp_path / "out")
     assert code == 130
     assert messages.splitlines()[-1] == (
         "antenna-ocp: interrupted before a motion was found; the inputs are kept"
@@ -53,7 +53,7 @@ def test_during_the_first_round_the_input_is_kept(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("words", ["mesh round 3", "start 2 of 2"])
+@pytest.mark.parametrize("words", ["mesh iteration 3", "start 2 of 2"])
 def test_later_the_best_motion_is_kept(words: str, tmp_path: Path) -> None:
     more = ("--starts", "bezier,dwell", "--no-figures")
     code, messages = interrupted_at(words, tmp_path / "out", *more)
