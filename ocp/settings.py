@@ -58,7 +58,7 @@ _ELSEWHERE: dict[str, Remedy] = {
 
 
 @checked_keywords(_FORMER, _ELSEWHERE)
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Settings:
     """How to discretise, refine, solve and verify.
 

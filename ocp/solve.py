@@ -217,7 +217,7 @@ def first_mesh(problem: Problem, settings: Settings) -> Mesh:
     return Mesh(tuple(uniform(settings.intervals, degree) for degree in degrees))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class _Checked:
     """The replay of an iterate and what it says.
 

@@ -135,7 +135,7 @@ def homotopy(
     return Homotopy(tuple(solutions), tuple(steps))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class _Path:
     """What all steps have in common."""
 

@@ -243,7 +243,7 @@ class _Bound:
         return gap <= self._allowed
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class _Search:
     """What all starts have in common.
 

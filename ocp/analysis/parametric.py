@@ -20,7 +20,7 @@ from ocp.solve import check_arguments, first_mesh, solve_from, start_from
 from ocp.transcription.transcribe import Transcription
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Prepared:
     """A problem transcribed once, to be solved for many values of its constants.
 

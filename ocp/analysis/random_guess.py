@@ -59,7 +59,7 @@ def random_trajectory(
     return trajectory_of(program, np.nan_to_num(x), parameters)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class _WavyGuess:
     """The stated guess of a phase plus smooth waves.
 

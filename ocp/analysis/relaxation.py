@@ -251,7 +251,7 @@ def _end_name(phase: Phase, state: Symbol, what: str) -> str:
     return f"{phase.name}: {state.name} {what}"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class _Slack:
     """The unknown that moves one limit, and where.
 
@@ -271,7 +271,7 @@ class _Slack:
     end: tuple[str, int] | None = None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class _Loosening:
     """A statement on its way to one with slacks.
 

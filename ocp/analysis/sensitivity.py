@@ -262,7 +262,7 @@ def _limit_slopes(limit: Any, parameters: Parameters) -> dict[str, float]:
     return {s.name: float(v) for s, v in zip(symbols, values, strict=True)}
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class _NamedLimits:
     """A named pair of limits and the entries, rows then unknowns, that it holds back."""
 
@@ -422,7 +422,7 @@ def _released(phase: Phase) -> Phase:
     return replace(phase, start=Between(start, start), end=Between(end, end))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class _MultiplierChanges:
     """All sets of multipliers that fit: changes `z` with ``equations @ z = 0`` and bounds.
 

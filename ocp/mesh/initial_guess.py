@@ -107,7 +107,7 @@ class StatedGuess:
         return (first if first is not None else last, last if last is not None else first)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class _Overlay:
     """A trajectory, and the stated guess of the signals that it lacks."""
 

@@ -12,7 +12,7 @@ from ocp.arrays import Array, Flags, Integers
 from ocp.errors import StatementError
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class PhaseMesh:
     """Mesh of one phase.
 
@@ -29,8 +29,8 @@ class PhaseMesh:
     breakpoints: Array
     degrees: Integers
     movable: tuple[int, ...] = ()
-    intervals: int = field(init=False, repr=False, compare=False)
-    moving: Flags = field(init=False, repr=False, compare=False)
+    intervals: int = field(init=False, repr=False)
+    moving: Flags = field(init=False, repr=False)
 
     def __repr__(self) -> str:
         lowest, highest = int(self.degrees.min()), int(self.degrees.max())
@@ -60,7 +60,7 @@ class PhaseMesh:
         return replace(self, movable=())
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ExtraPoints:
     """Points between the collocation points at which a continuous constraint is imposed too.
 
@@ -76,7 +76,7 @@ class ExtraPoints:
     tau: Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Mesh:
     """Meshes of all phases, with the extra points of their continuous constraints.
 
@@ -90,7 +90,7 @@ class Mesh:
 
     phases: tuple[PhaseMesh, ...]
     extra: tuple[tuple[ExtraPoints, ...], ...] = ()
-    intervals: int = field(init=False, repr=False, compare=False)
+    intervals: int = field(init=False, repr=False)
 
     def __repr__(self) -> str:
         return f"Mesh({', '.join(str(phase) for phase in self.phases)})"

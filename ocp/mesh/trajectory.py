@@ -48,7 +48,7 @@ class SignalGroup:
     polynomial: PiecewisePolynomial
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PhaseTrajectory:
     """Piecewise polynomials of one phase.
 
@@ -157,7 +157,7 @@ class PhaseTrajectory:
         return dict(zip(self.signals, values.T, strict=True))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Trajectory:
     """A motion: the values of all signals over time, and of the numbers beside them.
 

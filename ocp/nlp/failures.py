@@ -35,7 +35,7 @@ _VIOLATED = 1e-7
 _MOST_NAMED = 3
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Violation:
     """The worst violated row of a kind.
 

@@ -63,7 +63,7 @@ _STALL_FACTOR = 100.0
 
 
 @checked_keywords()
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Ipopt:
     """IPOPT, with the options left to the user; see its manual for their meaning.
 

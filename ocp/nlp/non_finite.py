@@ -34,7 +34,7 @@ def non_finite_value(problem: Problem, trajectory: Trajectory) -> str:
     return ""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class _Inspection:
     """Looks for a value that is not finite, or for such a derivative."""
 

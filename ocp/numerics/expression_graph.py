@@ -164,7 +164,7 @@ def expression_text(
     return f"f({', '.join(named)})"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class _Text:
     """A part of an expression and how tightly its last operation binds."""
 

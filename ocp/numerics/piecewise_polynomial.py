@@ -97,7 +97,7 @@ class Piece:
     coefficients: Array
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PiecewisePolynomial:
     """Polynomials of local time in each interval, with `n` components.
 

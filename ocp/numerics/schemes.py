@@ -155,7 +155,6 @@ class Scheme:
         raise TypeError(f"{cls.__name__} is no scheme; choose one of {', '.join(SCHEMES)}")
 
 
-@dataclass(frozen=True)
 class Radau(Scheme):
     """Radau IIA: collocates at the right end of each interval; stiffly accurate. The default.
 
@@ -173,7 +172,6 @@ class Radau(Scheme):
         return radau_points(degree), 2 * degree - 1
 
 
-@dataclass(frozen=True)
 class Gauss(Scheme):
     """Gauss: of the highest order; the right end of each interval is extrapolated.
 
@@ -191,7 +189,6 @@ class Gauss(Scheme):
         return 0.5 * (legendre.leggauss(degree)[0] + 1.0), 2 * degree
 
 
-@dataclass(frozen=True)
 class Lobatto(Scheme):
     """Lobatto IIIA: collocates at both ends of each interval.
 

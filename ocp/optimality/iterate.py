@@ -17,7 +17,7 @@ from ocp.transcription.scaling import Scales
 from ocp.transcription.transcribe import ProgramLimits, Transcription, transcribe
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Iterate:
     """Unknowns and multipliers of a problem on a mesh.
 

@@ -33,7 +33,7 @@ from ocp.transcription.rows import PathRows
 from ocp.transcription.transcribe import Transcription
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PathMultiplier:
     """Multipliers of one path bound or peak of a phase.
 
@@ -64,7 +64,7 @@ class PathMultiplier:
         return f"PathMultiplier('{self.name}' in '{self.phase}': {self.times.size} points)"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Multipliers:
     """All multipliers of a solution.
 
@@ -158,7 +158,7 @@ def all_multipliers(iterate: Iterate) -> Array:
     return np.concatenate([iterate.row_multipliers, column_multipliers(iterate)])
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PhaseCostates:
     """Costates of one phase.
 

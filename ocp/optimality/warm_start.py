@@ -139,7 +139,7 @@ def _measure(path: PathRows, fractions: Array) -> tuple[Array, Array]:
     return at, path.weights * np.diff(fractions)[path.intervals]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class _Entries:
     """Unknowns of one signal in the order of time.
 

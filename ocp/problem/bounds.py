@@ -23,7 +23,7 @@ from ocp.problem.symbols import (
 
 
 @checked_keywords(elsewhere=LIMIT_WORDS)
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Bound:
     """``lower <= expression <= upper``.
 
@@ -61,8 +61,8 @@ class Bound:
     lower: Any = -math.inf
     upper: Any = math.inf
     scale: float | None = None
-    symbols: tuple[Symbol, ...] = field(init=False, repr=False, compare=False)
-    is_equation: bool = field(init=False, repr=False, compare=False)
+    symbols: tuple[Symbol, ...] = field(init=False, repr=False)
+    is_equation: bool = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         check_name("bound", self.name)

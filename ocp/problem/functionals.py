@@ -57,7 +57,6 @@ class Functional(Symbol):
         return f"{type(self).__name__}({functional_text(self)})"
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class Integral(Functional):
     """Integral of an expression over a phase."""
 

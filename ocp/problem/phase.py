@@ -49,7 +49,7 @@ Guess = Any  # number, (first, last), callable of time, or (times, values)
 
 @checked_methods("integral", "misfit")
 @checked_keywords(elsewhere=_ELSEWHERE)
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Phase:
     """A stretch of time with one set of dynamics.
 

@@ -38,7 +38,7 @@ _ELSEWHERE = {
 
 
 @checked_keywords(elsewhere=_ELSEWHERE)
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Problem:
     """Phases, the bounds and links between them, and what to minimise or maximise.
 

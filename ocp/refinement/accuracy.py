@@ -10,7 +10,7 @@ from ocp.keywords import as_written, checked_keywords
 
 
 @checked_keywords()
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Accuracy:
     """What refinement and verification allow, all relative.
 

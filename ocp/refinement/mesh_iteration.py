@@ -43,7 +43,7 @@ _LOOSE = 1e-7
 _PATIENCE = 300
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class MeshIteration:
     """One mesh iteration: its mesh, what the solver took, and what was wrong between the points.
 

@@ -75,7 +75,7 @@ class RefinementPolicy(Protocol):
 
 
 @checked_keywords()
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class FixedMesh:
     """No refinement: the first mesh is solved once.
 
@@ -106,7 +106,7 @@ class FixedMesh:
 
 
 @checked_keywords()
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class AdaptiveMesh:
     """Meshes that adapt until all tolerances are met.
 
@@ -223,7 +223,7 @@ def _least_gain(errors: MeshErrors, tolerance: float) -> float:
     return float(max(gains[kept], _LEAST_GAIN * gains[-1]))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class _PhaseStep:
     """One phase from its solved mesh to the next.
 
@@ -359,7 +359,7 @@ def _gathered(errors: PhaseErrors, motion: PhaseTrajectory, base: PhaseMesh) -> 
     )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class _Marks:
     """What is to happen to each interval of a mesh, (N,) each.
 

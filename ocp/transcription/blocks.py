@@ -367,7 +367,7 @@ def _node(columns: PhaseColumns, functional: Functional) -> int:
     return 0 if at_start else columns.intervals
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class _FunctionalExpressions:
     """Functionals as expressions of local variables."""
 

@@ -30,7 +30,7 @@ from ocp.transcription.scaling import Scales
 _ORDERS = {"constant": 0, "linear": 1, "polynomial": None}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ControlSet:
     """Controls that are polynomials of the same order in an interval.
 

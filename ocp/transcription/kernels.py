@@ -233,7 +233,7 @@ class Program:
         return _scatter(parts, [i.block.rows for i in ruled], self.rows)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class _Instances:
     """A block applied to the symbols of a program."""
 

@@ -38,7 +38,7 @@ _SOLVED = "value on an earlier mesh"
 _LONGEST = "longest duration of a phase in the guess"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Scales:
     """Typical sizes, in the units of the statement.
 

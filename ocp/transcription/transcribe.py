@@ -37,7 +37,7 @@ class ProgramLimits:
     rows: tuple[Array, Array]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Transcription:
     """A nonlinear program and the way back to the problem.
 

@@ -28,7 +28,7 @@ from ocp.verification.conditions import (
 )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Certificate:
     """All conditions that were checked on one solution.
 

@@ -139,7 +139,7 @@ def minimum_principle(
     )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class _TestedPhase:
     """A phase with its Hamiltonian and the costates under test."""
 
@@ -160,7 +160,7 @@ class _TestedPhase:
         return self.hamiltonian.along(self.evaluator, trajectory, self.costates, intervals, tau)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class _CollocationPoints:
     """All collocation points of a phase of `count` intervals, (m,) each."""
 

@@ -56,7 +56,7 @@ _PARTS = 4
 _TERMS = 13
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SimulatedPhase:
     """Simulated states of one phase.
 
@@ -95,7 +95,7 @@ class SimulatedPhase:
         return f"SimulatedPhase('{self.name}': {', '.join(self.state_names)})"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SimulatedMotion:
     """Simulations of all phases.
 

@@ -43,7 +43,7 @@ _HIGHEST_DEGREE = 24
 _CLOSE = 1e-10
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Verification:
     """What the independent simulation and the evaluation between the points found.
 
