@@ -119,13 +119,8 @@ def solve_lexicographic(
     SolveFailed, Interrupted
         As `ocp.solve`, of the first objective.
     """
-    if not objectives:
-        raise StatementError("a lexicographic solve needs at least one objective")
     count = len(objectives)
-    slacks = _each(slack, Real, count, "slack")
-    all_settings = _each(settings or Settings(), Settings, count, "settings")
-    terms = _each(beside if beside is not None else [0.0] * count, (), count, "beside")
-
+    slacks, all_settings, terms = _for_each_objective(count, slack, settings, beside)
     levels: list[PriorityLevel] = []
     held: list[Bound] = []
     solution = first
@@ -169,6 +164,22 @@ def _reached(objective: Any, solution: Solution, slack: float | None) -> Priorit
 
     limit = None if slack is None else value + slack * abs(value)
     return PriorityLevel(objective, value, limit, solution)
+
+
+def _for_each_objective(
+    count: int,
+    slack: float | Sequence[float],
+    settings: Settings | Sequence[Settings] | None,
+    beside: Sequence[Any] | None,
+) -> tuple[list[float], list[Settings], list[Any]]:
+    """Slacks, settings and terms beside, one for each objective."""
+    if count == 0:
+        raise StatementError("a lexicographic solve needs at least one objective")
+    return (
+        _each(slack, Real, count, "slack"),
+        _each(settings or Settings(), Settings, count, "settings"),
+        _each(beside if beside is not None else [0.0] * count, (), count, "beside"),
+    )
 
 
 def _each(given: Any, single: Any, count: int, what: str) -> list[Any]:

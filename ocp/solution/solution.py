@@ -16,9 +16,8 @@ from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers
 from ocp.problem.functionals import Peak
-from ocp.problem.lookup import named
 from ocp.problem.phase import Phase
-from ocp.problem.problem import Problem
+from ocp.problem.problem import Problem, named
 from ocp.problem.symbols import resolve, scalar
 from ocp.refinement.error_estimate import dense_peak
 from ocp.refinement.mesh_iteration import MeshIteration
