@@ -55,6 +55,8 @@ class Iterate:
     def __post_init__(self) -> None:
         parameters = parameters_of(self.problem, self.trajectory.constants)
         object.__setattr__(self, "parameters", parameters)
+
+        # a program that is there already is not built again
         if self.built is not None:
             object.__setattr__(self, "transcription", self.built)
             object.__setattr__(self, "limits", self.built.limits(parameters))

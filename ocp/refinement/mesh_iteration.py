@@ -214,10 +214,10 @@ class MeshSolver:
         Of the problem.
     budget : Budget
         Of all mesh iterations together.
-    progress : callable or None
-        Receives a line of text per iteration.
     rough_solver : NlpSolver
         For meshes that are about to be replaced.
+    progress : callable or None
+        Receives a line of text per iteration.
     prepared : Transcription or None
         A program to use for its own mesh.
     """

@@ -309,6 +309,7 @@ def _path_row(constraint: PathConstraint, value: ca.SX, peak: Any) -> ca.SX:
 
 
 def _rows_alone(rows: ca.SX) -> tuple[Any, list[Any]]:
+    """No objective, and some rows."""
     return 0, [rows]
 
 
