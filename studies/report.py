@@ -23,6 +23,7 @@ FIGURES = {
     "pareto-arm": ARM_FIGURES,
     "robust": ARM_FIGURES,
     "paper": "studies.paper.figures",
+    "flex": "studies.flex.figures",
 }
 
 

@@ -28,6 +28,8 @@ from studies.arm.config import (
 from studies.cli import COMMANDS, PROGRAM, build_parser
 from studies.common.configuration import key_lines
 from studies.common.exit_codes import ExitCode
+from studies.flex.config import FlexStudy, JointCase, LinkCase, MaterialCase, SweepCase
+from studies.flex.expressions import FUNCTIONS, NAMES
 from studies.paper import PaperStudy
 from studies.paper.cases import Cases
 from studies.paper.entries import Entry
@@ -174,6 +176,25 @@ def _markdown(text: str) -> str:
     return re.sub(r"(?<!`)(--[a-z-]+)", r"`\1`", escaped)
 
 
+def flex_keys() -> str:
+    """The keys of a case of flexible links, table by table."""
+    parts = [_rows_of(FlexStudy, {"link", "joint", "material", "sweep"})]
+    for title, kind in (
+        ("A link, `[[link]]`", LinkCase),
+        ("A joint, `[[joint]]`", JointCase),
+        ("A material, `[material.NAME]`", MaterialCase),
+        ("A sweep, `[sweep]`", SweepCase),
+    ):
+        parts += [f"### {title}", key_table(kind)]
+    return "\n\n".join(parts)
+
+
+def law_words() -> str:
+    """What an expression may use."""
+    functions = ", ".join(f"`{name}`" for name in FUNCTIONS)
+    return f"Names: {', '.join(f'`{name}`' for name in NAMES)}. Functions: {functions}.\n"
+
+
 @functools.lru_cache(maxsize=1)
 def _paper_entries() -> list[Entry]:
     """Every row of the comparison with the paper, which takes half a minute."""
@@ -207,6 +228,8 @@ GENERATED = {
     "arm_parameters": lambda: parameter_table(ArmParameters),
     "truss_keys": lambda: key_table(TrussStudy),
     "arm_keys": arm_keys,
+    "flex_keys": flex_keys,
+    "law_words": law_words,
     "paper_keys": lambda: key_table(PaperStudy),
     "paper_errata": paper_errata,
     "paper_assumptions": paper_assumptions,

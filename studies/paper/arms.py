@@ -20,6 +20,7 @@ from models.ancf.state import posed
 from models.arm.parameters import ArmParameters
 from ocp.arrays import Array
 from studies.arm.stage import ELBOW, ROOT, Stage
+from studies.flex.measures import bending, fitted_frequency, vibration
 from studies.paper.cases import Cases
 from studies.paper.entries import Entry, assumption, equal, given, misprint, shape
 
@@ -28,7 +29,6 @@ FASTER = {"big": (43.0, 21.5), "small": (56.0, 28.0)}  # [s], half and a quarter
 MODULI = (0.5, 2.0)  # multiples of Young's modulus
 LENGTHS = (0.8, 1.0, 1.25)  # multiples of both arms' lengths
 ARRIVED = 1e-3  # [rad] from the end angle
-DEGREE = 7  # of the polynomial that a slow bending is, beside its vibration
 UNCHANGED = 5e-3  # relative change of a frequency that is none
 QUIET = 1e-3  # of a motion's range: what a slight vibration stays below
 
@@ -75,43 +75,9 @@ def _lengths() -> list[Entry]:
     ]
 
 
-def bending(run: Simulation, link: int) -> Array:
+def bent(run: Simulation, link: int) -> Array:
     """Displacement of a link's end across the tangent at its start, (m,) [m]."""
-    start, end = run.chain.slots(link, 0), run.chain.slots(link, -1)
-    chord = run.q[list(end[:2])] - run.q[list(start[:2])]
-    tangent = run.q[list(start[2:])]
-    across = np.array([-tangent[1], tangent[0]]) / np.hypot(*tangent)
-    return np.asarray((chord * across).sum(axis=0))
-
-
-def _polynomials(t: Array) -> Array:
-    return np.polynomial.chebyshev.chebvander(2 * (t - t[0]) / (t[-1] - t[0]) - 1, DEGREE)
-
-
-def vibration(t: Array, history: Array) -> float:
-    """Amplitude of what a slow change, a polynomial of the time, does not explain."""
-    slow = _polynomials(t)
-    rest = history - slow @ np.linalg.lstsq(slow, history, rcond=None)[0]
-    return float(np.ptp(rest)) / 2
-
-
-def fitted_frequency(t: Array, history: Array, guess: float) -> float:
-    """Frequency [Hz] of the one sine that, with a slow change, fits a history best."""
-    from scipy.optimize import minimize_scalar
-
-    slow, width = _polynomials(t), 1.5 / (t[-1] - t[0])
-
-    def left(frequency: float) -> float:
-        turn = 2 * np.pi * frequency * t
-        columns = np.column_stack([slow, np.cos(turn), np.sin(turn)])
-        fit = columns @ np.linalg.lstsq(columns, history, rcond=None)[0]
-        return float(((fit - history) ** 2).sum())
-
-    # the misfit has many minima, as wide as the inverse of the time: the lowest is refined
-    grid = np.linspace(guess - 2 * width, guess + 2 * width, 61)
-    near = grid[np.argmin([left(f) for f in grid])]
-    step = grid[1] - grid[0]
-    return float(minimize_scalar(left, bounds=(near - step, near + step), method="bounded").x)
+    return bending(run.chain, run.q, link)
 
 
 def _arrival(run: Simulation, joint: int) -> float:
@@ -126,7 +92,7 @@ def _arrival(run: Simulation, joint: int) -> float:
 def _big(stage: Stage, locked: LockedRun) -> list[Entry]:
     run = locked.before
     end, speed = run.position(0), _speed(run, 0)
-    swing = vibration(run.times, bending(run, 1))
+    swing = vibration(run.times, bent(run, 1))
     span = float(np.ptp(run.position(0)[1]))
     miss = abs(locked.engagement.miss[ROOT])
     return [
@@ -194,7 +160,7 @@ def _small(stages: dict[str, tuple[Stage, LockedRun]]) -> list[Entry]:
     drift, shaking = float(np.abs(elbow[0]).max()), vibration(run.times, elbow[0])
     swings = [float(np.ptp(motion.position(1)[0])) / 2 for motion in (after, big.after)]
     fluctuation = float(np.ptp(after.position(0)[0])) / 2
-    first = fitted_frequency(after.times, bending(after, 0), 0.445)
+    first = fitted_frequency(after.times, bent(after, 0), 0.445)
     miss = abs(locked.engagement.miss[ELBOW])
     return [
         equal(
@@ -295,7 +261,7 @@ def _sweeps(cases: Cases, stages: dict[str, tuple[Stage, LockedRun]]) -> list[En
         energies = [locked.residual_energy for _, locked in runs]
         if name == "big":
             for _, locked in runs:
-                t, history = locked.before.times, bending(locked.before, 1)
+                t, history = locked.before.times, bent(locked.before, 1)
                 swings.append(vibration(t, history))
                 tones.append(fitted_frequency(t, history, FOLDED))
         found.append(
@@ -339,8 +305,8 @@ def _falls(values: list[float]) -> bool:
 def _modulus(cases: Cases, nominal: LockedRun) -> Entry:
     soft, stiff = (cases.faster("big", 86.0, modulus)[1] for modulus in MODULI)
     runs = (soft, nominal, stiff)
-    deflections = [float(np.abs(bending(run.before, 1)).max()) for run in runs]
-    swings = [vibration(run.before.times, bending(run.before, 1)) for run in runs]
+    deflections = [float(np.abs(bent(run.before, 1)).max()) for run in runs]
+    swings = [vibration(run.before.times, bent(run.before, 1)) for run in runs]
     return shape(
         "V-B",
         f"amplitude of the vibration with {MODULI[1]:g} times the modulus over {MODULI[0]:g} times",

@@ -9,6 +9,7 @@ import matplotlib.pyplot as plt
 import pytest
 
 import studies.arm
+import studies.flex
 from models.laws import JerkLimited
 from studies.cli import parse
 from studies.common.console import Console, number
@@ -54,7 +55,8 @@ def test_python_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
 @pytest.mark.parametrize("page", pages_with("toml"), ids=label)
 def test_toml_states_a_study(page: Path) -> None:
-    read = studies.arm.study_from if page.stem == "own-arm" else study_from
+    readers = {"own-arm": studies.arm.study_from, "flexible-links": studies.flex.study_from}
+    read = readers.get(page.stem, study_from)
     for text in blocks(page, "toml"):
         assert read(tomllib.loads(text)).question
 

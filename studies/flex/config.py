@@ -1,0 +1,456 @@
+"""What the user asks of a chain of flexible links, as TOML or Python; checked before any work."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+from models.ancf.chain import Link
+from models.errors import ModelError
+from studies.common.configuration import (
+    Reader,
+    boolean,
+    check,
+    choice,
+    finite,
+    from_mapping,
+    key,
+    not_negative,
+    optional,
+    positive,
+    section,
+    table,
+    whole,
+)
+from studies.common.exit_codes import StudyError
+
+KINDS = ("free", "locked", "angle", "torque")
+LAWS = ("linear", "step5", "bezier", "quintic")
+FORMS = ("minimal", "index-1", "both")
+SWEEPS = ("speed", "length", "modulus")
+
+Form = Literal["minimal", "index-1"]
+
+
+def numbers(least: int = 0, most: int | None = None) -> Reader:
+    """Reader of a list of finite numbers."""
+
+    def read(name: str, value: Any) -> tuple[float, ...]:
+        if isinstance(value, str) or not isinstance(value, Sequence) or len(value) < least:
+            raise StudyError(f"{name} is {value!r}; give a list of {least} or more numbers")
+        if most is not None and len(value) > most:
+            raise StudyError(f"{name} has {len(value)} numbers; give at most {most}")
+        return tuple(finite(f"{name}[{i}]", item) for i, item in enumerate(value))
+
+    return read
+
+
+def tables(kind: type[Any]) -> Reader:
+    """Reader of a list of tables, each a configuration of its own."""
+
+    def read(name: str, value: Any) -> tuple[Any, ...]:
+        if isinstance(value, str | Mapping) or not isinstance(value, Sequence) or not value:
+            raise StudyError(f"there is no {name}; give one or more tables [[{name}]]")
+        return tuple(_stated_table(kind, f"{name}[{i}]", item) for i, item in enumerate(value))
+
+    return read
+
+
+def named_tables(kind: type[Any]) -> Reader:
+    """Reader of tables with names of the user's own."""
+
+    def read(name: str, value: Any) -> dict[str, Any]:
+        items = table(name, value).items()
+        return {key: _stated_table(kind, f"{name}.{key}", item) for key, item in items}
+
+    return read
+
+
+def _stated_table(kind: type[Any], name: str, value: Any) -> Any:
+    """A configuration out of one of several tables; its sentences name which one."""
+    if isinstance(value, kind):
+        return value
+    raw = table(name, value)
+    for field in dataclasses.fields(kind):
+        optional_field = field.default is not dataclasses.MISSING
+        if not optional_field and field.name not in raw:
+            unit = field.metadata["key"].unit
+            raise StudyError(f"{name} has no {field.name}; give one in {unit}")
+    try:
+        return from_mapping(kind, raw, f"{name}.")
+    except StudyError as error:
+        kind_name = name.split("[")[0].split(".")[0]
+        text = str(error).removeprefix(f"{kind_name}.")
+        if text == str(error):
+            raise
+        raise StudyError(f"{name}.{text}") from error
+
+
+def _text(name: str, value: Any) -> str:
+    if not isinstance(value, str):
+        raise StudyError(f"{name} is {value!r}; give a text")
+    return value
+
+
+def _angle(name: str, value: Any) -> float:
+    return finite(name, value)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MaterialCase:
+    """A material, a table `[material.NAME]`."""
+
+    modulus: float = key(positive, "Pa", "Young's modulus")
+    density: float = key(positive, "kg/m^3", "density")
+
+    def __post_init__(self) -> None:
+        check(self, "material.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinkCase:
+    """One link, a table `[[link]]`: its length, one way to state its section, and its material.
+
+    Raises
+    ------
+    StudyError
+        If a value is wrong, or the section or the material is stated in no way or in two.
+    """
+
+    length: float = key(positive, "m", "length")
+    diameter: float | None = key(
+        optional(positive), "m", "outer one of a tube, with wall", default=None
+    )
+    wall: float | None = key(
+        optional(positive), "m", "thickness of the tube's wall; none is a rod", default=None
+    )
+    width: float | None = key(
+        optional(positive), "m", "of a rectangle, across the plane, with height", default=None
+    )
+    height: float | None = key(
+        optional(positive), "m", "of the rectangle, in the plane of motion", default=None
+    )
+    area: float | None = key(
+        optional(positive), "m^2", "of any section, with second_moment", default=None
+    )
+    second_moment: float | None = key(
+        optional(positive), "m^4", "of area, about the axis out of the plane", default=None
+    )
+    material: str | None = key(optional(_text), "", "name of a table [material.NAME]", default=None)
+    modulus: float | None = key(
+        optional(positive), "Pa", "Young's modulus, instead of material", default=None
+    )
+    density: float | None = key(
+        optional(positive), "kg/m^3", "density, instead of material", default=None
+    )
+    end_mass: float = key(not_negative, "kg", "particle at the link's end", default=0.0)
+
+    def __post_init__(self) -> None:
+        check(self, "link.")
+
+    def section_of(self, name: str) -> tuple[float, float]:
+        """Area [m^2] and second moment of area [m^4].
+
+        Raises
+        ------
+        StudyError
+            If the section is stated in no way, in two, or is no section.
+        """
+        ways = {
+            "diameter": self.diameter is not None,
+            "width and height": self.width is not None or self.height is not None,
+            "area and second_moment": self.area is not None or self.second_moment is not None,
+        }
+        stated = [way for way, given in ways.items() if given]
+        if len(stated) != 1:
+            which = " and ".join(stated) or "nothing"
+            raise StudyError(
+                f"{name} states its section by {which}; give one of diameter (with wall), "
+                "width with height, area with second_moment"
+            )
+        if self.diameter is not None:
+            inner = 0.0 if self.wall is None else self.diameter - 2 * self.wall
+            if inner < 0:
+                raise StudyError(
+                    f"{name}.wall is {self.wall:g} m, more than half the diameter of "
+                    f"{self.diameter:g} m; give less"
+                )
+            outer = self.diameter
+            return math.pi / 4 * (outer**2 - inner**2), math.pi / 64 * (outer**4 - inner**4)
+        if self.width is not None and self.height is not None:
+            return self.width * self.height, self.width * self.height**3 / 12
+        if self.area is not None and self.second_moment is not None:
+            return self.area, self.second_moment
+        raise StudyError(f"{name} states half of {stated[0]}; give both")
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointCase:
+    """One joint, a table `[[joint]]`, at the start of the link of the same place in the list."""
+
+    kind: str = key(choice(KINDS), "", "free, locked, driven by angle or by torque", default="free")
+    start_deg: float | None = key(
+        optional(_angle),
+        "deg",
+        "angle at the start, from the link before (the x axis at the root), counter-clockwise; 0 "
+        "unless stated or given by the law",
+        default=None,
+    )
+    start_rate: float = key(
+        finite, "rad/s", "rate of that angle at the start, of a free or torque joint", default=0.0
+    )
+    law: str | None = key(
+        optional(choice(LAWS)), "", "law of a driven joint, with turn_deg and over", default=None
+    )
+    turn_deg: float | None = key(optional(finite), "deg", "turn of that law", default=None)
+    over: float | None = key(
+        optional(positive), "s", "time of that law; the duration unless stated", default=None
+    )
+    expression: str | None = key(
+        optional(_text),
+        "",
+        "instead: angle [rad] or torque [N m] in t [s], such as 0.5*sin(2*pi*t)",
+        default=None,
+    )
+    csv: str | None = key(
+        optional(_text),
+        "",
+        "instead: a file with columns time [s] and angle or torque",
+        default=None,
+    )
+    times: tuple[float, ...] = key(numbers(), "s", "instead: times of a table", default=())
+    values: tuple[float, ...] = key(
+        numbers(), "rad or N m", "angle or torque at these times", default=()
+    )
+    breakpoints: tuple[float, ...] = key(
+        numbers(), "s", "times at which an expression or its derivative jumps", default=()
+    )
+    lock_time: float | None = key(
+        optional(positive), "s", "when the joint locks at the angle it has", default=None
+    )
+    latch_deg: float | None = key(
+        optional(finite), "deg", "angle at which a latch catches the joint", default=None
+    )
+
+    def __post_init__(self) -> None:
+        check(self, "joint.")
+
+    @property
+    def start(self) -> float:
+        """Angle at the start [rad], where it is stated."""
+        return math.radians(self.start_deg or 0.0)
+
+    def check_kind(self, name: str) -> None:
+        """Raise StudyError unless what is stated fits the kind."""
+        ways = {
+            "law": self.law is not None,
+            "expression": self.expression is not None,
+            "csv": self.csv is not None,
+            "times and values": bool(self.times or self.values),
+        }
+        stated = [way for way, given in ways.items() if given]
+        driven = self.kind in ("angle", "torque")
+        if driven and len(stated) != 1:
+            which = " and ".join(stated) or "nothing"
+            raise StudyError(
+                f"{name} is driven by {self.kind}, but its law is stated by {which}; give one of "
+                f"{', '.join(ways)}"
+            )
+        if not driven and stated:
+            raise StudyError(
+                f'{name} is {self.kind}, but has {stated[0]}; give kind = "angle" '
+                'or "torque", or leave it out'
+            )
+        if self.law is not None and self.turn_deg in (None, 0.0):
+            raise StudyError(
+                f"{name} follows the law {self.law}, but turns by nothing; give turn_deg"
+            )
+        if self.kind == "angle" and self.law == "linear":
+            raise StudyError(f'{name}: the law linear is one of the torque; give kind = "torque"')
+        if self.kind in ("locked", "angle") and self.start_rate:
+            raise StudyError(
+                f"{name} is {self.kind}, so its rate is not free; leave start_rate out"
+            )
+        if self.kind == "locked" and (self.lock_time or self.latch_deg is not None):
+            raise StudyError(f"{name} is locked already; leave lock_time and latch_deg out")
+        if self.kind == "angle" and self.latch_deg is not None:
+            raise StudyError(f"{name} follows an angle, so no latch catches it; give lock_time")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SweepCase:
+    """Multiples of the case, the table `[sweep]`; one quantity is changed at a time."""
+
+    speed: tuple[float, ...] = key(
+        numbers(), "", "of the pace: durations are divided by it", default=()
+    )
+    length: tuple[float, ...] = key(numbers(), "", "of all links' lengths", default=())
+    modulus: tuple[float, ...] = key(numbers(), "", "of all Young's moduli", default=())
+
+    def __post_init__(self) -> None:
+        check(self, "sweep.")
+        for name in SWEEPS:
+            for value in getattr(self, name):
+                positive(f"sweep.{name}", value)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlexStudy:
+    """A chain of flexible links and its motion: `antenna-ocp flex`.
+
+    Raises
+    ------
+    StudyError
+        Naming the key, its value and the remedy.
+    """
+
+    duration: float = key(positive, "s", "of the motion")
+    link: tuple[LinkCase, ...] = key(tables(LinkCase), "", "the links, from the root outward")
+    joint: tuple[JointCase, ...] = key(
+        tables(JointCase), "", "the joints, one at the start of each link"
+    )
+    material: Mapping[str, MaterialCase] = key(
+        named_tables(MaterialCase), "", "materials by name", factory=dict
+    )
+    gravity: tuple[float, ...] = key(
+        numbers(2, 2), "m/s^2", "acceleration of gravity along x and y", default=(0.0, 0.0)
+    )
+    hub_inertia: float = key(
+        not_negative, "kg m^2", "inertia that turns with the first link's start", default=0.0
+    )
+    damping_ratio: float = key(
+        not_negative, "", "internal damping over critical at damping_frequency", default=0.0
+    )
+    damping_frequency: float = key(
+        positive, "Hz", "frequency at which damping_ratio holds", default=1.0
+    )
+    elements: int = key(whole(1, 64), "", "elements of each link", default=8)
+    form: str = key(
+        choice(FORMS),
+        "",
+        "constraints eliminated (minimal), kept with multipliers as in (14) (index-1), or both to "
+        "compare",
+        default="minimal",
+    )
+    stabilisation: float = key(
+        not_negative, "1/s", "alpha = beta of (14) for index-1", default=20.0
+    )
+    tolerance: float = key(positive, "m", "largest local error of a step", default=1e-7)
+    step: float | None = key(
+        optional(positive),
+        "s",
+        "fixed step instead; needed where a torque jumps: it damps modes too fast for it",
+        default=None,
+    )
+    samples: int = key(whole(11, 100_000), "", "even instants that are put out", default=1001)
+    frequencies: int = key(whole(0, 20), "", "natural frequencies that are given", default=4)
+    pace: float = key(
+        positive,
+        "",
+        "multiple of the speed: all times are divided by it, torques of laws multiplied by its "
+        "square",
+        default=1.0,
+    )
+    mesh_check: bool = key(
+        boolean, "", "also with half the elements, to see what the mesh costs", default=False
+    )
+    sweep: SweepCase = key(section(SweepCase), "", "multiples of the case", factory=SweepCase)
+
+    def __post_init__(self) -> None:
+        check(self)
+        if len(self.joint) > len(self.link):
+            raise StudyError(
+                f"joint[{len(self.link)}] has no link: there are {len(self.joint)} joints and "
+                f"{len(self.link)} link(s); give a joint at the start of each link"
+            )
+        if len(self.joint) < len(self.link):
+            raise StudyError(
+                f"link[{len(self.joint)}] has no joint: there are {len(self.joint)} joint(s) and "
+                f"{len(self.link)} links; give a joint at the start of each link"
+            )
+        for i, joint in enumerate(self.joint):
+            joint.check_kind(f"joint[{i}]")
+        assert self.links  # made once here, so that a link that cannot be is said early
+
+    @cached_property
+    def links(self) -> tuple[Link, ...]:
+        """The links of the models."""
+        return tuple(self._link(f"link[{i}]", link) for i, link in enumerate(self.link))
+
+    def _link(self, name: str, link: LinkCase) -> Link:
+        area, second_moment = link.section_of(name)
+        modulus, density = self._material(name, link)
+        try:
+            return Link.from_section(
+                link.length,
+                area=area,
+                second_moment=second_moment,
+                modulus=modulus,
+                density=density,
+            )
+        except ModelError as error:
+            raise StudyError(f"{name}: {error}") from error
+
+    def _material(self, name: str, link: LinkCase) -> tuple[float, float]:
+        """Modulus [Pa] and density [kg/m^3] of a link."""
+        if link.material is None:
+            if link.modulus is None or link.density is None:
+                raise StudyError(f"{name} has no material; give material, or modulus and density")
+            return link.modulus, link.density
+        if link.modulus is not None or link.density is not None:
+            raise StudyError(f"{name} has material beside modulus or density; give one of them")
+        if link.material not in self.material:
+            known = ", ".join(self.material) or "none"
+            raise StudyError(
+                f"{name}.material is {link.material!r}, but known are {known}; give a table "
+                f"[material.{link.material}]"
+            )
+        material = self.material[link.material]
+        return material.modulus, material.density
+
+    @property
+    def time(self) -> float:
+        """Duration at this pace [s]."""
+        return self.duration / self.pace
+
+    @property
+    def forms(self) -> tuple[Form, ...]:
+        """The forms of the equations to run."""
+        return ("minimal", "index-1") if self.form == "both" else (self.form,)  # type: ignore[return-value]
+
+    @property
+    def question(self) -> str:
+        """What is asked, in one line."""
+        many = f"{len(self.link)} flexible link{'s' * (len(self.link) > 1)}"
+        kinds = ", ".join(joint.kind for joint in self.joint)
+        return f"{many} in {self.time:g} s, joints {kinds}: how do they move?"
+
+
+def study_from(raw: Mapping[str, Any]) -> FlexStudy:
+    """The study that a nested dictionary states; StudyError names what is wrong."""
+    missing = [name for name in ("duration", "link", "joint") if name not in raw]
+    if missing:
+        raise StudyError(f"the case has no {missing[0]}; give one, as the examples do")
+    return from_mapping(FlexStudy, raw)
+
+
+def as_dictionary(study: FlexStudy) -> dict[str, Any]:
+    """The nested dictionary that states the same study again."""
+    return _stated(dataclasses.asdict(study))
+
+
+def _stated(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Without what is not stated, as TOML has no word for it."""
+    found: dict[str, Any] = {}
+    for name, value in content.items():
+        if isinstance(value, Mapping):
+            value = _stated(value)
+        elif isinstance(value, tuple | list) and value and isinstance(value[0], Mapping):
+            value = [_stated(item) for item in value]
+        if value is not None and value not in ((), {}):
+            found[name] = value
+    return found
