@@ -112,12 +112,12 @@ COMMANDS: Mapping[str, Command] = {
         "constraint opens, both forms differ or a latch catches nothing.",
     ),
     "check": Command(
-        "hold a deployment profile of your own against caps and model",
-        "studies.truss.command",
-        "Optimises nothing: evaluates the profile between its points on the truss model, prints "
-        "the same table as `antenna-ocp truss`, and names every check and cap that fails.",
-        arguments="add_check_arguments",
-        run="run_check",
+        "hold a profile of your own, measured or hand-made, against caps and model",
+        "studies.check.command",
+        "Reads the profile in whatever dialect it is written, estimates its noise and smooths it "
+        "if there is any, evaluates it between its rows on the model of the truss or of the arm, "
+        "and sets it beside the optimum of the same duration and caps and the paper's laws. Names "
+        "every check and cap that fails, by how much, and when.",
     ),
     "report": Command(
         "what a results folder says, or its figures drawn again",

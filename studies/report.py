@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 ARM_FIGURES = "studies.arm.report.comparison_figures"
 FIGURES = {
     "truss": "studies.truss.figures",
-    "check": "studies.truss.figures",
+    "check": "studies.check.figures",
+    "check-arm": "studies.check.figures",
     "arm": ARM_FIGURES,
     "arm-baselines": ARM_FIGURES,
     "arm-sequence": ARM_FIGURES,

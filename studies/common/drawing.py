@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     from studies.common.folder import ResultsFolder
 
 # told apart by the colour-blind, with the styles
-COLOURS = ("#0b5fa5", "#d1495b", "#5a8f29", "#8e6c8a", "#e09f3e", "#3d405b", "#7f7f7f")
-STYLES = ("-", "--", "-.", ":", "-", "--", "-.")
+COLOURS = ("#0b5fa5", "#d1495b", "#5a8f29", "#8e6c8a", "#e09f3e", "#3d405b", "#7f7f7f", "#222222")
+STYLES = ("-", "--", "-.", ":", "-", "--", "-.", "-")
 SHADES = ("#9ecae1", "#4a98c9", "#1764ab", "#08306b")  # of one law, light to dark
-LAWS = ("optimum", "Bezier", "Step5", "quintic", "linear torque", "ZVD", "ZV")
+LAWS = ("optimum", "Bezier", "Step5", "quintic", "linear torque", "ZVD", "ZV", "profile")
 FLATTENED = 30.0  # ratio of two curves' peaks beyond which the lower one is a flat line
 
 

@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from studies.truss.config import Caps, SolverOptions, TrussStudy, study_from
     from studies.truss.figures import draw
-    from studies.truss.study import check_profile, run
+    from studies.truss.study import run
 
 _MODULES = {
     "Caps": "config",
     "SolverOptions": "config",
     "TrussStudy": "config",
     "study_from": "config",
-    "check_profile": "study",
     "run": "study",
     "draw": "figures",
 }
@@ -25,7 +24,6 @@ __all__ = [
     "Caps",
     "SolverOptions",
     "TrussStudy",
-    "check_profile",
     "draw",
     "run",
     "study_from",

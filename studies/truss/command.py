@@ -1,16 +1,15 @@
-"""`antenna-ocp truss` and `antenna-ocp check`: their flags, and the study that these state."""
+"""`antenna-ocp truss`: its flags, and the study that these state."""
 
 from __future__ import annotations
 
 import argparse
 import warnings
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.common.running import Job, add_results_flags, add_study_argument, carry_out, hand_over
+from studies.common.running import Job, add_results_flags, add_study_argument, carry_out
 from studies.truss.quantities import OBJECTIVES
 
 if TYPE_CHECKING:
@@ -39,24 +38,12 @@ FLAGS: Mapping[str, tuple[tuple[str, ...], str]] = {
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of `antenna-ocp truss`."""
     add_study_argument(parser)
-    _add_truss_flags(parser)
+    add_truss_flags(parser)
     add_results_flags(parser)
 
 
-def add_check_arguments(parser: argparse.ArgumentParser) -> None:
-    """The arguments of `antenna-ocp check`."""
-    parser.add_argument(
-        "profile",
-        type=Path,
-        metavar="PROFILE",
-        help="CSV or JSON with time and angle, angle_deg or rope_length",
-    )
-    add_study_argument(parser)
-    _add_truss_flags(parser)
-    add_results_flags(parser)
-
-
-def _add_truss_flags(parser: argparse.ArgumentParser) -> None:
+def add_truss_flags(parser: argparse.ArgumentParser) -> None:
+    """The flags that state a study of the truss."""
     for flag, (_, text) in FLAGS.items():
         parser.add_argument(flag, metavar="X", help=text)
     parser.add_argument("--duration", metavar="T", help="[s]; LOW..HIGH leaves it free between")
@@ -92,59 +79,49 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
     return carry_out(job, options, console)
 
 
-def run_check(options: argparse.Namespace, console: Console) -> ExitCode:
-    """Carry out `antenna-ocp check`; a folder is written only if it is asked for."""
-    from studies.common.writers import exit_code, outcome_text
-    from studies.truss.study import check_profile
-
-    # a profile is not optimised: the objective only marks a line of the table
-    study = read_study(options, console, objective="peak-acceleration")
-    result = check_profile(options.profile, study)
-    if options.results is None:
-        console.say(outcome_text(result, every_check=True))
-        return exit_code(result)
-
-    from studies.common.folder import open_results
-    from studies.truss.config import as_toml
-
-    # the caps of the flags are in the file: without them a rerun would check less
-    folder = open_results(options.results, "check", options.overwrite)
-    command = f"antenna-ocp check {options.profile}"
-    folder.file("input.toml").write_text(as_toml(study, command), "utf-8")
-    again = f"{command} {folder.file('input.toml')}"
-    return hand_over(result, folder, _draw, again, options, console)
-
-
 def _draw(result: Any) -> Any:
     from studies.truss.figures import draw  # Matplotlib loads with it
 
     return draw(result)
 
 
-def read_study(
-    options: argparse.Namespace, console: Console, objective: str | None = None
-) -> TrussStudy:
+def read_study(options: argparse.Namespace, console: Console) -> TrussStudy:
     """The study that TOML and flags state.
-
-    Parameters
-    ----------
-    objective : str, optional
-        What is minimised where neither says it.
 
     Raises
     ------
     StudyError
         Naming the key or flag, its value and the remedy.
     """
+    return stated_study(raw_study(options), console)
+
+
+def raw_study(options: argparse.Namespace) -> dict[str, Any]:
+    """What TOML and flags state, not yet checked.
+
+    Raises
+    ------
+    StudyError
+        If the file cannot be read or a flag cannot be understood.
+    """
     from studies.common.configuration import read_toml
-    from studies.truss.config import study_from
 
     raw = read_toml(options.study) if options.study is not None else {}
-    if objective is not None:
-        raw.setdefault("minimise", objective)
     _apply_flags(raw, options)
+    return raw
 
-    # a warning of the model, such as a spring that pulls, is said once and stops nothing
+
+def stated_study(raw: Mapping[str, Any], console: Console) -> TrussStudy:
+    """The study that a nested dictionary states; what the model warns of is said once.
+
+    Raises
+    ------
+    StudyError
+        Naming the key, its value and the remedy.
+    """
+    from studies.truss.config import study_from
+
+    # such as a spring that pulls: it stops nothing
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         study = study_from(raw)

@@ -5,20 +5,15 @@ Those that a solver starts from are here too, as functions of time that have all
 
 from __future__ import annotations
 
-import csv
-import io
 import itertools
-import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from models.errors import ModelError
 from models.laws import (
     PAPER_POINTS,
     AngularMotion,
@@ -28,15 +23,13 @@ from models.laws import (
     Piecewise,
     Step5,
     StraightLine,
-    Tabulated,
     linear_jerk,
     pinned,
 )
 from models.laws.motion import law_times
-from models.truss import TrussParameters, angle_from_rope_length
+from models.truss import TrussParameters
 from ocp import Solution
 from ocp.arrays import Array
-from studies.common.exit_codes import StudyError
 from studies.truss.bounds import least_time
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.deployment import Deployment
@@ -346,92 +339,3 @@ def _exact_law(columns: Mapping[str, Array], angles: Array) -> Piecewise | None:
     law = linear_jerk(tuple(columns["time"].tolist()), ramps, start_angle=float(angles[0]))
     miss = np.abs(law.motion(columns["time"]).angle - angles).max()
     return law if miss <= EXACT else None
-
-
-def read_profile(path: Path, study: TrussStudy) -> Deployment:
-    """Read a user's profile and turn it into a deployment.
-
-    The file is CSV (comment lines start with #; a header names the columns) or the JSON of
-    `antenna-ocp`. It needs the column `time` and one of `angle`, `angle_deg`, `rope_length`, in
-    s, rad, degrees and m; units in brackets after a name are ignored, as are other columns.
-
-    Raises
-    ------
-    StudyError
-        If the file cannot be read or its columns make no motion.
-    """
-    columns = _read_columns(path)
-    for needed in (("time",), ANGLES):
-        if not set(needed) & set(columns):
-            raise StudyError(
-                f"the profile {path} has no column {' or '.join(needed)}, only "
-                f"{', '.join(columns) or 'none'}; name its columns in the first row"
-            )
-
-    try:
-        angles = _angles(columns, study)
-        law: Law = _exact_law(columns, angles) or Tabulated(tuple(columns["time"]), tuple(angles))
-    except ModelError as error:
-        raise StudyError(f"the profile {path} is no motion: {error}") from error
-
-    points = len(columns["time"])
-    if points < LEAST_POINTS:
-        raise StudyError(
-            f"the profile {path} has {points} points; give at least {LEAST_POINTS}, so "
-            "that the motion between them is known"
-        )
-    _check_sense(law.motion(np.linspace(0, law.duration, 20 * points)).speed, study)
-    return Deployment(path.stem, law, study.truss)
-
-
-def _check_sense(speed: Array, study: TrussStudy) -> None:
-    """Raise StudyError if a profile runs backwards with pulley friction."""
-    if study.truss.pulley_friction > 0 and speed.min() < -BACKWARD * np.abs(speed).max():
-        raise StudyError(
-            f"the profile runs backwards ({speed.min():g} rad/s), but pulley friction is modelled "
-            "for a rope hauled in only; keep the speed non-negative or set pulley_friction to 0"
-        )
-
-
-def _angles(columns: Mapping[str, Array], study: TrussStudy) -> Array:
-    if "angle" in columns:
-        return columns["angle"]
-    if "angle_deg" in columns:
-        return np.radians(columns["angle_deg"])
-    return angle_from_rope_length(study.truss, columns["rope_length"])
-
-
-def _read_columns(path: Path) -> dict[str, Array]:
-    try:
-        text = path.read_text("utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is not text"
-        raise StudyError(f"the profile {path} cannot be read ({reason})") from error
-
-    try:
-        return _from_json(text) if path.suffix == ".json" else _from_csv(text)
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise StudyError(
-            f"the profile {path} cannot be understood ({error}); give CSV with a header like "
-            "'time,angle' and one number a cell"
-        ) from error
-
-
-def _from_json(text: str) -> dict[str, Array]:
-    columns = json.loads(text)["columns"]
-    return {name: _numbers(column["values"]) for name, column in columns.items()}
-
-
-def _from_csv(text: str) -> dict[str, Array]:
-    lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
-    header, *rows = csv.reader(io.StringIO("\n".join(lines)))
-    names = [name.split("[")[0].strip() for name in header]
-    cells = list(zip(*rows, strict=True))
-    wanted = {"time", *ANGLES, *JERKS}
-    return {
-        name: _numbers(column) for name, column in zip(names, cells, strict=True) if name in wanted
-    }
-
-
-def _numbers(values: Sequence[Any]) -> Array:
-    return np.array([np.nan if value in ("", None) else float(value) for value in values])

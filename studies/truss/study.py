@@ -1,4 +1,4 @@
-"""A study of the truss from its configuration to its result, and the check of a profile.
+"""A study of the truss from its configuration to its result.
 
 Whatever a law comes from, it is evaluated between its points, driven through the truss model, and
 held against the end conditions (45), the caps and the energy balance: independent of how it was
@@ -10,7 +10,6 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,17 +17,15 @@ import numpy as np
 from ocp import Solution
 from studies.common.console import Console, silent
 from studies.common.folder import provenance
-from studies.common.result import Criterion, Result, Series, TableRow, Verdict, costs_elsewhere
-from studies.truss.bounds import lower_bounds
+from studies.common.result import Criterion, Result, Series, TableRow, costs_elsewhere
 from studies.truss.config import DEPLOYED, TrussStudy, as_dictionary
 from studies.truss.deployment import COLUMNS, Deployment, profile
-from studies.truss.laws import knots, paper_laws, read_profile
+from studies.truss.laws import knots, paper_laws
 from studies.truss.quantities import QUANTITIES
 from studies.truss.search import BestMotion, Search
 
 CAP_TOLERANCE = 1e-6  # relative; what an optimiser that rides a cap leaves
-ANGLE_MISS = 1e-8  # [rad] of a computed law at the end; a profile's own digits may be fewer
-PROFILE_MISS = 1e-4  # [rad], 0.006 deg: what a profile of four to five digits leaves
+ANGLE_MISS = 1e-8  # [rad] of a computed law at the end
 REST = 1e-6  # of the peak speed or acceleration: what counts as none at an end
 LONGER = 1e-9  # relative: what a solver may add to the longest duration
 IMBALANCE = 1e-8  # of the motor's work: far above the quadrature's own error of 1e-14
@@ -79,38 +76,6 @@ def run(study: TrussStudy, console: Console | None = None) -> Result:
     search = Search(study, console or silent())
     search.check()
     return result_of(study, search.run())
-
-
-def check_profile(path: Path, study: TrussStudy) -> Result:
-    """Hold a user's profile against the caps and the model of a study; nothing is optimised.
-
-    Returns
-    -------
-    Result
-        Of the kind "check".
-
-    Raises
-    ------
-    StudyError
-        If the file cannot be read or its columns make no motion.
-    """
-    deployment = read_profile(path, study)
-    laws = [deployment, *paper_laws(study.truss, deployment.law.duration)]
-    bounds = lower_bounds(study, None)
-
-    table = table_rows(study, laws, bounds)
-    return Result(
-        kind="check",
-        question=f"Does the profile {path.name} keep the caps of this study? {study.question}",
-        configuration=as_dictionary(study),
-        arrays=_series(deployment),
-        table=table,
-        bounds=bounds,
-        verdict=Verdict("measured", "measured: the profile as it is, nothing was optimised"),
-        checks=criteria(study, deployment, PROFILE_MISS),
-        costs_elsewhere=costs_elsewhere(table),
-        provenance=provenance(),
-    )
 
 
 def result_of(study: TrussStudy, best: BestMotion) -> Result:

@@ -153,10 +153,10 @@ def test_verify_accepts_the_bezier_law_and_names_a_broken_cap(
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        ("t,a\n0,1\n1,2", "no column time"),
-        ("time,angle\n0,0.1\n1,x", "cannot be understood"),
+        ("t,a\n0,1\n1,2", "has no column of an angle"),
+        ("time,angle\n0,0.1\n1,x", "x' in row 2 below the header is no number"),
         ("time,angle\n0,0.0768\n1,1.57", "at least 20"),
-        ("", "cannot be understood"),
+        ("", "is empty"),
     ],
 )
 def test_bad_profiles_are_named(

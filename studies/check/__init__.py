@@ -1,0 +1,1 @@
+"""Anyone's profile: read, its noise smoothed, and held against caps, models and optima."""

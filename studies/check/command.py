@@ -1,0 +1,128 @@
+"""`antenna-ocp check`: its flags, and what it does with anyone's profile."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from studies.common.console import Console
+from studies.common.exit_codes import ExitCode
+from studies.common.running import add_results_flags, add_study_argument, hand_over
+from studies.truss.command import add_truss_flags, raw_study, stated_study
+
+if TYPE_CHECKING:
+    from studies.check.reading.profile import MeasuredProfile
+    from studies.common.result import Result
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The arguments of the sub-command."""
+    parser.add_argument(
+        "profile",
+        type=Path,
+        metavar="PROFILE",
+        help="CSV or other text with columns, JSON, .mat up to v7, or .xlsx: time, and the truss's "
+        "angle or rope length, or the arm's root and elbow angles or torques",
+    )
+    add_study_argument(parser)
+    parser.add_argument(
+        "--column",
+        action="append",
+        default=[],
+        metavar="WHAT=HEADER",
+        help="which column is time, angle, rope_length, root_angle, elbow_angle, root_torque or "
+        "elbow_torque, by header or number from 1, e.g. 'angle=Winkel [deg]'; may be repeated",
+    )
+    parser.add_argument(
+        "--no-optimum", action="store_true", help="leave out the optimum beside the profile"
+    )
+    add_truss_flags(parser)
+    arm = parser.add_argument_group("for a profile of the arm")
+    arm.add_argument("--stage", metavar="X", help="big, small or both; else the columns tell")
+    arm.add_argument(
+        "--drive", metavar="X", help="torque or angle, where the profile has columns of both"
+    )
+    arm.add_argument("--torque-cap", metavar="X", help="on each driven joint [N m]")
+    add_results_flags(parser)
+
+
+def run(options: argparse.Namespace, console: Console) -> ExitCode:
+    """Carry out the sub-command; a folder is written only if it is asked for."""
+    from studies.check.reading.profile import ARM, read_profile
+
+    measured = read_profile(options.profile, options.column)
+    ask = _ask_arm if measured.mechanism == ARM else _ask_truss
+    result, input_text = ask(measured, options, console)
+
+    if options.results is None:
+        from studies.common.writers import exit_code, outcome_text
+
+        console.say(outcome_text(result, every_check=True))
+        return exit_code(result)
+
+    from studies.common.folder import open_results
+
+    # the caps of the flags are in the file: without them a rerun would check less
+    folder = open_results(options.results, "check", options.overwrite)
+    folder.file("input.toml").write_text(input_text, "utf-8")
+    again = f"{_command(options)} {folder.file('input.toml')}"
+    return hand_over(result, folder, _draw, again, options, console)
+
+
+def _command(options: argparse.Namespace) -> str:
+    import shlex
+
+    words = ["antenna-ocp", "check", str(options.profile)]
+    for column in options.column:
+        words += ["--column", column]
+    if options.no_optimum:
+        words.append("--no-optimum")
+    return shlex.join(words)
+
+
+def _draw(result: Any) -> Any:
+    from studies.check.figures import draw  # Matplotlib loads with it
+
+    return draw(result)
+
+
+def _ask_truss(
+    measured: MeasuredProfile, options: argparse.Namespace, console: Console
+) -> tuple[Result, str]:
+    """The check of a profile of the truss, and the study that it was held against."""
+    from studies.check.truss import check_truss
+    from studies.common.configuration import toml_text
+    from studies.truss.config import as_dictionary
+
+    raw = raw_study(options)
+    stated = None
+    if "duration" in raw:
+        stated = stated_study({**raw, "minimise": "energy"}, console).duration
+    study = stated_study(
+        {"minimise": "peak-acceleration", **raw, "duration": measured.duration}, console
+    )
+    result = check_truss(measured, study, stated, console, optimum=not options.no_optimum)
+
+    content = as_dictionary(study)
+    if stated is None:  # the next profile has a duration of its own
+        del content["duration"]
+    else:
+        content["duration"] = list(stated) if stated[0] != stated[1] else stated[0]
+    head = f"# Repeats this check: {_command(options)} input.toml\n\n"
+    return result, head + toml_text(content, inline=("minimise",))
+
+
+def _ask_arm(
+    measured: MeasuredProfile, options: argparse.Namespace, console: Console
+) -> tuple[Result, str]:
+    """The check of a profile of the arm, and the study that it was held against."""
+    from studies.arm.config import as_dictionary
+    from studies.check.arm import arm_study, check_arm
+    from studies.common.configuration import read_toml, toml_text
+
+    raw = read_toml(options.study) if options.study is not None else {}
+    study = arm_study(measured, raw, options.stage, options.torque_cap)
+    result = check_arm(measured, study, options.drive, console, optimum=not options.no_optimum)
+    head = f"# Repeats this check: {_command(options)} input.toml\n\n"
+    return result, head + toml_text(as_dictionary(study))

@@ -1,0 +1,51 @@
+"""The optimum of a profile's own duration under the caps that it is held against."""
+
+from __future__ import annotations
+
+from models.laws import JerkLimited, Law, constant_acceleration
+from studies.common.console import Console
+from studies.common.exit_codes import StudyError
+from studies.truss.config import DEPLOYED, TrussStudy
+from studies.truss.deployment import Deployment
+from studies.truss.search import Search
+from studies.truss.study import broken_caps
+
+OPTIMUM = "optimal"
+
+
+def optimum_of(study: TrussStudy, console: Console) -> tuple[Deployment | None, str]:
+    """The optimum and how sure it is; none, and why, where there is none.
+
+    The least peak acceleration has a closed form. It is the answer wherever its motion keeps all
+    caps; else, and for other objectives, the problem is solved.
+    """
+    law = _closed_form(study)
+    if law is not None:
+        deployment = Deployment(OPTIMUM, law, study.truss)
+        if not broken_caps(study, deployment.values):
+            return deployment, "optimum: least peak angular acceleration, in closed form, global"
+
+    try:
+        search = Search(study, console)
+        search.check()
+        best = search.run()
+    except StudyError as error:
+        return None, f"no optimum stands beside the profile: {error}"
+    return (
+        best.deployment,
+        f"optimum: least {', then '.join(study.objectives)}, {best.verdict.kind}",
+    )
+
+
+def _closed_form(study: TrussStudy) -> Law | None:
+    """The law of least peak acceleration under a jerk cap alone; None for other questions."""
+    if study.objectives != ("peak-acceleration",):
+        return None
+    duration, start, jerk = study.duration[1], study.truss.stowed_angle, study.caps.jerk
+    if jerk is None:
+        acceleration = 4 * study.stroke / duration**2
+        half = duration / 2
+        return constant_acceleration((0.0, half, duration), (acceleration, -acceleration), start)
+    if jerk * duration**3 < 32 * study.stroke:  # no motion is that smooth; the search says so
+        return None
+    return JerkLimited(duration, start, DEPLOYED, jerk)

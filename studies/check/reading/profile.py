@@ -1,0 +1,229 @@
+"""A profile from its file: times and values in SI, checked against themselves.
+
+What contradicts itself, or has a unit that its size makes unlikely, is refused with the remedy:
+nothing is guessed in silence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from ocp.arrays import Array
+from studies.check.reading.headers import DIMENSIONS, QUANTITIES, Column, understood
+from studies.check.reading.raw_table import RawTable, listed, read_table, refuse
+from studies.common.exit_codes import StudyError
+
+LEAST_ROWS = 20  # so that the motion between the rows is known
+LONGEST = 3600.0  # [s]: a longer deployment is so rare that its unit is asked about
+TURNED = 4.0  # [rad]: no joint of ours turns as far, so that these are degrees
+SAME = 1e-3  # of the range: columns of one quantity that differ by more contradict each other
+TRUSS, ARM = "truss", "arm"
+OF_THE_ARM = tuple(name for name in QUANTITIES if name.startswith(("root", "elbow")))
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredProfile:
+    """What a profile says, in SI.
+
+    Attributes
+    ----------
+    path : of its file.
+    time : (m,) from 0 [s].
+    values : by quantity, (m,) each [rad, m, N m].
+    mechanism : "truss" or "arm".
+    notes : how it was read, and what was assumed, in sentences.
+    line_of : the place of a row in the file, in words, is `table.line_of(row)`.
+    """
+
+    path: Path
+    time: Array
+    values: Mapping[str, Array]
+    mechanism: str
+    notes: tuple[str, ...]
+    table: RawTable
+
+    @property
+    def duration(self) -> float:
+        """T [s]."""
+        return float(self.time[-1])
+
+    @property
+    def spacing(self) -> float:
+        """Median time between two rows [s]."""
+        return float(np.median(np.diff(self.time)))
+
+
+def read_profile(path: Path, named: Sequence[str] = ()) -> MeasuredProfile:
+    """Read a profile of the truss or of the arm.
+
+    Parameters
+    ----------
+    path : Path
+    named : sequence of str
+        Columns that the user names, as "angle=Winkel [deg]".
+
+    Raises
+    ------
+    StudyError
+        If it cannot be read, contradicts itself, or has a unit that its values make unlikely.
+    """
+    table = read_table(path)
+    columns = understood(table, _asked(named))
+    mechanism, chosen = _chosen(table, columns)
+
+    arrays = table.column(tuple(column.place for column in chosen))
+    for column, array in zip(chosen, arrays, strict=True):
+        _check_finite(table, column, array)
+    values = [(column, column.factor * x) for column, x in zip(chosen, arrays, strict=True)]
+
+    (_, time), *others = values
+    _check_times(table, time)
+    _check_units(table, values)
+    return MeasuredProfile(
+        path=path,
+        time=time - time[0],
+        values=_merged(table, others),
+        mechanism=mechanism,
+        notes=_notes(table, chosen, time),
+        table=table,
+    )
+
+
+def _asked(named: Sequence[str]) -> dict[str, str]:
+    asked = {}
+    for item in named:
+        quantity, equals, header = item.partition("=")
+        if not equals or quantity.strip() not in QUANTITIES:
+            raise StudyError(
+                f"--column is {item!r}; write QUANTITY=HEADER, e.g. 'angle=Winkel [deg]', with one "
+                f"of {', '.join(QUANTITIES)}"
+            )
+        asked[quantity.strip()] = header.strip()
+    return asked
+
+
+def _chosen(table: RawTable, columns: list[Column]) -> tuple[str, list[Column]]:
+    """The mechanism, and the columns to read: time first."""
+    times = [column for column in columns if column.quantity == "time"]
+    arm = [column for column in columns if column.quantity in OF_THE_ARM]
+    truss = [column for column in columns if column.quantity in ("angle", "rope_length")]
+
+    if not times:
+        _missing(table, "column time", "time [s]")
+    if not arm and not truss:
+        _missing(table, "column of an angle, a rope length or a torque", "angle [rad]")
+    if len(times) > 1:
+        names = " and ".join(f"'{column.header}'" for column in times)
+        refuse(table.path, f"has several columns of time, {names}; keep one, or --column time=NAME")
+    if arm:
+        return ARM, [times[0], *arm]
+    return TRUSS, [times[0], *truss]
+
+
+def _missing(table: RawTable, what: str, example: str) -> None:
+    quantity = example.split(" ")[0]
+    refuse(
+        table.path,
+        f"has no {what}, only {listed(table.headers)}; name it in the first row, as in "
+        f"'{example}', or write --column '{quantity}=HEADER [UNIT]'",
+    )
+
+
+def _check_finite(table: RawTable, column: Column, array: Array) -> None:
+    if array.size < LEAST_ROWS:
+        refuse(
+            table.path,
+            f"has {array.size} rows; give at least {LEAST_ROWS}, so that the motion between them "
+            "is known",
+        )
+    bad = np.flatnonzero(~np.isfinite(array))
+    if bad.size:
+        more = f" and {bad.size - 1} more" if bad.size > 1 else ""
+        refuse(
+            table.path,
+            f"has no finite number in '{column.header}' in {table.line_of(int(bad[0]))}{more}; "
+            "give a number there or leave the row out",
+        )
+
+
+def _check_times(table: RawTable, time: Array) -> None:
+    """Refuse times that do not increase."""
+    step = np.diff(time)
+    bad = np.flatnonzero(step <= 0)
+    if not bad.size:
+        return
+    row = int(bad[0]) + 1
+    what = "repeats" if step[row - 1] == 0 else "falls behind"
+    remedy = (
+        "keep one row an instant, and more digits if the times were rounded"
+        if step[row - 1] == 0
+        else "sort the rows by time, and keep one run a file"
+    )
+    refuse(
+        table.path,
+        f"has the time {time[row]:.9g} s in {table.line_of(row)}, which {what} that of the row "
+        f"before ({bad.size} such rows); {remedy}",
+    )
+
+
+def _check_units(table: RawTable, values: Sequence[tuple[Column, Array]]) -> None:
+    """Refuse angles whose size belongs to another unit; nothing is guessed in silence."""
+    for column, array in values:
+        if DIMENSIONS[column.quantity] != "angle":
+            continue
+        largest = float(np.abs(array).max()) / column.factor
+        stated = f"in {column.unit}" if column.unit else "without a unit, taken in rad"
+        if column.factor == 1.0 and largest > TURNED:
+            refuse(
+                table.path,
+                f"has angles up to {largest:.6g} in '{column.header}', {stated}: these look like "
+                "degrees; write the unit, as in 'angle [deg]', or mend the values",
+            )
+        if column.unit and 0 < np.degrees(float(np.abs(array).max())) < TURNED and largest < TURNED:
+            refuse(
+                table.path,
+                f"has angles of at most {largest:.6g} {column.unit} in '{column.header}': these "
+                "look like radians; write 'angle [rad]', or mend the values",
+            )
+
+
+def _merged(table: RawTable, values: Sequence[tuple[Column, Array]]) -> dict[str, Array]:
+    """One array a quantity; several columns of one have to agree."""
+    by_quantity: dict[str, list[tuple[Column, Array]]] = {}
+    for column, array in values:
+        by_quantity.setdefault(column.quantity, []).append((column, array))
+    for group in by_quantity.values():
+        for (first, a), (second, b) in pairwise(group):
+            miss, size = float(np.abs(a - b).max()), float(np.ptp(a)) or 1.0
+            if miss > SAME * size:
+                row = int(np.argmax(np.abs(a - b)))
+                refuse(
+                    table.path,
+                    f"contradicts itself: '{first.header}' and '{second.header}' differ by "
+                    f"{100 * miss / size:.3g} % of their range in {table.line_of(row)}; keep the "
+                    "right one, or mend its unit",
+                )
+    return {quantity: group[0][1] for quantity, group in by_quantity.items()}
+
+
+def _notes(table: RawTable, columns: Sequence[Column], time: Array) -> tuple[str, ...]:
+    step = np.diff(time)
+    even = np.ptp(step) <= 0.01 * np.median(step)
+    every = f"every {np.median(step):.4g} s" if even else f"unevenly, {np.median(step):.4g} s apart"
+    notes = [
+        f"read as {table.dialect}: {'; '.join(column.sentence for column in columns)}",
+        f"{time.size} rows {every}, {time[-1] - time[0]:.6g} s in all",
+    ]
+    if time[0] != 0:
+        notes.append(f"its time starts at {time[0]:.6g} s, which is taken as 0")
+    if not columns[0].unit and time[-1] - time[0] > LONGEST:
+        notes.append(
+            f"a duration of {time[-1] - time[0]:.6g} s is unusual: if the times are in ms, write "
+            "'time [ms]'"
+        )
+    return tuple(notes)

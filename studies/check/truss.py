@@ -1,0 +1,404 @@
+"""A profile of the truss held against caps, model, optimum and the paper's laws.
+
+Nothing of the profile is optimised. A cap counts as broken only if it is broken wherever within
+its bounds the true motion lies.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from models.laws import Law
+from ocp.arrays import Array
+from studies.check.optimum import OPTIMUM, optimum_of
+from studies.check.reading.profile import MeasuredProfile
+from studies.check.smoothing.recovery import sure
+from studies.check.truss_profile import TrussProfile, recover_truss
+from studies.common.console import Console, number
+from studies.common.folder import provenance
+from studies.common.result import Criterion, Result, Series, TableRow, Verdict, costs_elsewhere
+from studies.truss.bounds import lower_bounds
+from studies.truss.config import DEPLOYED, TrussStudy, as_dictionary
+from studies.truss.deployment import COLUMNS, Deployment, profile
+from studies.truss.laws import paper_laws
+from studies.truss.quantities import QUANTITIES
+from studies.truss.study import CAP_TOLERANCE, IMBALANCE, REST, cap_of, table_rows
+
+MISS = 1e-4  # [rad], 0.006 deg: what a profile of four to five digits leaves
+PROFILE = "profile"
+MOST_ROWS = 4000  # of the file that are kept for the figures
+ALIKE = 0.005  # relative: peaks that differ by less are called equal
+
+
+@dataclass(frozen=True)
+class PeakRange:
+    """A peak of the profile.
+
+    Attributes
+    ----------
+    value, time : of the recovered motion, and when it is taken [s].
+    low, high : least and greatest that it may be.
+    """
+
+    value: float
+    time: float
+    low: float
+    high: float
+
+    @property
+    def bound(self) -> float:
+        """By how much it may be wrong, relative to its value."""
+        size = abs(self.value) or 1.0
+        return max(self.high - self.value, self.value - self.low) / size
+
+
+def check_truss(
+    measured: MeasuredProfile,
+    study: TrussStudy,
+    stated: tuple[float, float] | None = None,
+    console: Console | None = None,
+    optimum: bool = True,
+) -> Result:
+    """Hold a profile against the caps and the model of a study.
+
+    Parameters
+    ----------
+    measured : MeasuredProfile
+    study : TrussStudy
+        Of the profile's own duration.
+    stated : (float, float), optional
+        Least and longest duration that the user asks for [s].
+    console : Console, optional
+        Where progress is said.
+    optimum : bool
+        Whether the optimum is put beside it.
+
+    Returns
+    -------
+    Result
+        Of the kind "check".
+
+    Raises
+    ------
+    StudyError
+        If its columns make no motion of this truss.
+    """
+    found = recover_truss(measured, study.truss)
+    deployment = Deployment(PROFILE, found.reachable(study.truss), study.truss)
+    ranges = peak_ranges(found, deployment)
+
+    beside: list[Deployment] = []
+    remark = ""
+    if optimum:
+        best, remark = optimum_of(study, console or Console())
+        beside = [] if best is None else [best]
+    beside += paper_laws(study.truss, measured.duration)
+
+    bounds = lower_bounds(study, None)
+    broken = {key: excess for key in QUANTITIES if (excess := _excess(study, key, ranges)) > 0}
+    table = _table(study, [deployment, *beside], bounds, broken)
+    checks = _criteria(study, found, deployment, ranges, broken, stated)
+    return Result(
+        kind="check",
+        question=f"Does the profile {measured.path.name} keep the caps of this study? "
+        f"{study.question}",
+        configuration=as_dictionary(study),
+        arrays=_series(found, deployment, beside),
+        table=table,
+        bounds=bounds,
+        verdict=_verdict(checks, ranges, beside),
+        checks=checks,
+        costs_elsewhere=costs_elsewhere(table),
+        remarks=(
+            *measured.notes,
+            *_about(found),
+            *([remark] if remark else []),
+            *comparison(table, ranges),
+        ),
+        details={
+            "profile_of": PROFILE,
+            "noise": found.recovered.noise._asdict() | {"of": found.source},
+            "bias_of_peak_acceleration_relative": found.recovered.bias,
+            "peaks": {key: dataclasses.asdict(peak) for key, peak in ranges.items()},
+        },
+        provenance=provenance(),
+    )
+
+
+def peak_ranges(found: TrussProfile, deployment: Deployment) -> dict[str, PeakRange]:
+    """Every peak of the profile with its bounds."""
+    truss, recovered = deployment.truss, found.recovered
+
+    def heights(law: Law, time: Array) -> dict[str, Array]:
+        history = Deployment("", found.reachable(truss, law), truss).histories(time)
+        return {key: _sign(key) * values for key, values in history.items()}
+
+    drawn = recovered.ranges(heights)
+    derivatives = ("peak-speed", "peak-acceleration", "peak-jerk")
+    proven = dict(zip(derivatives, recovered.proven, strict=True))
+
+    ranges = {}
+    for key, (value, time) in deployment.extremes.items():
+        low, high = value, value
+        if key in drawn:
+            low, high = sorted(_sign(key) * end for end in drawn[key])
+        elif recovered.fit is None and 0 < proven.get(key, 0.0) < value:
+            low = proven[key]
+        ranges[key] = PeakRange(value, time, min(low, value), max(high, value))
+    return ranges
+
+
+def _sign(key: str) -> float:
+    return -1.0 if QUANTITIES[key].kind == "least" else 1.0
+
+
+def _excess(study: TrussStudy, key: str, ranges: Mapping[str, PeakRange]) -> float:
+    """By how much a cap is broken for certain, relative; negative or zero where it is not."""
+    cap = cap_of(study, key)
+    if cap is None or key not in ranges:
+        return 0.0
+    if key == "least-tension":
+        force = ranges["peak-force"].value
+        excess = (cap - ranges[key].high) / force
+    else:
+        excess = ranges[key].low / cap - 1
+    return excess if excess > CAP_TOLERANCE else 0.0
+
+
+def _table(
+    study: TrussStudy,
+    laws: Sequence[Deployment],
+    bounds: Mapping[str, float],
+    broken: Mapping[str, float],
+) -> tuple[TableRow, ...]:
+    """The table, with the profile's own caps judged within its bounds."""
+    own = laws[0].name
+    rows = []
+    for row in table_rows(study, laws, bounds):
+        others = tuple(law for law in row.broken_by if law != own)
+        marked = (own, *others) if row.key in broken else others
+        rows.append(dataclasses.replace(row, broken_by=marked))
+    return tuple(rows)
+
+
+def _criteria(
+    study: TrussStudy,
+    found: TrussProfile,
+    deployment: Deployment,
+    ranges: Mapping[str, PeakRange],
+    broken: Mapping[str, float],
+    stated: tuple[float, float] | None,
+) -> tuple[Criterion, ...]:
+    held = [*_at_the_ends(study, found, ranges), *_within_reach(found)]
+    if stated is not None:
+        held.append(_duration(found, stated))
+    for key, peak in ranges.items():
+        cap = cap_of(study, key)
+        if cap is not None:
+            held.append(_cap(key, peak, cap, broken.get(key, 0.0)))
+
+    law = found.recovered.law.motion(np.linspace(0.0, deployment.law.duration, MOST_ROWS))
+    noisy = law.speed.min() < 0 or law.angle.max() > DEPLOYED
+    if not noisy:  # noise that was taken back has no energy of its own
+        imbalance = deployment.energies.imbalance
+        limit = IMBALANCE
+        held.append(Criterion("energy imbalance", "1", imbalance, limit, imbalance <= limit))
+    return tuple(held)
+
+
+def _at_most(name: str, unit: str, value: float, limit: float) -> Criterion:
+    return Criterion(name, unit, float(value), float(limit), bool(value <= limit))
+
+
+def _at_the_ends(
+    study: TrussStudy, found: TrussProfile, ranges: Mapping[str, PeakRange]
+) -> list[Criterion]:
+    """From rest to rest between the right angles, within what the noise leaves open."""
+    recovered = found.recovered
+    duration = recovered.law.duration
+    ends = recovered.law.motion(np.array([0.0, duration]))
+    wanted = ((0.0, study.truss.stowed_angle, "stowed"), (duration, DEPLOYED, "deployed"))
+
+    held = []
+    for place, (time, angle, word) in enumerate(wanted):
+        miss = abs(float(ends.angle[place]) - angle)
+        limit = MISS + recovered.deviation(time, 0)
+        held.append(_at_most(f"miss of the {word} angle", "rad", miss, limit))
+    rates = [("speed", 1, "rad/s", ends.speed, "peak-speed")]
+    if study.caps.jerk is not None:  # without a cap on jerk, zero acceleration means nothing
+        rates.append(("acceleration", 2, "rad/s^2", ends.acceleration, "peak-acceleration"))
+    for word, order, unit, values, key in rates:
+        place = int(np.argmax(np.abs(values)))
+        limit = REST * ranges[key].value + recovered.deviation((0.0, duration)[place], order)
+        worst = abs(float(values[place]))
+        held.append(_at_most(f"{word} at the {('start', 'end')[place]}", unit, worst, limit))
+    return held
+
+
+def _within_reach(found: TrussProfile) -> list[Criterion]:
+    """No motion backwards and none beyond the open truss, but for noise."""
+    recovered, time = found.recovered, found.measured.time
+    if recovered.fit is None:
+        angle, width = found.angle, np.full(time.size, MISS)
+        back = np.append(np.maximum.accumulate(angle)[:-1] - angle[1:], 0.0)
+        back_limit, unit, what = width * 1e-4, "rad", "backward motion"
+    else:
+        time, width = recovered.band(0)
+        _, back_limit = recovered.band(1)
+        motion = recovered.law.motion(time)
+        angle, back, unit, what = motion.angle, -motion.speed, "rad/s", "backward speed"
+        width = width + MISS
+
+    held = []
+    for name, size, value, limit in (
+        (what, unit, back, back_limit),
+        ("overshoot beyond 90 deg", "rad", angle - DEPLOYED, width),
+    ):
+        place = int(np.argmax(value - limit))
+        amount, allowed = max(float(value[place]), 0.0), float(limit[place])
+        passed = float(value[place]) <= allowed
+        words = "passed" if passed else "FAILED"
+        sentence = (
+            f"{words}: {name} of {amount:.3g} {size} at {time[place]:.5g} s (noise may make "
+            f"{allowed:.3g})"
+        )
+        held.append(Criterion(name, size, amount, allowed, passed, sentence))
+    return held
+
+
+def _duration(found: TrussProfile, stated: tuple[float, float]) -> Criterion:
+    low, high = stated
+    own, slack = found.measured.duration, found.measured.spacing / 2
+    passed = low - slack <= own <= high + slack
+    asked = f"{low:.6g} s" if low == high else f"{low:.6g} to {high:.6g} s"
+    word = "passed" if passed else "FAILED"
+    sentence = f"{word}: duration {own:.6g} s (asked for {asked})"
+    return Criterion("duration", "s", own, high, passed, sentence)
+
+
+def _cap(key: str, peak: PeakRange, cap: float, excess: float) -> Criterion:
+    quantity = QUANTITIES[key]
+    within = f", in [{peak.low:.6g}, {peak.high:.6g}]" if peak.high > peak.low else ""
+    value = f"{quantity.title} {peak.value:.6g} {quantity.unit} at {peak.time:.5g} s{within}"
+    if excess > 0:
+        sentence = f"FAILED: {value} (cap {cap:.6g}, broken by at least {100 * excess:.3g} %)"
+    else:
+        sentence = f"passed: {value} (cap {cap:.6g})"
+    return Criterion(quantity.title, quantity.unit, peak.value, cap, excess <= 0, sentence)
+
+
+def _about(found: TrussProfile) -> list[str]:
+    """What the noise is, what was done about it, and what that does to the peaks."""
+    recovered, unit = found.recovered, {"angle": "rad", "rope_length": "m"}[found.source]
+    noise, rest = recovered.noise, recovered.rest
+    lines = []
+    if recovered.fit is None:
+        seen = noise.deviation
+        lines.append(f"noise: none that matters ({seen:.1e} {unit}); {sure(recovered)}")
+    else:
+        rounded = f", at least the rounding to {noise.step:.3g} {unit}" if noise.step else ""
+        lines.append(
+            f"noise: {recovered.fit.noise:.3g} {unit} (standard deviation{rounded}); smoothed by a "
+            "quintic spline whose roughness follows from restricted maximum likelihood, "
+            f"{recovered.fit.freedom:.0f} effective parameters; bias of the peak acceleration "
+            f"about {100 * recovered.bias:+.2g} %; {sure(recovered)}"
+        )
+    words = ("moving", "at rest in speed", "at rest in speed and acceleration")
+    lines.append(f"the start is taken as {words[rest[0]]}, the end as {words[rest[1]]}")
+    return lines
+
+
+def comparison(table: Sequence[TableRow], ranges: Mapping[str, PeakRange]) -> list[str]:
+    """For each peak: how large, when, how sure, and how far from that of each other law."""
+    lines = []
+    for row in table:
+        peak = ranges.get(row.key)
+        if peak is None or not math.isfinite(peak.value):
+            continue
+        _, *others = row.values
+        beside = [_against(peak.value, row.values[law], law) for law in others]
+        sure_to = f" +- {100 * peak.bound:.2g} %" if peak.high > peak.low else ""
+        lines.append(
+            f"{row.title} {number(peak.value, 6)} {row.unit}{sure_to} at {peak.time:.5g} s: "
+            f"{', '.join(words for words in beside if words)}"
+        )
+    return lines
+
+
+def _against(value: float, other: float, law: str) -> str:
+    if not math.isfinite(other) or other == 0:
+        return ""
+    ratio = value / other - 1
+    if abs(ratio) < ALIKE:
+        return f"that of {law}"
+    return f"{abs(100 * ratio):.3g} % {'above' if ratio > 0 else 'below'} {law}"
+
+
+def _verdict(
+    checks: Sequence[Criterion], ranges: Mapping[str, PeakRange], beside: Sequence[Deployment]
+) -> Verdict:
+    failed = [check for check in checks if not check.passed]
+    peak = ranges["peak-acceleration"]
+    size = f"peak angular acceleration {peak.value:.4g} rad/s^2 +- {100 * peak.bound:.2g} %"
+    best = beside[0].values["peak-acceleration"]
+    size += f", {_against(peak.value, best, beside[0].name)}"
+    if not failed:
+        return Verdict("measured", f"measured: keeps all {len(checks)} checks; {size}")
+    first = failed[0].sentence.removeprefix("FAILED: ")
+    more = f" and {len(failed) - 1} more" if len(failed) > 1 else ""
+    return Verdict(
+        "measured", f"measured: breaks {len(failed)} of {len(checks)} checks: {first}{more}; {size}"
+    )
+
+
+def _series(
+    found: TrussProfile, deployment: Deployment, beside: Sequence[Deployment]
+) -> dict[str, Series]:
+    """The recovered profile, the file's rows, the bands, and the optimum for the figures."""
+    arrays = {
+        name: Series(COLUMNS[name][0], "time", values, COLUMNS[name][1])
+        for name, values in profile(deployment).items()
+    }
+    time = found.measured.time
+    kept = np.unique(np.linspace(0, time.size - 1, min(time.size, MOST_ROWS)).round().astype(int))
+    arrays |= _axis("rows", time[kept], {"angle": ("rad", found.angle[kept], "as in the file")})
+
+    recovered = found.recovered
+    if recovered.fit is not None:
+        instants, _ = recovered.band(0)
+        bands = {
+            name: (unit, recovered.band(order)[1], "half-width of the band that holds the truth")
+            for order, (name, unit) in enumerate(
+                (("angle", "rad"), ("speed", "rad/s"), ("acceleration", "rad/s^2"))
+            )
+        }
+        arrays |= _axis("band", instants, bands)
+    for other in beside:
+        if other.name == OPTIMUM:
+            arrays |= _axis(OPTIMUM, *_sampled(other))
+    return arrays
+
+
+def _sampled(deployment: Deployment) -> tuple[Array, dict[str, Any]]:
+    columns = profile(deployment)
+    names = ("angle", "angular_speed", "angular_acceleration", "angular_jerk")
+    return columns["time"], {
+        name: (*COLUMNS[name][:1], columns[name], "of the optimum") for name in names
+    }
+
+
+def _axis(
+    prefix: str, axis: Array, columns: Mapping[str, tuple[str, Array, str]]
+) -> dict[str, Series]:
+    """Series of a prefix along their own time."""
+    name = f"{prefix}/time"
+    series = {name: Series("s", name, axis, "since the start")}
+    for key, (unit, values, meaning) in columns.items():
+        series[f"{prefix}/{key}"] = Series(unit, name, values, meaning)
+    return series

@@ -1,0 +1,189 @@
+"""A profile of the truss: its angle from the columns there are, and the motion behind it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike
+
+from models.laws import AngularMotion, Law
+from models.truss import TrussParameters, angle_from_rope_length, rope_length
+from models.truss.kinematics import rope_speed
+from ocp.arrays import Array
+from studies.check.reading.profile import SAME, MeasuredProfile
+from studies.check.reading.raw_table import refuse
+from studies.check.smoothing.recovery import Recovered, recover
+from studies.truss.config import DEPLOYED
+
+BEYOND = 0.05  # of the rope's travel: lengths further outside are another rope's, or another unit's
+LEAST_ANGLE = 0.01  # [rad], below which the model's rope hardly moves; noise may reach it
+FAR_BEYOND = 0.5  # [rad] past both ends: an angle of something else
+
+
+@dataclass(frozen=True, eq=False)
+class ReachableLaw:
+    """A law with noise taken back to what the truss can do: at most open, the rope hauled in.
+
+    Attributes
+    ----------
+    law : any law.
+    forwards : whether negative speeds count as none, as pulley friction needs.
+    """
+
+    law: Law
+    forwards: bool
+
+    @property
+    def duration(self) -> float:
+        """T [s]."""
+        return self.law.duration
+
+    @property
+    def start_angle(self) -> float:
+        """At time 0 [rad]."""
+        return self.law.start_angle
+
+    @property
+    def end_angle(self) -> float:
+        """At T [rad]."""
+        return self.law.end_angle
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Those of the law."""
+        return self.law.breakpoints
+
+    def motion(self, time: ArrayLike) -> AngularMotion:
+        """Motion at times (m,) in [0, T]."""
+        motion = self.law.motion(time)
+        return AngularMotion(
+            time=motion.time,
+            angle=np.clip(motion.angle, LEAST_ANGLE, DEPLOYED),
+            speed=np.maximum(motion.speed, 0.0) if self.forwards else motion.speed,
+            acceleration=motion.acceleration,
+            jerk=motion.jerk,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class TrussProfile:
+    """A profile of the truss.
+
+    Attributes
+    ----------
+    measured : the file's content.
+    angle, scale : (m,) angles [rad], and the scatter of each over the noise.
+    source : "angle" or "rope_length", of which the noise is.
+    recovered : the motion behind it.
+    """
+
+    measured: MeasuredProfile
+    angle: Array
+    scale: Array
+    source: str
+    recovered: Recovered
+
+    def reachable(self, truss: TrussParameters, law: Law | None = None) -> ReachableLaw:
+        """The recovered law, or another one, as the model can take it."""
+        return ReachableLaw(law or self.recovered.law, truss.pulley_friction > 0)
+
+
+def recover_truss(measured: MeasuredProfile, truss: TrussParameters) -> TrussProfile:
+    """The motion behind a profile of the truss.
+
+    Raises
+    ------
+    StudyError
+        If angles or lengths cannot be this truss's, or contradict each other.
+    """
+    values = measured.values
+    from_rope = None
+    if "rope_length" in values:
+        from_rope = _angles_of(measured, values["rope_length"], truss)
+    if "angle" not in values:
+        assert from_rope is not None
+        angle, scale, source = *from_rope, "rope_length"
+    else:
+        angle, scale, source = values["angle"], np.ones(measured.time.size), "angle"
+        if from_rope is not None:
+            _check_agreement(measured, angle, values["rope_length"], truss)
+
+    _check_range(measured, angle)
+    return TrussProfile(measured, angle, scale, source, recover(measured.time, angle, scale))
+
+
+def _check_range(measured: MeasuredProfile, angle: Array) -> None:
+    low, high = float(angle.min()), float(angle.max())
+    if low < -FAR_BEYOND or high > DEPLOYED + FAR_BEYOND:
+        refuse(
+            measured.path,
+            f"has angles from {math.degrees(low):.4g} to {math.degrees(high):.4g} deg, but the "
+            "truss opens to 90 deg; mend the column or its unit",
+        )
+    if angle[-1] <= angle[0]:
+        refuse(
+            measured.path,
+            f"ends at {math.degrees(angle[-1]):.4g} deg, not beyond its start at "
+            f"{math.degrees(angle[0]):.4g} deg; give an opening, from stowed to deployed",
+        )
+
+
+def _lengths(truss: TrussParameters, angle: Array) -> Array:
+    return np.asarray(rope_length(truss, ca.DM(angle))).ravel()
+
+
+def _angles_of(
+    measured: MeasuredProfile, length: Array, truss: TrussParameters
+) -> tuple[Array, Array]:
+    """Angles (m,) of rope lengths, and how much a metre of noise turns each [rad/m]."""
+    longest, shortest = _lengths(truss, np.array([truss.stowed_angle, DEPLOYED]))
+    travel = longest - shortest
+    low, high = float(length.min()), float(length.max())
+    if low < shortest - BEYOND * travel or high > longest + BEYOND * travel:
+        _refuse_lengths(measured, (low, high), (shortest, longest))
+
+    # noise may ask for more rope than there is folded: there the tangent goes on
+    fold = truss.stowed_angle / 2
+    reach = np.minimum(length, _lengths(truss, np.array([fold]))[0])
+    angle = angle_from_rope_length(truss, reach)
+    slope = -np.asarray(rope_speed(truss, ca.DM(angle), 1.0)).ravel()
+    return angle - (length - reach) / slope, 1 / slope
+
+
+def _refuse_lengths(
+    measured: MeasuredProfile, found: tuple[float, float], rope: tuple[float, float]
+) -> None:
+    (low, high), (shortest, longest) = found, rope
+    hint = ""
+    for factor, unit in ((1e-3, "mm"), (1e3, "km"), (1e-2, "cm")):
+        if shortest * 0.9 < high * factor < longest * 1.1:
+            hint = f"; these look like {unit}: write 'rope_length [{unit}]'" * (unit != "km")
+            hint = hint or "; these look like m: write 'rope_length [m]'"
+    if not hint:
+        hint = "; one rope is meant; state the truss that it belongs to, or mend the column"
+    refuse(
+        measured.path,
+        f"has rope lengths from {low:.6g} to {high:.6g} m, but the rope of this truss is "
+        f"{longest:.6g} m long when stowed and {shortest:.6g} m when open{hint}",
+    )
+
+
+def _check_agreement(
+    measured: MeasuredProfile, angle: Array, length: Array, truss: TrussParameters
+) -> None:
+    """Refuse an angle and a rope length that belong to different motions."""
+    expected = _lengths(truss, np.clip(angle, LEAST_ANGLE, DEPLOYED))
+    miss, travel = np.abs(length - expected), float(np.ptp(expected)) or 1.0
+    # noise of single rows is none of a contradiction
+    if float(np.median(miss)) > SAME * travel:
+        row = int(np.argmax(miss))
+        refuse(
+            measured.path,
+            f"contradicts itself: at {measured.time[row]:.6g} s its angle of "
+            f"{math.degrees(angle[row]):.4g} deg belongs to a rope of {expected[row]:.6g} m on "
+            f"this truss, but its rope length is {length[row]:.6g} m; keep the right column, or "
+            "state the truss",
+        )
