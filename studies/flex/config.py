@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
@@ -12,7 +12,6 @@ from typing import Any, Literal
 from models.ancf.chain import Link
 from models.errors import ModelError
 from studies.common.configuration import (
-    Reader,
     boolean,
     check,
     choice,
@@ -23,10 +22,24 @@ from studies.common.configuration import (
     optional,
     positive,
     section,
-    table,
     whole,
 )
 from studies.common.exit_codes import StudyError
+from studies.flex.readers import (
+    AREA,
+    DENSITY,
+    FACTOR,
+    LENGTH,
+    MODULUS,
+    SECOND_MOMENT,
+    SECTION,
+    TIME,
+    limited,
+    named_tables,
+    numbers,
+    tables,
+    text,
+)
 
 KINDS = ("free", "locked", "angle", "torque")
 LAWS = ("linear", "step5", "bezier", "quintic")
@@ -36,76 +49,12 @@ SWEEPS = ("speed", "length", "modulus")
 Form = Literal["minimal", "index-1"]
 
 
-def numbers(least: int = 0, most: int | None = None) -> Reader:
-    """Reader of a list of finite numbers."""
-
-    def read(name: str, value: Any) -> tuple[float, ...]:
-        if isinstance(value, str) or not isinstance(value, Sequence) or len(value) < least:
-            raise StudyError(f"{name} is {value!r}; give a list of {least} or more numbers")
-        if most is not None and len(value) > most:
-            raise StudyError(f"{name} has {len(value)} numbers; give at most {most}")
-        return tuple(finite(f"{name}[{i}]", item) for i, item in enumerate(value))
-
-    return read
-
-
-def tables(kind: type[Any]) -> Reader:
-    """Reader of a list of tables, each a configuration of its own."""
-
-    def read(name: str, value: Any) -> tuple[Any, ...]:
-        if isinstance(value, str | Mapping) or not isinstance(value, Sequence) or not value:
-            raise StudyError(f"there is no {name}; give one or more tables [[{name}]]")
-        return tuple(_stated_table(kind, f"{name}[{i}]", item) for i, item in enumerate(value))
-
-    return read
-
-
-def named_tables(kind: type[Any]) -> Reader:
-    """Reader of tables with names of the user's own."""
-
-    def read(name: str, value: Any) -> dict[str, Any]:
-        items = table(name, value).items()
-        return {key: _stated_table(kind, f"{name}.{key}", item) for key, item in items}
-
-    return read
-
-
-def _stated_table(kind: type[Any], name: str, value: Any) -> Any:
-    """A configuration out of one of several tables; its sentences name which one."""
-    if isinstance(value, kind):
-        return value
-    raw = table(name, value)
-    for field in dataclasses.fields(kind):
-        optional_field = field.default is not dataclasses.MISSING
-        if not optional_field and field.name not in raw:
-            unit = field.metadata["key"].unit
-            raise StudyError(f"{name} has no {field.name}; give one in {unit}")
-    try:
-        return from_mapping(kind, raw, f"{name}.")
-    except StudyError as error:
-        kind_name = name.split("[")[0].split(".")[0]
-        text = str(error).removeprefix(f"{kind_name}.")
-        if text == str(error):
-            raise
-        raise StudyError(f"{name}.{text}") from error
-
-
-def _text(name: str, value: Any) -> str:
-    if not isinstance(value, str):
-        raise StudyError(f"{name} is {value!r}; give a text")
-    return value
-
-
-def _angle(name: str, value: Any) -> float:
-    return finite(name, value)
-
-
 @dataclass(frozen=True, kw_only=True)
 class MaterialCase:
     """A material, a table `[material.NAME]`."""
 
-    modulus: float = key(positive, "Pa", "Young's modulus")
-    density: float = key(positive, "kg/m^3", "density")
+    modulus: float = key(MODULUS, "Pa", "Young's modulus")
+    density: float = key(DENSITY, "kg/m^3", "density")
 
     def __post_init__(self) -> None:
         check(self, "material.")
@@ -121,33 +70,33 @@ class LinkCase:
         If a value is wrong, or the section or the material is stated in no way or in two.
     """
 
-    length: float = key(positive, "m", "length")
+    length: float = key(LENGTH, "m", "length")
     diameter: float | None = key(
-        optional(positive), "m", "outer one of a tube, with wall", default=None
+        optional(SECTION), "m", "outer one of a tube, with wall", default=None
     )
     wall: float | None = key(
-        optional(positive), "m", "thickness of the tube's wall; none is a rod", default=None
+        optional(SECTION), "m", "thickness of the tube's wall; none is a rod", default=None
     )
     width: float | None = key(
-        optional(positive), "m", "of a rectangle, across the plane, with height", default=None
+        optional(SECTION), "m", "of a rectangle, across the plane, with height", default=None
     )
     height: float | None = key(
-        optional(positive), "m", "of the rectangle, in the plane of motion", default=None
+        optional(SECTION), "m", "of the rectangle, in the plane of motion", default=None
     )
     area: float | None = key(
-        optional(positive), "m^2", "of any section, with second_moment", default=None
+        optional(AREA), "m^2", "of any section, with second_moment", default=None
     )
     second_moment: float | None = key(
-        optional(positive), "m^4", "of area, about the axis out of the plane", default=None
+        optional(SECOND_MOMENT), "m^4", "of area, about the axis out of the plane", default=None
     )
-    material: str | None = key(optional(_text), "", "name of a table [material.NAME]", default=None)
+    material: str | None = key(optional(text), "", "name of a table [material.NAME]", default=None)
     modulus: float | None = key(
-        optional(positive), "Pa", "Young's modulus, instead of material", default=None
+        optional(MODULUS), "Pa", "Young's modulus, instead of material", default=None
     )
     density: float | None = key(
-        optional(positive), "kg/m^3", "density, instead of material", default=None
+        optional(DENSITY), "kg/m^3", "density, instead of material", default=None
     )
-    end_mass: float = key(not_negative, "kg", "particle at the link's end", default=0.0)
+    end_mass: float = key(limited(not_negative), "kg", "particle at the link's end", default=0.0)
 
     def __post_init__(self) -> None:
         check(self, "link.")
@@ -194,30 +143,33 @@ class JointCase:
 
     kind: str = key(choice(KINDS), "", "free, locked, driven by angle or by torque", default="free")
     start_deg: float | None = key(
-        optional(_angle),
+        optional(finite),
         "deg",
         "angle at the start, from the link before (the x axis at the root), counter-clockwise; 0 "
         "unless stated or given by the law",
         default=None,
     )
     start_rate: float = key(
-        finite, "rad/s", "rate of that angle at the start, of a free or torque joint", default=0.0
+        limited(finite),
+        "rad/s",
+        "rate of that angle at the start, of a free or torque joint",
+        default=0.0,
     )
     law: str | None = key(
         optional(choice(LAWS)), "", "law of a driven joint, with turn_deg and over", default=None
     )
     turn_deg: float | None = key(optional(finite), "deg", "turn of that law", default=None)
     over: float | None = key(
-        optional(positive), "s", "time of that law; the duration unless stated", default=None
+        optional(TIME), "s", "time of that law; the duration unless stated", default=None
     )
     expression: str | None = key(
-        optional(_text),
+        optional(text),
         "",
         "instead: angle [rad] or torque [N m] in t [s], such as 0.5*sin(2*pi*t)",
         default=None,
     )
     csv: str | None = key(
-        optional(_text),
+        optional(text),
         "",
         "instead: a file with columns time [s] and angle or torque",
         default=None,
@@ -230,7 +182,7 @@ class JointCase:
         numbers(), "s", "times at which an expression or its derivative jumps", default=()
     )
     lock_time: float | None = key(
-        optional(positive), "s", "when the joint locks at the angle it has", default=None
+        optional(TIME), "s", "when the joint locks at the angle it has", default=None
     )
     latch_deg: float | None = key(
         optional(finite), "deg", "angle at which a latch catches the joint", default=None
@@ -275,6 +227,11 @@ class JointCase:
             raise StudyError(
                 f"{name} is {self.kind}, so its rate is not free; leave start_rate out"
             )
+        if self.latch_deg is not None and self.latch_deg == (self.start_deg or 0.0):
+            raise StudyError(
+                f"{name} starts at its latch, {self.latch_deg:g} deg; give another start_deg, or "
+                'kind = "locked"'
+            )
         if self.kind == "locked" and (self.lock_time or self.latch_deg is not None):
             raise StudyError(f"{name} is locked already; leave lock_time and latch_deg out")
         if self.kind == "angle" and self.latch_deg is not None:
@@ -295,7 +252,7 @@ class SweepCase:
         check(self, "sweep.")
         for name in SWEEPS:
             for value in getattr(self, name):
-                positive(f"sweep.{name}", value)
+                FACTOR(f"sweep.{name}", value)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -308,7 +265,7 @@ class FlexStudy:
         Naming the key, its value and the remedy.
     """
 
-    duration: float = key(positive, "s", "of the motion")
+    duration: float = key(TIME, "s", "of the motion")
     link: tuple[LinkCase, ...] = key(tables(LinkCase), "", "the links, from the root outward")
     joint: tuple[JointCase, ...] = key(
         tables(JointCase), "", "the joints, one at the start of each link"
@@ -320,7 +277,10 @@ class FlexStudy:
         numbers(2, 2), "m/s^2", "acceleration of gravity along x and y", default=(0.0, 0.0)
     )
     hub_inertia: float = key(
-        not_negative, "kg m^2", "inertia that turns with the first link's start", default=0.0
+        limited(not_negative),
+        "kg m^2",
+        "inertia that turns with the first link's start",
+        default=0.0,
     )
     damping_ratio: float = key(
         not_negative, "", "internal damping over critical at damping_frequency", default=0.0
@@ -349,7 +309,7 @@ class FlexStudy:
     samples: int = key(whole(11, 100_000), "", "even instants that are put out", default=1001)
     frequencies: int = key(whole(0, 20), "", "natural frequencies that are given", default=4)
     pace: float = key(
-        positive,
+        FACTOR,
         "",
         "multiple of the speed: all times are divided by it, torques of laws multiplied by its "
         "square",
@@ -374,6 +334,11 @@ class FlexStudy:
             )
         for i, joint in enumerate(self.joint):
             joint.check_kind(f"joint[{i}]")
+            if joint.lock_time is not None and joint.lock_time > self.duration:
+                raise StudyError(
+                    f"joint[{i}].lock_time is {joint.lock_time:g} s, after the motion's "
+                    f"{self.duration:g} s; give less, or more duration"
+                )
         assert self.links  # made once here, so that a link that cannot be is said early
 
     @cached_property

@@ -64,11 +64,14 @@ def test_the_presets_are_the_papers():
         ({"joint": [{}, {}]}, "joint[1] has no link"),
         ({"link": [LINK, LINK]}, "link[1] has no joint"),
         ({"link": [{**LINK, "diameter": 0.1}]}, "its section by diameter and area"),
-        ({"link": [{"length": 1.0, "area": 1e-4, "modulus": 1.0, "density": 1.0}]}, "half of area"),
+        (
+            {"link": [{"length": 1.0, "area": 1e-4, "modulus": 1e9, "density": 1e3}]},
+            "link[0] states half of area and second_moment; give both",
+        ),
         (
             {
                 "link": [
-                    {"length": 1.0, "diameter": 0.1, "wall": 0.06, "modulus": 1.0, "density": 1}
+                    {"length": 1.0, "diameter": 0.1, "wall": 0.06, "modulus": 1e9, "density": 1}
                 ]
             },
             "link[0].wall is 0.06 m, more than half",
@@ -106,6 +109,11 @@ def test_the_presets_are_the_papers():
             {"joint": [{"kind": "torque", "times": [0, 0.1, 0.2, 0.3], "values": [0, 1, 2, 3]}]},
             "its table ends at 0.3 s, before 1 s",
         ),
+        ({"link": [{**LINK, "length": 1e300}]}, "link[0].length is 1e+300; give a number from"),
+        ({"link": [{**LINK, "end_mass": 1e308}]}, "link[0].end_mass is 1e+308; give a number"),
+        ({"duration": 10**400}, "give a finite positive number"),
+        ({"joint": [{"latch_deg": 0.0}]}, "joint[0] starts at its latch, 0 deg"),
+        ({"joint": [{"lock_time": 2.0}]}, "joint[0].lock_time is 2 s, after the motion's 1 s"),
         ({"gravity": [0.0]}, "gravity is [0.0]; give a list of 2 or more numbers"),
         ({"duration": 0}, "duration is 0"),
         ({"sweep": {"speed": [0.0]}}, "sweep.speed is 0.0"),

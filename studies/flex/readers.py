@@ -1,0 +1,103 @@
+"""Readers of the values of a case: numbers that can be squared, lists, lists of tables."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from studies.common.configuration import Reader, finite, from_mapping, positive, table
+from studies.common.exit_codes import StudyError
+
+
+def numbers(least: int = 0, most: int | None = None) -> Reader:
+    """Reader of a list of finite numbers."""
+
+    def read(name: str, value: Any) -> tuple[float, ...]:
+        if isinstance(value, str) or not isinstance(value, Sequence) or len(value) < least:
+            raise StudyError(f"{name} is {value!r}; give a list of {least} or more numbers")
+        if most is not None and len(value) > most:
+            raise StudyError(f"{name} has {len(value)} numbers; give at most {most}")
+        return tuple(limited(finite)(f"{name}[{i}]", item) for i, item in enumerate(value))
+
+    return read
+
+
+def between(least: float, most: float) -> Reader:
+    """Reader of a positive number that the models can square and cube without overflow."""
+
+    def read(name: str, value: Any) -> float:
+        number = positive(name, value)
+        if not least <= number <= most:
+            raise StudyError(f"{name} is {number:g}; give a number from {least:g} to {most:g}")
+        return number
+
+    return read
+
+
+LENGTH, SECTION = between(1e-4, 1e5), between(1e-6, 1e3)  # [m]
+TIME = between(1e-6, 1e8)  # [s]
+MODULUS, DENSITY = between(1e3, 1e14), between(1e-3, 1e6)  # [Pa], [kg/m^3]
+AREA, SECOND_MOMENT = between(1e-12, 1e6), between(1e-24, 1e12)  # [m^2], [m^4]
+FACTOR = between(1e-4, 1e4)
+LARGEST = 1e12  # [kg, kg m^2, m/s^2, rad/s]
+
+
+def limited(read: Reader) -> Reader:
+    """Reader of a number whose size stays below what the models can square."""
+
+    def bounded(name: str, value: Any) -> float:
+        number = float(read(name, value))
+        if abs(number) > LARGEST:
+            raise StudyError(f"{name} is {number:g}; give a number of at most {LARGEST:g}")
+        return number
+
+    return bounded
+
+
+def tables(kind: type[Any]) -> Reader:
+    """Reader of a list of tables, each a configuration of its own."""
+
+    def read(name: str, value: Any) -> tuple[Any, ...]:
+        if isinstance(value, str | Mapping) or not isinstance(value, Sequence) or not value:
+            raise StudyError(f"there is no {name}; give one or more tables [[{name}]]")
+        return tuple(_stated_table(kind, f"{name}[{i}]", item) for i, item in enumerate(value))
+
+    return read
+
+
+def named_tables(kind: type[Any]) -> Reader:
+    """Reader of tables with names of the user's own."""
+
+    def read(name: str, value: Any) -> dict[str, Any]:
+        items = table(name, value).items()
+        return {key: _stated_table(kind, f"{name}.{key}", item) for key, item in items}
+
+    return read
+
+
+def _stated_table(kind: type[Any], name: str, value: Any) -> Any:
+    """A configuration out of one of several tables; its sentences name which one."""
+    if isinstance(value, kind):
+        return value
+    raw = table(name, value)
+    for field in dataclasses.fields(kind):
+        optional_field = field.default is not dataclasses.MISSING
+        if not optional_field and field.name not in raw:
+            unit = field.metadata["key"].unit
+            raise StudyError(f"{name} has no {field.name}; give one in {unit}")
+    try:
+        return from_mapping(kind, raw, f"{name}.")
+    except StudyError as error:
+        kind_name = name.split("[")[0].split(".")[0]
+        text = str(error).removeprefix(f"{kind_name}.")
+        if text == str(error):
+            raise
+        raise StudyError(f"{name}.{text}") from error
+
+
+def text(name: str, value: Any) -> str:
+    """A text."""
+    if not isinstance(value, str):
+        raise StudyError(f"{name} is {value!r}; give a text")
+    return value
