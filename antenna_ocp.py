@@ -7,15 +7,18 @@ says nothing of the kind. So this module, which nobody else's is likely to be ca
 
 from __future__ import annotations
 
+import os
+import signal
 import sys
-from importlib.util import find_spec
-from pathlib import Path
 
 PACKAGES = ("ocp", "models", "studies")
 
 
 def hiding_sentence() -> str:
     """Say which folder or file hides a package of this project; empty if none does."""
+    from importlib.util import find_spec
+    from pathlib import Path
+
     ours = Path(__file__).resolve().parent
     for package in PACKAGES:
         try:
@@ -38,15 +41,32 @@ def hiding_sentence() -> str:
     return ""
 
 
+def leave(number: int, frame: object) -> None:
+    """End the process at Ctrl-C, with one sentence, while packages are loaded.
+
+    An exception in the middle of an import may come out anywhere, as another error or not at all.
+    """
+    os.write(2, b"antenna-ocp: interrupted; nothing was computed yet\n")
+    os._exit(130)  # as `studies.common.exit_codes.ExitCode.INTERRUPTED`
+
+
+def listen() -> None:
+    """Let Ctrl-C raise KeyboardInterrupt from now on."""
+    if signal.getsignal(signal.SIGINT) is leave:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 def main() -> int:
     """Run the command with the words of the process; return its exit code."""
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # nor where it is ignored
+        signal.signal(signal.SIGINT, leave)
     sentence = hiding_sentence()
     if sentence:
         sys.stderr.write(f"antenna-ocp: {sentence}\n")
         return 2  # as `studies.common.exit_codes.ExitCode.BAD_INPUT`, which may be hidden
     from studies.cli import main as run  # not before it is known to be ours
 
-    return run()
+    return run(listen=listen)
 
 
 if __name__ == "__main__":

@@ -242,9 +242,9 @@ def _truss(given: Mapping[str, Any] | None) -> Answer:
     """One study of the truss, from all its starts, as its command does."""
     from studies.common.configuration import read_toml
     from studies.common.console import silent
+    from studies.truss.checks import criteria
     from studies.truss.config import study_from
     from studies.truss.search import Search
-    from studies.truss.study import criteria
 
     study = study_from(read_toml(MAIN_STUDY) if given is None else given)
     begin = time.process_time()

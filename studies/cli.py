@@ -9,13 +9,17 @@ from __future__ import annotations
 import argparse
 import importlib
 import os
+import signal
 import sys
 import tempfile
 import textwrap
+import threading
 import traceback
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from operator import attrgetter
+from types import FrameType
 from typing import Any, NoReturn
 
 from studies.common.console import Console
@@ -37,6 +41,7 @@ class Command:
     description : further sentences for its own `--help`.
     arguments : name of the function that adds its arguments to a parser.
     run : name of the function that carries it out.
+    loads : module that it needs and that takes long to load; loaded before Ctrl-C is listened to.
     """
 
     summary: str
@@ -44,6 +49,7 @@ class Command:
     description: str = ""
     arguments: str = "add_arguments"
     run: str = "run"
+    loads: str = ""
 
 
 # In the order of `--help`. A name of two words is a sub-command of a sub-command.
@@ -53,6 +59,7 @@ COMMANDS: Mapping[str, Command] = {
         "studies.truss.command",
         "Finds the optimal deployment of the ring truss under stated caps, compares it with the "
         "laws of the paper, verifies, draws and exports it.",
+        loads="studies.truss.study",
     ),
     "arm solve": Command(
         "a motion of the supporting arm that leaves it still",
@@ -61,6 +68,7 @@ COMMANDS: Mapping[str, Command] = {
         "included, and replays it on the full ANCF model, beside the paper's laws.",
         arguments="solve.add_arguments",
         run="solve.run",
+        loads="studies.arm.study",
     ),
     "arm baselines": Command(
         "an optimum of no higher peak torque beside each law",
@@ -69,6 +77,7 @@ COMMANDS: Mapping[str, Command] = {
         "higher peak torque beside each.",
         arguments="baselines.add_arguments",
         run="baselines.run",
+        loads="studies.arm.study",
     ),
     "arm least-duration": Command(
         "least durations that leave the arm still, of the optimum and each law",
@@ -77,6 +86,7 @@ COMMANDS: Mapping[str, Command] = {
         "the Bezier law's peak torque.",
         arguments="least_duration.add_arguments",
         run="least_duration.run",
+        loads="studies.arm.study",
     ),
     "arm sequence": Command(
         "big arm, locked dwell and small arm as one problem",
@@ -85,6 +95,7 @@ COMMANDS: Mapping[str, Command] = {
         "common peak torque in a total time, or least time under a torque cap.",
         arguments="sequence.add_arguments",
         run="sequence.run",
+        loads="studies.arm.study",
     ),
     "pareto arm": Command(
         "residual energy of the arm against the duration",
@@ -92,6 +103,7 @@ COMMANDS: Mapping[str, Command] = {
         "Sets what the smoothest motion and the smooth laws leave against the duration.",
         arguments="trade_off.add_arguments",
         run="trade_off.run",
+        loads="studies.arm.study",
     ),
     "robust": Command(
         "a motion of the arm that stands a spread of stiffness or tip mass",
@@ -102,6 +114,7 @@ COMMANDS: Mapping[str, Command] = {
         "5 if a tenth more torque does not bring the worst residual to a fifth.",
         arguments="robust.add_arguments",
         run="robust.run",
+        loads="studies.arm.study",
     ),
     "flex": Command(
         "any chain of flexible links, its joints free, locked or driven",
@@ -118,6 +131,7 @@ COMMANDS: Mapping[str, Command] = {
         "if there is any, evaluates it between its rows on the model of the truss or of the arm, "
         "and sets it beside the optimum of the same duration and caps and the paper's laws. Names "
         "every check and cap that fails, by how much, and when.",
+        loads="studies.truss.study",
     ),
     "report": Command(
         "what a results folder says, or its figures drawn again",
@@ -178,12 +192,24 @@ FORMER_FLAGS: Mapping[str, Mapping[str, str]] = {
 LATER = ("sweep", "codesign", "mission")  # known, but not built yet
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command with `arguments` (those of the process by default); return its exit code."""
+def main(
+    arguments: Sequence[str] | None = None, listen: Callable[[], object] = lambda: None
+) -> int:
+    """Run the command; return its exit code.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        The words after its name; those of the process by default.
+    listen : callable
+        Called when all that takes long to load is loaded, so that Ctrl-C may be listened to.
+    """
     console = Console()
     try:
         options, run = parse(sys.argv[1:] if arguments is None else arguments)
-        return int(run(options, console))
+        listen()
+        with stops_heard():
+            return int(run(options, console))
     except StudyError as error:
         console.complain(str(error))
         return int(error.exit_code)
@@ -195,6 +221,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return int(ExitCode.OK)
     except Exception as error:
         return _report_defect(error, console)
+
+
+@contextmanager
+def stops_heard() -> Iterator[None]:
+    """Let SIGTERM end a run as Ctrl-C does, with what was found kept."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # signals are the main thread's
+        return
+
+    def as_ctrl_c(number: int, frame: FrameType | None) -> None:
+        signal.raise_signal(signal.SIGINT)
+
+    former = signal.signal(signal.SIGTERM, as_ctrl_c)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, former)
 
 
 def parse(words: Sequence[str]) -> tuple[argparse.Namespace, Run]:
@@ -223,6 +266,8 @@ def parse(words: Sequence[str]) -> tuple[argparse.Namespace, Run]:
     options, unknown = parser.parse_known_args(rest)
     if unknown:
         raise StudyError(_unknown_argument(unknown[0], parser))
+    if COMMANDS[name].loads:
+        importlib.import_module(COMMANDS[name].loads)
     return options, _named(COMMANDS[name].module, COMMANDS[name].run)
 
 

@@ -9,7 +9,7 @@ from models.laws import least_peak_acceleration
 from models.truss import DYNAMIC_SET
 from studies.common.console import number
 from studies.truss.config import DEPLOYED, law_jerk
-from studies.truss.laws import paper_laws
+from studies.truss.motions.laws import paper_laws
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text("utf-8")

@@ -17,6 +17,7 @@ Row = Mapping[str, Any]
 # One line a show: its name, and the module that has what a `Show` has.
 SHOWS = {
     "truss-random": "benchmarks.shows.truss_random",
+    "truss-words": "benchmarks.shows.truss_words",
 }
 
 

@@ -1,14 +1,18 @@
 """The show "truss-random": studies of random trusses, each run as a user would run it.
 
-Every case draws a truss, an objective, a duration and a jerk cap, and calls `antenna-ocp truss` in
-a process of its own with a results folder, figures included. What counts is how the command ends:
-with which exit code, with which verdict, and whether it ever shows a traceback.
+Every case draws a truss, an objective, a duration, a jerk cap and in half of the cases another cap,
+and calls `antenna-ocp truss` in a process of its own with a results folder. The other cap is a
+multiple of the value that the optimum has without it. What counts is how the command ends: with
+which exit code and verdict, whether it ever shows a traceback, whether `antenna-ocp check` passes
+the profile that it wrote, whether a baseline within the caps is better, and what an exit code 3
+rests on.
 """
 
 from __future__ import annotations
 
 import math
 import re
+import resource
 import shutil
 import subprocess
 import sys
@@ -25,10 +29,11 @@ from models.errors import ModelError
 from models.truss import TrussParameters
 from studies.common.console import Table, number
 from studies.common.exit_codes import ExitCode
+from studies.common.result import Result
 from studies.truss.quantities import OBJECTIVES
 
 LINE = "random studies of the truss by the command: exit codes, verdicts, tracebacks"
-LIMIT = 1800.0  # [s]; a study from five starts takes about half a minute on an idle core
+LIMIT = 1200.0  # [s]; a study from five starts takes about half a minute on an idle core
 
 DURATIONS = (2.0, 600.0)  # T [s], log-uniform
 FRICTION = (0.0, 0.05)  # mu [-]
@@ -39,7 +44,21 @@ NO_JERK_CAP = 0.3  # share of the studies without one
 JERK_CAPS = (40.0, 1000.0)  # times 1/T^3 [rad], log-uniform; below 46 no motion deploys in T
 ACCELERATION_CAPS = (6.0, 40.0)  # times 1/T^2 [rad], where nothing else bounds the time from below
 SHORTEST = 0.1  # of T, where the duration is free
+OTHER_CAPS = {"speed": "peak-speed", "acceleration": "peak-acceleration", "force": "peak-force"}
+OTHER_CAP = 0.5  # share of the studies that have one
+FACTORS = (0.8, 3.0)  # of the value without it, log-uniform
+NO_WORSE = 1e-4  # relative to a baseline within the caps: two values of one optimum
 WELL_ENDED = (ExitCode.OK, ExitCode.INFEASIBLE)
+
+# What an exit code 3 may rest on: the words of a proof, and its name.
+PROOFS = {
+    "no motion is best": "phase plane: a limit that no motion attains",
+    "(phase plane, global)": "phase plane",
+    "the least feasible cap is 32 D/T^3": "closed form of the least jerk",
+    "they need at least": "closed form of the least time",
+    "statics": "equilibrium at rest",
+    "a least tension of": "equilibrium at rest",
+}
 
 # What no user should ever see: a traceback, our own last resort, an error's or a warning's bare
 # name at the start of a line or behind a place in a file.
@@ -79,6 +98,11 @@ def question(seed: int, index: int) -> Question:
     else:
         command += ["--duration", f"{SHORTEST * duration:g}..{duration:g}"]
         command += _cap_of_the_fastest(rng, duration, multiple)
+
+    # drawn last, so that it changes nothing of what is drawn before
+    drawn = rng.random() < OTHER_CAP
+    cap = str(rng.choice([name for name in OTHER_CAPS if OTHER_CAPS[name] != objective]))
+    factor = _rounded(_log_uniform(rng, *FACTORS))
     return {
         "objective": objective,
         "duration": duration,
@@ -86,6 +110,8 @@ def question(seed: int, index: int) -> Question:
         "modules": modules,
         "lengths": lengths,
         "jerk_multiple": multiple,
+        "other_cap": cap if drawn else None,
+        "factor": factor if drawn else None,
         "command": command,
     }
 
@@ -130,12 +156,49 @@ def _rounded(value: float) -> float:
 
 
 def answer(question: Question, folder: Path) -> Row:
-    """Run the command; what it printed is kept, and its results where it did not end well."""
-    results = folder / "study"
+    """Run the command; what it printed is kept, and its results where it did not end well.
+
+    A study with another cap is run without it first: the cap is a multiple of what came out.
+    """
+    command, cap = list(question["command"]), question.get("other_cap")
+    limit, uncapped = None, None
+    if cap is not None:
+        first = folder / "without the cap"
+        uncapped = _run([*command, "--starts", "bezier"], first, folder / "printed_without.txt")[0]
+        if uncapped == ExitCode.OK:
+            value = Result.load(first).value(OTHER_CAPS[cap])
+            limit = _rounded(question["factor"] * value)
+            command += [f"--{cap}-cap", f"{limit:g}"]
+
+    results, begin = folder / "study", resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    code, printed = _run(command, results, folder / "printed.txt")
+    processor = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - begin
+
+    row = {
+        "code": code,
+        "processor": processor,
+        "cap_value": limit,
+        "code_without_cap": uncapped,
+        "files": sum(1 for _ in results.iterdir()) if results.is_dir() else 0,
+        **read_output(printed),
+        **_held_against(results, folder / "printed_check.txt", code, printed),
+    }
+    if code in WELL_ENDED:
+        for place in (results, folder / "without the cap"):
+            shutil.rmtree(place, ignore_errors=True)
+    return row
+
+
+def _run(command: Sequence[str], results: Path, printed: Path) -> tuple[int, str]:
+    """Run a study in a process of its own; its exit code and all that it printed."""
     shutil.rmtree(results, ignore_errors=True)  # of an earlier try that was killed
-    words = [sys.executable, "-m", "studies.cli", *question["command"]]
+    return run_command([*command, "--no-figures", "--results", str(results)], printed)
+
+
+def run_command(command: Sequence[str], printed: Path) -> tuple[int, str]:
+    """Run the command in a process of its own; its exit code and all that it printed."""
     ended = subprocess.run(
-        [*words, "--results", str(results)],
+        [sys.executable, "-m", "studies.cli", *command],
         cwd=ROOT,
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
@@ -143,12 +206,35 @@ def answer(question: Question, folder: Path) -> Row:
         text=True,
         check=False,
     )
-    (folder / "printed.txt").write_text(ended.stdout, "utf-8")
+    printed.write_text(ended.stdout, "utf-8")
+    return ended.returncode, ended.stdout
 
-    files = sum(1 for _ in results.iterdir()) if results.is_dir() else 0
-    if ended.returncode in WELL_ENDED:
-        shutil.rmtree(results, ignore_errors=True)
-    return {"code": ended.returncode, "files": files, **read_output(ended.stdout)}
+
+def _held_against(results: Path, file: Path, code: int, printed: str) -> dict[str, Any]:
+    """What an ending has to stand: the check of its own profile, the baselines, its proof."""
+    held: dict[str, Any] = {"check": None, "beaten_by": "", "proof": ""}
+    if code == ExitCode.INFEASIBLE:
+        held["proof"] = next((name for words, name in PROOFS.items() if words in printed), "")
+    if code != ExitCode.OK:
+        return held
+    profile, study = results / "profile.csv", results / "input.toml"
+    held["check"] = run_command(["check", str(profile), str(study)], file)[0]
+    held["beaten_by"] = ", ".join(beaten_by(Result.load(results)))
+    return held
+
+
+def beaten_by(result: Result) -> list[str]:
+    """Names of the baselines that keep all caps and are better in what is minimised."""
+    own, *others = result.laws
+    breaking = {law for row in result.table for law in row.broken_by}
+    return [
+        law
+        for row in result.table
+        for law in others
+        if row.minimised
+        and law not in breaking
+        and row.values[law] < row.values[own] * (1 - NO_WORSE)
+    ]
 
 
 def read_output(text: str) -> dict[str, Any]:
@@ -170,7 +256,7 @@ def read_output(text: str) -> dict[str, Any]:
 
 
 def tables(rows: Sequence[Row]) -> list[Table]:
-    """Return each study in a row, and how many ended how."""
+    """Return each study in a row, how many ended how, and how long they took."""
     head = (
         "case",
         "objective",
@@ -178,21 +264,26 @@ def tables(rows: Sequence[Row]) -> list[Table]:
         "mu",
         "modules",
         "jerk T^3",
+        "other cap",
         "code",
         "value",
-        "seconds",
+        "CPU [s]",
+        "check",
+        "beaten by",
         "traceback",
-        "verdict or reason",
+        "verdict, proof or reason",
     )
     cells = [_cells(row) for row in rows]
     note = "value: of the objective, SI units; what each command printed is in its case's folder."
     studies = Table("Random studies of the truss", head, cells, (note,))
-    return [studies, _totals(rows)]
+    return [studies, _totals(rows), _promises(rows)]
 
 
 def _cells(row: Row) -> tuple[str, ...]:
     failure = row["failure"]
-    reason = failure or row["verdict"] or row["complaint"]
+    reason = failure or row["verdict"] or row.get("proof") or row["complaint"]
+    cap = f"{row['other_cap']} x {row['factor']:g}" if row.get("other_cap") else "-"
+    check = row.get("check")
     return (
         str(row["index"]),
         row["objective"],
@@ -200,12 +291,53 @@ def _cells(row: Row) -> tuple[str, ...]:
         number(row["friction"], 3),
         str(row["modules"]),
         number(row["jerk_multiple"], 4),
+        cap,
         "-" if failure else str(row["code"]),
         number(None if failure else row["value"], 6),
-        f"{row['seconds']:.1f}",
+        number(None if failure else row.get("processor"), 3),
+        "-" if check is None else str(check),
+        row.get("beaten_by") or "-",
         "-" if failure else ("YES" if row["traceback"] else "no"),
         reason[:60],
     )
+
+
+def _promises(rows: Sequence[Row]) -> Table:
+    """What is promised of all studies, and how many keep it."""
+    done = [row for row in rows if not row["failure"]]
+    solved = [row for row in done if row["code"] == ExitCode.OK]
+    refused = [row for row in done if row["code"] == ExitCode.INFEASIBLE]
+    seconds = [row["processor"] for row in done if row.get("processor") is not None]
+    middle, most, worst = np.percentile(seconds, (50, 95, 100)) if seconds else [math.nan] * 3
+    unsure = sum(row["code"] in (ExitCode.NOT_SOLVED, ExitCode.NOT_VERIFIED) for row in done)
+
+    def share(part: int, whole: Sequence[Row]) -> str:
+        return f"{part} of {len(whole)}"
+
+    cells = [
+        ("no answer within the limit", share(len(rows) - len(done), rows)),
+        ("exit 70 or a traceback", share(sum(_broke(row) for row in done), done)),
+        ("exit 0, and its profile passes", share(sum(r.get("check") == 0 for r in solved), solved)),
+        ("exit 0, and a baseline is better", share(sum(_beaten(r) for r in solved), solved)),
+        ("exit 3, and its proof is named", share(sum(_proven(r) for r in refused), refused)),
+        ("exits 4 and 5", share(unsure, done)),
+        ("CPU seconds: median", f"{middle:.3g}"),
+        ("CPU seconds: 95 %", f"{most:.3g}"),
+        ("CPU seconds: worst", f"{worst:.3g}"),
+    ]
+    return Table("What is promised", ("", "found"), cells)
+
+
+def _broke(row: Row) -> bool:
+    return bool(row["traceback"]) or row["code"] == ExitCode.INTERNAL
+
+
+def _beaten(row: Row) -> bool:
+    return bool(row.get("beaten_by"))
+
+
+def _proven(row: Row) -> bool:
+    return bool(row.get("proof"))
 
 
 def _totals(rows: Sequence[Row]) -> Table:

@@ -37,6 +37,7 @@ from studies.paper.listing import HEAD as ROW_HEAD
 from studies.paper.listing import assumption_rows, cells, errata_rows
 from studies.paper.study import entries_of
 from studies.truss import TrussStudy
+from studies.truss.limits import PLAUSIBLE, VERIFICATION
 
 SECTION = re.compile(r"^(?:Attributes|Parameters)\n-+\n(.*?)(?=\n\n\S[^\n]*\n-+\n|\Z)", re.M | re.S)
 FIELD = re.compile(r"^(\w+(?:, \w+)*) : (.*(?:\n[ ]+.*)*)", re.M)
@@ -222,6 +223,24 @@ def _cells(texts: Iterable[str]) -> tuple[str, ...]:
     return tuple(map(_markdown, texts))
 
 
+def truss_limits() -> str:
+    """What passes a check of the truss, and why."""
+    rows = [
+        (what, f"{limit.value:g} {limit.unit}", _markdown(limit.reason))
+        for what, limit in VERIFICATION.items()
+    ]
+    return table(("what is checked", "at most", "why"), rows)
+
+
+def truss_ranges() -> str:
+    """What numbers a study of the truss takes, and why."""
+    rows = [
+        (f"`{key}`", f"{r.low:g} to {r.high:g} {r.unit}".strip(), _markdown(r.reason))
+        for key, r in PLAUSIBLE.items()
+    ]
+    return table(("key", "from, to", "why"), rows)
+
+
 GENERATED = {
     "truss_parameters": lambda: parameter_table(TrussParameters),
     "joint_masses": lambda: parameter_table(JointMasses),
@@ -234,6 +253,8 @@ GENERATED = {
     "paper_errata": paper_errata,
     "paper_assumptions": paper_assumptions,
     "paper_rows": paper_rows,
+    "truss_limits": truss_limits,
+    "truss_ranges": truss_ranges,
     "commands": commands,
     "exit_codes": exit_code_table,
 }

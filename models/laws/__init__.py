@@ -2,12 +2,13 @@
 
 `motion` says what a law is and finds its peaks. The paper's laws are `step5` and `bezier`;
 `jerk_limited` has the least peak acceleration under a jerk cap, by the bounds of `bounds`.
-`piecewise` and `tabulated` state laws by polynomials or by points, and `simple` has laws that
-serve as guesses.
+`piecewise`, `tabulated` and `hermite` state laws by polynomials, by points or by rows with rates,
+and `simple` has laws that serve as guesses.
 """
 
 from models.laws.bezier import PAPER_POINTS, Bezier, pinned
 from models.laws.bounds import least_jerk_cap, least_peak_acceleration
+from models.laws.hermite import Hermite
 from models.laws.jerk_limited import JerkLimited
 from models.laws.motion import AngularMotion, Law, Peaks, peaks
 from models.laws.piecewise import Piecewise, constant_acceleration, constant_jerk, linear_jerk
@@ -20,6 +21,7 @@ __all__ = [
     "AngularMotion",
     "Bezier",
     "Dwell",
+    "Hermite",
     "JerkLimited",
     "Law",
     "Peaks",

@@ -149,9 +149,10 @@ def angle_from_rope_length(parameters: TrussParameters, length: ArrayLike) -> Ar
     # At either end of the reach crank and link are in line, and rounding may pass it.
     reached = np.all((e >= (d - c) * (1 - 1e-12)) & (e <= (d + c) * (1 + 1e-12)))
     low, high = 2 * n * (b + d - c), 2 * n * (b + d + c)
+    worst = float(np.ravel(length)[np.argmax(np.abs(np.ravel(e) - d))])
     require(
         bool(reached),
-        f"rope length {length!r} m is out of reach; give lengths from {low:g} to {high:g} m.",
+        f"the rope length {worst:g} m is out of reach; give lengths from {low:g} to {high:g} m.",
     )
 
     cosine = (e**2 + c**2 - d**2) / (2 * e * c)

@@ -25,7 +25,7 @@ from ocp.analysis.worker_processes import (
     solved_in_processes,
     unverified_answer,
 )
-from ocp.errors import Interrupted, OcpError, StatementError, Unverified
+from ocp.errors import BudgetSpent, Interrupted, OcpError, StatementError, Unverified
 from ocp.keywords import checked_keywords
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.interrupts import noted_interrupts
@@ -93,6 +93,8 @@ def audit(
     value: Callable[[Problem, Solution], float] | None = None,
     same: float | None = None,
     failures: tuple[type[Exception], ...] = (),
+    seconds: float | None = None,
+    known: Mapping[str, Trial | Callable[[], Trial | None]] | None = None,
     progress: Progress | bool | None = None,
     finished: Callable[[Trial], None] | None = None,
 ) -> Audit:
@@ -129,6 +131,13 @@ def audit(
         times the tolerance on the objective, and then the motions have to agree too.
     failures : tuple of exception classes
         Further errors that count as the failure of a start, for functions that give one.
+    seconds : float, optional
+        Budget of all starts together [s].  Each start may take what is left, and those for which
+        nothing is left are left out.  A start that it cuts short gives the best mesh iteration that it
+        finished, if that passes its verification.
+    known : mapping of name to Trial, optional
+        What came of starts in an earlier run, or functions that give it when its turn comes.
+        They are not solved again, but where a function gives None.
     progress : bool or callable, optional
         As of `ocp.solve`, each line with the start that it is about.
     finished : function of Trial, optional
@@ -149,7 +158,10 @@ def audit(
     if workers > 1:
         leave_if_imported_again()
     limit = _Bound(bound, bound_gap)
-    search = _Search(problem, settings, value, limit.number, (OcpError, *failures))
+    until = None if seconds is None else clock.perf_counter() + _positive("seconds", seconds)
+    search = _Search(
+        problem, settings, value, limit.number, (OcpError, *failures), until, dict(known or {})
+    )
 
     with shown(progress) as say:
         trials, interrupted = _trials(search, named, workers, limit, say, finished)
@@ -185,6 +197,13 @@ def _trials(
     finally:
         running.close()
     return trials, interrupted
+
+
+def _positive(name: str, value: float) -> float:
+    """A positive number of seconds."""
+    if not (math.isfinite(value) and value > 0):
+        raise StatementError(f"the budget '{name}' is {value!r}; give a positive number")
+    return value
 
 
 def _named_starts(
@@ -250,6 +269,8 @@ class _Search:
     Attributes
     ----------
     failures : errors that end a start and nothing more.
+    until : end of the budget on the clock [s].
+    known : trials of an earlier run, by name.
     """
 
     problem: Problem | None
@@ -257,12 +278,36 @@ class _Search:
     value: Callable[[Problem, Solution], float] | None
     bound: float | None
     failures: tuple[type[Exception], ...]
+    until: float | None
+    known: Mapping[str, Trial | Callable[[], Trial | None]]
+
+    def earlier(self, name: str) -> Trial | None:
+        """What came of a start in an earlier run."""
+        known = self.known.get(name)
+        return known() if callable(known) else known
+
+    def left(self) -> float:
+        """What is left of the budget [s]."""
+        return math.inf if self.until is None else self.until - clock.perf_counter()
+
+    def within(self, seconds: float) -> Settings:
+        """The settings of a start that may take so long, and no longer than they say."""
+        own = math.inf if self.settings.seconds is None else self.settings.seconds
+        least = min(own, seconds)
+        return self.settings if math.isinf(least) else replace(self.settings, seconds=least)
 
     def in_turn(
         self, named: Mapping[str, StartLike], say: Progress | None
     ) -> Generator[tuple[Trial, bool]]:
         """Trials one after the other, each with whether the user has asked to stop."""
         for number, (name, start) in enumerate(named.items(), start=1):
+            earlier = self.earlier(name)
+            if earlier is not None:
+                yield earlier, False
+                continue
+            left = self.left()
+            if left <= 0.0:
+                return
             prefix = f"start {number} of {len(named)} ({name}): "
             told = partial(_prefixed, say, prefix) if say else None
             begin = clock.perf_counter()
@@ -274,7 +319,7 @@ class _Search:
                     problem, guess = self._resolved(name, start)
                     solution = solve(
                         problem,
-                        settings=self.settings,
+                        settings=self.within(left),
                         guess=guess,
                         bound=self.bound,
                         progress=told,
@@ -287,7 +332,10 @@ class _Search:
             # what comes too late to stop this start leaves out those after it
             stopped = isinstance(error, Interrupted)
             stopped = stopped or (interrupts.asked and number < len(named))
-            if isinstance(error, Interrupted) and problem is not None:
+            # what was cut short by the budget of all starts is worth as much as what was stopped
+            cut_short = isinstance(error, BudgetSpent) and self.left() <= 0.0
+            if problem is not None and (cut_short or isinstance(error, Interrupted)):
+                assert isinstance(error, (BudgetSpent, Interrupted))
                 solution, error = self._rescued(problem, error, told)
             yield self._trial(name, solution, error, clock.perf_counter() - begin), stopped
 
@@ -297,13 +345,18 @@ class _Search:
         """Trials in the order of the starts, solved in processes of their own."""
         jobs: list[tuple[str, Problem, Guess] | Trial] = []
         for name, start in named.items():
+            earlier = self.earlier(name)
+            if earlier is not None:
+                jobs.append(earlier)
+                continue
             try:
                 jobs.append((name, *self._resolved(name, start)))
             except self.failures as failure:
                 jobs.append(Trial(name, None, failure, math.nan, 0.0))
 
         sent = [job[1:] for job in jobs if not isinstance(job, Trial)]
-        with closing(solved_in_processes(sent, self.settings, self.bound, workers)) as answers:
+        settings = self.within(self.left())
+        with closing(solved_in_processes(sent, settings, self.bound, workers)) as answers:
             for job in jobs:
                 if isinstance(job, Trial):
                     yield job, False
@@ -327,7 +380,7 @@ class _Search:
         return self.problem, given
 
     def _rescued(
-        self, problem: Problem, stop: Interrupted, told: Progress | None
+        self, problem: Problem, stop: Interrupted | BudgetSpent, told: Progress | None
     ) -> tuple[Solution | None, Exception | None]:
         """What a stopped start had reached, and why it does not count if it does not."""
         try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from ocp.errors import Interrupted, OcpError
+from ocp.errors import BudgetSpent, Interrupted, OcpError
 from ocp.mesh.mesh import Mesh, PhaseMesh
 from ocp.mesh.trajectory import Trajectory
 from ocp.problem.problem import Problem
@@ -19,7 +19,7 @@ from ocp.solve import solve
 
 def rescued(
     problem: Problem,
-    stop: Interrupted,
+    stop: Interrupted | BudgetSpent,
     *,
     settings: Settings | None = None,
     constants: Mapping[Constant, float] | None = None,
@@ -27,11 +27,13 @@ def rescued(
 ) -> Solution | None:
     """The best mesh iteration of a stopped solve, solved once more on its own mesh and verified.
 
+    A budget of seconds does not hold for that: it is one mesh, from its own solution.
+
     Parameters
     ----------
     problem : Problem
         The one that was solved.
-    stop : Interrupted
+    stop : Interrupted or BudgetSpent
         The error of that solve.
     settings, constants, progress : optional
         As they were given to `ocp.solve`.
@@ -47,7 +49,7 @@ def rescued(
     Interrupted
         When the user stops this too.
     """
-    reached = stop.verified or stop.finished
+    reached = getattr(stop, "verified", None) or stop.finished
     if not isinstance(reached, Trajectory):
         return None
     mesh = Mesh(tuple(PhaseMesh(phase.fractions, phase.degrees) for phase in reached.phases))
@@ -56,7 +58,7 @@ def rescued(
     try:
         return solve(
             problem,
-            settings=replace(settings, refinement=fixed),
+            settings=replace(settings, refinement=fixed, seconds=None),
             guess=reached,
             mesh=mesh,
             constants=constants,

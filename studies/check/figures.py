@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from models.laws import Hermite
 from ocp.arrays import Array
 from studies.common.drawing import label_axes, legend_below
 from studies.common.result import Result
 from studies.truss.config import TrussStudy, study_from
-from studies.truss.deployment import Deployment
 from studies.truss.figures import (
     force_figure,
     label_times,
@@ -24,7 +24,8 @@ from studies.truss.figures import (
     styled,
     times,
 )
-from studies.truss.laws import SampledLaw, paper_laws, stored_law
+from studies.truss.motions.deployment import Deployment
+from studies.truss.motions.laws import BEFORE, RATES, paper_laws, stored_law
 
 OPTIMUM = "optimal"
 SHADE = 0.25  # of a band
@@ -55,10 +56,8 @@ def deployments_of(
     law = stored_law(columns)
     laws = [Deployment(result.laws[0], law, study.truss)]
     if f"{OPTIMUM}/time" in columns:
-        rates = {key: f"angular_{key}" for key in ("speed", "acceleration", "jerk")}
-        names = {"time": "time", "angle": "angle", **rates}
-        stored: dict[str, Any] = {k: columns[f"{OPTIMUM}/{name}"] for k, name in names.items()}
-        best = SampledLaw(**stored)
+        names = ("time", "angle", *RATES, BEFORE)
+        best = Hermite(*(columns[f"{OPTIMUM}/{name}"] for name in names))
         laws.append(Deployment(OPTIMUM, best, study.truss))
     return [*laws, *paper_laws(study.truss, law.duration)]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from models.laws import JerkLimited, Law, constant_acceleration
 from studies.common.console import Console
 from studies.common.exit_codes import StudyError
+from studies.truss.checks import broken_caps
 from studies.truss.config import DEPLOYED, TrussStudy
-from studies.truss.deployment import Deployment
+from studies.truss.motions.deployment import Deployment
 from studies.truss.search import Search
-from studies.truss.study import broken_caps
 
 OPTIMUM = "optimal"
 

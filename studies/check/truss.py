@@ -24,11 +24,12 @@ from studies.common.console import Console, number
 from studies.common.folder import provenance
 from studies.common.result import Criterion, Result, Series, TableRow, Verdict, costs_elsewhere
 from studies.truss.bounds import lower_bounds
+from studies.truss.checks import cap_of, table_rows
 from studies.truss.config import DEPLOYED, TrussStudy, as_dictionary
-from studies.truss.deployment import COLUMNS, Deployment, profile
-from studies.truss.laws import paper_laws
+from studies.truss.limits import CAPS, IMBALANCE, REST, TENSION
+from studies.truss.motions.deployment import COLUMNS, Deployment, profile
+from studies.truss.motions.laws import BEFORE, RATES, paper_laws
 from studies.truss.quantities import QUANTITIES
-from studies.truss.study import CAP_TOLERANCE, IMBALANCE, REST, cap_of, table_rows
 
 MISS = 1e-4  # [rad], 0.006 deg: what a profile of four to five digits leaves
 PROFILE = "profile"
@@ -100,7 +101,7 @@ def check_truss(
         beside = [] if best is None else [best]
     beside += paper_laws(study.truss, measured.duration)
 
-    bounds = lower_bounds(study, None)
+    bounds = lower_bounds(study, None, longest=measured.duration)
     broken = {key: excess for key in QUANTITIES if (excess := _excess(study, key, ranges)) > 0}
     table = _table(study, [deployment, *beside], bounds, broken)
     checks = _criteria(study, found, deployment, ranges, broken, stated)
@@ -168,7 +169,7 @@ def _excess(study: TrussStudy, key: str, ranges: Mapping[str, PeakRange]) -> flo
         excess = (cap - ranges[key].high) / force
     else:
         excess = ranges[key].low / cap - 1
-    return excess if excess > CAP_TOLERANCE else 0.0
+    return excess if excess > (TENSION if key == "least-tension" else CAPS) else 0.0
 
 
 def _table(
@@ -387,7 +388,7 @@ def _series(
 
 def _sampled(deployment: Deployment) -> tuple[Array, dict[str, Any]]:
     columns = profile(deployment)
-    names = ("angle", "angular_speed", "angular_acceleration", "angular_jerk")
+    names = ("angle", *RATES, BEFORE, "angular_jerk")
     return columns["time"], {
         name: (*COLUMNS[name][:1], columns[name], "of the optimum") for name in names
     }

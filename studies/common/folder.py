@@ -15,6 +15,7 @@ from studies.common.exit_codes import ExitCode, StudyError
 
 DEFAULT_PARENT = Path("results")
 OUR_MARK = "provenance.json"
+INPUT_FILE = "input.toml"
 PROGRAM = "antenna-ocp"
 
 
@@ -86,6 +87,22 @@ def open_results(asked: Path | None, name: str, overwrite: bool = False) -> Resu
     folder = ResultsFolder(path, replaced)
     folder.write_json(OUR_MARK, provenance())
     return folder
+
+
+def resumed_results(path: Path) -> Path:
+    """The folder of a run that was stopped.
+
+    Raises
+    ------
+    StudyError
+        If there is none that could go on.
+    """
+    if not (path / OUR_MARK).is_file() or not (path / INPUT_FILE).is_file():
+        raise StudyError(
+            f"{path} is no results folder with an {INPUT_FILE} from which a study could go on; "
+            "give the folder of a study that was stopped"
+        )
+    return path
 
 
 def _first_free(parent: Path, name: str) -> Path:

@@ -28,7 +28,9 @@ PARTS = ("arrays", "table", "verdict", "checks")  # what a study adds while it r
 WORSE = 1.1  # ratio to the better baseline from which a quantity counts as a cost
 OUTSTANDING = 10.0  # ratio above which a cost is said before anything else
 
-VerdictKind = Literal["global", "local", "unverified", "infeasible", "measured", "none"]
+VerdictKind = Literal[
+    "global", "local", "unattained", "unverified", "infeasible", "measured", "none"
+]
 Better = Literal["less", "more", "neither"]
 
 

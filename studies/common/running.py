@@ -32,10 +32,17 @@ def add_study_argument(parser: argparse.ArgumentParser) -> None:
 
 def add_results_flags(parser: argparse.ArgumentParser, figures: bool = True) -> None:
     """Where results go."""
-    parser.add_argument("--results", type=Path, metavar="DIR", help="a new results folder")
+    parser.add_argument("--results", type=folder_path, metavar="DIR", help="a new results folder")
     parser.add_argument("--overwrite", action="store_true", help="replace the results folder")
     if figures:
         parser.add_argument("--no-figures", action="store_true", help="leave the figures out")
+
+
+def folder_path(text: str) -> Path:
+    """The path of a flag; an empty text is none."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError("it is empty; name a folder")
+    return Path(text)
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +61,10 @@ class Job:
     draw : gives its figures, with the names of their files.
     files : further files beside those of every study: their texts, by name.
     outcome : what is printed of the result, where that is not the text of every study.
+    opened : called with the folder before the solve.
+    resume : folder of a run that was stopped, which goes on there; None for a new one.
+    go_on : what goes on with a run that was stopped, before the path of its folder; empty if
+        nothing does.
     """
 
     kind: str
@@ -67,6 +78,9 @@ class Job:
     draw: Draw
     files: Callable[[Result], Mapping[str, str]] = lambda result: {}
     outcome: Callable[[Result], str] | None = None
+    opened: Callable[[ResultsFolder], None] = lambda folder: None
+    resume: Path | None = None
+    go_on: str = ""
 
 
 def carry_out(job: Job, options: argparse.Namespace, console: Console) -> ExitCode:
@@ -79,12 +93,19 @@ def carry_out(job: Job, options: argparse.Namespace, console: Console) -> ExitCo
     StudyError
         If it cannot be met, its folder cannot be opened, or it was not solved.
     """
-    from studies.common.folder import open_results, provenance
+    from studies.common.folder import ResultsFolder, open_results, provenance
     from studies.common.result import Result
 
     job.check()
-    folder = open_results(options.results, job.name, options.overwrite)
-    console.progress(f"results go to {folder.path}")
+    if job.resume is not None:
+        folder = ResultsFolder(job.resume)
+    else:
+        folder = open_results(options.results, job.name, options.overwrite)
+    go_on = f"{job.go_on} {folder.path}" if job.go_on else ""
+    console.progress(
+        f"results go to {folder.path}{go_on and f'; if it is stopped, it goes on by: {go_on}'}"
+    )
+    job.opened(folder)
     folder.file("input.toml").write_text(job.input_text, "utf-8")
     begun = Result.begun(job.kind, job.question, job.configuration, provenance())
     begun.save(folder.path)
@@ -95,11 +116,13 @@ def carry_out(job: Job, options: argparse.Namespace, console: Console) -> ExitCo
         infeasible = error.exit_code is ExitCode.INFEASIBLE
         begun.failed(str(error), infeasible).save(folder.path)
         folder.write_json("failure.json", {"sentence": str(error), "code": error.exit_code.name})
+        if error.exit_code is ExitCode.INTERRUPTED and go_on:
+            raise StudyError(f"{error}; go on by: {go_on}", error.exit_code) from error
         raise
     for name, text in job.files(result).items():
         folder.file(name).write_text(text, "utf-8", newline="")
     again = f"{job.command} {folder.file('input.toml')}"
-    return hand_over(result, folder, job.draw, again, options, console, job.outcome)
+    return hand_over(result, folder, job.draw, again, options, console, job.outcome, go_on)
 
 
 def hand_over(
@@ -110,6 +133,7 @@ def hand_over(
     options: argparse.Namespace,
     console: Console,
     outcome: Callable[[Result], str] | None = None,
+    go_on: str = "",
 ) -> ExitCode:
     """Write, print and draw a result.
 
@@ -119,6 +143,8 @@ def hand_over(
         The command that repeats the study.
     outcome : callable, optional
         What is printed of the result; the text of every study by default.
+    go_on : str
+        The command that goes on with it where it was stopped; empty if none does.
     """
     from studies.common.writers import exit_code, outcome_text, write
 
@@ -134,7 +160,9 @@ def hand_over(
     folder.complete()
 
     if interrupted:
-        console.complain("interrupted; what was found until then is kept")
+        console.complain(
+            f"interrupted; what was found until then is kept{go_on and f'; go on by: {go_on}'}"
+        )
     console.say(f"everything is in {folder.path}; rerun: {again}")
     return ExitCode.INTERRUPTED if interrupted else exit_code(result)
 

@@ -18,6 +18,8 @@ def exit_code(result: Result) -> ExitCode:
     """What the command that made a result ends with."""
     if result.interrupted:
         return ExitCode.INTERRUPTED
+    if result.verdict.kind == "unattained":  # as good as any, and yet none is best
+        return ExitCode.INFEASIBLE
     return ExitCode.OK if result.passed else ExitCode.NOT_VERIFIED
 
 
@@ -33,7 +35,7 @@ def table(result: Result) -> Table:
     for row in rows:
         mark = "* " if row.minimised else "  "
         line = [f"{mark}{row.title} [{row.unit}]", *(_cell(row, law) for law in laws)]
-        line += [number(row.cap)] * capped + [number(row.bound, 6)] * bounded
+        line += [number(row.cap, 6)] * capped + [number(row.bound, 6)] * bounded
         cells.append(line)
 
     notes = []
@@ -96,7 +98,8 @@ def _findings(result: Result, with_checks: bool = True) -> list[str]:
     lines = [f"verdict: {result.verdict.sentence}", *result.remarks, *_cost_lines(result)]
     if with_checks and result.checks:
         failed = [check.sentence for check in result.checks if not check.passed]
-        lines += failed or [f"verified: all {len(result.checks)} checks passed"]
+        word = "checks" if result.verdict.kind == "unverified" else "verified"
+        lines += failed or [f"{word}: all {len(result.checks)} checks passed"]
     return lines
 
 
@@ -124,6 +127,7 @@ def about(result: Result) -> dict[str, Any]:
         "question": result.question,
         "study": result.configuration,
         "verdict": result.verdict.sentence,
+        **{k: v for k, v in result.details.items() if k == "how_to_read"},
         "accuracy": result.details.get("accuracy", {}),
         "made_by": result.provenance,
     }

@@ -24,7 +24,7 @@ from models.truss import DYNAMIC_SET, KINEMATIC_SET, TrussParameters
 from studies.arm.stage import Stage, big_arm, small_arm
 from studies.common.console import Console, silent
 from studies.paper.config import PaperStudy
-from studies.truss.deployment import Deployment
+from studies.truss.motions.deployment import Deployment
 
 DEPLOYED = math.pi / 2
 WITH_FRICTION = dataclasses.replace(DYNAMIC_SET, pulley_friction=0.01)

@@ -17,7 +17,7 @@ from ocp.arrays import Array
 from studies.paper.cases import DEPLOYED, FRICTIONS, WITH_FRICTION, Cases
 from studies.paper.entries import Entry, assumption, given, misprint, shape
 from studies.paper.truss_model import spring_force
-from studies.truss.deployment import Deployment
+from studies.truss.motions.deployment import Deployment
 
 SAMPLES = 20_001
 BALANCE = 1e-8  # of the motor's work

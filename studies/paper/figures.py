@@ -20,7 +20,7 @@ from studies.common.result import Result
 from studies.paper.cases import FRICTIONS, Cases
 from studies.paper.config import study_from
 from studies.truss import figures as truss_figures
-from studies.truss.deployment import Deployment
+from studies.truss.motions.deployment import Deployment
 
 LOCKS = {"big": 86.0, "small": 112.0}  # [s]
 NAMES = {"big": "Big arm, 90° in 86 s", "small": "Small arm, 180° in 112 s"}

@@ -27,7 +27,7 @@ from studies.paper.entries import (
     shape,
 )
 from studies.paper.truss_model import diameter
-from studies.truss.deployment import Deployment
+from studies.truss.motions.deployment import Deployment
 
 SAMPLES = 4001
 BARS = (1, 4, 8, 12)  # of Fig. 13

@@ -29,9 +29,10 @@ from studies.common.exit_codes import ExitCode, StudyError
 from studies.truss.config import DEPLOYED, Caps, TrussStudy
 
 if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
-    from studies.truss.phase_plane import LeastForce
+    from studies.truss.motions.phase_plane import FastestMotion, LeastForce
 
 GAUSS_POINTS = 60
+BETWEEN = 1.01  # what a peak may be above that of the points of a phase plane
 ROUNDING = 1e-12  # relative: a cap set to the printed bound itself passes
 
 
@@ -89,9 +90,12 @@ def least_work(study: TrussStudy, duration: float) -> float:
 
 
 def lower_bounds(
-    study: TrussStudy, force: LeastForce | None, least_time_of_force: float = 0.0
+    study: TrussStudy,
+    force: LeastForce | None,
+    least_time_of_force: float = 0.0,
+    longest: float | None = None,
 ) -> dict[str, float]:
-    """What no motion of at most the longest duration beats, by quantity.
+    """What no motion of at most a duration beats, by quantity.
 
     Parameters
     ----------
@@ -99,8 +103,11 @@ def lower_bounds(
         The phase-plane bound of the force, where it is known.
     least_time_of_force : float
         T_min of the force cap, from the phase plane [s].
+    longest : float, optional
+        The duration [s]; by default the longest one of the study.
     """
-    duration, caps = study.duration[1], study.caps
+    caps = study.caps
+    duration = study.duration[1] if longest is None else longest
     work = least_work(study, duration)
 
     bounds = {
@@ -137,6 +144,15 @@ def check_feasible(study: TrussStudy, least_force: Callable[[], LeastForce]) -> 
         except StudyError:  # no bound to be had
             return
         _check_force(study, study.caps.force, least)
+
+
+def keeps_the_caps(study: TrussStudy, motion: FastestMotion) -> bool:
+    """Whether a motion of the phase plane, whose force jumps, keeps all caps of a study."""
+    caps = study.caps
+    rates = ((caps.speed, motion.peak_speed), (caps.acceleration, motion.peak_acceleration))
+    kept = all(cap is None or cap > BETWEEN * value for cap, value in rates)
+    in_force = caps.force is None or caps.force >= motion.force
+    return kept and in_force and caps.jerk is None and caps.least_tension == 0.0
 
 
 def _infeasible(sentence: str) -> StudyError:

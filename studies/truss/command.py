@@ -9,10 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.common.running import Job, add_results_flags, add_study_argument, carry_out
+from studies.common.running import (
+    Job,
+    add_results_flags,
+    add_study_argument,
+    carry_out,
+    folder_path,
+)
 from studies.truss.quantities import OBJECTIVES
 
 if TYPE_CHECKING:
+    from studies.common.folder import ResultsFolder
     from studies.truss.config import TrussStudy
 
 # flag: (place in the configuration, help). Texts are turned into numbers where they are numbers.
@@ -31,6 +38,7 @@ FLAGS: Mapping[str, tuple[tuple[str, ...], str]] = {
     "--modules": (("truss", "modules"), "number of modules"),
     "--set": (("truss", "set"), "the paper's parameters: dynamic or kinematic"),
     "--intervals": (("solver", "intervals"), "mesh intervals to start from"),
+    "--seconds": (("solver", "seconds"), "the search may take; the best until then is kept [s]"),
     "--concession": (("concession",), "relative loss a later objective may cost an earlier one"),
 }
 
@@ -40,6 +48,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_study_argument(parser)
     add_truss_flags(parser)
     add_results_flags(parser)
+    parser.add_argument(
+        "--resume",
+        type=folder_path,
+        metavar="DIR",
+        help="go on with a study that was stopped, in its results folder",
+    )
 
 
 def add_truss_flags(parser: argparse.ArgumentParser) -> None:
@@ -59,12 +73,18 @@ def add_truss_flags(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace, console: Console) -> ExitCode:
     """Carry out `antenna-ocp truss`."""
+    from studies.common.finished import FinishedStarts
     from studies.truss.config import as_dictionary, as_toml
     from studies.truss.search import Search
     from studies.truss.study import result_of
 
+    _take_up(options)
     study = read_study(options, console)
     search = Search(study, console)
+
+    def keep_starts(folder: ResultsFolder) -> None:
+        search.kept = FinishedStarts(folder.path)
+
     job = Job(
         kind="truss",
         name=study.name,
@@ -75,8 +95,35 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
         check=search.check,
         solve=lambda: result_of(study, search.run()),
         draw=_draw,
+        opened=keep_starts,
+        resume=options.resume,
+        go_on="antenna-ocp truss --resume",
     )
     return carry_out(job, options, console)
+
+
+def _take_up(options: argparse.Namespace) -> None:
+    """Let a study go on in its folder: what it asks is there, and nothing else may be said.
+
+    Raises
+    ------
+    StudyError
+        If a flag or a file says something else, or the folder is none that could go on.
+    """
+    if options.resume is None:
+        return
+    from studies.common.folder import INPUT_FILE, resumed_results
+
+    parser = argparse.ArgumentParser()
+    add_arguments(parser)
+    for name, value in vars(options).items():
+        if name not in ("resume", "no_figures") and value != parser.get_default(name):
+            what = "a study" if name == "study" else f"--{name.replace('_', '-')}"
+            raise StudyError(
+                f"--resume goes on with the study in {options.resume}, and takes no other words, "
+                f"but {what} is given; leave it out"
+            )
+    options.study = resumed_results(options.resume) / INPUT_FILE
 
 
 def _draw(result: Any) -> Any:
@@ -139,12 +186,47 @@ def _apply_flags(raw: dict[str, Any], options: argparse.Namespace) -> None:
             put(raw, place, as_number(text))
 
     if options.duration is not None:
-        ends = [as_number(end) for end in options.duration.split("..")]
+        ends = [as_number(end.strip()) for end in options.duration.split("..")]
         raw["duration"] = ends[0] if len(ends) == 1 else ends
-    for assignment in options.parameter:
-        name, equals, text = assignment.partition("=")
-        if not equals:
-            raise StudyError(f"--parameter is {assignment!r}; write NAME=VALUE, e.g. link=0.16")
-        put(raw, ("truss", *name.strip().split(".")), as_number(text.strip()))
+    _apply_parameters(raw, options)
     if options.starts is not None:
         put(raw, ("solver", "starts"), options.starts.split(","))
+
+
+# What another flag, or the same angle in another unit, states too.
+_SAME = {
+    "pulley_friction": "--friction",
+    "modules": "--modules",
+    "set": "--set",
+    "net_angle": "net_angle_deg",
+    "net_angle_deg": "net_angle",
+    "stowed_angle": "stowed_angle_deg",
+    "stowed_angle_deg": "stowed_angle",
+}
+
+
+def _apply_parameters(raw: dict[str, Any], options: argparse.Namespace) -> None:
+    """Put the parameters of the flags into the study; one that is stated twice is refused."""
+    from studies.common.configuration import as_number, put
+
+    stated: dict[str, str] = {}
+    for assignment in options.parameter:
+        name, equals, text = (part.strip() for part in assignment.partition("="))
+        if not (name and equals and text):
+            raise StudyError(f"--parameter is {assignment!r}; write NAME=VALUE, e.g. link=0.16")
+
+        same = _SAME.get(name, "")
+        of_flag = None
+        if same.startswith("--"):
+            of_flag = getattr(options, same.removeprefix("--"))
+        other = next((key for key in (name, same) if key in stated), None)
+        if other is not None or of_flag is not None:
+            first = f"{same} {of_flag}" if other is None else f"--parameter {other}={stated[other]}"
+            raise StudyError(
+                f"{first} and --parameter {name}={text} state the same thing; leave one of them out"
+            )
+
+        stated[name] = text
+        if isinstance(raw.get("truss"), dict):
+            raw["truss"].pop(same, None)  # the flag overrides the file, in whichever unit
+        put(raw, ("truss", *name.split(".")), as_number(text))

@@ -34,6 +34,7 @@ from studies.common.configuration import (
     whole,
 )
 from studies.common.exit_codes import StudyError
+from studies.truss.limits import PLAUSIBLE, check_plausible
 from studies.truss.quantities import OBJECTIVES
 
 DEPLOYED = math.pi / 2  # [rad]
@@ -47,7 +48,15 @@ MULTIPLE_OF_DURATION = re.compile(r"\s*([-+.\deE]+)\s*/\s*T\^3\s*")
 def _stages(name: str, value: Any) -> tuple[dict[str, float], ...]:
     """One objective, a table of weights, or a list of these in order of importance."""
     if isinstance(value, list | tuple) and value:
-        return tuple(stage for item in value for stage in _stages(name, item))
+        stages = tuple(stage for item in value for stage in _stages(name, item))
+        alone = [next(iter(stage)) for stage in stages if len(stage) == 1]
+        for objective in alone:
+            if alone.count(objective) > 1:
+                raise StudyError(
+                    f"{name} states {objective} {alone.count(objective)} times; a later one "
+                    "finds nothing more, so state it once"
+                )
+        return stages
     if isinstance(value, Mapping) and value:
         check_keys(value, OBJECTIVES, f"{name}.")
         return ({term: positive(f"{name}.{term}", weight) for term, weight in value.items()},)
@@ -61,6 +70,10 @@ def _duration(name: str, value: Any) -> tuple[float, float]:
         return fixed, fixed
     if len(value) != 2:
         raise StudyError(f"{name} is {value!r}; give a number or [low, high] in seconds")
+    if "" in (value[0], value[1]):
+        raise StudyError(
+            f"{name} runs from {value[0]!r} to {value[1]!r}; give both ends in seconds, as 2..60"
+        )
     low, high = positive(name, value[0]), positive(name, value[1])
     if low > high:
         raise StudyError(f"{name} is [{low:g}, {high:g}]; give the lower bound first")
@@ -79,6 +92,17 @@ def _jerk(name: str, value: Any) -> float | str:
     return value
 
 
+def _share(name: str, value: Any) -> float:
+    """A number above zero and below one."""
+    share = positive(name, value)
+    if share >= 1.0:
+        raise StudyError(
+            f"{name} is {share:g}; give a part below 1: with {share:g} a later objective could "
+            f"make an earlier one {1 + share:g} times as large"
+        )
+    return share
+
+
 def _tension(name: str, value: Any) -> float:
     """A number; "none" takes the limit away, down to the zero at which a rope goes slack."""
     return 0.0 if value == "none" else not_negative(name, value)
@@ -92,6 +116,13 @@ def _truss(name: str, value: Any) -> TrussParameters:
     fields = [field.name for field in dataclasses.fields(TrussParameters)]
     degrees = {"stowed_angle_deg": "stowed_angle", "net_angle_deg": "net_angle"}
     check_keys(raw, ["set", *fields, *degrees], f"{name}.")
+
+    for in_degrees, radians in degrees.items():
+        if in_degrees in raw and radians in raw:
+            raise StudyError(
+                f"{name} states {radians} = {raw[radians]!r} and {in_degrees} = "
+                f"{raw[in_degrees]!r}, which are the same angle; state one of them"
+            )
 
     base = SETS[choice(SETS)(f"{name}.set", raw.get("set", "dynamic"))]
     changes = {key: item for key, item in raw.items() if key not in ("set", *degrees)}
@@ -163,6 +194,7 @@ class SolverOptions:
     ----------
     intervals : mesh intervals to start from, over the whole motion.
     starts : names of the laws to start from.
+    seconds : that all starts together may take [s]; the best until then is kept.
 
     Raises
     ------
@@ -175,6 +207,12 @@ class SolverOptions:
     )
     starts: tuple[str, ...] = key(
         choices(STARTS), "", "laws to start from, one after the other", default=STARTS
+    )
+    seconds: float | None = key(
+        optional(positive),
+        "s",
+        "that the search may take; the best motion until then is kept",
+        default=None,
     )
 
     def __post_init__(self) -> None:
@@ -212,7 +250,7 @@ class TrussStudy:
         _duration, "s", "of the deployment; [low, high] leaves it free", default=PAPER_DURATION
     )
     concession: float = key(
-        positive, "", "relative loss that a later objective may cost an earlier one", default=5e-5
+        _share, "", "relative loss that a later objective may cost an earlier one", default=5e-5
     )
     smooth: bool = key(
         boolean, "", "whether the law is made smooth where a peak leaves it free", default=True
@@ -229,6 +267,7 @@ class TrussStudy:
 
     def __post_init__(self) -> None:
         check(self)
+        self._check_plausible()
         if "time" in self.objectives and self.fixed_duration is not None:
             raise StudyError(
                 f"the objective time needs bounds on the duration, but it is fixed at "
@@ -238,6 +277,16 @@ class TrussStudy:
         # only here all that a jerk in words depends on is known
         resolved = dataclasses.replace(self.caps, jerk=self._jerk_cap(self.caps.jerk))
         object.__setattr__(self, "caps", resolved)
+
+    def _check_plausible(self) -> None:
+        """Refuse numbers beyond the physics of the model, before any work."""
+        for end in self.duration:
+            check_plausible("duration", end)
+        check_plausible("caps.least_tension", self.caps.least_tension)
+        check_plausible("solver.intervals", self.solver.intervals)
+        for entry in dataclasses.fields(self.truss):
+            if f"truss.{entry.name}" in PLAUSIBLE:
+                check_plausible(f"truss.{entry.name}", getattr(self.truss, entry.name))
 
     def _jerk_cap(self, stated: float | str | None) -> float | None:
         """The cap on jerk as a number [rad/s^3]."""
@@ -303,6 +352,8 @@ def study_from(raw: Mapping[str, Any]) -> TrussStudy:
     check_keys(raw, [field.name for field in dataclasses.fields(TrussStudy)])
     if "minimise" not in raw:
         known = ", ".join(OBJECTIVES)
+        # what else is wrong is said first: this would hide it
+        from_mapping(TrussStudy, {**raw, "minimise": "energy"})
         raise StudyError(f"no objective is stated; give --objective or minimise, one of {known}")
     return from_mapping(TrussStudy, raw)
 
@@ -321,6 +372,8 @@ def as_dictionary(study: TrussStudy) -> dict[str, Any]:
         for stage in study.minimise
     ]
     low, high = study.duration
+    solver = dataclasses.asdict(study.solver)
+    solver["starts"] = list(study.solver.starts)
 
     # a cap that is not stated has no value in TOML
     caps = {name: cap for name, cap in dataclasses.asdict(study.caps).items() if cap is not None}
@@ -330,7 +383,7 @@ def as_dictionary(study: TrussStudy) -> dict[str, Any]:
         "concession": study.concession,
         "smooth": study.smooth,
         "caps": caps,
-        "solver": {"intervals": study.solver.intervals, "starts": list(study.solver.starts)},
+        "solver": {name: value for name, value in solver.items() if value is not None},
         "truss": dataclasses.asdict(study.truss),
     }
 

@@ -23,8 +23,8 @@ from studies.common.drawing import SHADES, label_axes, legend_below, look, show_
 from studies.common.exit_codes import StudyError
 from studies.common.result import Result
 from studies.truss.config import study_from
-from studies.truss.deployment import Deployment
-from studies.truss.laws import paper_laws, stored_law
+from studies.truss.motions.deployment import Deployment
+from studies.truss.motions.laws import paper_laws, stored_law
 
 POINTS = 1201
 MU_SWEEP = (0.0, 0.25, 0.5, 1.0)  # of the truss's own pulley friction

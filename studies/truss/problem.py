@@ -31,7 +31,7 @@ from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.quantities import OBJECTIVES
 
 if TYPE_CHECKING:  # which needs this module
-    from studies.truss.laws import StartingMotion
+    from studies.truss.motions.starts import StartingMotion
 
 EARLIEST, LATEST = 1e-5, 1 - 1e-5  # of the duration, between which the net becomes taut
 

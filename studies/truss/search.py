@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping, Sequence
+import time as clock
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from models.truss import static_peak
+from models.errors import ModelError
 from ocp import (
     AdaptiveMesh,
     Audit,
+    FixedMesh,
     Interrupted,
     OcpError,
     Optimum,
@@ -19,40 +21,45 @@ from ocp import (
     Solution,
     Trial,
     audit,
+    relaxed,
     solve_lexicographic,
 )
-from studies.common.console import Console, number
+from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.finished import FinishedStarts
 from studies.common.result import Verdict
-from studies.truss.bounds import check_feasible, lower_bounds
+from studies.truss.bounds import check_feasible, end_forces, keeps_the_caps, lower_bounds
+from studies.truss.checks import objective_sizes
 from studies.truss.config import TrussStudy
-from studies.truss.deployment import Deployment
-from studies.truss.laws import law_of, paper_laws, starting_motion
+from studies.truss.motions.deployment import Deployment
+from studies.truss.motions.laws import law_of
+from studies.truss.motions.starts import start_from_law, starting_motion
 from studies.truss.problem import Statement, control_shape, needs_forces, state
 from studies.truss.quantities import OBJECTIVES
+from studies.truss.verdict import (
+    BOUND_MET,
+    Basin,
+    basins,
+    global_verdict,
+    local_verdict,
+    of_trial,
+    unattained_verdict,
+)
 
 if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
-    from studies.truss.phase_plane import LeastForce, PhasePlane
+    from studies.truss.motions.phase_plane import LeastForce, PhasePlane
+    from studies.truss.motions.starts import StartingMotion
 
-BOUND_MET = 1e-4  # relative distance to a global bound that counts as meeting it
-SMOOTHING = 3e-5  # of the Bezier law's value: what smoothness may cost a peak at most
+SMOOTHING = 3e-5  # of a proven bound of the peak: what smoothness may cost that peak at most
 SAME_BASIN = 1e-4  # relative: optima closer than this are one basin, solved to different meshes
-FAST = 1e-3  # relative: a force peak this far below the static one is due to momentum
+LEAST_LEFT = 0.1  # of the seconds, for what has to follow the starts
+RELAXING = 30.0  # [s] that may be spent on what to relax where no motion was found
+RELAXED = Settings(intervals=40, refinement=FixedMesh())  # as `ocp.relaxed` has it by default
+OTHER_START = "least force"  # the motion of least force that was found without its cap
 
 
-@dataclass(frozen=True)
-class Basin:
-    """Starts that ended in the same optimum.
-
-    Attributes
-    ----------
-    kind : of the force problem: "fast" (momentum carries the motion over the ridge of the static
-        force), "slow" (on that ridge) or "inertial" (above it); else empty.
-    """
-
-    value: float
-    starts: tuple[str, ...]
-    kind: str = ""
+class NoMotionError(Exception):
+    """The model takes an unverified answer of the solver for no motion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +96,8 @@ class Search:
         self.console = console
         self.remarks: list[str] = []
         self.interrupted = False
+        self.kept: FinishedStarts | None = None  # where finished starts go to, and come from
+        self._begin = clock.monotonic()
         self._with_forces = needs_forces(study)
         self._started = 0  # starts that are done
         self._statements: dict[Problem, Statement] = {}
@@ -96,15 +105,32 @@ class Search:
     @functools.cached_property
     def plane(self) -> PhasePlane:
         """The phase plane of the truss."""
-        from studies.truss.phase_plane import PhasePlane
+        from studies.truss.motions.phase_plane import PhasePlane
 
         return PhasePlane(self.study.truss)
 
     @functools.cached_property
-    def least_force(self) -> LeastForce:
-        """The phase-plane bound of the force."""
+    def _least_force_or_why(self) -> LeastForce | StudyError:
+        """The phase-plane bound of the force, or why there is none; worked out once either way."""
         self.console.progress("phase plane: least force without further caps")
-        return self.plane.least_force(self.study.duration[1])
+        try:
+            return self.plane.least_force(self.study.duration[1])
+        except StudyError as error:
+            return error
+
+    @property
+    def least_force(self) -> LeastForce:
+        """The phase-plane bound of the force.
+
+        Raises
+        ------
+        StudyError
+            If it cannot be had for this truss.
+        """
+        found = self._least_force_or_why
+        if isinstance(found, StudyError):
+            raise found
+        return found
 
     @functools.cached_property
     def bounds(self) -> dict[str, float]:
@@ -125,9 +151,8 @@ class Search:
 
     @functools.cached_property
     def references(self) -> dict[str, float]:
-        """Sizes that make weighted objectives comparable: the Bezier law's values."""
-        bezier, _ = paper_laws(self.study.truss, self.study.duration[1])
-        return {name: bezier.values[name] for name in OBJECTIVES}
+        """Sizes that make weighted objectives comparable."""
+        return objective_sizes(self.study)
 
     def check(self) -> None:
         """Refuse caps that no motion meets, and optima that no motion attains.
@@ -139,18 +164,17 @@ class Search:
         """
         check_feasible(self.study, lambda: self.least_force)
 
-        caps = self.study.caps
-        free = caps.jerk is None and caps.acceleration is None and caps.speed is None
-        if not free or self.study.minimise[0].keys() != {"peak-force"}:
+        if self.study.minimise[0].keys() != {"peak-force"} or self.study.caps.jerk is not None:
             return
         try:
             least = self.least_force
         except StudyError:  # it gives no bound here, which is said beside the result
             return
-        if not least.attained:
+        # a cap that the motion near the limit keeps anyway changes nothing
+        if not least.attained and keeps_the_caps(self.study, least.motion):
             raise StudyError(
-                f"there is no optimal motion: {least.sentence}; cap the jerk, or choose a "
-                f"duration below {least.motion.duration:.3g} s",
+                f"no motion is best: {least.sentence}; cap the jerk, or choose a duration below "
+                f"{least.motion.duration:.3g} s",
                 ExitCode.INFEASIBLE,
             )
 
@@ -179,30 +203,62 @@ class Search:
             names = [name for name in names if name != "phase-plane"] or names
 
         self._with_forces, self._started, self._statements = with_forces, 0, {}
+        starts = {name: functools.partial(self._stated, name) for name in names}
         try:
-            found = audit(
-                starts={name: functools.partial(self._stated, name) for name in names},
-                settings=self._settings(),
-                bound=self._bound_now,
-                bound_gap=BOUND_MET,
-                value=self._value,
-                same=SAME_BASIN,
-                failures=(StudyError,),
-                progress=self.console.live,
-                finished=lambda trial: self._say(trial, len(names)),
-            )
+            return self._best_of(self._audited(starts))
         except Interrupted as stop:
             raise StudyError(
                 "interrupted before a motion was found; the inputs are kept", ExitCode.INTERRUPTED
             ) from stop
-        except (OcpError, StudyError) as error:
-            raise self._nothing_found(names, error) from error
+        except (OcpError, NoMotionError) as error:
+            return self._from_the_least_relaxation(names, error)
+
+    def _audited(self, starts: Mapping[str, Callable[[], Problem]]) -> Audit:
+        """What came of starts; those that an earlier run has finished are read."""
+        known = () if self.kept is None else self.kept.names(self._kind)
+        found = audit(
+            starts=starts,
+            settings=self._settings(),
+            bound=self._bound_now,
+            bound_gap=BOUND_MET,
+            value=self._value,
+            same=SAME_BASIN,
+            failures=(StudyError,),
+            seconds=self._left(),
+            known={name: functools.partial(self._earlier, name) for name in known},
+            progress=self.console.live,
+            finished=lambda trial: self._finished(trial, len(starts), trial.name in known),
+        )
         self.interrupted = self.interrupted or found.interrupted
-        return self._best_of(found)
+        return found
+
+    def _left(self) -> float | None:
+        """What is left of the user's seconds, and a little where nothing is; None without them."""
+        seconds = self.study.solver.seconds
+        if seconds is None:
+            return None
+        return max(seconds - (clock.monotonic() - self._begin), LEAST_LEFT * seconds)
+
+    @property
+    def _kind(self) -> str:
+        """Name of the problem that is being solved, in files of finished starts."""
+        return "forces" if self._with_forces else "motion"
+
+    def _earlier(self, name: str) -> Trial | None:
+        """What came of a start in an earlier run; None if it has to be solved again."""
+        assert self.kept is not None
+        try:
+            problem = self._stated(name)
+        except StudyError:  # as the phase plane may fail as a start
+            problem = None
+        return self.kept.read(self._kind, name, problem)
 
     def _stated(self, name: str) -> Problem:
         """The problem as it is stated for one start, with its guess."""
-        start = starting_motion(name, self.study, lambda: self.least_force)
+        return self._stated_from(starting_motion(name, self.study, lambda: self.least_force))
+
+    def _stated_from(self, start: StartingMotion) -> Problem:
+        """The problem as it is stated for a motion to start from."""
         statement = state(self.study, start, self._weights(), self._with_forces)
         problem = statement.problem(0, (), self._smoothing(0))
         self._statements[problem] = statement
@@ -212,11 +268,14 @@ class Search:
         """The first objective of the replay, as it is reported: without the price of roughness."""
         return solution.value(self._statements[problem].stages[0], replayed=True)
 
-    def _say(self, trial: Trial, count: int) -> None:
-        """One line of progress for a start that is done."""
+    def _finished(self, trial: Trial, count: int, earlier: bool) -> None:
+        """Keep a start that is done, and say so in one line."""
         self._started += 1
         label = f"start {self._started} of {count} ({trial.name})"
-        self.console.progress(f"{label}: {_result_of(trial, self.study)}")
+        when = ", in an earlier run" if earlier else ""
+        self.console.progress(f"{label}: {of_trial(trial, self.study)}{when}")
+        if self.kept is not None:
+            self.kept.keep(self._kind, trial)
 
     def _settings(self) -> Settings:
         """How the engine solves: the stated intervals, shared out over the phases."""
@@ -239,35 +298,46 @@ class Search:
         peaks = all(OBJECTIVES[name].kind == "peak" for name in terms)
         if not self.study.smooth or not peaks or set(terms) == {"peak-acceleration"}:
             return 0.0
-        references, weights = self.references, self._weights()
+
+        # a share of what the peak is at least, so that it costs no larger share of the peak
+        least = lower_bounds(self.study, None)
+        least["peak-force"] = max(force for _, force, _ in end_forces(self.study.truss))
+        weights = self._weights()
         return SMOOTHING * sum(
-            weight * references[name] / weights[name] for name, weight in terms.items()
+            weight * least[name] / weights[name] for name, weight in terms.items()
         )
 
     def _best_of(self, found: Audit) -> BestMotion:
-        """The best of an audit, its later stages, and the verdict."""
-        optimum = found.optima[0]
+        """The best of an audit, its later stages, and the verdict.
+
+        Raises
+        ------
+        NoMotionError
+            If the model takes none of the unverified answers for a motion.
+        """
+        optimum, deployment = self._best_motion(found)
         statement = self._statements[optimum.solution.problem]
         distinct = basins(self.study, found.optima)
-        verified = optimum.solution.verification.passed
+        solution, verified = optimum.solution, optimum.solution.verification.passed
+        if verified and not self.interrupted and len(statement.stages) > 1:
+            solution = self._later_stages(statement, solution)
+            deployment = self._deployment(statement, solution)
+
+        force = deployment.values["peak-force"] if "peak-force" in self.study.objectives else None
+        bound = self._bound()
         if not verified:
             reasons = "; ".join(optimum.solution.verification.reasons)
             stopped = ", then interrupted" if self.interrupted else ""
             verdict = Verdict("unverified", f"unverified: {reasons}{stopped}")
-        elif self._bound_met(optimum.value):
-            verdict = _global_verdict(self.study, optimum.value, self._bound(), distinct[0])
+        elif force is not None and (unattained := self._unattained(force)) is not None:
+            verdict = unattained
+        elif bound is not None and optimum.value <= bound * (1 + BOUND_MET):
+            verdict = global_verdict(self.study, optimum.value, bound, distinct[0])
         else:
-            tried = len(found.trials)
-            verdict = _local_verdict(
-                self.study, optimum.value, self._bound(), distinct, tried, self.interrupted
-            )
+            verdict = local_verdict(self.study, found, optimum.value, bound, distinct)
 
-        solution = optimum.solution
-        if verified and not self.interrupted:
-            solution = self._later_stages(statement, solution)
-        law = law_of(self.study, statement, solution)
         return BestMotion(
-            deployment=Deployment("optimal", law, self.study.truss),
+            deployment=deployment,
             solution=solution,
             trials=found.trials,
             basins=distinct,
@@ -277,11 +347,33 @@ class Search:
             interrupted=self.interrupted,
         )
 
+    def _best_motion(self, found: Audit) -> tuple[Optimum, Deployment]:
+        """The best answer that is a motion: unverified ones may be none."""
+        reasons = []
+        for optimum in found.optima:
+            statement = self._statements[optimum.solution.problem]
+            try:
+                deployment = self._deployment(statement, optimum.solution)
+                deployment.values  # noqa: B018  # what the model refuses shows here
+            except ModelError as error:
+                reasons.append(str(error))
+            else:
+                return optimum, deployment
+        raise NoMotionError(reasons[0])
+
+    def _deployment(self, statement: Statement, solution: Solution) -> Deployment:
+        return Deployment("optimal", law_of(self.study, statement, solution), self.study.truss)
+
+    def _unattained(self, peak_force: float) -> Verdict | None:
+        """The verdict on a motion whose force is at a limit that no motion attains."""
+        if self.interrupted or self.study.caps.jerk is not None:
+            return None
+        least = self._least_force_or_why
+        return None if isinstance(least, StudyError) else unattained_verdict(peak_force, least)
+
     def _later_stages(self, statement: Statement, solution: Solution) -> Solution:
         """Later objectives, each with the earlier ones held; never a loss."""
         count = len(statement.stages)
-        if count == 1:
-            return solution
         roughness = 0.0 if statement.roughness is None else statement.roughness
         found = solve_lexicographic(
             statement.problem(),
@@ -289,7 +381,7 @@ class Search:
             slack=self.study.concession,
             first=solution,
             beside=[self._smoothing(stage) * roughness for stage in range(count)],
-            settings=self._settings(),
+            settings=replace(self._settings(), seconds=self._left()),
             progress=self.console.live,
         )
 
@@ -302,27 +394,53 @@ class Search:
         self.interrupted = self.interrupted or found.interrupted
         return found.solution
 
-    def _nothing_found(self, names: Sequence[str], error: Exception) -> StudyError:
-        """What to say where every start failed; the error is that of the first one."""
-        cap, least = self.study.caps.force, self._least_force_found()
-        if cap is not None and least is not None and least > cap:
-            return StudyError(
-                f"no motion was found with at most {cap:g} N on each rope; the least peak found "
-                f"under the other caps is {least:.6g} N (local: from one start), raise the cap to "
-                "that or loosen another one",
-                ExitCode.INFEASIBLE,
-            )
-        return StudyError(
-            f"no motion was found from {len(names)} starts; from {names[0]}: {error}",
-            ExitCode.NOT_SOLVED,
-        )
+    def _from_the_least_relaxation(self, names: Sequence[str], error: Exception) -> BestMotion:
+        """Where every start failed: the best motion from one that a relaxed problem gives.
 
-    def _least_force_found(self) -> float | None:
-        """Least peak force without its cap, from one start [N]; None if there is no such cap.
+        Raises
+        ------
+        StudyError
+            If that fails too: with the least relaxation found, and the error of the first start.
+        """
+        cap, least = self.study.caps.force, self._least_force_found()
+        needed = "the relaxed problem was not solved either"
+        if cap is not None and least is not None:
+            needed = (
+                f"the least peak found under the other caps is {least.values['peak-force']:.6g} N "
+                "(local: from one start): raise the force cap to that, or loosen another one"
+            )
+            if least.values["peak-force"] <= cap:
+                start = start_from_law(OTHER_START, least.law, self.study)
+                try:
+                    again = {OTHER_START: functools.partial(self._stated_from, start)}
+                    return self._best_of(self._audited(again))
+                except (OcpError, NoMotionError):
+                    needed = f"one of {least.values['peak-force']:.6g} N meets the caps"
+        elif cap is None:
+            needed = self._relaxation() or needed
+        raise StudyError(
+            f"no motion was found from {len(names)} start{'s' * (len(names) > 1)}; the least "
+            f"relaxation found: {needed}; from {names[0]}: {error}",
+            ExitCode.NOT_SOLVED,
+        ) from error
+
+    def _relaxation(self) -> str:
+        """The limits that a relaxed problem changes, in words; empty if it was not solved."""
+        self.console.progress("no motion was found: looking for the least relaxation")
+        settings = replace(RELAXED, seconds=RELAXING)
+        try:
+            found = relaxed(self._stated("bezier"), settings=settings, progress=self.console.live)
+        except (OcpError, KeyboardInterrupt):
+            return ""
+        return "; ".join(map(str, found.items)) or "none: on one mesh a motion meets all limits"
+
+    def _least_force_found(self) -> Deployment | None:
+        """The motion of least peak force without its cap, from one start; None without such a cap.
 
         A search of its own: `ocp.relaxed` answers at once, but on a fixed mesh it is 0.2 to 1.5 %
         off, and on an adapting one it takes far longer than this.
         """
+        seconds = self._left()
         if self.study.caps.force is None:
             return None
         self.console.progress("no motion meets the force cap: looking for the least peak instead")
@@ -330,13 +448,12 @@ class Search:
             self.study,
             minimise="peak-force",
             caps=replace(self.study.caps, force=None),
-            solver=replace(self.study.solver, starts=("bezier",)),
+            solver=replace(self.study.solver, starts=("bezier",), seconds=seconds),
         )
         try:
             search = Search(uncapped, self.console)
-            search.check()
-            return search.run().deployment.values["peak-force"]
-        except (StudyError, KeyboardInterrupt):
+            return search.run().deployment
+        except (OcpError, StudyError, KeyboardInterrupt):
             return None
 
     def _bound(self) -> float | None:
@@ -350,82 +467,3 @@ class Search:
         if self.interrupted:
             raise KeyboardInterrupt
         return bound
-
-    def _bound_met(self, value: float) -> bool:
-        bound = self._bound()
-        return bound is not None and value <= bound * (1 + BOUND_MET)
-
-
-def _result_of(trial: Trial, study: TrussStudy) -> str:
-    """One line of progress for a start that is done."""
-    if trial.solution is None:
-        return f"failed, {trial.error}"
-    if trial.error is not None:
-        return f"unverified, {'; '.join(trial.solution.verification.reasons)}"
-
-    first = list(study.minimise[0])
-    name, unit = (first[0], OBJECTIVES[first[0]].unit) if len(first) == 1 else ("weighted sum", "1")
-    return (
-        f"{name} {number(trial.value, 7)} {unit}, {trial.solution.iterations} iterations, "
-        f"{trial.seconds:.1f} s"
-    )
-
-
-def basins(study: TrussStudy, optima: Sequence[Optimum]) -> tuple[Basin, ...]:
-    """The distinct optima that the starts found, best first."""
-    return tuple(
-        Basin(optimum.value, optimum.starts, _kind(study, optimum.value)) for optimum in optima
-    )
-
-
-def _global_verdict(study: TrussStudy, value: float, bound: float | None, basin: Basin) -> Verdict:
-    """The verdict on a value that meets its bound."""
-    assert bound is not None
-    gap = f"gap {abs(value / bound - 1):.1e}"
-    words = f"global: the bound {bound:.6g} is met ({gap}){_in_words(study, basin)}"
-    return Verdict("global", words)
-
-
-def _local_verdict(
-    study: TrussStudy,
-    value: float,
-    bound: float | None,
-    found: Sequence[Basin],
-    tried: int,
-    interrupted: bool,
-) -> Verdict:
-    """The verdict on the best of several starts."""
-    kind = f"local: best of {tried} start{'s' * (tried > 1)}"
-    if interrupted:
-        kind += f" of {len(study.solver.starts)}, then interrupted"
-
-    listed = "; ".join(
-        f"{basin.value:.6g}{_in_words(study, basin)} from {', '.join(basin.starts)}"
-        for basin in found
-    )
-    gap = f"; its bound leaves room for {100 * (1 - bound / value):.3g} % less" if bound else ""
-    words = f"{kind}; {len(found)} basin{'s' * (len(found) > 1)} found: {listed}{gap}"
-    return Verdict("local", words)
-
-
-def _kind(study: TrussStudy, value: float) -> str:
-    """Which basin of the force problem has this value."""
-    if study.minimise[0].keys() != {"peak-force"}:
-        return ""
-    ratio = value / static_peak(study.truss).force
-    if ratio < 1 - FAST:
-        return "fast"
-    return "slow" if ratio < 1 + FAST else "inertial"
-
-
-def _in_words(study: TrussStudy, basin: Basin) -> str:
-    """Which basin of the force problem this is."""
-    if not basin.kind:
-        return ""
-    ridge = f"the static {static_peak(study.truss).force:.6g} N"
-    words = {
-        "fast": f"momentum carries it over {ridge}",
-        "slow": ridge,
-        "inertial": f"above {ridge}",
-    }
-    return f" ({basin.kind}: {words[basin.kind]})"

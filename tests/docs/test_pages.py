@@ -15,8 +15,8 @@ from studies.cli import parse
 from studies.common.console import Console, number
 from studies.truss.command import raw_study, read_study, stated_study
 from studies.truss.config import DEPLOYED, study_from
-from studies.truss.deployment import Deployment
-from studies.truss.laws import paper_laws
+from studies.truss.motions.deployment import Deployment
+from studies.truss.motions.laws import paper_laws
 from studies.truss.quantities import QUANTITIES
 
 DOCS = Path(__file__).parents[2] / "docs"

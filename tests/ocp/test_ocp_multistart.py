@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -284,3 +285,39 @@ def test_an_audit_that_is_stopped_before_anything_is_found_says_so():
             settings=FEW,
             progress=lambda line: os.kill(os.getpid(), signal.SIGINT),
         )
+
+
+def test_starts_of_an_earlier_run_are_not_solved_again():
+    problem, _, _ = valley()
+    first = audit(problem, starts=3, seed=1, processes=1, settings=FEW)
+    told = []
+    known = {trial.name: trial for trial in first.trials[:2]}
+    known["random 2"] = lambda: None  # damaged: it has to be solved
+    again = audit(
+        problem,
+        starts=3,
+        seed=1,
+        processes=1,
+        settings=FEW,
+        known=known,
+        progress=told.append,
+    )
+    assert [trial.solution for trial in again.trials[:2]] == [t.solution for t in first.trials[:2]]
+    assert again.trials[2].value == pytest.approx(first.trials[2].value, rel=1e-9)
+    assert not any("stated guess" in line for line in told)
+    assert any("random 2" in line for line in told)
+
+
+def test_a_budget_of_all_starts_leaves_the_late_ones_out():
+    problem, _, _ = valley()
+
+    def slow():
+        time.sleep(0.5)  # longer than the budget
+        return problem
+
+    starts = {"first": problem, "slow": slow, "late": problem, "later": problem}
+    found = audit(starts=starts, processes=1, settings=FEW, seconds=0.4)
+    assert found.trials[0].error is None
+    assert len(found.trials) < 4
+    with pytest.raises(StatementError, match="'seconds' is 0"):
+        audit(problem, starts=2, seconds=0)

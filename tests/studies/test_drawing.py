@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 from models.laws import Step5
 from studies.common.drawing import LAWS, look, show_lowest, smoothest_on_top
 from studies.paper import DEPLOYED, PINNED, WITH_FRICTION
-from studies.truss.deployment import Deployment
 from studies.truss.figures import tension_figure
+from studies.truss.motions.deployment import Deployment
 
 T = np.linspace(0.0, 1.0, 51)
 

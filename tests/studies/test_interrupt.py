@@ -46,7 +46,8 @@ def test_during_the_first_round_the_input_is_kept(tmp_path: Path) -> None:
     code, messages = interrupted_at("mesh iteration 1", tmp_path / "out")
     assert code == 130
     assert messages.splitlines()[-1] == (
-        "antenna-ocp: interrupted before a motion was found; the inputs are kept"
+        "antenna-ocp: interrupted before a motion was found; the inputs are kept; "
+        f"go on by: antenna-ocp truss --resume {tmp_path / 'out'}"
     )
     assert "Traceback" not in messages
     assert (tmp_path / "out" / "input.toml").is_file()

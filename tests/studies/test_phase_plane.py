@@ -17,7 +17,7 @@ from models.truss import (
     rope_leverage,
 )
 from studies.common.exit_codes import StudyError
-from studies.truss.phase_plane import PhasePlane
+from studies.truss.motions.phase_plane import PhasePlane
 
 PLANES = {
     mu: PhasePlane(dataclasses.replace(DYNAMIC_SET, pulley_friction=mu)) for mu in (0.0, 0.01)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from models.laws import (
+    Hermite,
     JerkLimited,
     Piecewise,
     constant_acceleration,
@@ -24,9 +25,9 @@ from studies.paper import PINNED, STEP5, WITH_FRICTION, D, T
 from studies.truss import figures
 from studies.truss.bounds import least_time, least_work
 from studies.truss.config import Caps, TrussStudy, as_dictionary, study_from
-from studies.truss.deployment import Deployment, profile
 from studies.truss.figures import all_figures, angle_figure
-from studies.truss.laws import SampledLaw, knots, stored_law
+from studies.truss.motions.deployment import Deployment, profile
+from studies.truss.motions.laws import knots, stored_law
 from studies.truss.search import Search
 
 MAIN = ("truss", "--objective", "peak-acceleration", "--jerk-cap", "bezier", "--friction", "0.01")
@@ -184,11 +185,11 @@ def test_a_stored_study_is_reported_exported_and_drawn_without_solving(
 
 def test_the_stored_law_is_the_one_that_was_found() -> None:
     limited = JerkLimited(T, math.pi / 2 - D, math.pi / 2, 200 / T**3).profile
-    # knots give the law itself; a profile is linear between 2001 rows, enough to draw
+    # knots give the law itself; a profile has angle, speed and acceleration at each of its rows
     for law, kind, tolerance in (
         (limited, Piecewise, 1e-14),
-        (PINNED, SampledLaw, 1e-6),
-        (JUMPING, SampledLaw, 1e-6),
+        (PINNED, Hermite, 1e-9),
+        (JUMPING, Hermite, 1e-9),
     ):
         columns = profile(Deployment("law", law, WITH_FRICTION)) | knots(law)
         stored = stored_law(columns)

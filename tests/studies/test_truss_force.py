@@ -11,7 +11,7 @@ from ocp import Ipopt, Settings
 from studies.common.console import Console
 from studies.paper import PINNED, WITH_FRICTION, D
 from studies.truss.config import DEPLOYED, study_from
-from studies.truss.deployment import Deployment
+from studies.truss.motions.deployment import Deployment
 from studies.truss.search import BestMotion, Search
 
 BALANCE = 1e-8  # of the motor's work; the quadrature leaves 1e-14

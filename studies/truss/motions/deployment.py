@@ -5,10 +5,10 @@ Every number that a table, a figure or an export shows comes from here, whicheve
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -25,7 +25,9 @@ CANDIDATES = 4  # highest samples of a quantity that are refined
 BACKWARD = 1e-6  # of the mean speed: what a bound of an optimiser may leave below zero
 GAUSS_POINTS = 8  # per cell of the energy quadrature
 GAUSS_CELLS = 400  # cells of the energy quadrature, spread over the pieces
-SAMPLES = 2001  # evenly spaced rows of a profile; the times of kinks are added
+SAMPLES = 2001  # evenly spaced rows of a profile; the times of kinks and denser rows are added
+LARGEST_STEP = 2e-3  # of stroke and peak speed: what changes from row to row of a profile
+JUMP = 1e-6  # of the greatest acceleration: less is rounding
 CLOSE = 0.4  # of the spacing: rows closer than this to a kink give way to it
 
 # column: unit and meaning; forces are those of one of the two ropes
@@ -40,8 +42,9 @@ COLUMNS = {
     "angle": ("rad", "deployment angle"),
     "angular_speed": ("rad/s", "rate of the angle"),
     "angular_acceleration": ("rad/s^2", "rate of the speed"),
+    "angular_acceleration_before": ("rad/s^2", "its limit from the left, where it jumps"),
     "angular_jerk": ("rad/s^3", "rate of the acceleration"),
-    "angular_jerk_before": ("rad/s^3", "its limit from the left, since the jerk may jump"),
+    "angular_jerk_before": ("rad/s^3", "its limit from the left, where it jumps"),
     "reaction_force": ("N", "reaction on the supporting arm"),
     "joint_power": ("W", "dissipated in the joints"),
     "pulley_power": ("W", "dissipated in the pulleys"),
@@ -176,7 +179,7 @@ class Deployment:
         """Pieces (start, end, points), `total` points shared out by length."""
         return [
             (a, b, max(least, round(total * (b - a) / self.law.duration)))
-            for a, b in itertools.pairwise(self.edges)
+            for a, b in pairwise(self.edges)
         ]
 
     @cached_property
@@ -207,6 +210,7 @@ def profile(deployment: Deployment, samples: int = SAMPLES) -> dict[str, Array]:
     """All of `COLUMNS`, shape (m,) each."""
     time = _profile_times(deployment, samples)
     motion, truss = deployment.at(time)
+    before = deployment.law.motion(np.nextafter(time, 0.0))
     return {
         "time": time,
         "rope_length": truss.rope_length,
@@ -218,8 +222,9 @@ def profile(deployment: Deployment, samples: int = SAMPLES) -> dict[str, Array]:
         "angle": motion.angle,
         "angular_speed": motion.speed,
         "angular_acceleration": motion.acceleration,
+        "angular_acceleration_before": before.acceleration,
         "angular_jerk": motion.jerk,
-        "angular_jerk_before": deployment.law.motion(np.nextafter(time, 0.0)).jerk,
+        "angular_jerk_before": before.jerk,
         "reaction_force": truss.reaction_force,
         "joint_power": truss.joint_power,
         "pulley_power": truss.pulley_power,
@@ -228,17 +233,62 @@ def profile(deployment: Deployment, samples: int = SAMPLES) -> dict[str, Array]:
     }
 
 
-def _profile_times(deployment: Deployment, samples: int) -> Array:
-    """Times of all kinks, and even ones that are not next to a kink."""
-    even, spacing = np.linspace(0.0, deployment.law.duration, samples, retstep=True)
-    edges = np.array([t for t in deployment.edges if 0 < t < deployment.law.duration])
+def how_to_read(deployment: Deployment) -> dict[str, str]:
+    """What the head of a profile says of its rows: which columns jump, and what is between them."""
+    edges = np.array(deployment.edges)
+    after = deployment.law.motion(edges)
+    before = deployment.law.motion(np.nextafter(edges, 0.0))
+    jumps = np.abs(after.acceleration - before.acceleration)
+    largest = max(np.abs(after.acceleration).max(), np.abs(before.acceleration).max())
+    if (jumps > JUMP * largest).any():
+        columns = (
+            "angular_acceleration and all that follows from it: rope_acceleration, motor_force, "
+            "far_end_tension, motor_power, reaction_force, pulley_power"
+        )
+    else:
+        columns = "angular_jerk"
+    return {
+        "columns_that_jump": f"{columns}; a row holds the values behind the jump, and a column "
+        "that ends in _before those before it",
+        "between_two_rows": "the quintic polynomial with angle, angular_speed and "
+        "angular_acceleration of the first row, and angle, angular_speed and "
+        "angular_acceleration_before of the second; straight lines leave jumps in the speed",
+    }
 
-    if edges.size:
-        nearest = np.abs(even[:, None] - edges).min(axis=1)
-        keep = nearest > CLOSE * spacing
-        keep[[0, -1]] = True
-        even = even[keep]
-    return np.unique(np.concatenate([even, edges]))
+
+def _profile_times(deployment: Deployment, samples: int) -> Array:
+    """Times of all kinks, and others between that are dense where it moves."""
+    law = deployment.law
+    even, spacing = np.linspace(0.0, law.duration, samples, retstep=True)
+    edges = np.array(deployment.edges)
+
+    # a row for each small part of the stroke, and of the rise and fall of the speed
+    fine = np.unique(np.concatenate([even, *(np.linspace(a, b, 9) for a, b in pairwise(edges))]))
+    motion = law.motion(fine)
+    stroke = law.end_angle - law.start_angle
+    changes = np.abs(np.diff(motion.angle)) / stroke
+    changes += np.abs(np.diff(motion.speed)) / np.abs(motion.speed).max()
+    moved = np.concatenate([[0.0], np.cumsum(changes)])
+    count = int(moved[-1] / LARGEST_STEP) + 1
+    # where it stands still the inverse jumps, and even rows are enough
+    dense = np.interp(np.linspace(0.0, moved[-1], count), moved, fine)
+    dense = dense[np.diff(dense, append=np.inf) < CLOSE * spacing]
+
+    time = np.unique(np.concatenate([even, dense]))
+    return np.unique(np.concatenate([time[_far_from(edges, time)], edges]))
+
+
+def _far_from(edges: Array, time: Array) -> Array:
+    """Whether each of the times (m,) keeps its distance from all edges, shape (m,).
+
+    The distance is a share of the one to its own neighbour.
+    """
+    right = np.clip(np.searchsorted(edges, time), 1, edges.size - 1)
+    nearest = np.minimum(np.abs(time - edges[right - 1]), np.abs(edges[right] - time))
+    steps = np.diff(time)
+    neighbour = np.minimum(np.append(steps, np.inf), np.insert(steps, 0, np.inf))
+    far: Array = nearest > CLOSE * neighbour
+    return far
 
 
 def _bracket(grid: Array, k: int) -> tuple[float, float]:

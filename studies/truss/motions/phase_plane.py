@@ -58,6 +58,8 @@ class FastestMotion:
         Where and when T1 drops from F to 0 [rad], [s].
     time, angle, speed, rope_force : ndarray, shape (m,)
         The motion, dense [s], [rad], [rad/s], [N].
+    peak_acceleration : float
+        Of these points [rad/s^2].
     """
 
     force: float
@@ -68,6 +70,12 @@ class FastestMotion:
     angle: Array
     speed: Array
     rope_force: Array
+    peak_acceleration: float
+
+    @property
+    def peak_speed(self) -> float:
+        """Of these points [rad/s]."""
+        return float(self.speed.max())
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +102,7 @@ class LeastForce:
         if self.attained:
             return f"least peak rope force without further caps: {self.force:.6g} N (phase plane)"
         return (
-            f"without further caps the least peak rope force tends to {self.force:.6g} N, a limit "
+            f"the least peak rope force is {self.force:.6g} N (to {NEAR_LIMIT:g} of it), a limit "
             "that no motion attains: it would arrive at rest in the unstable equilibrium at "
             f"{math.degrees(_slowest_angle(self.motion)):.2f} deg"
         )
@@ -120,7 +128,7 @@ class PhasePlane:
         driven = self._flow(force, self.parameters.stowed_angle, 0.0, sign=1.0, below=self._braking)
         if driven.stalled:
             return None
-        return _join(force, driven, self._braking)
+        return self._join(force, driven, self._braking)
 
     def least_time(self, force: float) -> float:
         """T_min(force) [s]; infinite if no motion gets through."""
@@ -164,6 +172,32 @@ class PhasePlane:
         motion = self.fastest(force)
         assert motion is not None
         return LeastForce(force, True, motion)
+
+    def _join(self, force: float, driven: _Flow, braking: _Flow) -> FastestMotion:
+        """Motion along `driven`, then back along `braking`."""
+        switch_time = driven.duration
+        switch_angle = float(driven.pieces[-1].y[0, -1])
+        brake_time = braking.time_at(switch_angle)
+        duration = switch_time + brake_time
+
+        # the braking flow runs backwards in time, from rest at the end
+        first, last = driven.upto(switch_time), braking.upto(brake_time)[::-1]
+        angle, speed = np.hstack([driven(first), braking(last)])
+        rope_force = np.concatenate([np.full(first.size, force), np.zeros(last.size)])
+        points = (angle[None, :], speed[None, :], rope_force[None, :])
+        slack, taut = (self._acceleration[net](*points).full().ravel() for net in ("slack", "taut"))
+        acceleration = np.where(angle < self.parameters.net_angle, slack, taut)
+        return FastestMotion(
+            force=force,
+            duration=duration,
+            switch_angle=switch_angle,
+            switch_time=switch_time,
+            time=np.concatenate([first, duration - last]),
+            angle=angle,
+            speed=speed,
+            rope_force=rope_force,
+            peak_acceleration=float(np.abs(acceleration).max()),
+        )
 
     def _flow(
         self, force: float, angle: float, speed: float, sign: float, below: _Flow | None = None
@@ -289,28 +323,6 @@ def _event(function: Callable[[Array], float], direction: float = 0.0) -> Any:
     event.terminal = True  # type: ignore[attr-defined]
     event.direction = direction  # type: ignore[attr-defined]
     return event
-
-
-def _join(force: float, driven: _Flow, braking: _Flow) -> FastestMotion:
-    """Motion along `driven`, then back along `braking`."""
-    switch_time = driven.duration
-    switch_angle = float(driven.pieces[-1].y[0, -1])
-    brake_time = braking.time_at(switch_angle)
-    duration = switch_time + brake_time
-
-    # the braking flow runs backwards in time, from rest at the end
-    first, last = driven.upto(switch_time), braking.upto(brake_time)[::-1]
-    angle, speed = np.hstack([driven(first), braking(last)])
-    return FastestMotion(
-        force=force,
-        duration=duration,
-        switch_angle=switch_angle,
-        switch_time=switch_time,
-        time=np.concatenate([first, duration - last]),
-        angle=angle,
-        speed=speed,
-        rope_force=np.concatenate([np.full(first.size, force), np.zeros(last.size)]),
-    )
 
 
 def _acceleration_functions(parameters: TrussParameters) -> dict[Net, ca.Function]:

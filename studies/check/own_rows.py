@@ -1,0 +1,38 @@
+"""The law of a profile that this program wrote: its columns say more than the angles.
+
+Such a profile has the speed and the acceleration of each row, before and behind its jumps, or the
+jerk. Where these give the angles of the rows, the law is theirs, and nothing has to be recovered.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from models.errors import ModelError
+from models.laws import Law
+from ocp.arrays import Array
+from studies.check.reading.profile import MeasuredProfile
+from studies.truss.motions.laws import BEFORE, JERKS, RATES, exact_law, rows_law
+
+
+def stated_law(measured: MeasuredProfile) -> Law | None:
+    """The law that a profile states with its rates; None where it states none that fits."""
+    angles = measured.values.get("angle")
+    if angles is None:
+        return None
+    columns = {"time": measured.time, **_rates(measured)}
+    try:
+        return exact_law(columns, angles) or rows_law(columns, angles)
+    except ModelError:  # times or rates that make no law: the angles alone decide
+        return None
+
+
+def _rates(measured: MeasuredProfile) -> dict[str, Array]:
+    """The columns of rates that this program writes, as far as they are there, in SI."""
+    table = measured.table
+    places = {header.split("[")[0].strip(): place for place, header in enumerate(table.headers)}
+    wanted = [name for name in (*RATES, BEFORE, *JERKS) if name in places]
+    if not wanted:
+        return {}
+    arrays = table.column(tuple(places[name] for name in wanted))
+    return {name: np.asarray(array) for name, array in zip(wanted, arrays, strict=True)}

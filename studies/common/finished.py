@@ -1,0 +1,80 @@
+"""Starts that are done, kept in the results folder, so that a study that was killed goes on.
+
+Each start is one file, written beside its place and renamed: it is there as a whole or not at all.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+from ocp import Interrupted, OcpError, Problem, Trial
+from ocp.solution.storage import packed, unpacked
+
+FOLDER = "starts"
+
+
+@dataclass(frozen=True)
+class FinishedStarts:
+    """The finished starts of a study.
+
+    Attributes
+    ----------
+    folder : path
+        Of the results.
+    """
+
+    folder: Path
+
+    def names(self, kind: str) -> tuple[str, ...]:
+        """Names of the starts of a kind that are here."""
+        files = sorted((self.folder / FOLDER).glob(f"{kind}-*.json"))
+        return tuple(file.stem.removeprefix(f"{kind}-") for file in files)
+
+    def keep(self, kind: str, trial: Trial) -> None:
+        """Write what came of a start; one that the user stopped is not finished."""
+        if isinstance(trial.error, Interrupted):
+            return
+        place = self.folder / FOLDER
+        place.mkdir(exist_ok=True)
+        record = {
+            "value": trial.value if trial.value == trial.value else None,
+            "seconds": trial.seconds,
+            "failure": None if trial.error is None else str(trial.error),
+        }
+        if trial.solution is not None:
+            data = packed(trial.solution, known=trial.solution.problem)
+            _write(place / f"{kind}-{trial.name}.ocp", data)
+        # the record comes last: where it is, the rest is
+        _write(place / f"{kind}-{trial.name}.json", json.dumps(record).encode())
+
+    def read(self, kind: str, name: str, problem: Problem | None) -> Trial | None:
+        """What came of a start; None if its files are damaged, so that it is solved again.
+
+        Parameters
+        ----------
+        problem : Problem or None
+            As it is stated for this start; None where it cannot be stated.
+        """
+        place = self.folder / FOLDER
+        solution_file = place / f"{kind}-{name}.ocp"
+        try:
+            record = json.loads((place / f"{kind}-{name}.json").read_text("utf-8"))
+            solution = None
+            if solution_file.is_file() and problem is not None:
+                solution = unpacked(solution_file.read_bytes(), known=problem, name=name)
+            failure = record["failure"]
+            error = None if failure is None else OcpError(failure)
+            value = float("nan") if record["value"] is None else float(record["value"])
+            if error is None and solution is None:
+                return None
+            return Trial(name, solution, error, value, float(record["seconds"]))
+        except (OSError, ValueError, KeyError, TypeError):
+            return None
+
+
+def _write(path: Path, data: bytes) -> None:
+    draft = path.with_suffix(".part")
+    draft.write_bytes(data)
+    draft.replace(path)

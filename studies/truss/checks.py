@@ -1,0 +1,217 @@
+"""The table of a motion and of what it is compared with, and all that it is held against."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ocp import Solution
+from studies.common.result import Criterion, TableRow
+from studies.truss.config import DEPLOYED, TrussStudy
+from studies.truss.limits import ANGLE_MISS, CAPS, IMBALANCE, LONGER, REST, TENSION
+from studies.truss.motions.deployment import Deployment
+from studies.truss.motions.laws import paper_laws
+from studies.truss.quantities import OBJECTIVES, QUANTITIES, Quantity
+
+# of the table, in an order that reads well; a quantity that is not listed comes last
+_ORDER = (
+    "time",
+    "peak-speed",
+    "peak-acceleration",
+    "peak-jerk",
+    "peak-rope-acceleration",
+    "peak-force",
+    "least-tension",
+    "peak-power",
+    "energy",
+    "peak-reaction",
+)
+ROWS = tuple(dict.fromkeys((*_ORDER, *QUANTITIES)))
+
+
+def table_rows(
+    study: TrussStudy, laws: Sequence[Deployment], bounds: Mapping[str, float]
+) -> tuple[TableRow, ...]:
+    """All quantities of the laws, with caps and bounds."""
+    broken = {deployment.name: broken_caps(study, deployment.values) for deployment in laws}
+    alone = {next(iter(stage)) for stage in study.minimise if len(stage) == 1}
+
+    rows = [
+        TableRow(
+            key=key,
+            title=QUANTITIES[key].title,
+            unit=QUANTITIES[key].unit,
+            values={deployment.name: deployment.values[key] for deployment in laws},
+            cap=cap_of(study, key),
+            bound=bounds.get(key),
+            minimised=key in alone,
+            better=QUANTITIES[key].better,
+            broken_by=tuple(name for name, excess in broken.items() if key in excess),
+        )
+        for key in ROWS
+    ]
+    return (*_weighted_sums(study, laws), *rows)
+
+
+def _weighted_sums(study: TrussStudy, laws: Sequence[Deployment]) -> list[TableRow]:
+    """A row for each weighted sum of objectives, each in units of the Bezier law's value."""
+    sums = [stage for stage in study.minimise if len(stage) > 1]
+    if not sums:
+        return []
+    sizes = objective_sizes(study)
+    return [
+        TableRow(
+            key=f"weighted-sum-{place}" if len(sums) > 1 else "weighted-sum",
+            title=f"weighted sum of {' and '.join(stage)}",
+            unit="1",
+            values={
+                law.name: sum(
+                    weight * law.values[name] / sizes[name] for name, weight in stage.items()
+                )
+                for law in laws
+            },
+            minimised=True,
+            better="less",
+        )
+        for place, stage in enumerate(sums, start=1)
+    ]
+
+
+def objective_sizes(study: TrussStudy) -> dict[str, float]:
+    """Sizes that make weighted objectives comparable: the Bezier law's values."""
+    bezier, _ = paper_laws(study.truss, study.duration[1])
+    return {name: bezier.values[name] for name in OBJECTIVES}
+
+
+def cap_of(study: TrussStudy, key: str) -> float | None:
+    """The cap that the quantity `key` has to keep, if there is one."""
+    caps = {
+        "peak-speed": study.caps.speed,
+        "peak-acceleration": study.caps.acceleration,
+        "peak-jerk": study.caps.jerk,
+        "peak-force": study.caps.force,
+        "least-tension": study.caps.least_tension,
+    }
+    return caps.get(key)
+
+
+def broken_caps(study: TrussStudy, values: Mapping[str, float]) -> dict[str, float]:
+    """Caps that these values break, and by how much, relative."""
+    broken = {}
+    for key in ROWS:
+        cap, value = cap_of(study, key), values[key]
+        if cap is None or math.isnan(value):
+            continue
+        # a tension is a small share of the motor's force, and accurate to a share of it
+        size = values["peak-force"] if key == "least-tension" else cap
+        excess = (cap - value if key == "least-tension" else value - cap) / size
+        if excess > (TENSION if key == "least-tension" else CAPS):
+            broken[key] = excess
+    return broken
+
+
+def criteria(
+    study: TrussStudy, deployment: Deployment, angle_miss: float = ANGLE_MISS
+) -> tuple[Criterion, ...]:
+    """All that a deployment is held against.
+
+    Parameters
+    ----------
+    angle_miss : float
+        Largest miss of the end angles that passes [rad].
+    """
+    return (
+        *_at_the_ends(study, deployment, angle_miss),
+        *_under_the_caps(study, deployment),
+        _at_most("energy imbalance", "1", deployment.energies.imbalance, IMBALANCE),
+    )
+
+
+def _at_most(name: str, unit: str, value: float, limit: float) -> Criterion:
+    return Criterion(name, unit, float(value), float(limit), bool(value <= limit))
+
+
+def _at_the_ends(study: TrussStudy, deployment: Deployment, angle_miss: float) -> list[Criterion]:
+    """From rest to rest, between the right angles, in time."""
+    duration = deployment.law.duration
+    ends = deployment.law.motion(np.array([0.0, duration]))
+    misses = np.abs(ends.angle - np.array([study.truss.stowed_angle, DEPLOYED]))
+    low, high = study.duration
+    rest = REST * deployment.values["peak-speed"]
+
+    held = [
+        _at_most("miss of the stowed angle", "rad", misses[0], angle_miss),
+        _at_most("miss of the deployed angle", "rad", misses[1], angle_miss),
+        _at_most("speed at the ends", "rad/s", np.abs(ends.speed).max(), rest),
+        _at_most("duration", "s", duration, high * (1 + LONGER)),
+    ]
+    if duration < low * (1 - LONGER):
+        held.append(Criterion("duration (least)", "s", duration, low, False))
+    if study.caps.jerk is not None:  # without a cap on jerk, zero acceleration means nothing
+        still = REST * deployment.values["peak-acceleration"]
+        worst = np.abs(ends.acceleration).max()
+        held.append(_at_most("acceleration at the ends", "rad/s^2", worst, still))
+    return held
+
+
+def _under_the_caps(study: TrussStudy, deployment: Deployment) -> list[Criterion]:
+    values = deployment.values
+
+    broken = broken_caps(study, values)
+    return [
+        Criterion(
+            name=quantity.title,
+            unit=quantity.unit,
+            value=values[key],
+            limit=cap,
+            passed=key not in broken,
+            sentence=_barely(quantity, values[key], cap) if key not in broken else "",
+        )
+        for key, quantity in QUANTITIES.items()
+        if (cap := cap_of(study, key)) is not None
+    ]
+
+
+def _barely(quantity: Quantity, value: float, cap: float) -> str:
+    """What to say of a value that is beyond its cap, but within the tolerance; else nothing."""
+    beyond = cap - value if quantity.kind == "least" else value - cap
+    if not beyond > 0.0:
+        return ""
+    share, of = (TENSION, "of the peak rope force") if quantity.kind == "least" else (CAPS, "of it")
+    return (
+        f"passed: {quantity.title} {value:.9g} {quantity.unit} (limit {cap:.9g}); beyond it by "
+        f"{beyond:.2g} {quantity.unit}, within the tolerance of {share:g} {of}"
+    )
+
+
+def tolerated(study: TrussStudy, deployment: Deployment) -> list[str]:
+    """Sentences on caps that are exceeded, though within their tolerance."""
+    values = deployment.values
+    broken = broken_caps(study, values)
+    sentences = [
+        _barely(quantity, values[key], cap)
+        for key, quantity in QUANTITIES.items()
+        if key not in broken and (cap := cap_of(study, key)) is not None
+    ]
+    return [sentence for sentence in sentences if sentence]
+
+
+def engine_criterion(solution: Solution) -> Criterion:
+    """What the engine says of its own answer."""
+    verification = solution.verification
+
+    if verification.passed:
+        sentence = "passed: the engine's replay and its evaluation between the points"
+    else:
+        sentence = f"FAILED: the engine's verification: {'; '.join(verification.reasons)}"
+
+    return Criterion(
+        name="the engine's verification",
+        unit="1",
+        value=verification.miss,
+        limit=math.nan,
+        passed=verification.passed,
+        sentence=sentence,
+    )

@@ -1,0 +1,1 @@
+"""Motions of the truss: laws, where they come from, and what they do to the truss."""

@@ -1,0 +1,166 @@
+"""Where motion laws come from: the paper, a solution, a stored result."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+
+import numpy as np
+
+from models.laws import (
+    PAPER_POINTS,
+    Bezier,
+    Hermite,
+    Law,
+    Piecewise,
+    Step5,
+    linear_jerk,
+    pinned,
+)
+from models.truss import TrussParameters
+from ocp import Solution
+from ocp.arrays import Array
+from studies.truss.config import DEPLOYED, TrussStudy
+from studies.truss.motions.deployment import Deployment
+from studies.truss.problem import Statement, acceleration_in
+
+ROWS_AN_INTERVAL = 16  # of a replay: the force is then good to 1e-8 between them
+JOINT = 1e-9  # of the duration: intervals of a replay that are shorter are left out
+SHORTEST = 1e-12  # of the duration: shorter intervals are left out
+
+EXACT = 1e-9  # [rad]: jerks that integrate to the angles this closely are the law's own
+FITTING = 1e-4  # [rad], in sum: speeds and accelerations that give the steps of the angle are used
+RATES = ("angular_speed", "angular_acceleration")
+BEFORE = "angular_acceleration_before"
+JERKS = ("angular_jerk", "angular_jerk_before")
+
+
+def paper_laws(truss: TrussParameters, duration: float) -> tuple[Deployment, Deployment]:
+    """The paper's Bezier law, its ends pinned to the exact angles, and its Step5."""
+    return (
+        Deployment("Bezier", pinned_bezier(truss, duration), truss),
+        Deployment("Step5", Step5(duration, truss.stowed_angle, DEPLOYED), truss),
+    )
+
+
+def pinned_bezier(truss: TrussParameters, duration: float) -> Bezier:
+    """The paper's Bezier law, its ends pinned to the exact angles."""
+    return Bezier(duration, pinned(PAPER_POINTS, truss.stowed_angle, DEPLOYED))
+
+
+def law_of(study: TrussStudy, statement: Statement, solution: Solution) -> Law:
+    """The law of a solution.
+
+    With jerk as the control it is the exact integral of that jerk, piecewise linear in time, from
+    rest, whatever the collocation polynomials say; else it is the engine's independent replay.
+    """
+    jerk = statement.signals.jerk
+    if jerk is None:
+        return _replayed_law(study, statement, solution)
+
+    edges: list[float] = [0.0]
+    ramps: list[tuple[float, float]] = []
+    for phase in solution.trajectory.phases:
+        shortest = SHORTEST * phase.breakpoints[-1]
+        values = phase.polynomial(jerk.name).ends()[:, :, 0]
+        for (begin, end), (first, last) in zip(
+            itertools.pairwise(phase.breakpoints), values, strict=True
+        ):
+            if end - begin > shortest:
+                edges.append(float(end))
+                ramps.append((float(first), float(last)))
+    return linear_jerk(tuple(edges), tuple(ramps), start_angle=study.truss.stowed_angle)
+
+
+def _replayed_law(study: TrussStudy, statement: Statement, solution: Solution) -> Hermite:
+    """The replayed states of a solution whose control is a force or an acceleration.
+
+    Its acceleration is computed once, at rows so close that the law between them is as accurate as
+    the replay itself. Whoever asks for the motion then needs no expression any more.
+    """
+    signals, tau = statement.signals, np.linspace(0.0, 1.0, ROWS_AN_INTERVAL + 1)
+    shortest = JOINT * solution.replayed.phases[-1].end
+    pieces = []
+    for motion, net in zip(solution.replayed.phases, statement.nets, strict=True):
+        acceleration = acceleration_in(study, signals, net)
+        acceleration = getattr(acceleration, "symbol", acceleration)
+        wanted = [signals.angle.symbol, signals.speed.symbol, acceleration]
+        kept = np.flatnonzero(np.diff(motion.breakpoints) > shortest)
+        values = solution.evaluator.values(
+            solution.replayed,
+            motion.name,
+            wanted,
+            np.repeat(kept, tau.size),
+            np.tile(tau, kept.size),
+        )
+        lengths = np.diff(motion.breakpoints)[kept]
+        times = motion.breakpoints[kept][:, None] + lengths[:, None] * tau
+        pieces.append(np.dstack([times, values.reshape(kept.size, tau.size, 3)]))
+
+    # the last row of an interval gives way to the first one of the next, but for the acceleration
+    rows = np.concatenate(pieces)
+    after = np.vstack([rows[:, :-1].reshape(-1, 4), rows[-1, -1]])
+    before = np.concatenate([rows[:1, 0, 3], rows[:, 1:, 3].ravel()])
+    after[0, 0], after[-1, 3] = 0.0, before[-1]
+    speeds = np.maximum(after[:, 2], 0.0)  # a bound of the solver leaves a little below
+    return Hermite(after[:, 0], after[:, 1], speeds, after[:, 3], before)
+
+
+def knots(law: Law) -> dict[str, Array]:
+    """What a law of piecewise linear jerk is made of, shape (m,) each; empty for other laws."""
+    if not isinstance(law, Piecewise):
+        return {}
+    edges = np.array(law.edges)
+    after = law.motion(edges)
+    return {
+        "knot": edges,
+        "knot_angle": after.angle,
+        "knot_jerk": after.jerk,
+        "knot_jerk_before": law.motion(np.nextafter(edges, 0.0)).jerk,
+    }
+
+
+def stored_law(columns: Mapping[str, Array]) -> Law:
+    """The law of the columns of a result: exact where there are knots that give its angles."""
+    if "knot" in columns:
+        renamed = (columns["knot"], columns["knot_jerk"], columns["knot_jerk_before"])
+        jerks = dict(zip(("time", *JERKS), renamed, strict=True))
+        exact = exact_law(jerks, columns["knot_angle"])
+        if exact is not None:
+            return exact
+
+    # formerly there was no column of accelerations before the rows
+    after = columns["angular_acceleration"]
+    before = columns.get(BEFORE, after)
+    return Hermite(columns["time"], columns["angle"], columns["angular_speed"], after, before)
+
+
+def rows_law(columns: Mapping[str, Array], angles: Array) -> Hermite | None:
+    """The law through rows of angle, speed and acceleration, if these fit each other.
+
+    Raises
+    ------
+    ModelError
+        If the rows make no law.
+    """
+    rates = [columns.get(name) for name in (*RATES, BEFORE)]
+    if any(column is None or not np.isfinite(column).all() for column in rates):
+        return None
+    speeds, after, before = (np.asarray(column) for column in rates)
+    law = Hermite(columns["time"], angles, speeds, after, before)
+
+    # Euler and Maclaurin's rule: what speeds and accelerations say of each step of the angle
+    h = np.diff(columns["time"])
+    steps = h * (speeds[:-1] + speeds[1:]) / 2 + h**2 * (after[:-1] - before[1:]) / 12
+    return law if np.abs(np.diff(angles) - steps).sum() <= FITTING else None
+
+
+def exact_law(columns: Mapping[str, Array], angles: Array) -> Piecewise | None:
+    """The law of piecewise linear jerk, if the columns of jerks reproduce the angles."""
+    after, before = (columns.get(name) for name in JERKS)
+    if after is None or before is None or not np.isfinite([after, before]).all():
+        return None
+    ramps = tuple(zip(after[:-1].tolist(), before[1:].tolist(), strict=True))
+    law = linear_jerk(tuple(columns["time"].tolist()), ramps, start_angle=float(angles[0]))
+    miss = np.abs(law.motion(columns["time"]).angle - angles).max()
+    return law if miss <= EXACT else None

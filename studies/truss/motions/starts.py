@@ -1,0 +1,137 @@
+"""Motions that a solver starts from, as functions of time that have all signals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from models.laws import Dwell, Law, Step5, StraightLine
+from ocp.arrays import Array
+from studies.truss.bounds import least_time
+from studies.truss.config import DEPLOYED, TrussStudy
+from studies.truss.motions.deployment import Deployment
+from studies.truss.motions.laws import pinned_bezier
+
+if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
+    from studies.truss.motions.phase_plane import FastestMotion, LeastForce
+
+SWING = 1.3  # duration of the swing after a dwell, relative to the least the caps allow
+LONGEST_SWING = 0.9  # of the duration
+
+
+@dataclass(frozen=True)
+class StartingMotion:
+    """A motion to start from, as functions of time.
+
+    Attributes
+    ----------
+    name : of the law it comes from.
+    duration : [s].
+    net_time : when the angle passes the net angle [s].
+    angle, speed, acceleration, jerk, rope_force : arrays of times (m,) to arrays (m,).
+    """
+
+    name: str
+    duration: float
+    net_time: float
+    angle: Callable[[ArrayLike], Array]
+    speed: Callable[[ArrayLike], Array]
+    acceleration: Callable[[ArrayLike], Array]
+    jerk: Callable[[ArrayLike], Array]
+    rope_force: Callable[[ArrayLike], Array]
+
+
+def starting_motion(
+    name: str, study: TrussStudy, least_force: Callable[[], LeastForce]
+) -> StartingMotion:
+    """The motion of one of the study's starts.
+
+    Parameters
+    ----------
+    least_force : callable
+        Computes the phase-plane bound, which takes seconds; called only where it is needed.
+    """
+    duration, truss = first_duration(study), study.truss
+    if name == "phase-plane":
+        return _from_phase_plane(least_force().motion, duration, study)
+    laws: dict[str, Callable[[], Law]] = {
+        "bezier": lambda: pinned_bezier(truss, duration),
+        "step5": lambda: Step5(duration, truss.stowed_angle, DEPLOYED),
+        "straight": lambda: StraightLine(duration, truss.stowed_angle, DEPLOYED),
+        "dwell": lambda: _dwell(study, duration),
+    }
+    return start_from_law(name, laws[name](), study)
+
+
+def bezier_start(study: TrussStudy) -> StartingMotion:
+    """The paper's Bezier law."""
+    return start_from_law("bezier", pinned_bezier(study.truss, first_duration(study)), study)
+
+
+def first_duration(study: TrussStudy) -> float:
+    """Duration of the starts [s]: the longest allowed, but not far above the least possible."""
+    low, high = study.duration
+    least = max(low, 2 * least_time(study.stroke, study.caps))
+    return float(min(high, least) if least > 0 and "time" in study.objectives else high)
+
+
+def _dwell(study: TrussStudy, duration: float) -> Law:
+    """Wait, then swing about as fast as the caps on the angle's rates allow."""
+    swing = max(duration / 3, SWING * least_time(study.stroke, study.caps))
+    swing = min(swing, LONGEST_SWING * duration)
+    return Dwell(pinned_bezier(study.truss, swing), duration - swing)
+
+
+def start_from_law(name: str, law: Law, study: TrussStudy) -> StartingMotion:
+    """A law as a motion to start from."""
+    deployment = Deployment(name, law, study.truss)
+
+    def clipped(time: ArrayLike) -> Array:
+        # the mesh of a free duration may reach beyond the law
+        inside: Array = np.clip(np.asarray(time, dtype=float), 0.0, law.duration)
+        return np.atleast_1d(inside)
+
+    def rope_force(time: ArrayLike) -> Array:
+        _, truss = deployment.at(clipped(time))
+        force: Array = np.maximum(truss.rope_force, 0.0)
+        return force
+
+    net_times = [t for t in deployment.edges[1:-1] if t not in law.breakpoints]
+    return StartingMotion(
+        name=name,
+        duration=law.duration,
+        net_time=net_times[0] if net_times else law.duration / 2,
+        angle=lambda time: law.motion(clipped(time)).angle,
+        speed=lambda time: law.motion(clipped(time)).speed,
+        acceleration=lambda time: law.motion(clipped(time)).acceleration,
+        jerk=lambda time: law.motion(clipped(time)).jerk,
+        rope_force=rope_force,
+    )
+
+
+def _from_phase_plane(motion: FastestMotion, duration: float, study: TrussStudy) -> StartingMotion:
+    """Wait at rest, then the fastest motion at the least force; slowed if it does not fit."""
+    wait = max(0.0, duration - motion.duration)
+    slowing = (duration - wait) / motion.duration
+    times, kept = np.unique(wait + slowing * motion.time, return_index=True)
+    angle, force = motion.angle[kept], motion.rope_force[kept]
+    speed = (motion.speed / slowing)[kept]
+    acceleration = np.gradient(speed, times)
+
+    def interpolated(values: Array) -> Callable[[ArrayLike], Array]:
+        return lambda time: np.interp(np.atleast_1d(time), times, values)
+
+    return StartingMotion(
+        name="phase-plane",
+        duration=duration,
+        net_time=float(np.interp(study.truss.net_angle, angle, times)),
+        angle=interpolated(angle),
+        speed=interpolated(speed),
+        acceleration=interpolated(acceleration),
+        jerk=lambda time: np.zeros_like(np.atleast_1d(time), dtype=float),
+        rope_force=interpolated(force),
+    )

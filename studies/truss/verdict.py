@@ -1,0 +1,126 @@
+"""How sure an answer is, in words: against its bound, and against the other starts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from models.truss import static_peak
+from ocp import Audit, Optimum, Trial
+from studies.common.console import number
+from studies.common.result import Verdict
+from studies.truss.config import TrussStudy
+from studies.truss.quantities import OBJECTIVES
+
+if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
+    from studies.truss.motions.phase_plane import LeastForce
+
+BOUND_MET = 1e-4  # relative distance to a global bound that counts as meeting it
+AT_LIMIT = 1e-6  # relative distance to a limit within which the engine resolves no difference
+FAST = 1e-3  # relative: a force peak this far below the static one is due to momentum
+
+
+@dataclass(frozen=True)
+class Basin:
+    """Starts that ended in the same optimum.
+
+    Attributes
+    ----------
+    kind : of the force problem: "fast" (momentum carries the motion over the ridge of the static
+        force), "slow" (on that ridge) or "inertial" (above it); else empty.
+    """
+
+    value: float
+    starts: tuple[str, ...]
+    kind: str = ""
+
+
+def basins(study: TrussStudy, optima: Sequence[Optimum]) -> tuple[Basin, ...]:
+    """The distinct optima that the starts found, best first."""
+    return tuple(
+        Basin(optimum.value, optimum.starts, _kind(study, optimum.value)) for optimum in optima
+    )
+
+
+def unattained_verdict(peak_force: float, least: LeastForce | None) -> Verdict | None:
+    """The verdict on a motion at a force that no motion attains; None if it is not there.
+
+    Parameters
+    ----------
+    peak_force : float
+        Of the motion [N].
+    least : LeastForce or None
+        The phase-plane bound.
+    """
+    if least is None or least.attained or peak_force > least.force * (1 + AT_LIMIT):
+        return None
+    gap = peak_force / least.force - 1
+    return Verdict("unattained", f"no motion is best: {least.sentence}; this one is {gap:.1e} off")
+
+
+def global_verdict(study: TrussStudy, value: float, bound: float, basin: Basin) -> Verdict:
+    """The verdict on a value that meets its bound."""
+    words = f"global: the bound {bound:.6g} is met (gap {abs(value / bound - 1):.1e})"
+    return Verdict("global", f"{words}{_in_words(study, basin)}")
+
+
+def local_verdict(
+    study: TrussStudy, audit: Audit, value: float, bound: float | None, found: Sequence[Basin]
+) -> Verdict:
+    """The verdict on the best of several starts."""
+    solved = sum(trial.error is None for trial in audit.trials)
+    failed, left_out = len(audit.trials) - solved, len(study.solver.starts) - len(audit.trials)
+    kind = f"local: best of {solved} start{'s' * (solved > 1)}"
+    if failed:
+        kind += f" ({failed} more failed)"
+    if audit.interrupted:
+        kind += ", then interrupted"
+    elif study.solver.seconds is not None and left_out > 0:
+        kind += f", {left_out} left out when the {study.solver.seconds:g} s were used up"
+
+    listed = "; ".join(
+        f"{basin.value:.6g}{_in_words(study, basin)} from {', '.join(basin.starts)}"
+        for basin in found
+    )
+    gap = f"; its bound leaves room for {100 * (1 - bound / value):.3g} % less" if bound else ""
+    words = f"{kind}; {len(found)} basin{'s' * (len(found) > 1)} found: {listed}{gap}"
+    return Verdict("local", words)
+
+
+def _kind(study: TrussStudy, value: float) -> str:
+    """Which basin of the force problem has this value."""
+    if study.minimise[0].keys() != {"peak-force"}:
+        return ""
+    ratio = value / static_peak(study.truss).force
+    if ratio < 1 - FAST:
+        return "fast"
+    return "slow" if ratio < 1 + FAST else "inertial"
+
+
+def _in_words(study: TrussStudy, basin: Basin) -> str:
+    """Which basin of the force problem this is."""
+    if not basin.kind:
+        return ""
+    ridge = f"the static {static_peak(study.truss).force:.6g} N"
+    words = {
+        "fast": f"momentum carries it over {ridge}",
+        "slow": ridge,
+        "inertial": f"above {ridge}",
+    }
+    return f" ({basin.kind}: {words[basin.kind]})"
+
+
+def of_trial(trial: Trial, study: TrussStudy) -> str:
+    """One line of progress for a start that is done."""
+    if trial.solution is None:
+        return f"failed, {trial.error}"
+    if trial.error is not None:
+        return f"unverified, {'; '.join(trial.solution.verification.reasons)}"
+
+    first = list(study.minimise[0])
+    name, unit = (first[0], OBJECTIVES[first[0]].unit) if len(first) == 1 else ("weighted sum", "1")
+    return (
+        f"{name} {number(trial.value, 7)} {unit}, {trial.solution.iterations} iterations, "
+        f"{trial.seconds:.1f} s"
+    )

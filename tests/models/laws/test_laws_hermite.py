@@ -1,0 +1,52 @@
+"""A law through rows of angle, speed and acceleration."""
+
+import math
+
+import numpy as np
+import pytest
+
+from models.errors import ModelError
+from models.laws import Hermite, Step5, constant_acceleration
+
+LAW = Step5(140.0, 0.0768, math.pi / 2)
+
+
+def rows_of(law, times):
+    after = law.motion(times)
+    before = law.motion(np.nextafter(times, 0.0))
+    return Hermite(times, after.angle, after.speed, after.acceleration, before.acceleration)
+
+
+def test_a_polynomial_of_the_fifth_degree_is_the_law_itself() -> None:
+    again, t = rows_of(LAW, np.linspace(0, 140, 5)), np.linspace(0, 140, 777)
+    for name in ("angle", "speed", "acceleration", "jerk"):
+        exact = getattr(LAW.motion(t), name)
+        # rounding of differences over pieces of 35 s
+        assert getattr(again.motion(t), name) == pytest.approx(exact, abs=1e-12, rel=1e-11)
+
+
+def test_the_acceleration_jumps_where_its_rows_do_and_the_jerk_is_none() -> None:
+    law = constant_acceleration((0.0, 1.0, 2.0), (1.0, -1.0), 0.1)
+    again = rows_of(law, np.linspace(0, 2, 21))
+    motion = again.motion([0.999999, 1.0])
+    assert motion.acceleration == pytest.approx([1.0, -1.0], abs=1e-9)
+    assert np.isnan(motion.jerk).all()
+    t = np.linspace(0, 2, 333)
+    assert again.motion(t).angle == pytest.approx(law.motion(t).angle, abs=1e-14)
+
+
+def test_rows_very_close_to_each_other_do_no_harm() -> None:
+    times = np.sort(np.concatenate([np.linspace(0, 140, 50), [70.0, 70.0 + 1e-9]]))
+    t = np.linspace(69.9, 70.1, 1001)
+    motion = rows_of(LAW, times).motion(t)
+    assert motion.acceleration == pytest.approx(LAW.motion(t).acceleration, abs=1e-9)
+
+
+def test_columns_that_make_no_law_are_named() -> None:
+    one, three = np.zeros(1), np.arange(3.0)
+    with pytest.raises(ModelError, match="columns of one length"):
+        Hermite(three, three, three, three, one)
+    with pytest.raises(ModelError, match="do not increase from 0"):
+        Hermite(three + 1, three, three, three, three)
+    with pytest.raises(ModelError, match="not finite"):
+        Hermite(three, three, three, three, three * np.nan)

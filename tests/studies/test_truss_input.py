@@ -1,0 +1,102 @@
+"""Contradictory and absurd input of the truss, and profiles that are none: one sentence each."""
+
+from pathlib import Path
+
+import pytest
+
+from studies.cli import main
+from studies.common.exit_codes import ExitCode
+from studies.truss.limits import PLAUSIBLE
+
+FAST = ("truss", "--objective", "peak-force", "--duration", "5", "--jerk-cap", "200/T^3")
+
+
+def sentence(words, capsys, code=ExitCode.BAD_INPUT):
+    """The one line with which a command line is refused."""
+    assert main(list(words)) == code
+    (line,) = capsys.readouterr().err.splitlines()
+    return line
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--parameter", "modules=12", "--modules", "24"), "state the same thing"),
+        (("--parameter", "pulley_friction=0.1", "--friction", "0.2"), "state the same thing"),
+        (("--parameter", "link=0.2", "--parameter", "link=0.3"), "state the same thing"),
+        (("--parameter", "net_angle=1.4", "--parameter", "net_angle_deg=82"), "the same thing"),
+        (("--parameter", "=3"), "write NAME=VALUE"),
+        (("--parameter", "link="), "write NAME=VALUE"),
+        (("--concession", "2"), "give a part below 1"),
+        (("--duration", "2.."), "give both ends in seconds"),
+        (("--results", ""), "name a folder"),
+        (("--resume", "nowhere"), "takes no other words, but --objective is given"),
+    ],
+)
+def test_contradictory_and_half_input_is_refused(words, said, capsys) -> None:
+    assert said in sentence([*FAST, *words], capsys)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--duration", "1e-9"), "below the limit of 0.1 s: sound takes"),
+        (("--duration", "1e9"), "above the limit of 1e+06 s"),
+        (("--least-tension", "1e6"), "above the limit of 10000 N: a rope of 3 mm breaks"),
+        (("--modules", "100000000"), "above the limit of 500: a ring of"),
+        (("--friction", "5"), "above the limit of 1: no rope on a pulley"),
+        (("--friction", "1000"), "above the limit of 1: no rope on a pulley"),
+        (("--intervals", "100000000"), "above the limit of 2000"),
+        (("--parameter", "spring_stiffness=1e12"), "above the limit of 1e+07 N/m"),
+    ],
+)
+def test_absurd_input_is_refused_with_limit_and_reason(words, said, capsys) -> None:
+    assert said in sentence([*FAST, *words], capsys)
+
+
+def test_what_is_absurd_leaves_the_paper_alone() -> None:
+    assert all(allowed.low < allowed.high and allowed.reason for allowed in PLAUSIBLE.values())
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ('minimise = ["peak-force", "peak-force"]', "states peak-force 2 times"),
+        ('minimise = "energy"\n[truss]\nnet_angle = 1.4\nnet_angle_deg = 82', "the same angle"),
+        ("duration = 5\n[caps]\njerc = 1", "did you mean caps.jerk?"),  # before the objective
+    ],
+)
+def test_contradictory_files_are_refused(content, said, tmp_path: Path, capsys) -> None:
+    file = tmp_path / "a.toml"
+    file.write_text(content)
+    assert said in sentence(["truss", str(file)], capsys)
+
+
+def test_a_file_that_is_no_text_is_named(tmp_path: Path, capsys) -> None:
+    file = tmp_path / "a.toml"
+    file.write_bytes(b"\xff\xfe\x00")
+    assert "is not text in UTF-8" in sentence(["truss", str(file)], capsys)
+    assert "is not text in UTF-8" in sentence(["check", str(file)], capsys)
+
+
+ROWS = "\n".join(f"{i},{0.0768 + 0.03 * i}" for i in range(50))
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("a.csv", "time,angle\n0,1,2\n1,2", "row 1 of the profile"),
+        ("a.csv", f"time,angle,time\n{ROWS}", "2 columns 'time'"),
+        ("a.csv", "time,rope_length\n" + "\n".join(f"{i},{-i}" for i in range(50)), "-49 m"),
+        ("a.json", "[1, 2, 3]", "has no columns; give JSON like"),
+        ("a.json", '{"columns": [1, 2]}', "has no columns; give JSON like"),
+        ("a.json", '{"columns": {"time": {"values": [0]}}}', "no column angle or"),
+        ("a.json", "{", "is not valid JSON"),
+    ],
+)
+def test_profiles_that_are_no_table_are_named(name, content, said, tmp_path, capsys) -> None:
+    file = tmp_path / name
+    file.write_text(content)
+    line = sentence(["check", str(file)], capsys)
+    assert said in line
+    assert len(line) < 400
