@@ -133,8 +133,8 @@ def audit(
         Further errors that count as the failure of a start, for functions that give one.
     seconds : float, optional
         Budget of all starts together [s].  Each start may take what is left, and those for which
-        nothing is left are left out.  A start that it cuts short gives the best mesh iteration that it
-        finished, if that passes its verification.
+        nothing is left are left out.  A start that it cuts short gives the best mesh iteration
+        that it finished, if that passes its verification.
     known : mapping of name to Trial, optional
         What came of starts in an earlier run, or functions that give it when its turn comes.
         They are not solved again, but where a function gives None.

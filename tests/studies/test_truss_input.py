@@ -76,27 +76,3 @@ def test_a_file_that_is_no_text_is_named(tmp_path: Path, capsys) -> None:
     file = tmp_path / "a.toml"
     file.write_bytes(b"\xff\xfe\x00")
     assert "is not text in UTF-8" in sentence(["truss", str(file)], capsys)
-    assert "is not text in UTF-8" in sentence(["check", str(file)], capsys)
-
-
-ROWS = "\n".join(f"{i},{0.0768 + 0.03 * i}" for i in range(50))
-
-
-@pytest.mark.parametrize(
-    ("name", "content", "said"),
-    [
-        ("a.csv", "time,angle\n0,1,2\n1,2", "row 1 of the profile"),
-        ("a.csv", f"time,angle,time\n{ROWS}", "2 columns 'time'"),
-        ("a.csv", "time,rope_length\n" + "\n".join(f"{i},{-i}" for i in range(50)), "-49 m"),
-        ("a.json", "[1, 2, 3]", "has no columns; give JSON like"),
-        ("a.json", '{"columns": [1, 2]}', "has no columns; give JSON like"),
-        ("a.json", '{"columns": {"time": {"values": [0]}}}', "no column angle or"),
-        ("a.json", "{", "is not valid JSON"),
-    ],
-)
-def test_profiles_that_are_no_table_are_named(name, content, said, tmp_path, capsys) -> None:
-    file = tmp_path / name
-    file.write_text(content)
-    line = sentence(["check", str(file)], capsys)
-    assert said in line
-    assert len(line) < 400

@@ -55,6 +55,8 @@ def test_a_study_that_ends_well_is_read(tmp_path: Path) -> None:
     assert row["verdict"].startswith("global: the bound")
     assert row["files"] >= 5
     assert not row["traceback"]
+    assert row["check"] == 0
+    assert row["beaten_by"] == ""
     assert not (tmp_path / "study").exists()
     assert "verdict: global" in (tmp_path / "printed.txt").read_text("utf-8")
 
@@ -65,6 +67,7 @@ def test_an_infeasible_study_is_a_complaint(tmp_path: Path) -> None:
     assert row["code"] == 3
     assert row["value"] is None
     assert "no motion deploys in 5 s" in row["complaint"]
+    assert row["proof"] == "closed form of the least jerk"
     assert not row["traceback"]
 
 
@@ -98,7 +101,9 @@ def test_rows_of_all_kinds_are_printed() -> None:
         {**base, "index": 2, **ended, "code": -11},
         {**base, "index": 3, "failure": "not done after 1 s"},
     ]
-    studies, totals = tables(rows)
+    studies, totals, promises = tables(rows)
+    assert dict(promises.rows)["exit 70 or a traceback"] == "1 of 3"
+    assert dict(promises.rows)["no answer within the limit"] == "1 of 4"
     assert "not done after 1 s" in str(studies)
     assert "YES" in str(studies)
     last = dict(zip(totals.head, totals.rows[-1], strict=True))

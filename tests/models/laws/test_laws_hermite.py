@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from models.errors import ModelError
-from models.laws import Hermite, Step5, constant_acceleration
+from models.laws import Hermite, Step5, constant_acceleration, linear_jerk
 
 LAW = Step5(140.0, 0.0768, math.pi / 2)
 
@@ -18,11 +18,12 @@ def rows_of(law, times):
 
 
 def test_a_polynomial_of_the_fifth_degree_is_the_law_itself() -> None:
-    again, t = rows_of(LAW, np.linspace(0, 140, 5)), np.linspace(0, 140, 777)
-    for name in ("angle", "speed", "acceleration", "jerk"):
-        exact = getattr(LAW.motion(t), name)
-        # rounding of differences over pieces of 35 s
-        assert getattr(again.motion(t), name) == pytest.approx(exact, abs=1e-12, rel=1e-11)
+    ramped = linear_jerk((0.0, 60.0, 140.0), ((1e-6, -2e-6), (1e-6, 0.0)), 0.1)
+    again, t = rows_of(ramped, np.linspace(0, 140, 8)), np.linspace(0, 140, 777)
+    # a quartic in the angle: what is left is rounding of angles of 1 rad over pieces of 20 s
+    for name, rounding in (("angle", 1e-14), ("speed", 1e-15), ("acceleration", 1e-16)):
+        exact = getattr(ramped.motion(t), name)
+        assert getattr(again.motion(t), name) == pytest.approx(exact, abs=10 * rounding, rel=1e-12)
 
 
 def test_the_acceleration_jumps_where_its_rows_do_and_the_jerk_is_none() -> None:
