@@ -134,10 +134,11 @@ COMMANDS: Mapping[str, Command] = {
         loads="studies.truss.study",
     ),
     "report": Command(
-        "what a results folder says, or its figures drawn again",
-        "studies.report",
-        "Prints question, table, verdict, costs, checks and provenance of a result that a study "
-        "left, without solving anything.",
+        "a results folder as a page, figures and a film",
+        "studies.report.command",
+        "Prints what a result says, and writes it as one page that opens offline: answer, "
+        "verdict, costs, curves, the antenna in motion, tables, exact input. With two folders the "
+        "page sets them beside each other. Nothing is solved, but by --gallery.",
     ),
     "export": Command(
         "the profile of a results folder as CSV or JSON",

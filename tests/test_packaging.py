@@ -140,10 +140,11 @@ def test_the_wheel_works_in_an_empty_environment_away_from_the_repository(wheel,
     assert done.returncode == 0, done.stderr
     assert "global: the bound 0.000341755 is met" in done.stdout
 
-    done = run(antenna_ocp, "report", "results", "--figures", "drawn", folder=away, python=python)
+    done = run(antenna_ocp, "report", "results", "--figures", "png", folder=away, python=python)
     assert done.returncode == 0, done.stderr
     assert "global: the bound 0.000341755 is met" in done.stdout
-    assert (away / "drawn" / "overview.png").stat().st_size > 10_000
+    assert "uPlot" in (away / "results" / "report.html").read_text()
+    assert (away / "results" / "figures" / "overview.png").stat().st_size > 10_000
 
     script = "import studies.common.result as r; print(r.Result.load('results').verdict)"
     done = run("-W", "error", "-c", script, folder=away, python=python)

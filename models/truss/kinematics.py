@@ -98,7 +98,7 @@ def node_position(
     if module is None:
         return ca.vertcat(x, 0, z)
 
-    along, (g_x, g_y) = _module_frame(parameters.modules, module)
+    along, (g_x, g_y) = module_frame(parameters.modules, module)
     side = 2 * parameters.half_cross_bar * ca.sin(alpha)
     return ca.vertcat(side * g_x + along[0] * x, side * g_y + along[1] * x, z)
 
@@ -164,7 +164,7 @@ def _link_height(parameters: TrussParameters, alpha: Expression) -> Expression:
     return ca.sqrt(parameters.link**2 - (parameters.crank * ca.sin(alpha)) ** 2)
 
 
-def _module_frame(modules: int, module: int) -> tuple[tuple[float, float], tuple[float, float]]:
+def module_frame(modules: int, module: int) -> tuple[tuple[float, float], tuple[float, float]]:
     """R_i x and g_i of (18)-(19), both (2,): A_i = 2 b sin(alpha) g_i."""
     require(
         module in range(1, modules + 1),

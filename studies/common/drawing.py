@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,11 +17,24 @@ if TYPE_CHECKING:
     from studies.common.folder import ResultsFolder
 
 # told apart by the colour-blind, with the styles
-COLOURS = ("#0b5fa5", "#d1495b", "#5a8f29", "#8e6c8a", "#e09f3e", "#3d405b", "#7f7f7f", "#222222")
+COLOURS = (
+    "#0072b2",
+    "#d55e00",
+    "#009e73",
+    "#b0568f",
+    "#b27d00",
+    "#3d405b",
+    "#767676",
+    "#222222",
+)
 STYLES = ("-", "--", "-.", ":", "-", "--", "-.", "-")
 SHADES = ("#9ecae1", "#4a98c9", "#1764ab", "#08306b")  # of one law, light to dark
 LAWS = ("optimum", "Bezier", "Step5", "quintic", "linear torque", "ZVD", "ZV", "profile")
 FLATTENED = 30.0  # ratio of two curves' peaks beyond which the lower one is a flat line
+
+
+# without the time of drawing, so that the same result gives the same file
+_METADATA: Mapping[str, dict[str, None]] = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}
 
 
 def look(name: str) -> tuple[str, str]:
@@ -34,15 +47,21 @@ def look(name: str) -> tuple[str, str]:
     return COLOURS[place], STYLES[place]
 
 
-def save(figures: Iterable[tuple[str, Figure]], folder: ResultsFolder, console: Console) -> None:
-    """Draw figures one by one, each into a file of its name.
+def save(
+    figures: Iterable[tuple[str, Figure]],
+    folder: ResultsFolder,
+    console: Console,
+    kinds: Sequence[str] = ("png",),
+) -> None:
+    """Draw figures one by one, each into a file of its name and of each kind.
 
     Ctrl-C is acted on between two figures: raised within Matplotlib it can be swallowed.
     """
     with noted_interrupts() as interrupts:
         for name, figure in figures:
             console.live(f"drawing {name}")
-            figure.savefig(folder.file(f"{name}.png"))
+            for kind in kinds:
+                figure.savefig(folder.file(f"{name}.{kind}"), metadata=_METADATA.get(kind))
             if interrupts.asked:
                 raise KeyboardInterrupt
 

@@ -8,23 +8,25 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import casadi as ca
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from mpl_toolkits.mplot3d.art3d import Line3DCollection
+from matplotlib.lines import Line2D
 
-from models.truss import TrussParameters, node_position, static_peak, tension_ratios
+from models.truss import ring_radius, static_peak, tension_ratios
 from ocp.arrays import Array
 from studies.common.drawing import SHADES, label_axes, legend_below, look, show_lowest
-from studies.common.exit_codes import StudyError
+from studies.common.projection import View, outline
 from studies.common.result import Result
-from studies.truss.config import study_from
+from studies.common.scene import MovingPicture
+from studies.report.pictures import PARTS, draw_instant, tension_scale
+from studies.report.truss import moving_antenna
 from studies.truss.motions.deployment import Deployment
-from studies.truss.motions.laws import paper_laws, stored_law
+from studies.truss.motions.laws import deployments_of
 
 POINTS = 1201
 MU_SWEEP = (0.0, 0.25, 0.5, 1.0)  # of the truss's own pulley friction
@@ -34,49 +36,33 @@ BARS = (1, 4, 8, 12)  # the vertical bars of Fig. 13
 SNAPSHOTS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)  # of the duration, in Fig. 14
 OVERVIEW_SNAPSHOTS = (0.0, 0.4, 0.6, 1.0)
 
-# rods between the nodes of a module
-VERTICAL = ((1, 2), (4, 5))
-CROSS_BARS = ((2, 3), (3, 4), (5, 6), (6, 1))
-LINKS = ((7, 8), (9, 10), (11, 12), (13, 14))
-KINDS = (  # rods, colour, width, name
-    (VERTICAL, "#0b5fa5", 1.3, "vertical bars"),
-    (CROSS_BARS, "#d1495b", 0.8, "cross-bars"),
-    (LINKS, "#5a8f29", 0.8, "links"),
-)
+OPENING = (0.01, 0.99)  # shares of the stroke between which the antenna counts as opening
+SHORT = 0.5  # of the duration: a shorter opening is shown alone
+
+Caps = Mapping[str, float]  # by the keys of `studies.truss.quantities`
 
 
 def draw(result: Result) -> Iterator[tuple[str, Figure]]:
     """Every figure of a result with the name of its file."""
-    yield from all_figures(deployments_of(result))
+    caps = {row.key: row.cap for row in result.table if row.cap is not None}
+    yield from all_figures(deployments_of(result), caps)
 
 
-def deployments_of(result: Result) -> list[Deployment]:
-    """The law of a result and the paper's laws, on the truss of its study.
-
-    Raises
-    ------
-    StudyError
-        If the result has no profile.
-    """
-    columns = {name: series.values for name, series in result.arrays.items()}
-    if "angle" not in columns:
-        raise StudyError("the result has no profile to draw; run its study again")
-    truss, law = study_from(result.configuration).truss, stored_law(columns)
-    return [Deployment(result.laws[0], law, truss), *paper_laws(truss, law.duration)]
-
-
-def all_figures(deployments: Sequence[Deployment]) -> Iterator[tuple[str, Figure]]:
-    """Every figure with the name of its file."""
-    yield "overview", overview_figure(deployments)
-    yield "fig11_angle", angle_figure(deployments)
-    yield "fig12_rope", rope_figure(deployments)
+def all_figures(
+    deployments: Sequence[Deployment], caps: Caps | None = None
+) -> Iterator[tuple[str, Figure]]:
+    """Every figure with the name of its file; caps are drawn where there are any."""
+    caps = caps or {}
+    yield "overview", overview_figure(deployments, caps)
+    yield "fig11_angle", angle_figure(deployments, caps)
+    yield "fig12_rope", rope_figure(deployments, caps)
     yield "fig13_bars", bars_figure(deployments)
     yield "fig14_opening", snapshots_figure(deployments[0])
     frictionless = [with_friction(deployment, 0.0) for deployment in deployments]
     yield "fig17_energy_without_friction", energy_figure(frictionless)
     if deployments[0].truss.pulley_friction > 0:
         yield "fig18_energy_with_friction", energy_figure(deployments)
-    yield "fig19_motor_force", force_figure(deployments)
+    yield "fig19_motor_force", force_figure(deployments, caps)
     yield "fig20_segment_tensions", tension_figure(deployments)
 
 
@@ -92,9 +78,10 @@ def times(deployment: Deployment) -> Array:
     return np.unique(np.concatenate([even, deployment.edges]))
 
 
-def angle_figure(deployments: Sequence[Deployment]) -> Figure:
+def angle_figure(deployments: Sequence[Deployment], caps: Caps | None = None) -> Figure:
     """Fig. 11: angle, angular speed and angular acceleration against time."""
     figure, axes = _row(3, "Deployment angle, its speed and acceleration")
+    _draw_caps(axes, (None, "peak-speed", "peak-acceleration"), caps)
     for deployment, colour, style in styled(deployments):
         t = times(deployment)
         motion = deployment.law.motion(t)
@@ -106,9 +93,10 @@ def angle_figure(deployments: Sequence[Deployment]) -> Figure:
     return figure
 
 
-def rope_figure(deployments: Sequence[Deployment]) -> Figure:
+def rope_figure(deployments: Sequence[Deployment], caps: Caps | None = None) -> Figure:
     """Fig. 12: length, contraction speed and contraction acceleration of one rope."""
     figure, axes = _row(3, "One driving rope: length, contraction speed and acceleration")
+    _draw_caps(axes, (None, "peak-rope-speed", "peak-rope-acceleration"), caps)
     for deployment, colour, style in styled(deployments):
         t = times(deployment)
         _, truss = deployment.at(t)
@@ -153,34 +141,43 @@ def bars_figure(deployments: Sequence[Deployment]) -> Figure:
 
 
 def energy_figure(deployments: Sequence[Deployment]) -> Figure:
-    """Figs 17 and 18: two small energies in panels of their own, the large ones on the right."""
+    """Figs 17 and 18: the small energies of all laws above, the large ones of each law below."""
     mu = deployments[0].truss.pulley_friction
-    figure, axes = _row(3, f"Energies since the start, pulley friction μ = {mu:g}")
-    large = [("work of the motor", "motor", "-"), ("potential", "potential", "--")]
-    if mu > 0:
-        large.append(("dissipated in the pulleys", "pulleys", ":"))
+    columns = len(deployments)
+    figure = Figure(figsize=(4.3 * max(columns, 2), 6.4), dpi=150, layout="constrained")
+    figure.suptitle(f"Energies since the start, pulley friction μ = {mu:g}", fontsize=12)
+    parts: Any = figure.subfigures(2, 1)
+    above, below = parts
 
+    small = list(above.subplots(1, 2))
     for deployment, colour, style in styled(deployments):
         energies = deployment.energies
-        for panel, name in zip(axes, ("kinetic", "joints"), strict=False):
+        for panel, name in zip(small, ("kinetic", "joints"), strict=True):
             history = getattr(energies, name)
             panel.plot(energies.time, history, style, color=colour, label=deployment.name)
-        for _, name, style_of_kind in large:
-            axes[2].plot(energies.time, getattr(energies, name), style_of_kind, color=colour)
+    label_times(small, ("kinetic energy [J]", "dissipated in the joints [J]"))
+    legend_below(above, small[0])
 
-    # colours stand for laws there, so that the legend shows the styles in grey
-    for title, _, style in large:
-        axes[2].plot([], [], style, color="0.2", label=title)
-    axes[2].legend(frameon=False, fontsize=8)
-    label_times(axes, ("kinetic energy [J]", "dissipated in the joints [J]", "energy [J]"))
-    legend_below(figure, axes[0])
+    # laws differ by less than the width of a line here: each has a panel of its own
+    large = [("work of the motor", "motor", "-"), ("potential energy", "potential", "--")]
+    if mu > 0:
+        large.append(("dissipated in the pulleys", "pulleys", ":"))
+    panels = list(below.subplots(1, columns, sharey=True, squeeze=False)[0])
+    for panel, (deployment, colour, _) in zip(panels, styled(deployments), strict=True):
+        for title, name, style in large:
+            energies = deployment.energies
+            panel.plot(energies.time, getattr(energies, name), style, color=colour, label=title)
+        panel.set_title(deployment.name, fontsize=10)
+        panel.legend(frameon=False, fontsize=8)
+    label_times(panels, ("energy [J]", *[""] * (columns - 1)))
     return figure
 
 
-def force_figure(deployments: Sequence[Deployment]) -> Figure:
+def force_figure(deployments: Sequence[Deployment], caps: Caps | None = None) -> Figure:
     """Fig. 19: motor force of all laws, and of the first law under several frictions."""
     first = deployments[0]
     figure, axes = _row(2, "Motor force on each of the two ropes")
+    _draw_caps(axes, ("peak-force", None), caps)
     peak = static_peak(first.truss)
     axes[0].axhline(peak.force, color="0.6", lw=0.8, label=f"static peak {peak.force:.2f} N")
     for deployment, colour, style in styled(deployments):
@@ -228,19 +225,25 @@ def tension_figure(deployments: Sequence[Deployment]) -> Figure:
     return figure
 
 
-def overview_figure(deployments: Sequence[Deployment]) -> Figure:
-    """Snapshots of the first law above; rope length, acceleration and force of all laws below."""
+def overview_figure(deployments: Sequence[Deployment], caps: Caps | None = None) -> Figure:
+    """Snapshots of the first law above; rope length, acceleration and force of all laws below.
+
+    A law that opens the antenna in a small part of its duration is shown in these seconds alone.
+    """
     first = deployments[0]
+    window = opening(first)
     figure = Figure(figsize=(12.0, 5.6), dpi=110, layout="constrained")
     parts: Any = figure.subfigures(2, 1, height_ratios=(1, 1.5))
     above, below = parts
 
     above.suptitle(f"{first.truss.modules} modules opening under the {first.name} law")
-    for place, fraction in enumerate(OVERVIEW_SNAPSHOTS, start=1):
-        panel = above.add_subplot(1, len(OVERVIEW_SNAPSHOTS), place, projection="3d")
-        draw_snapshot(panel, first, fraction * first.law.duration)
+    picture = moving_antenna([first])
+    times_shown = [window[0] + share * (window[1] - window[0]) for share in OVERVIEW_SNAPSHOTS]
+    for panel, time in zip(above.subplots(1, len(times_shown)), times_shown, strict=True):
+        draw_snapshot(panel, first, picture, time)
 
     axes = list(below.subplots(1, 3))
+    _draw_caps(axes, ("peak-acceleration", None, "peak-force"), caps)
     for deployment, colour, style in styled(deployments):
         t = times(deployment)
         motion, truss = deployment.at(t)
@@ -250,78 +253,69 @@ def overview_figure(deployments: Sequence[Deployment]) -> Figure:
     label_times(
         axes, ("angular acceleration [rad/s²]", "length of each rope [m]", "force on each rope [N]")
     )
+    if window != (0.0, first.law.duration):
+        for panel in axes:
+            panel.set_xlim(*window)
     legend_below(below, axes[0])
     return figure
 
 
+def opening(deployment: Deployment) -> tuple[float, float]:
+    """The seconds in which a law opens the antenna, or all of its time if that is most of it."""
+    duration = deployment.law.duration
+    t = times(deployment)
+    angle = deployment.law.motion(t).angle
+    stroke = deployment.law.end_angle - deployment.law.start_angle
+    low, high = (deployment.law.start_angle + share * stroke for share in OPENING)
+    start, end = float(t[np.argmax(angle > low)]), float(t[np.argmax(angle >= high)])
+    if end - start > SHORT * duration:
+        return 0.0, duration
+    room = 0.25 * (end - start)
+    return max(0.0, start - room), min(duration, end + room)
+
+
 def snapshots_figure(deployment: Deployment) -> Figure:
-    """The truss at even times, all to the same scale."""
+    """The truss at even times of its opening, all to the same scale."""
     figure = Figure(figsize=(12.0, 6.0), dpi=150, layout="constrained")
     figure.suptitle(f"The antenna opening under the {deployment.name} law, to scale", fontsize=12)
-    for place, fraction in enumerate(SNAPSHOTS, start=1):
-        panel: Any = figure.add_subplot(2, 3, place, projection="3d")
-        draw_snapshot(panel, deployment, fraction * deployment.law.duration)
-    handles = panel.collections
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(KINDS), frameon=False)
+    picture = moving_antenna([deployment])
+    panels = figure.subplots(2, 3)
+    low, high = opening(deployment)
+    for panel, share in zip(panels.flat, SNAPSHOTS, strict=True):
+        draw_snapshot(panel, deployment, picture, low + share * (high - low))
+
+    tension_scale(figure, panels, picture)
+    lines = [
+        Line2D([], [], color=colour, lw=width, label=kind)
+        for kind, (colour, width) in PARTS.items()
+        if kind in {strand.kind for strand in picture.strands}
+    ]
+    figure.legend(handles=lines, loc="outside lower center", ncols=len(lines), frameon=False)
     return figure
 
 
-def draw_snapshot(panel: Any, deployment: Deployment, time: float) -> None:
-    """The truss at a time [s] in a three-dimensional panel, with a title that says when."""
+def draw_snapshot(panel: Axes, deployment: Deployment, picture: MovingPicture, time: float) -> None:
+    """The truss at a time [s], with a title that says when."""
     truss = deployment.truss
     angle = float(deployment.law.motion(time).angle[0])
-    _draw(panel, truss, angle)
-    diameter = 2 * truss.half_cross_bar * math.sin(angle) / math.sin(math.pi / truss.modules)
+    draw_instant(panel, picture, picture.laws[0], time, frame=outline(picture, View()))
+    diameter = 2 * float(ring_radius(truss, angle))
     panel.set_title(
         f"t = {time:.4g} s,  α = {math.degrees(angle):.1f}°,  diameter {diameter:.2f} m",
         fontsize=10,
     )
 
 
-def _draw(panel: Any, truss: TrussParameters, angle: float) -> None:
-    radius = truss.half_cross_bar / math.sin(math.pi / truss.modules)
-    for rods, colour, width, name in KINDS:
-        lines = Line3DCollection(
-            _segments(truss, angle, rods),
-            colors=colour,
-            linewidths=width,
-            label=name,
-            clip_on=False,
-        )
-        panel.add_collection3d(lines)
-
-    # the fixed bar is at the origin; the ring opens along +y from it
-    centre = ring_centre(truss, angle)
-    panel.set_xlim(centre[0] - radius, centre[0] + radius)
-    panel.set_ylim(centre[1] - radius, centre[1] + radius)
-    panel.set_zlim(-truss.bar_length, 0)
-
-    panel.set_box_aspect((2 * radius, 2 * radius, truss.bar_length), zoom=1.5)
-    panel.view_init(elev=28, azim=-60)
-    panel.set_axis_off()
-
-
-def _segments(
-    truss: TrussParameters, angle: float, rods: tuple[tuple[int, int], ...]
-) -> list[Array]:
-    return [
-        np.stack([position(truss, angle, module, node) for node in rod])
-        for module in range(1, truss.modules + 1)
-        for rod in rods
-    ]
-
-
-def position(truss: TrussParameters, angle: float, module: int, node: int) -> Array:
-    """Position of a node of a module, shape (3,) [m]."""
-    place: Array = node_position(truss, node, ca.DM(angle), module=module).full().ravel()
-    return place
-
-
-def ring_centre(truss: TrussParameters, angle: float) -> Array:
-    """Mean of the upper ends of all vertical bars, shape (3,) [m]."""
-    modules = range(1, truss.modules + 1)
-    centre: Array = np.mean([position(truss, angle, module, 1) for module in modules], axis=0)
-    return centre
+def _draw_caps(axes: Sequence[Axes], keys: Sequence[str | None], caps: Caps | None) -> None:
+    """A dotted line at each cap, on both sides of zero where a quantity has both signs."""
+    for panel, key in zip(axes, keys, strict=True):
+        cap = (caps or {}).get(key or "")
+        if cap is None:
+            continue
+        signs = (1.0, -1.0) if key in ("peak-acceleration", "peak-rope-acceleration") else (1.0,)
+        for number, sign in enumerate(signs):
+            label = None if number else "cap"
+            panel.axhline(sign * cap, color="0.4", lw=0.9, ls=":", label=label)
 
 
 def _row(panels: int, title: str, share: bool = False) -> tuple[Figure, list[Axes]]:

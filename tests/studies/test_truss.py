@@ -169,12 +169,14 @@ def test_a_stored_study_is_reported_exported_and_drawn_without_solving(
         pytest.fail("a stored result was solved again")
 
     monkeypatch.setattr(Search, "run", refuse)
-    monkeypatch.setattr(figures, "all_figures", lambda laws: [("angle", angle_figure(laws))])
-    assert main(["report", str(out), "--figures", str(drawn)]) == ExitCode.OK
+    monkeypatch.setattr(
+        figures, "all_figures", lambda laws, caps: [("angle", angle_figure(laws, caps))]
+    )
+    assert main(["report", str(out), "--figures", "png", "--to", str(drawn)]) == ExitCode.OK
     report = capsys.readouterr().out
     for words in (result.question, result.verdict.sentence, "passed: energy imbalance", "casadi"):
         assert words in report
-    assert (drawn / "angle.png").is_file()
+    assert (drawn / "figures" / "angle.png").is_file()
     assert main(["export", str(out), "--to", "csv", "--output", str(file)]) == ExitCode.OK
     assert file.read_bytes() == (out / "profile.csv").read_bytes()
     assert main(["export", str(out), "--to", "csv", "--output", str(file)]) == 6

@@ -210,6 +210,11 @@ class LockedRun:
     after: Simulation | None
     residual_energy: float
 
+    @property
+    def runs(self) -> tuple[Simulation, ...]:
+        """The motion up to the lock and, where it was followed, the one beyond it."""
+        return (self.before,) if self.after is None else (self.before, self.after)
+
 
 def run_and_lock(
     chain: Chain,

@@ -41,6 +41,7 @@ from studies.common.console import Console
 from studies.common.exit_codes import StudyError
 from studies.common.folder import provenance
 from studies.common.result import Result, Verdict, costs_elsewhere
+from studies.common.shapes import shape_series
 
 OPTIMUM = "optimum"
 LAWS = ("Step5", "Bezier")
@@ -119,6 +120,7 @@ def solve_motion(study: ArmStudy, console: Console) -> Result:
     for motion in (replayed, *beside):
         arrays |= Trace.of(motion).series()
     arrays |= reduced_series(refined.motion.reduced) | snapshot_series(snapshots)
+    arrays |= shape_series(replayed.run.runs)
 
     remarks = [ASSUMPTIONS]
     details: dict[str, Any] = {

@@ -248,9 +248,10 @@ def _bars(panel: Axes, names: Sequence[str], largest: Sequence[Sequence[float]])
 
 
 def snapshot_figure(scene: Scene, snapshots: Sequence[Snapshot]) -> Figure:
-    """The arm at even instants."""
-    figure = Figure(figsize=(5.2, 4.6), dpi=150, layout="constrained")
-    panel = figure.subplots()
+    """The arm at even instants, and how the link behind the joint that turns bends."""
+    figure = Figure(figsize=(9.4, 4.6), dpi=150, layout="constrained")
+    panel, bending = figure.subplots(1, 2)
+    _bending(bending, scene, snapshots)
     last = snapshots[-1].time
     for snapshot in snapshots:
         share = snapshot.time / last
@@ -270,6 +271,24 @@ def snapshot_figure(scene: Scene, snapshots: Sequence[Snapshot]) -> Figure:
     label_axes(panel, "x [m]", "y [m]", fit=False)
     panel.margins(0.05)
     return figure
+
+
+def _bending(panel: Axes, scene: Scene, snapshots: Sequence[Snapshot]) -> None:
+    """How far a link is off the straight line between its ends, along it."""
+    small = ELBOW in scene.moving
+    for snapshot in snapshots:
+        nodes = snapshot.small if small else snapshot.big
+        chord = nodes[:, -1] - nodes[:, 0]
+        along = chord / np.hypot(*chord)
+        across = np.array([-along[1], along[0]])
+        places = nodes - nodes[:, :1]
+        shade = str(0.8 - 0.8 * snapshot.time / snapshots[-1].time)
+        label = f"{snapshot.time:.3g} s"
+        panel.plot(along @ places, 1e3 * (across @ places), color=shade, label=label)
+    panel.axhline(0.0, color=COLOURS[0], lw=0.8, ls=":")
+    panel.set_title(f"bending of the {'small' if small else 'big'} arm", fontsize=9)
+    label_axes(panel, "along the straight line between its ends [m]", "off that line [mm]")
+    panel.legend(frameon=False, fontsize=7, ncols=3)
 
 
 def _row(panels: int, scene: Scene, what: str) -> tuple[Figure, list[Axes]]:

@@ -20,7 +20,9 @@ from models.laws import (
 from models.truss import TrussParameters
 from ocp import Solution
 from ocp.arrays import Array
-from studies.truss.config import DEPLOYED, TrussStudy
+from studies.common.exit_codes import StudyError
+from studies.common.result import Result
+from studies.truss.config import DEPLOYED, TrussStudy, study_from
 from studies.truss.motions.deployment import Deployment
 from studies.truss.problem import Statement, acceleration_in
 
@@ -41,6 +43,21 @@ def paper_laws(truss: TrussParameters, duration: float) -> tuple[Deployment, Dep
         Deployment("Bezier", pinned_bezier(truss, duration), truss),
         Deployment("Step5", Step5(duration, truss.stowed_angle, DEPLOYED), truss),
     )
+
+
+def deployments_of(result: Result) -> list[Deployment]:
+    """The law of a result and the paper's laws, on the truss of its study.
+
+    Raises
+    ------
+    StudyError
+        If the result has no profile.
+    """
+    columns = {name: series.values for name, series in result.arrays.items()}
+    if "angle" not in columns:
+        raise StudyError("the result has no profile to draw; run its study again")
+    truss, law = study_from(result.configuration).truss, stored_law(columns)
+    return [Deployment(result.laws[0], law, truss), *paper_laws(truss, law.duration)]
 
 
 def pinned_bezier(truss: TrussParameters, duration: float) -> Bezier:

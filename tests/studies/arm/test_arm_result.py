@@ -25,6 +25,7 @@ from studies.cli import COMMANDS, build_parser
 from studies.common.configuration import key_lines
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.result import Result, Series, costs_elsewhere
+from studies.common.shapes import read_shapes, shape_series
 from studies.common.writers import outcome_text
 
 STUDIES = [
@@ -102,6 +103,36 @@ def test_a_trace_is_read_as_it_was_kept(replayed, tmp_path):
         assert read.time == made.time
         assert np.array_equal(read.big, made.big)
         assert np.array_equal(read.small, made.small)
+
+
+def test_the_shapes_of_a_motion_are_those_of_the_replay(replayed, tmp_path):
+    runs, axis = replayed.run.runs, {"time": Series("s", "time", np.array([0.0, 2.0]))}
+    kept = result(arrays=axis | shape_series(runs, instants=50))
+    kept.save(tmp_path)
+    shapes = read_shapes(Result.load(tmp_path))
+
+    assert (np.diff(shapes.times) > 0).all()
+    assert shapes.times[[0, -1]] == pytest.approx([0.0, 2.2])
+    before = runs[0]
+    for instant in np.flatnonzero(shapes.times <= 2.0):
+        k = int(np.argmin(np.abs(before.times - shapes.times[instant])))
+        for link, nodes in enumerate(shapes.nodes):
+            for node in range(before.chain.nodes):
+                assert np.array_equal(nodes[instant, node], before.position(link, node)[:, k])
+    # the axis of each link is nearly straight here: what is exaggerated is small
+    apart = max(
+        np.abs(bent - even).max()
+        for bent, even in zip(shapes.nodes, shapes.straight(), strict=True)
+    )
+    assert 1e-4 < apart < 0.3  # m
+    assert shapes.straight()[0][:, 0] == pytest.approx(shapes.nodes[0][:, 0])
+
+
+def test_a_run_with_a_clock_of_its_own_follows_the_one_before(replayed):
+    first = replayed.run.before
+    shapes = read_shapes(result(arrays=shape_series((first, first), instants=20)))
+    assert (np.diff(shapes.times) > 0).all()
+    assert shapes.times[-1] == pytest.approx(4.0)
 
 
 def test_figures_are_drawn_from_what_a_result_holds(replayed):

@@ -116,8 +116,8 @@ def test_the_command_writes_what_reproduces_it(tmp_path: Path):
     assert kept.passed
     assert kept.value("residual_energy", "Step5") == pytest.approx(STEP5_BIG, rel=0.02)
     assert study_from(read_toml(out / "input.toml")) == study_from(kept.configuration)
-    assert main(["report", str(out), "--figures", str(tmp_path / "again")]) == ExitCode.OK
-    drawn = {path.name for path in (tmp_path / "again").glob("*.png")}
+    assert main(["report", str(out), "--figures", "png", "--to", str(tmp_path)]) == ExitCode.OK
+    drawn = {path.name for path in (tmp_path / "figures").glob("*.png")}
     assert drawn == {name for name in names if name.endswith(".png")}
 
 

@@ -24,6 +24,7 @@ from studies.common.console import Console
 from studies.common.exit_codes import StudyError
 from studies.common.folder import provenance
 from studies.common.result import Criterion, Result, Series, Verdict
+from studies.common.shapes import shape_series
 
 AGREE = 0.2  # share of the full model's energy by which B21 may differ
 STILL = 1e-8  # [J] below which both count as still
@@ -54,7 +55,8 @@ def find_sequence(study: SequenceStudy, console: Console) -> Result:
         kind="arm-sequence",
         question=study.question,
         configuration=as_dictionary(study),
-        arrays=_series(solved, study.sample_time),
+        arrays=_series(solved, study.sample_time)
+        | shape_series((*replayed.first.runs, *replayed.second.runs)),
         table=table_rows({"optimum": [*_facts(solved, replayed), *beside]}),
         bounds={"rigid arm of this time, best split: peak torque [N m]": solved.rigid_bound},
         verdict=Verdict(

@@ -1,0 +1,1 @@
+"""How fast a report opens and moves in a real browser."""

@@ -1,0 +1,104 @@
+"""What a report shows of the arm: curves of all laws, and the arm in motion."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocp.arrays import Array
+from studies.common.result import Result
+from studies.common.scene import LawOfMotion, MovingPicture, Strand
+from studies.common.shapes import ChainShapes, read_shapes
+from studies.report.charts import Chart, Level, charts_of_arrays
+
+# series as charts: title, and the quantity of the table whose cap they keep; the others follow
+_TITLES = {
+    "root_torque": ("torque of the root", "peak_root_torque"),
+    "elbow_torque": ("torque of the elbow", "peak_elbow_torque"),
+    "tip_acceleration": ("acceleration of the antenna", ""),
+    "bending_big": ("largest bending moment of the big arm", ""),
+    "bending_small": ("largest bending moment of the small arm", ""),
+}
+_NAMES = ("big arm", "small arm")
+_LEFT_OUT = {"locked", "node"}
+
+
+def charts(result: Result) -> tuple[Chart, ...]:
+    """All series over time, those with a name of their own first."""
+    found = []
+    for chart in charts_of_arrays(result):
+        key = chart.key.partition("-")[2]
+        if key in _LEFT_OUT or key.startswith("lock_impulse"):
+            continue
+        found.append(_titled(result, chart, key))
+    order = {key: place for place, key in enumerate(_TITLES)}
+    return tuple(sorted(found, key=lambda c: order.get(c.key.partition("-")[2], len(order))))
+
+
+def _titled(result: Result, chart: Chart, key: str) -> Chart:
+    named = chart.meaning if result.kind == "flex" and chart.meaning else chart.title
+    title, quantity = _TITLES.get(key, (named, ""))
+    caps = {row.key: row.cap for row in result.table}
+    cap = caps.get(quantity)
+    levels = () if cap is None else (Level("cap", cap), Level("cap", -cap))
+    return Chart(
+        key=chart.key,
+        title=title,
+        unit=chart.unit,
+        axes=chart.axes,
+        curves=chart.curves,
+        levels=levels,
+        meaning=chart.meaning,
+    )
+
+
+def scene(result: Result) -> MovingPicture | None:
+    """The links in motion; None where the result does not hold their shapes."""
+    shapes = _poses(result) if result.kind == "flex" else read_shapes(result)
+    if shapes is None:
+        return None
+
+    counts = [nodes.shape[1] for nodes in shapes.nodes]
+    first = np.concatenate([[0], np.cumsum(counts)])
+    strands = []
+    for link, count in enumerate(counts):
+        chain = first[link] + np.arange(count)
+        name = _NAMES[link] if len(counts) <= len(_NAMES) else f"link {link + 1}"
+        strands.append(Strand(name, np.stack([chain[:-1], chain[1:]], axis=1)))
+
+    own = next(iter(result.laws), "motion")
+    times = shapes.times
+    return MovingPicture(
+        title="the arm, seen from above" if len(counts) == len(_NAMES) else "the links",
+        shapes=_in_space(shapes.nodes),
+        parameter=times,
+        strands=tuple(strands),
+        laws=(LawOfMotion(own, times, times, np.ones_like(times)),),
+        straight=_in_space(shapes.straight()),
+        size=_extent(shapes),
+        flat=True,
+    )
+
+
+def _poses(result: Result) -> ChainShapes | None:
+    """The poses of a case of `flex`; the heading of a link is that of its first element."""
+    from studies.flex.figures import links_of, poses_of
+
+    if "pose" not in result.arrays:
+        return None
+    times, x, y = poses_of(result)
+    places = np.stack([x, y], axis=2)
+    links = np.split(places, links_of(result), axis=1)
+    first = [nodes[:, 1] - nodes[:, 0] for nodes in links]
+    headings = tuple(np.unwrap(np.arctan2(step[:, 1], step[:, 0])) for step in first)
+    return ChainShapes(times, tuple(links), headings)
+
+
+def _in_space(links: tuple[Array, ...]) -> Array:
+    """Places (m, p, 3) of all nodes of all links."""
+    flat = np.concatenate(links, axis=1)
+    return np.concatenate([flat, np.zeros((*flat.shape[:2], 1))], axis=2)
+
+
+def _extent(shapes: ChainShapes) -> float:
+    places = np.concatenate([nodes.reshape(-1, 2) for nodes in shapes.nodes])
+    return float(np.ptp(places, axis=0).max())

@@ -1,0 +1,136 @@
+"""Two results beside each other on one page."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+
+from studies.common.console import number
+from studies.common.result import Result
+from studies.report import sections, words
+from studies.report.charts import TIME, Chart, ChartAxis, Curve
+from studies.report.html import Element, element, table
+from studies.report.page import Shown, document, payload, shown
+
+SHARE = ChartAxis("share", "share of the duration", "%")  # durations may differ by far
+
+
+def beside(results: Sequence[Result], names: Sequence[str]) -> str:
+    """The page of two results, each called by the name of its folder."""
+    names = [f"{name} ({'AB'[k]})" for k, name in enumerate(names)]
+    whats = [shown(result) for result in results]
+    charts = _together(results, whats, names)
+    laws = tuple(dict.fromkeys(curve.law for chart in charts for curve in chart.curves))
+    what = Shown(laws, charts, None)
+    title = f"{names[0]} beside {names[1]}"
+    head = element(
+        "header",
+        element("p", "Two results of antenna-ocp", class_="kind"),
+        element("h1", title),
+    )
+    parts = [
+        _answers(results, names),
+        sections.section("Quantities", _quantities(results, names)),
+        sections.section("Curves", sections.curves(charts, laws)) if charts else None,
+        sections.section("Settings that differ", _settings(results, names)),
+    ]
+    main = element("main", [sections.missing(result) for result in results], parts, id="content")
+    return document(title, [head, main], payload(what))
+
+
+def _answers(results: Sequence[Result], names: Sequence[str]) -> Element:
+    cards = []
+    for result, name in zip(results, names, strict=True):
+        word, mood = words.KINDS[result.verdict.kind]
+        cards.append(
+            element(
+                "div",
+                element("h2", name),
+                element("p", result.question or "The question is not recorded."),
+                sections.paragraphs(words.answer(result)),
+                element("p", element("span", word, class_="word"), f". {result.verdict.sentence}."),
+                class_=f"card {mood}",
+            )
+        )
+    return element("div", cards, class_="cards")
+
+
+def _own(result: Result) -> dict[str, tuple[str, str, float]]:
+    """Title, unit and value of each quantity of the result's own law."""
+    own = next(iter(result.laws), "")
+    return {
+        row.key: (row.title, row.unit, row.values[own]) for row in result.table if own in row.values
+    }
+
+
+def _quantities(results: Sequence[Result], names: Sequence[str]) -> Element:
+    first, second = map(_own, results)
+    rows = []
+    for key in dict.fromkeys((*first, *second)):
+        title, unit, _ = first.get(key) or second[key]
+        pair = [side[key][2] if key in side else None for side in (first, second)]
+        rows.append((title, unit, *(number(value, 6) for value in pair), _change(*pair)))
+    return table(
+        "The law of each result", ("quantity", "unit", *names, "B against A"), rows, key="beside"
+    )
+
+
+def _change(first: float | None, second: float | None) -> str:
+    if first is None or second is None or not abs(first) > 0.0 or second != second:
+        return "–"
+    change = 100 * (second / first - 1)
+    return "the same" if abs(change) < 1e-4 else f"{change:+.3g} %"
+
+
+def _together(
+    results: Sequence[Result], whats: Sequence[Shown], names: Sequence[str]
+) -> tuple[Chart, ...]:
+    """Charts that both have, each with the own law of both."""
+    first, second = ({chart.key: chart for chart in what.charts} for what in whats)
+    charts = []
+    for key, chart in first.items():
+        if (
+            key not in second
+            or second[key].unit != chart.unit
+            or TIME not in chart.curves[0].places
+        ):
+            continue
+        curves: list[Curve] = []
+        for other, result, name in zip((chart, second[key]), results, names, strict=True):
+            own = next(iter(result.laws), "")
+            mine = [curve for curve in other.curves if curve.law == own] or list(other.curves[:1])
+            curves += [_shared(curve, name) for curve in mine]
+        axes = chart.axes if chart.path else (SHARE, *chart.axes)
+        charts.append(dataclasses.replace(chart, axes=axes, curves=tuple(curves), levels=()))
+    return tuple(charts)
+
+
+def _shared(curve: Curve, name: str) -> Curve:
+    """The curve under the name of its result, also over the share of its own duration."""
+    places = dict(curve.places)
+    if TIME in places:
+        places[SHARE.key] = 100 * places[TIME] / places[TIME][-1]
+    return dataclasses.replace(curve, law=name, places=places)
+
+
+def _settings(results: Sequence[Result], names: Sequence[str]) -> Element:
+    first, second = (_flat(result.configuration) for result in results)
+    keys = [
+        key
+        for key in dict.fromkeys((*first, *second))
+        if first.get(key, "–") != second.get(key, "–")
+    ]
+    if not keys:
+        return element("p", "None: both were asked the same.")
+    rows = [(key, first.get(key, "–"), second.get(key, "–")) for key in keys]
+    return table("Settings", ("setting", *names), rows, key="settings")
+
+
+def _flat(content: Mapping[str, object], head: str = "") -> dict[str, str]:
+    found: dict[str, str] = {}
+    for key, value in content.items():
+        if isinstance(value, Mapping):
+            found |= _flat(value, f"{head}{key}.")
+        else:
+            found[f"{head}{key}"] = str(value)
+    return found

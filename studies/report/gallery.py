@@ -1,0 +1,131 @@
+"""`antenna-ocp report --gallery`: the example studies on coarse meshes, and a page of pictures."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from studies.common.console import Console
+from studies.common.exit_codes import ExitCode
+from studies.common.folder import ResultsFolder, open_results
+from studies.common.result import Result
+from studies.common.writers import write
+from studies.report.command import PAGE, write_page
+from studies.report.html import Element, element
+from studies.report.page import SHARES, Shown, document, page, shown
+from studies.report.still import chart_picture, snapshots
+
+
+@dataclass(frozen=True)
+class GalleryEntry:
+    """A study of the gallery.
+
+    Attributes
+    ----------
+    name : of its folder.
+    title : what a visitor reads.
+    solve : gives the result.
+    """
+
+    name: str
+    title: str
+    solve: Callable[[Console], Result]
+
+
+def entries() -> tuple[GalleryEntry, ...]:
+    """All studies of the gallery, the main one first."""
+    return (
+        GalleryEntry("main", "The main study: least acceleration in 140 s", _main),
+        GalleryEntry("force", "Least rope force in 5 s", _force),
+        GalleryEntry("six-modules", "A small antenna of six modules", _small),
+        GalleryEntry("big-arm", "The big arm, left still in 8.6 s", _arm),
+    )
+
+
+def _truss(console: Console, **changes: object) -> Result:
+    from studies.truss import run, study_from
+
+    solver = {"intervals": 12, "starts": ["bezier"]}
+    return run(study_from({"solver": solver, **changes}), console)
+
+
+def _main(console: Console) -> Result:
+    return _truss(
+        console,
+        minimise="peak-acceleration",
+        duration=140.0,
+        caps={"jerk": "bezier"},
+        truss={"pulley_friction": 0.01},
+    )
+
+
+def _force(console: Console) -> Result:
+    return _truss(
+        console,
+        minimise="peak-force",
+        duration=5.0,
+        caps={"jerk": "200/T^3"},
+        truss={"pulley_friction": 0.01},
+    )
+
+
+def _small(console: Console) -> Result:
+    return _truss(
+        console,
+        minimise="peak-rope-acceleration",
+        duration=60.0,
+        caps={"jerk": "bezier"},
+        truss={"modules": 6},
+    )
+
+
+def _arm(console: Console) -> Result:
+    from studies.arm import ArmStudy, run
+
+    return run(ArmStudy(), console)
+
+
+def write_gallery(options: argparse.Namespace, console: Console) -> ExitCode:
+    """Solve all studies, write the report of each, and the page that links to them."""
+    folder = open_results(options.to, "gallery", options.overwrite)
+    cards = []
+    for entry in entries():
+        console.progress(f"{entry.title} ...")
+        result = entry.solve(console)
+        place = ResultsFolder(folder.file(entry.name))
+        place.path.mkdir()
+        write(result, place)
+        write_page(page(result), place.file(PAGE), overwrite=True)
+        cards.append(_card(entry, result, shown(result)))
+    path = write_page(_page(cards), folder.file("index.html"), overwrite=True)
+    folder.complete()
+    console.say(f"the gallery is {path}")
+    return ExitCode.OK
+
+
+def _card(entry: GalleryEntry, result: Result, what: Shown) -> Element:
+    pictures = snapshots(what.picture, SHARES[1:]) if what.picture is not None else []
+    chart = element("div", chart_picture(what.charts[0], what.laws)) if what.charts else None
+    link = f"{entry.name}/{PAGE}"
+    return element(
+        "div",
+        element("h2", element("a", entry.title, href=link)),
+        element("div", pictures, class_="snapshots"),
+        element(
+            "figure", element("figcaption", what.charts[0].label if what.charts else ""), chart
+        ),
+        element("p", result.verdict.sentence),
+        class_="card",
+    )
+
+
+def _page(cards: list[Element]) -> str:
+    head = element(
+        "header",
+        element("p", "antenna-ocp", class_="kind"),
+        element("h1", "Gallery of studies"),
+        element("p", "Solved on coarse meshes. Each title opens the report of its study."),
+    )
+    main = element("main", element("div", cards, class_="cards"), id="content")
+    return document("Gallery of studies", [head, main], None)

@@ -1,0 +1,251 @@
+"""A result as one page: all of it in one file, which asks nothing of a network."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+from ocp.arrays import Array
+from studies.common.exit_codes import StudyError
+from studies.common.result import Result
+from studies.common.scene import MovingPicture
+from studies.report import assets, sections, words
+from studies.report.charts import Chart, charts_of_arrays
+from studies.report.html import Element, element, typeset, written
+from studies.report.still import snapshots, tension_picture
+
+SHARES = (0.0, 0.4, 0.6, 1.0)  # of the duration, of the still pictures of a motion
+MARK = "antenna-ocp report"  # by which a page is known as ours
+
+# subject of a study: module with functions `charts(result)` and `scene(result)`
+_SUBJECTS = {
+    "truss": "studies.report.truss",
+    "arm": "studies.report.arm",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """What a page shows of a result beside its numbers.
+
+    Attributes
+    ----------
+    laws : names, in the order of their colours.
+    charts : all curves.
+    picture : what moves, or None.
+    """
+
+    laws: tuple[str, ...]
+    charts: tuple[Chart, ...]
+    picture: MovingPicture | None
+
+
+def shown(result: Result) -> Shown:
+    """Curves and motion of a result, as its kind has them."""
+    name = _SUBJECTS.get(words.subject(result), "studies.report.arm")
+    module: Any = import_module(name)
+    if not result.arrays or (name.endswith("truss") and "angle" not in result.arrays):
+        charts: tuple[Chart, ...] = charts_of_arrays(result)
+        picture = None
+    else:
+        try:
+            charts, picture = module.charts(result), module.scene(result)
+        except StudyError:  # the study is not known any more: its arrays are
+            charts, picture = charts_of_arrays(result), None
+    named = [curve.law for chart in charts for curve in chart.curves]
+    if picture is not None:
+        named += [law.name for law in picture.laws]
+    return Shown(tuple(dict.fromkeys((*result.laws, *named))), charts, picture)
+
+
+def page(result: Result, input_text: str = "") -> str:
+    """The page of a result.
+
+    Parameters
+    ----------
+    input_text : str
+        The study as it was run; its configuration stands there if it is not known.
+    """
+    what = shown(result)
+    text = input_text or json.dumps(result.configuration, indent=2, ensure_ascii=False)
+    parts = [
+        *_motion(what),
+        sections.section("Curves", sections.curves(what.charts, what.laws))
+        if what.charts
+        else sections.section("Curves", element("p", "The arrays are missing.")),
+        sections.requirement(result),
+        sections.model(result),
+        sections.parameters(result),
+        sections.further(result, "load_cases", "Load cases"),
+        sections.section("Results", sections.results(result)),
+        sections.further(result, "margins", "Margins"),
+        sections.verification(result),
+        sections.limits(result),
+        sections.exact_input(text),
+        sections.versions(result),
+    ]
+    body = [
+        sections.heading(result),
+        _navigation([part for part in parts if part is not None]),
+        element("main", sections.missing(result), sections.summary(result), parts, id="content"),
+    ]
+    return document(sections.title_of(result), body, payload(what))
+
+
+def _navigation(parts: Sequence[Element]) -> Element:
+    headings = [heading for part in parts if (heading := part.find("h2")) is not None]
+    links = [
+        element("li", element("a", "".join(heading.itertext()), href=f"#{heading.get('id')}"))
+        for heading in headings
+    ]
+    return element("nav", element("ul", links), aria_label="parts of the page")
+
+
+def _motion(what: Shown) -> list[Element]:
+    """Stage for the motion, and still pictures of it."""
+    if what.picture is None:
+        return []
+    stills = element("div", snapshots(what.picture, SHARES), class_="snapshots still")
+    stage = element("div", element("div", id="stage", class_="live"), stills)
+    content = [element("p", f"{what.picture.title[:1].upper()}{what.picture.title[1:]}."), stage]
+    if what.picture.tension is not None:
+        content.append(
+            element(
+                "figure",
+                element("figcaption", "Tension along one rope at this instant [N]"),
+                element("div", tension_picture(what.picture), class_="still"),
+                element("div", class_="live"),
+                id="tension",
+            )
+        )
+    return [sections.section("In motion", element("div", content, id="motion"))]
+
+
+def document(title: str, body: Sequence[Element], data: Mapping[str, Any] | None) -> str:
+    """A whole document with styles, scripts and the policy that forbids anything else."""
+    script = assets.scripts() if data is not None else ""
+    head = element(
+        "head",
+        element("meta", charset="utf-8"),
+        element("meta", http_equiv="Content-Security-Policy", content=assets.policy(script)),
+        element("meta", name="viewport", content="width=device-width, initial-scale=1"),
+        element("meta", name="generator", content=MARK),
+        element("meta", name="referrer", content="no-referrer"),
+        element("title", title),
+        element("style", assets.styles()),
+    )
+    scripts = []
+    if data is not None:
+        # a data block is no script; "<" could still end it
+        text = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+        scripts = [
+            element("script", text, type="application/json", id="data"),
+            element("script", script),
+        ]
+    skip = element("a", "To the content", href="#content", class_="skip")
+    tree = element("html", head, element("body", skip, body, scripts), lang="en")
+    typeset(tree)
+    return f"<!DOCTYPE html>\n{written(tree)}\n"
+
+
+class _Arrays:
+    """The arrays of a page, each stored once."""
+
+    def __init__(self) -> None:
+        self.texts: list[str] = []
+        self._places: dict[str, int] = {}
+
+    def add(self, values: Any, kind: str = "f") -> int:
+        """Store an array as 32-bit (f) or 64-bit (d) floats or as 16-bit indices (i)."""
+        types = {"f": "<f4", "d": "<f8", "i": "<u2"}
+        raw = np.ascontiguousarray(values, dtype=types[kind]).tobytes()
+        text = f"{kind}:{base64.b64encode(raw).decode()}"
+        if text not in self._places:
+            self._places[text] = len(self.texts)
+            self.texts.append(text)
+        return self._places[text]
+
+
+def payload(what: Shown) -> dict[str, Any]:
+    """All numbers of a page, as its script reads them."""
+    arrays = _Arrays()
+    charts = [_chart(chart, what.laws, arrays) for chart in what.charts]
+    scene = None if what.picture is None else _scene(what.picture, what.laws, arrays)
+    return {"laws": what.laws, "charts": charts, "scene": scene, "arrays": arrays.texts}
+
+
+def _chart(chart: Chart, laws: Sequence[str], arrays: _Arrays) -> dict[str, Any]:
+    def described(axis: Any) -> dict[str, str]:
+        return {"key": axis.key, "title": axis.title, "unit": axis.unit, "label": axis.label}
+
+    return {
+        "key": chart.key,
+        "title": chart.title,
+        "unit": chart.unit,
+        "path": chart.path,
+        "axes": [described(axis) for axis in chart.axes],
+        "curves": [
+            {
+                "law": laws.index(curve.law),
+                # places are told apart to the last digit, values to seven
+                "places": {key: arrays.add(values, "d") for key, values in curve.places.items()},
+                "values": arrays.add(_finite(curve.values)),
+            }
+            for curve in chart.curves
+        ],
+        "levels": [{"name": level.name, "value": level.value} for level in chart.levels],
+    }
+
+
+def _finite(values: Array) -> Array:
+    """JSON and charts have no room for infinities."""
+    return np.where(np.isfinite(values), values, np.nan)
+
+
+def _scene(picture: MovingPicture, laws: Sequence[str], arrays: _Arrays) -> dict[str, Any]:
+    # rows of a table are many, and a thousandth of a millimetre will do for their pixels
+    kind = "f" if picture.weights is None else "d"
+
+    def optional(values: Array | None, kind: str = "d") -> int | None:
+        return None if values is None else arrays.add(values, kind)
+
+    return {
+        "title": picture.title,
+        "flat": picture.flat,
+        "size": picture.size,
+        "points": picture.shapes.shape[1],
+        "shapes": arrays.add(picture.shapes, kind),
+        "straight": optional(picture.straight, kind),
+        "parameter": arrays.add(picture.parameter, "d"),
+        "weights": optional(picture.weights),
+        "slopes": optional(picture.slopes),
+        "centre": picture.centre,
+        "strands": [
+            {"kind": strand.kind, "pairs": arrays.add(strand.pairs, "i")}
+            for strand in picture.strands
+        ],
+        "slack": dict(picture.slack),
+        "tension": None
+        if picture.tension is None
+        else {
+            "paths": [arrays.add(path, "i") for path in picture.tension.paths],
+            "exponents": arrays.add(picture.tension.exponents, "d"),
+        },
+        "laws": [
+            {
+                "law": laws.index(law.name),
+                "times": arrays.add(law.times, "d"),
+                "values": arrays.add(law.values, "d"),
+                "rates": arrays.add(law.rates, "d"),
+                "force": arrays.add(law.force) if law.force.size else None,
+                "rope": arrays.add(law.rope_length) if law.rope_length.size else None,
+            }
+            for law in picture.laws
+        ],
+    }

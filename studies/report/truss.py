@@ -1,0 +1,186 @@
+"""What a report shows of the truss: curves of all laws, tension along the rope, the antenna."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from models.truss import ring_radius, slider_distance_slope
+from models.truss.wireframe import shape_weights, wireframe, wrap_angles
+from ocp.arrays import Array
+from studies.common.result import Result
+from studies.common.scene import LawOfMotion, MovingPicture, RopeTension, Strand
+from studies.report.charts import TIME, Chart, ChartAxis, Curve, Level
+from studies.truss.config import study_from
+from studies.truss.motions.deployment import COLUMNS, Deployment, profile
+from studies.truss.motions.laws import deployments_of
+
+ROWS = 257  # of the geometry table: a cubic between two rows is exact to 1e-10 m
+SAMPLES = 1001  # of a law: a cubic between two of them is exact to 1e-8 rad
+JUMP = 1e-9  # of the duration between the two sides of a jump
+AXES = (
+    ChartAxis(TIME, "time", "s"),
+    ChartAxis("angle", "deployment angle", "deg"),
+    ChartAxis("rope", "rope length", "m"),
+)
+
+# columns of a profile as charts, in the order shown: title; caps and bounds of these quantities
+SHOWN: Mapping[str, tuple[str, tuple[str, ...]]] = {
+    "motor_force": ("force of the motor on one rope", ("peak-force",)),
+    "angle_deg": ("deployment angle", ()),
+    "angular_speed": ("angular speed", ("peak-speed",)),
+    "angular_acceleration": ("angular acceleration", ("peak-acceleration",)),
+    "angular_jerk": ("angular jerk", ("peak-jerk",)),
+    "rope_length": ("length of one rope", ()),
+    "rope_speed": ("rope speed, negative while hauled in", ()),
+    "rope_acceleration": ("rope acceleration", ("peak-rope-acceleration",)),
+    "far_end_tension": ("tension of the rope's last segment", ("least-tension",)),
+    "motor_power": ("power of both motors", ("peak-power",)),
+    "reaction_force": ("reaction on the supporting arm", ("peak-reaction",)),
+    "joint_power": ("power lost in the joints", ()),
+    "pulley_power": ("power lost in the pulleys", ()),
+    "kinetic_energy": ("kinetic energy", ()),
+    "potential_energy": ("potential energy of springs and net", ()),
+}
+# whose cap holds on either side of zero
+_SIGNED = {"angular_acceleration", "angular_jerk", "rope_acceleration", "reaction_force"}
+
+
+def charts(result: Result) -> tuple[Chart, ...]:
+    """All curves of the result and of the paper's laws."""
+    profiles = _profiles(result)
+    found = [_chart(result, name, profiles) for name in SHOWN]
+    return (*found[:1], _force_against_speed(profiles), *found[1:])
+
+
+def _profiles(result: Result) -> dict[str, dict[str, Array]]:
+    """Columns of each law: the result's own as they are stored."""
+    own, *others = _deployments(result)
+    stored = {name: result.arrays[name].values for name in COLUMNS if name in result.arrays}
+    computed = {deployment.name: profile(deployment, SAMPLES) for deployment in others}
+    return {own.name: stored, **computed}
+
+
+def _deployments(result: Result) -> list[Deployment]:
+    """All laws of the result; a check has the optimum of its own beside the paper's laws."""
+    if result.kind != "check":
+        return deployments_of(result)
+    from studies.check import figures
+
+    columns = {name: series.values for name, series in result.arrays.items()}
+    return figures.deployments_of(result, study_from(result.configuration), columns)
+
+
+def _chart(result: Result, name: str, profiles: Mapping[str, Mapping[str, Array]]) -> Chart:
+    title, quantities = SHOWN[name]
+    curves = [
+        _curve(law, name, columns) for law, columns in profiles.items() if _known(name, columns)
+    ]
+    unit = "deg" if name == "angle_deg" else COLUMNS[name][0]
+    levels = _levels(result, quantities, name in _SIGNED)
+    axes = tuple(axis for axis in AXES if (axis.key, name) not in _ITSELF)
+    return Chart(f"truss-{name}", title, unit, axes, tuple(curves), levels)
+
+
+_ITSELF = {("angle", "angle_deg"), ("rope", "rope_length")}
+
+
+def _known(name: str, columns: Mapping[str, Array]) -> bool:
+    return name in columns or (name == "angle_deg" and "angle" in columns)
+
+
+def _curve(law: str, name: str, columns: Mapping[str, Array]) -> Curve:
+    """A column over all axes; the jerk, which jumps, has two values at a jump."""
+    places = {
+        TIME: columns["time"],
+        "angle": np.degrees(columns["angle"]),
+        "rope": columns["rope_length"],
+    }
+    values = np.degrees(columns["angle"]) if name == "angle_deg" else columns[name]
+    before = columns.get("angular_jerk_before")
+    if name == "angular_jerk" and before is not None:
+        return _with_jumps(law, places, before, values)
+    return Curve(law, places, values)
+
+
+def _with_jumps(law: str, places: Mapping[str, Array], before: Array, after: Array) -> Curve:
+    size = np.abs(after).max(initial=0.0)
+    jumps = np.flatnonzero(np.abs(after - before) > 1e-9 * size)
+    doubled = {}
+    for key, values in places.items():
+        shift = JUMP * (values[-1] - values[0])
+        doubled[key] = np.insert(values, jumps, values[jumps] - shift)
+    return Curve(law, doubled, np.insert(after, jumps, before[jumps]))
+
+
+def _levels(result: Result, quantities: Sequence[str], signed: bool) -> tuple[Level, ...]:
+    """Caps, and the bound of what is minimised."""
+    found = []
+    rows = {row.key: row for row in result.table}
+    for row in (rows[key] for key in quantities if key in rows):
+        limits = [("cap", row.cap)] + [("bound", row.bound)] * row.minimised
+        for name, value in limits:
+            if value is not None and np.isfinite(value):
+                found += [Level(name, sign * value) for sign in ((1.0, -1.0) if signed else (1.0,))]
+    return tuple(found)
+
+
+def _force_against_speed(profiles: Mapping[str, Mapping[str, Array]]) -> Chart:
+    """What a motor must give: force on the rope against the speed at which it is hauled in."""
+    curves = []
+    for law, columns in profiles.items():
+        if {"motor_force", "rope_speed"} <= columns.keys():
+            places = {"haul": -columns["rope_speed"], TIME: columns["time"]}
+            curves.append(Curve(law, places, columns["motor_force"]))
+    axis = ChartAxis("haul", "speed at which the rope is hauled in", "m/s")
+    return Chart(
+        "truss-force-speed",
+        "force against speed: what the motor must give",
+        "N",
+        (axis,),
+        tuple(curves),
+        path=True,
+    )
+
+
+def scene(result: Result) -> MovingPicture:
+    """The antenna of a result, and how each law moves it."""
+    return moving_antenna(_deployments(result))
+
+
+def moving_antenna(deployments: Sequence[Deployment]) -> MovingPicture:
+    """The antenna, and how each law moves it; all on the truss of the first one."""
+    truss = deployments[0].truss
+    frame = wireframe(truss)
+    alpha = np.linspace(truss.stowed_angle, np.pi / 2, ROWS)
+    e_slopes = np.array([float(slider_distance_slope(truss, angle)) for angle in alpha])
+    slopes = [np.zeros(ROWS), np.cos(alpha), -np.sin(alpha), e_slopes]
+
+    return MovingPicture(
+        title=f"ring truss of {truss.modules} modules, ropes coloured by their tension",
+        shapes=frame.shapes,
+        parameter=alpha,
+        weights=shape_weights(truss, alpha),
+        slopes=np.stack(slopes, axis=1),
+        strands=tuple(Strand(kind, pairs) for kind, pairs in frame.lines.items()),
+        centre=frame.centre,
+        laws=tuple(law_of(deployment) for deployment in deployments),
+        # segment k bears T1 exp(-mu (w_0 + w_1 alpha)), (29)
+        tension=RopeTension(frame.ropes, -truss.pulley_friction * wrap_angles(truss)),
+        slack={"net": truss.net_angle},
+        size=2 * float(ring_radius(truss, np.pi / 2)),
+    )
+
+
+def law_of(deployment: Deployment) -> LawOfMotion:
+    """Angle, speed, force and rope length of a law."""
+    columns = profile(deployment, SAMPLES)
+    return LawOfMotion(
+        name=deployment.name,
+        times=columns["time"],
+        values=columns["angle"],
+        rates=columns["angular_speed"],
+        force=columns["motor_force"],
+        rope_length=columns["rope_length"],
+    )

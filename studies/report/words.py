@@ -1,0 +1,219 @@
+"""A result in sentences: the answer, what it buys, what its verdict rests on, where it ends."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from studies.common.console import number
+from studies.common.result import OUTSTANDING, WORSE, Result, TableRow
+
+# kind of study: what it is about, where its name does not say so
+_ABOUT = {
+    "check": "truss",
+    "check-arm": "arm",
+    "pareto-arm": "arm",
+    "robust": "arm",
+}
+MOST_GAINS = 6
+MEETS = 1e-6  # relative: closer to a bound is on it, to the digits that are printed
+KINDS = {
+    "global": ("Proven best", "good"),
+    "local": ("Best of what was tried", "unsure"),
+    "measured": ("Measured as it is", "good"),
+    "unverified": ("Not verified", "bad"),
+    "infeasible": ("No such motion", "bad"),
+    "none": ("No answer", "bad"),
+}
+_ANSWERS = {
+    "global": "A motion was found, and none is better.",
+    "local": "A motion was found that does what was asked.",
+    "measured": "The motion was measured; the table below holds its numbers.",
+    "unverified": "A motion was computed, but a check of it failed.",
+    "infeasible": "There is no such motion.",
+    "none": "There is no answer yet.",
+}
+_MEANS = {
+    "global": "No other motion under these caps is better: a bound that holds for all of them "
+    "is met.",
+    "local": "No better motion was found near this one. A quite different one might be "
+    "better: nothing proves the opposite.",
+    "measured": "Nothing was optimised. The numbers are those of the motion that was given.",
+    "unverified": "A check failed. Do not use this motion before you know why.",
+    "infeasible": "There is no motion that keeps all that was asked.",
+    "none": "The study has left no motion.",
+}
+
+
+def subject(result: Result) -> str:
+    """What a result is about: truss, arm, flex, paper, or what its kind begins with."""
+    return _ABOUT.get(result.kind, result.kind.partition("-")[0])
+
+
+def answer(result: Result) -> list[str]:
+    """What was found, beside what it is compared with."""
+    sentences = [_least(result, row) for row in result.table if row.minimised]
+    if not sentences:
+        sentences = [_ANSWERS[result.verdict.kind], *(f"{gain}." for gain in gains(result)[:3])]
+    if result.verdict.kind in ("global", "local"):
+        sentences += [_bounded(row, result) for row in result.table if row.minimised and row.bound]
+    return sentences
+
+
+def _least(result: Result, row: TableRow) -> str:
+    own, *others = result.laws
+    value, unit = row.values.get(own, math.nan), _unit(row)
+    known = {law: row.values[law] for law in others if math.isfinite(row.values.get(law, math.nan))}
+    sentence = f"The {row.title} is {number(value, 6)}{unit}"
+    if not known or not math.isfinite(value):
+        return f"{sentence}."
+
+    best = min(known, key=lambda law: known[law])
+    if known[best] <= 0.0:
+        return f"{sentence}; {best} has {number(known[best], 6)}{unit}."
+    change = 100 * (1 - value / known[best])
+    word = "less" if change >= 0 else "more"
+    return (
+        f"{sentence}: {number(abs(change), 3)} % {word} than that of {best} "
+        f"({number(known[best], 6)}{unit}), the best of the other laws."
+    )
+
+
+def _bounded(row: TableRow, result: Result) -> str:
+    value, bound = row.values[result.laws[0]], row.bound or math.nan
+    gap = value / bound - 1
+    close = f"is above it by {100 * gap:.2g} %" if gap > MEETS else "meets it"
+    return f"No motion can be below {number(bound, 6)}{_unit(row)}; this one {close}."
+
+
+def _unit(row: TableRow) -> str:
+    return "" if row.unit in ("", "1") else f" {row.unit}"
+
+
+def gains(result: Result) -> list[str]:
+    """Quantities in which the result is clearly better than the best other law, greatest first."""
+    found = []
+    for row in result.table:
+        ratio, best = _gain(row)
+        if ratio > WORSE:
+            own = next(iter(row.values))
+            times = f"{ratio:.3g} times {'less' if row.better == 'less' else 'more'}"
+            if ratio < 2 and row.better == "less":
+                times = f"{100 * (1 - 1 / ratio):.0f} % less"
+            values = f"{number(row.values[own], 4)} instead of {number(row.values[best], 4)}"
+            found.append((ratio, f"{_begun(row.title)}: {times} than {best}, {values}{_unit(row)}"))
+    found.sort(key=lambda item: -item[0])
+    return [sentence for _, sentence in found[:MOST_GAINS]]
+
+
+def _begun(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _gain(row: TableRow) -> tuple[float, str]:
+    """How many times better the first law is than the best other one; 0 if nothing is known."""
+    own = next(iter(row.values), "")
+    others = {k: v for k, v in row.values.items() if k != own and math.isfinite(v)}
+    value = row.values.get(own, math.nan)
+    if row.better == "neither" or not others or not math.isfinite(value):
+        return 0.0, ""
+    sign = 1.0 if row.better == "less" else -1.0
+    best = min(others, key=lambda law: sign * others[law])
+    worse, better = (others[best], value) if row.better == "less" else (value, others[best])
+    return (worse / better if better > 0 and worse > 0 else 0.0), best
+
+
+def costs(result: Result) -> list[str]:
+    """What the result is worse in, as it says itself."""
+    return [_begun(cost.sentence) for cost in result.costs_elsewhere]
+
+
+def outstanding(result: Result) -> bool:
+    """Whether a cost is so large that nobody may overlook it."""
+    return any(cost.ratio > OUTSTANDING for cost in result.costs_elsewhere)
+
+
+def compared(result: Result) -> bool:
+    """Whether there is anything to compare with."""
+    return len(result.laws) > 1 and any(row.better != "neither" for row in result.table)
+
+
+def rests_on(result: Result) -> list[str]:
+    """Why the verdict may be believed, and how far."""
+    sentences = [_MEANS[result.verdict.kind]]
+    checks = result.checks
+    if checks:
+        failed = [check for check in checks if not check.passed]
+        sentences.append(
+            f"{len(failed)} of {len(checks)} checks failed: "
+            + "; ".join(check.sentence for check in failed)
+            if failed
+            else f"All {len(checks)} checks passed; they are listed under Verification."
+        )
+    sentences += _starts(result.details.get("starts"), result.details.get("basins"))
+    accuracy = result.details.get("accuracy")
+    miss = accuracy.get("replay_miss_relative") if isinstance(accuracy, dict) else None
+    if isinstance(miss, float):
+        sentences.append(
+            f"An independent integrator replayed the motion and missed its end by {miss:.1g} of "
+            "the whole way."
+        )
+    return sentences
+
+
+def _starts(starts: object, basins: object) -> list[str]:
+    if not isinstance(starts, list) or not starts:
+        return []
+    count = f"{len(starts)} start{'s' if len(starts) > 1 else ''}"
+    if isinstance(basins, list) and basins:
+        optima = f"{len(basins)} optimum" if len(basins) == 1 else f"{len(basins)} different optima"
+        return [f"The search had {count} and found {optima}."]
+    return [f"The search had {count}."]
+
+
+def limits(result: Result) -> list[str]:
+    """What the result does not say: assumptions, remarks, and what a page always leaves out."""
+    sentences = list(result.remarks)
+    if result.interrupted:
+        sentences.append("The study was interrupted: a longer one might find better.")
+    return [*sentences, *_LIMITS.get(subject(result), ())]
+
+
+_LIMITS: dict[str, Sequence[str]] = {
+    "truss": (
+        "The truss moves with one degree of freedom: its rods are rigid, all modules move alike, "
+        "and clearance and thermal effects are left out.",
+        "Gravity is left out, as in orbit.",
+        "The section of the tubes and the masses of the joints are assumed: the paper prints "
+        "neither.",
+        "The motor is placed on the fixed bar: the paper does not say where it is.",
+    ),
+    "arm": (
+        "The arm moves in a plane, without gravity. Its joints have no play and no friction unless "
+        "the study says so.",
+    ),
+    "flex": (
+        "The links move in a plane and stay elastic. Their joints have no play and no friction.",
+    ),
+}
+MODELS: dict[str, Sequence[str]] = {
+    "flex": (
+        "A chain of slender links of ANCF beam elements, section II of the paper, with joints that "
+        "are free, locked or driven.",
+    ),
+    "paper": ("All models of the project, each where the paper prints a number of it.",),
+    "truss": (
+        "A ring of identical modules that open together. The deployment angle lies between a "
+        "vertical bar and its cross-bars. Two ropes, each hauled in by the motor, pull the sliders "
+        "towards the bars' ends against springs, the cable net and friction; the net is taut from "
+        "a certain angle on.",
+        "Equations (16) to (38) of Lu, Qi, Hu, Li and Zhang, Deployment Dynamics of Large Space "
+        "Antenna and Supporting Arms, IEEE Access 2019, DOI 10.1109/ACCESS.2019.2918614, with "
+        "the misprints put right that the documents list.",
+    ),
+    "arm": (
+        "Two slender links with a joint at the root and one between them; the antenna is a "
+        "particle at the tip. Motions are found on a reduced model with a few elastic coordinates "
+        "and replayed on the full one of ANCF beam elements, section II of the paper.",
+    ),
+}

@@ -1,0 +1,302 @@
+"""The page of a result: its order, its numbers, its safety, and the geometry that it stores."""
+
+import base64
+import dataclasses
+import hashlib
+import json
+import math
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from models.truss import ring_positions, rope_length
+from models.truss.wireframe import path_lengths
+from studies.common.console import number
+from studies.common.exit_codes import StudyError
+from studies.common.result import Criterion, Result, Series, Verdict
+from studies.common.scene import hermite
+from studies.common.shapes import read_shapes
+from studies.report import assets
+from studies.report.charts import charts_of_arrays, value_range
+from studies.report.comparison import beside
+from studies.report.page import page
+from studies.truss import study_from
+
+TYPES = {"f": "<f4", "d": "<f8", "i": "<u2"}
+ORDER = [
+    "In motion",
+    "Curves",
+    "Requirement",
+    "Model",
+    "Parameters",
+    "Results",
+    "Verification by other means",
+    "Limits",
+    "Exact input",
+    "Versions",
+]
+
+
+class Reader(HTMLParser):
+    """What a browser would see: elements with their texts, tables with their cells."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.elements, self.tables, self._open = [], {}, []
+        self._row = self._table = None
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        one = {"tag": tag, "text": "", **dict(attributes)}
+        self.elements.append(one)
+        if tag == "table":
+            self._table = self.tables.setdefault(one["id"], [])
+        elif tag == "tr" and self._table is not None:
+            self._table.append([])
+        elif tag in ("td", "th") and self._table:
+            self._table[-1].append(one)
+        if tag not in ("meta", "link", "br", "img", "input"):
+            self._open.append(one)
+
+    def handle_endtag(self, tag):
+        while self._open and self._open.pop()["tag"] != tag:
+            pass
+
+    def handle_data(self, data):
+        for one in self._open:
+            one["text"] += data
+
+    def all(self, tag):
+        return [one for one in self.elements if one["tag"] == tag]
+
+
+@pytest.fixture(scope="module")
+def text(result):
+    return page(result, "minimise = 'x' # 200/T^3\n")
+
+
+@pytest.fixture(scope="module")
+def seen(text):
+    return Reader(text)
+
+
+@pytest.fixture(scope="module")
+def stored(seen):
+    (block,) = [one for one in seen.all("script") if one.get("type") == "application/json"]
+    return json.loads(block["text"])
+
+
+def array(stored, place):
+    kind, data = stored["arrays"][place].split(":")
+    return np.frombuffer(base64.b64decode(data), TYPES[kind]).astype(float)
+
+
+def test_the_page_answers_first_and_keeps_its_order(seen, result):
+    assert [one["text"] for one in seen.all("h1")] == [result.question]
+    headings = [one["text"] for one in seen.all("h2")]
+    questions = ["Answer", "May I believe it?", "What does it buy?", "What does it cost?"]
+    assert headings == [*questions, *ORDER]
+    (summary,) = [one for one in seen.all("div") if one.get("id") == "summary"]
+    assert "20.2 % less than that of Bezier (0.000428384 rad/s²)" in summary["text"]
+    assert "this one meets it" in summary["text"]
+    for cost in result.costs_elsewhere:
+        sentence = cost.sentence.replace("^2", "²").replace("^3", "³")
+        assert sentence[1:] in summary["text"]
+
+
+def test_the_numbers_are_those_of_the_result(seen, result):
+    head, *rows = [[cell["text"] for cell in row] for row in seen.tables["quantities"]]
+    assert head[2:5] == list(result.laws)
+    assert len(rows) == len(result.table)
+    for cells, row in zip(rows, result.table, strict=True):
+        assert cells[0] == row.title
+        assert cells[2:5] == [number(row.values[law], 6) for law in result.laws]
+    checks = [[cell["text"] for cell in row] for row in seen.tables["checks"]][1:]
+    assert [row[0] for row in checks] == [check.name for check in result.checks]
+
+
+def test_every_table_has_a_caption_and_marked_headers(seen):
+    assert len(seen.all("caption")) == len(seen.all("table"))
+    for rows in seen.tables.values():
+        assert all(cell.get("scope") == "col" for cell in rows[0])
+        assert all(row[0].get("scope") == "row" for row in rows[1:])
+
+
+def test_curves_are_those_of_the_result(stored, result):
+    charts = {chart["key"]: chart for chart in stored["charts"]}
+    own = charts["truss-motor_force"]["curves"][0]
+    assert stored["laws"][own["law"]] == "optimal"
+    force = result.arrays["motor_force"].values
+    # single precision has seven digits
+    assert array(stored, own["values"]) == pytest.approx(force, rel=1e-6)
+    assert np.array_equal(array(stored, own["places"]["time"]), result.arrays["time"].values)
+    (cap,) = [
+        level["value"] for level in charts["truss-angular_jerk"]["levels"] if level["value"] > 0
+    ]
+    assert cap == result.configuration["caps"]["jerk"]
+    # the jerk jumps: two values at nearly the same time
+    jerk = charts["truss-angular_jerk"]["curves"][0]
+    times, values = array(stored, jerk["places"]["time"]), array(stored, jerk["values"])
+    assert (np.diff(times) > 0).all()
+    assert np.abs(np.diff(values)[np.diff(times) < 1e-6]).max() > 4e-5
+
+
+def test_the_stored_motion_is_that_of_the_model(stored, result):
+    truss = study_from(result.configuration).truss
+    scene = stored["scene"]
+    shapes = array(stored, scene["shapes"]).reshape(4, -1, 3)
+    angles = array(stored, scene["parameter"])
+    weights, slopes = (array(stored, scene[key]).reshape(-1, 4) for key in ("weights", "slopes"))
+    paths = [array(stored, path).astype(int) for path in scene["tension"]["paths"]]
+
+    for law in scene["laws"]:
+        times, values, rates = (array(stored, law[key]) for key in ("times", "values", "rates"))
+        profile = result.arrays["angle"].values, result.arrays["time"].values
+        for time in np.linspace(0.0, 140.0, 10):
+            angle = float(hermite(times, values, rates, time))
+            points = np.tensordot(hermite(angles, weights, slopes, angle), shapes, axes=1)
+            if law["law"] == 0:
+                expected = float(np.interp(time, profile[1], profile[0]))
+                assert angle == pytest.approx(expected, abs=1e-6)  # linear between 2001 rows
+            nodes = ring_positions(truss, angle).reshape(-1, 3)
+            assert np.abs(points[: len(nodes)] - nodes).max() < 1e-6  # m
+            for path in paths:
+                length = path_lengths(points, path).sum()
+                assert length == pytest.approx(float(rope_length(truss, angle)), abs=1e-6)
+
+
+def test_the_stored_law_follows_the_law_itself(stored, result):
+    from models.laws import Step5
+
+    truss = study_from(result.configuration).truss
+    (law,) = [one for one in stored["scene"]["laws"] if stored["laws"][one["law"]] == "Step5"]
+    times, values, rates = (array(stored, law[key]) for key in ("times", "values", "rates"))
+    exact = Step5(140.0, truss.stowed_angle, math.pi / 2)
+    for time in np.linspace(0.1, 139.7, 10):
+        miss = hermite(times, values, rates, time) - exact.motion(time).angle[0]
+        assert abs(miss) < 1e-8  # rad: 1e-7 m at the far side of the ring
+
+
+def test_nothing_leaves_the_page(text, seen):
+    (policy,) = [
+        one["content"]
+        for one in seen.all("meta")
+        if one.get("http-equiv") == "Content-Security-Policy"
+    ]
+    assert policy.startswith("default-src 'none'; ")
+    (script,) = [one["text"] for one in seen.all("script") if "type" not in one]
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    assert f"script-src 'sha256-{digest}'" in policy
+    for one in seen.elements:
+        for name in ("src", "href", "action", "srcset"):
+            assert one.get(name, "#").startswith("#"), one
+        assert not [name for name in one if name.startswith("on")]
+    assert "url(" not in assets.styles()
+    assert "@import" not in assets.styles()
+    assert len(text) < 4e6
+
+
+def test_words_of_others_are_only_words(result):
+    evil = "<script>alert(1)</script>"
+    name = f"x'\"&{evil}"
+    table = tuple(
+        dataclasses.replace(
+            row, title=name, values={f"{law}{evil}": v for law, v in row.values.items()}
+        )
+        for row in result.table
+    )
+    bad = dataclasses.replace(
+        result,
+        question=name,
+        table=table,
+        remarks=(evil,),
+        checks=(Criterion(name, evil, 1.0, 2.0, True),),
+        verdict=Verdict("local", evil),
+        provenance={evil: evil},
+        details={"starts": [{evil: evil}]},
+    )
+    for text in (page(bad, f"{evil}</pre>"), beside([bad, bad], [evil, name])):
+        seen = Reader(text)
+        assert len(seen.all("script")) == 2
+        assert "alert" not in "".join(
+            one["text"] for one in seen.all("script") if "type" not in one
+        )
+        assert evil in seen.all("title")[0]["text"]
+    assert seen.all("pre") == []
+
+
+def test_what_is_to_be_copied_is_left_as_it_is(seen):
+    (shown,) = seen.all("pre")
+    assert shown["text"] == "minimise = 'x' # 200/T^3\n"
+
+
+def test_an_incomplete_result_shows_what_there_is():
+    begun = Result.begun("truss", "least force", {"duration": 5.0}, {"program": "antenna-ocp"})
+    seen = Reader(page(begun))
+    (note,) = [one for one in seen.all("p") if one.get("class") == "missing"]
+    assert "Missing: arrays, table, verdict, checks" in note["text"]
+    assert [one["text"] for one in seen.all("h2")][2:] == ORDER[1:]
+    # a folder without a record at all
+    nothing = Result("", "", {}, missing=("result.json",))
+    assert "A result that is incomplete" in page(nothing)
+
+
+def test_any_result_has_curves(tmp_path):
+    t = np.linspace(0.0, 1.0, 5)
+    arrays = {
+        "time": Series("s", "time", t),
+        "height": Series("m", "time", t**2),
+        "other/time": Series("s", "other/time", t),
+        "other/height": Series("m", "other/time", 2 * t),
+        "mode": Series("1", "mode", np.arange(3.0)),
+        "frequency": Series("Hz", "mode", np.arange(3.0)),
+    }
+    some = Result("something", "a question", {"a": 1}, arrays=arrays)
+    (chart,) = charts_of_arrays(some)
+    assert (chart.title, chart.unit) == ("height", "m")
+    assert "<svg" in page(some)
+
+
+def test_constants_are_drawn_as_constants():
+    assert value_range([1e-17, -3e-17]) == (-1.0, 1.0)
+    low, high = value_range([5.0, 5.0 + 1e-15])
+    assert (low, high) == pytest.approx((4.75, 5.25))
+    assert value_range([0.0, 2.0]) == (0.0, 2.0)
+    assert value_range([math.nan]) == (-1.0, 1.0)
+
+
+def test_two_results_stand_beside_each_other(result):
+    seen = Reader(beside([result, dataclasses.replace(result, configuration={})], ["a", "b"]))
+    rows = {row[0]["text"]: [cell["text"] for cell in row] for row in seen.tables["beside"]}
+    assert rows["duration"][-1] == "the same"
+    assert len(seen.tables["settings"]) > 10
+
+
+def test_what_others_made_is_as_they_published_it():
+    hashes = assets.vendored_hashes()
+    assert set(hashes) == {"uplot.iife.min.js", "uplot.min.css", "uplot.LICENSE.txt"}
+    for name, digest in hashes.items():
+        assert hashlib.sha256((assets.FOLDER / name).read_bytes()).hexdigest() == digest
+    assert "MIT License" in assets.read("uplot.LICENSE.txt")
+    assert not re.search(r"</script|https?://(?!github\.com/leeoniya)", assets.scripts())
+
+
+def test_a_missing_or_changed_asset_is_an_error(monkeypatch, tmp_path, result):
+    copied = tmp_path / "assets"
+    copied.mkdir()
+    for path in assets.FOLDER.iterdir():
+        if path.is_file():
+            (copied / path.name).write_bytes(path.read_bytes())
+    monkeypatch.setattr(assets, "FOLDER", copied)
+    (copied / "uplot.min.css").write_text("changed")
+    with pytest.raises(StudyError, match=r"uplot\.min\.css is not what vendored\.toml says"):
+        page(result)
+    (copied / "uplot.min.css").unlink()
+    with pytest.raises(StudyError, match=r"uplot\.min\.css.* cannot be read \(No such file"):
+        page(result)
+
+
+def test_a_result_without_shapes_has_none(result):
+    assert read_shapes(result) is None
