@@ -145,7 +145,8 @@ def test_every_figure_is_drawn_with_labelled_axes() -> None:
     for name, figure in all_figures(laws):
         names.append(name[:5])
         figure.canvas.draw()
-        flat = [axes for axes in figure.axes if axes.name != "3d"]
+        # neither pictures of the antenna, which have no axes, nor the scale of their colours
+        flat = [axes for axes in figure.axes if axes.axison and axes.get_label() != "<colorbar>"]
         assert all(axes.get_xlabel() for axes in flat), name
     assert names == ["overv", *(f"fig{k}" for k in (11, 12, 13, 14, 17, 18, 19, 20))]
 
