@@ -62,13 +62,13 @@ def scene(result: Result) -> MovingPicture | None:
     strands = []
     for link, count in enumerate(counts):
         chain = first[link] + np.arange(count)
-        name = _NAMES[link] if len(counts) <= len(_NAMES) else f"link {link + 1}"
+        name = _NAMES[link] if result.kind != "flex" else f"link {link}"
         strands.append(Strand(name, np.stack([chain[:-1], chain[1:]], axis=1)))
 
     own = next(iter(result.laws), "motion")
     times = shapes.times
     return MovingPicture(
-        title="the arm, seen from above" if len(counts) == len(_NAMES) else "the links",
+        title="the links in motion" if result.kind == "flex" else "the arm in its plane",
         shapes=_in_space(shapes.nodes),
         parameter=times,
         strands=tuple(strands),

@@ -54,10 +54,21 @@ def answer(result: Result) -> list[str]:
     """What was found, beside what it is compared with."""
     sentences = [_least(result, row) for row in result.table if row.minimised]
     if not sentences:
-        sentences = [_ANSWERS[result.verdict.kind], *(f"{gain}." for gain in gains(result)[:3])]
+        sentences = [_ANSWERS[result.verdict.kind]]
+        sentences += [f"{gain}." for gain in gains(result)[:3]] or _first_values(result)
     if result.verdict.kind in ("global", "local"):
         sentences += [_bounded(row, result) for row in result.table if row.minimised and row.bound]
     return sentences
+
+
+def _first_values(result: Result) -> list[str]:
+    """The first quantities of a result that has nothing to be compared with."""
+    rows = [row for row in result.table if math.isfinite(next(iter(row.values.values()), math.nan))]
+    judged = [row for row in rows if row.better != "neither"] or rows
+    return [
+        f"{_begun(row.title)}: {number(next(iter(row.values.values())), 6)}{_unit(row)}."
+        for row in judged[:3]
+    ]
 
 
 def _least(result: Result, row: TableRow) -> str:
@@ -148,7 +159,7 @@ def rests_on(result: Result) -> list[str]:
             f"{len(failed)} of {len(checks)} checks failed: "
             + "; ".join(check.sentence for check in failed)
             if failed
-            else f"All {len(checks)} checks passed; they are listed under Verification."
+            else f"{_all(len(checks))} passed; see Verification."
         )
     sentences += _starts(result.details.get("starts"), result.details.get("basins"))
     accuracy = result.details.get("accuracy")
@@ -159,6 +170,10 @@ def rests_on(result: Result) -> list[str]:
             "the whole way."
         )
     return sentences
+
+
+def _all(count: int) -> str:
+    return "The one check" if count == 1 else f"All {count} checks"
 
 
 def _starts(starts: object, basins: object) -> list[str]:
