@@ -91,15 +91,15 @@ def _known(name: str, columns: Mapping[str, Array]) -> bool:
 
 
 def _curve(law: str, name: str, columns: Mapping[str, Array]) -> Curve:
-    """A column over all axes; the jerk, which jumps, has two values at a jump."""
+    """A column over all axes; what jumps has two values at a jump."""
     places = {
         TIME: columns["time"],
         "angle": np.degrees(columns["angle"]),
         "rope": columns["rope_length"],
     }
     values = np.degrees(columns["angle"]) if name == "angle_deg" else columns[name]
-    before = columns.get("angular_jerk_before")
-    if name == "angular_jerk" and before is not None:
+    before = columns.get(f"{name}_before")
+    if before is not None:
         return _with_jumps(law, places, before, values)
     return Curve(law, places, values)
 
