@@ -16,6 +16,8 @@ from ocp.settings import Settings
 from ocp.solution.solution import Solution
 from ocp.solve import solve
 
+_SECONDS = 20.0  # whoever has stopped a solve does not wait for longer
+
 
 def rescued(
     problem: Problem,
@@ -27,7 +29,7 @@ def rescued(
 ) -> Solution | None:
     """The best mesh iteration of a stopped solve, solved once more on its own mesh and verified.
 
-    A budget of seconds does not hold for that: it is one mesh, from its own solution.
+    It is one mesh, from its own solution: what takes longer than 20 s is given up.
 
     Parameters
     ----------
@@ -58,7 +60,7 @@ def rescued(
     try:
         return solve(
             problem,
-            settings=replace(settings, refinement=fixed, seconds=None),
+            settings=replace(settings, refinement=fixed, seconds=_SECONDS),
             guess=reached,
             mesh=mesh,
             constants=constants,

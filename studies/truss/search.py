@@ -270,12 +270,14 @@ class Search:
 
     def _finished(self, trial: Trial, count: int, earlier: bool) -> None:
         """Keep a start that is done, and say so in one line."""
+        # kept before it is said: who reads that it is done may kill the process
+        if self.kept is not None and not earlier:
+            self.kept.keep(self._kind, trial)
+
         self._started += 1
         label = f"start {self._started} of {count} ({trial.name})"
         when = ", in an earlier run" if earlier else ""
         self.console.progress(f"{label}: {of_trial(trial, self.study)}{when}")
-        if self.kept is not None:
-            self.kept.keep(self._kind, trial)
 
     def _settings(self) -> Settings:
         """How the engine solves: the stated intervals, shared out over the phases."""
@@ -409,7 +411,7 @@ class Search:
                 f"the least peak found under the other caps is {least.values['peak-force']:.6g} N "
                 "(local: from one start): raise the force cap to that, or loosen another one"
             )
-            if least.values["peak-force"] <= cap:
+            if least.values["peak-force"] <= cap and not self.interrupted:
                 start = start_from_law(OTHER_START, least.law, self.study)
                 try:
                     again = {OTHER_START: functools.partial(self._stated_from, start)}
@@ -421,7 +423,7 @@ class Search:
         raise StudyError(
             f"no motion was found from {len(names)} start{'s' * (len(names) > 1)}; the least "
             f"relaxation found: {needed}; from {names[0]}: {error}",
-            ExitCode.NOT_SOLVED,
+            ExitCode.INTERRUPTED if self.interrupted else ExitCode.NOT_SOLVED,
         ) from error
 
     def _relaxation(self) -> str:
@@ -450,11 +452,18 @@ class Search:
             caps=replace(self.study.caps, force=None),
             solver=replace(self.study.solver, starts=("bezier",), seconds=seconds),
         )
+        search = Search(uncapped, self.console)
         try:
-            search = Search(uncapped, self.console)
-            return search.run().deployment
-        except (OcpError, StudyError, KeyboardInterrupt):
-            return None
+            found = search.run().deployment
+            self.interrupted = search.interrupted
+            return found
+        except (Interrupted, KeyboardInterrupt):
+            self.interrupted = True
+        except StudyError as error:
+            self.interrupted = error.exit_code is ExitCode.INTERRUPTED
+        except OcpError:
+            pass
+        return None
 
     def _bound(self) -> float | None:
         """A proven bound of the first objective."""
