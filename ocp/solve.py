@@ -295,18 +295,30 @@ def _solution(
 
 
 def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:
-    """Why the refinement ended short of its tolerances, if it did."""
-    if refinement.ending == "budget":
-        return f"the budget of {meshes.budget} ended the refinement"
-    if not meshes.settings.refinement.adapts or refinement.ending == "tolerances":
+    """Why the refinement ended short of its tolerances, and which they are, if it did."""
+    if not meshes.settings.refinement.adapts:
         return ""
-    gain = refinement.best.errors.gain
-    state = f"finer controls promise a gain of {gain:.0e}"
-    if gain <= meshes.settings.accuracy.objective:
-        state = "the errors between the points were not all below tolerance"
-    ended_by_rounds = refinement.ending == "rounds"
-    where = f"{len(refinement.rounds)} mesh iterations" if ended_by_rounds else "a mesh that failed"
-    return f"refinement ended after {where}, when {state}"
+    endings = {
+        "tolerances": "",
+        "standstill": "refinement ended where the objective stood still",
+        "rounds": f"refinement ended after {len(refinement.rounds)} mesh iterations",
+        "failure": "refinement ended after a mesh that failed",
+        "budget": f"the budget of {meshes.budget} ended the refinement",
+    }
+    ending, best, accuracy = endings[refinement.ending], refinement.best, meshes.settings.accuracy
+
+    open_tolerances = [
+        f"{what} hold to {value:.0e} instead of {allowed:.0e}"
+        for what, value, allowed in (
+            ("the constraints", best.leak, accuracy.path),
+            ("the dynamics", best.errors.dynamics, accuracy.dynamics),
+        )
+        if value > allowed
+    ]
+    # refuted by a finer mesh or not, what is promised is said
+    if best.errors.gain > accuracy.objective:
+        open_tolerances.append(f"finer controls promise a gain of {best.errors.gain:.0e}")
+    return ", when ".join(part for part in (ending, " and ".join(open_tolerances)) if part)
 
 
 def _verdict(meshes: MeshSolver, objective: float, bound: float | None) -> str:

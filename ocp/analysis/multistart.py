@@ -92,6 +92,7 @@ def audit(
     bound_gap: float = _BOUND_MET,
     value: Callable[[Problem, Solution], float] | None = None,
     same: float | None = None,
+    enough: Callable[[Sequence[Trial]], bool] | None = None,
     failures: tuple[type[Exception], ...] = (),
     seconds: float | None = None,
     known: Mapping[str, Trial | Callable[[], Trial | None]] | None = None,
@@ -129,6 +130,8 @@ def audit(
     same : float, optional
         Relative distance of two values within which they count as one optimum.  By default ten
         times the tolerance on the objective, and then the motions have to agree too.
+    enough : function of a sequence of Trial, optional
+        Called after each start with the trials until then; True leaves out the starts that remain.
     failures : tuple of exception classes
         Further errors that count as the failure of a start, for functions that give one.
     seconds : float, optional
@@ -164,7 +167,7 @@ def audit(
     )
 
     with shown(progress) as say:
-        trials, interrupted = _trials(search, named, workers, limit, say, finished)
+        trials, interrupted = _trials(search, named, workers, limit, enough, say, finished)
     return _audit(problem, settings, trials, same, limit, interrupted)
 
 
@@ -173,10 +176,11 @@ def _trials(
     named: Mapping[str, StartLike],
     workers: int,
     limit: _Bound,
+    enough: Callable[[Sequence[Trial]], bool] | None,
     say: Progress | None,
     finished: Callable[[Trial], None] | None,
 ) -> tuple[list[Trial], bool]:
-    """Trials of all starts until one meets the bound, and whether the user stopped them."""
+    """Trials of all starts until they are enough, and whether the user stopped them."""
     running = search.side_by_side(named, workers) if workers > 1 else search.in_turn(named, say)
     trials: list[Trial] = []
     interrupted = False
@@ -191,6 +195,8 @@ def _trials(
 
             interrupted = stopped
             if stopped or (trial.error is None and limit.is_met(trial)):
+                break
+            if enough and enough(trials):
                 break
     except (KeyboardInterrupt, Interrupted):
         interrupted = True

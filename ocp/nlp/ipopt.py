@@ -17,6 +17,7 @@ from ocp.keywords import as_written, checked_keywords
 from ocp.nlp.interrupts import Interrupts, noted_interrupts
 from ocp.nlp.result import NlpResult, Outcome
 from ocp.nlp.solver import Listener, StartingPoint
+from ocp.nlp.standstill import Standstill
 from ocp.transcription.kernels import Program
 from ocp.transcription.transcribe import ProgramLimits
 
@@ -57,6 +58,9 @@ _WARM_START = {
     "ipopt.warm_start_slack_bound_frac": _PUSH,
     "ipopt.warm_start_mult_bound_push": _PUSH,
 }
+
+# status of a run that ended at the best point it had come by
+_STOOD_STILL = "Stood_Still_Near_Optimum"
 
 # Progress can stall just above the tolerance where an optimum is flat.
 _STALL_FACTOR = 100.0
@@ -185,7 +189,11 @@ class Ipopt:
             multipliers = dict(zip(("lam_x0", "lam_g0"), start.multipliers, strict=True))
 
         with noted_interrupts() as interrupts:
-            watch = _Watch(program, interrupts, listener)
+            # a loose run ends soon enough by itself
+            standstill = None
+            if self.stall:
+                standstill = Standstill(program, limits, parameters, self.tolerance)
+            watch = _Watch(program, interrupts, listener, standstill)
             options["iteration_callback"] = watch
             solver = ca.nlpsol("solver", "ipopt", program.oracle, options)
             solution = solver(
@@ -210,7 +218,7 @@ class Ipopt:
             )
         log.debug("IPOPT: %s after %d iterations", status, count)
 
-        return NlpResult(
+        result = NlpResult(
             outcome="interrupted" if interrupts.asked else _OUTCOMES.get(status, "failed"),
             status=status,
             x=_vector(solution["x"]),
@@ -221,6 +229,9 @@ class Ipopt:
             iterations=count,
             seconds=clock.perf_counter() - begin,
         )
+        if result.outcome in ("solved", "interrupted") and not watch.stood_still:
+            return result
+        return _at_best(result, standstill, stopped=interrupts.asked)
 
     def _options(self) -> dict[str, Any]:
         """IPOPT's own options."""
@@ -277,12 +288,39 @@ def _vector(value: Any) -> Array:
     return np.array(value).ravel()
 
 
-class _Watch(ca.Callback):
-    """Called at every iteration: stops when the user asks to, else passes it to a listener."""
+def _at_best(result: NlpResult, standstill: Standstill | None, *, stopped: bool) -> NlpResult:
+    """The best point near the optimum that a run came by, where it wandered on from there."""
+    best = standstill.best if standstill else None
+    if best is None:
+        return result
+    return replace(
+        result,
+        outcome="interrupted" if stopped else "solved",
+        status=_STOOD_STILL,
+        x=best.x,
+        objective=best.objective,
+        rows=best.rows,
+        bound_multipliers=best.bound_multipliers,
+        row_multipliers=best.row_multipliers,
+    )
 
-    def __init__(self, program: Program, interrupts: Interrupts, listener: Listener | None) -> None:
+
+class _Watch(ca.Callback):
+    """Called at every iteration: stops when the user asks to or where nothing is gained any more.
+
+    Every iteration is passed to a listener.
+    """
+
+    def __init__(
+        self,
+        program: Program,
+        interrupts: Interrupts,
+        listener: Listener | None,
+        standstill: Standstill | None,
+    ) -> None:
         ca.Callback.__init__(self)
         self.program, self.interrupts, self.listener = program, interrupts, listener
+        self.standstill, self.stood_still = standstill, False
         self.count = 0
         self.error: BaseException | None = None
         self.construct("watch", {})
@@ -307,9 +345,17 @@ class _Watch(ca.Callback):
     def eval(self, arg: Any) -> list[float]:
         stop = False
         try:
+            x, objective, rows, on_columns, on_rows = (_vector(arg[i]) for i in range(5))
             if self.listener is not None:
-                x, objective, rows = (_vector(arg[i]) for i in range(3))
                 stop = self.listener(self.count, float(objective[0]), x, rows)
+            if (
+                not stop
+                and self.standstill
+                and self.standstill.seen(
+                    self.count, x, float(objective[0]), rows, on_columns, on_rows
+                )
+            ):
+                self.stood_still = stop = True
         except BaseException as error:
             # raised after the solver has ended: CasADi would take it for a failure
             self.error, stop = error, True

@@ -17,6 +17,7 @@ from ocp.problem.problem import Problem
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.error_estimate import MeshErrors
 from ocp.refinement.mesh_iteration import (
+    LOOSER,
     MeshIteration,
     MeshSolver,
     SolvedMesh,
@@ -28,10 +29,13 @@ from ocp.refinement.mesh_iteration import (
 from ocp.transcription.packing import trajectory_of
 from ocp.transcription.transcribe import Transcription
 
-Ending = Literal["tolerances", "rounds", "failure", "budget"]
+Ending = Literal["tolerances", "standstill", "rounds", "failure", "budget"]
 
 # While the last mesh was off by this much or more, the next one is about to be replaced, too.
 _FAR = 1e-3
+
+# Rounds in a row over which the objective stands still where nothing more is to be gained.
+_STILL = 3
 
 log = logging.getLogger(__name__)
 
@@ -43,7 +47,8 @@ class Refinement:
     Attributes
     ----------
     best : SolvedMesh
-        The best mesh iteration that holds between its points; the last one if none does.
+        The best mesh iteration that holds between its points, if need be to a looser tolerance; the
+        last one if none does.
     rounds : tuple of MeshIteration
         Records of all, those before this refinement included.
     ending : str
@@ -91,7 +96,7 @@ def refine(
         raise _interrupted(meshes.problem, solved, accuracy, None) from stop
 
     best = best_of(solved, accuracy)
-    if ending == "budget" and not best.holds(accuracy):
+    if ending == "budget" and not best.holds(accuracy, LOOSER):
         raise _budget_spent(meshes, rounds, best.iterate.trajectory, best)
     return Refinement(best, tuple(rounds), ending)
 
@@ -140,14 +145,59 @@ def _refine(
 
         if following is None:
             return "tolerances"
-        if len(rounds) >= most and following is not program.mesh:
-            return "rounds"
-        if meshes.spent(rounds):
-            return "budget"
+        again = following is program.mesh
+        if ending := _ending(
+            meshes, solved, rounds, accuracy, over=len(rounds) >= most, again=again
+        ):
+            return ending
 
         finer = following.intervals > program.mesh.intervals
         start = solved[-1].iterate
         program = meshes.next_program(start, following)
+
+
+def _ending(
+    meshes: MeshSolver,
+    solved: Sequence[SolvedMesh],
+    rounds: Sequence[MeshIteration],
+    accuracy: Accuracy,
+    *,
+    over: bool,
+    again: bool,
+) -> Ending | None:
+    """What ends a refinement that has a next mesh, if anything does.
+
+    Parameters
+    ----------
+    over : bool
+        Whether the policy allows no further mesh.
+    again : bool
+        Whether the next mesh is the last one, to be solved to the tolerance asked for.
+    """
+    if over and not again:
+        return "rounds"
+    if meshes.spent(rounds):
+        return "budget"
+    return "standstill" if not again and stands_still(solved, accuracy) else None
+
+
+def stands_still(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> bool:
+    """Whether further rounds would change nothing but last digits of the constraints' tolerance.
+
+    The objective has stayed within its tolerance for several rounds, a finer mesh among them unless
+    no gain is promised, and one of them is good enough to be verified.
+    """
+    latest = solved[-_STILL:]
+    if len(latest) < _STILL or not latest[-1].tight:
+        return False
+
+    objectives = [s.iterate.objective for s in latest]
+    size = max(abs(objectives[-1]), 1e-3 * latest[-1].iterate.scales.objective)
+    if max(objectives) - min(objectives) > accuracy.objective * size:
+        return False
+    if all(s.errors.gain > accuracy.objective and not s.finer for s in latest):
+        return False
+    return any(s.tight and s.holds(accuracy, LOOSER) for s in latest)
 
 
 def _worst(errors: MeshErrors) -> float:
@@ -167,7 +217,7 @@ def _fatal(
     last = trajectory_of(program, result.x, meshes.parameters)
     if result.outcome == "interrupted":
         return _interrupted(meshes.problem, solved, accuracy, last)
-    if meshes.spent(rounds) and not any(s.holds(accuracy) for s in solved):
+    if meshes.spent(rounds) and not any(s.holds(accuracy, LOOSER) for s in solved):
         return _budget_spent(meshes, rounds, last, solved[-1] if solved else None)
     if not solved:
         return failure(program, result, meshes.parameters, last)
@@ -207,7 +257,7 @@ def _interrupted(
     if solved:
         best = best_of(solved, accuracy)
         finished = best.iterate.trajectory
-        verified = finished if best.holds(accuracy) else None
+        verified = finished if best.holds(accuracy, LOOSER) else None
     kept = "the best round so far is kept" if verified else "no round had met its tolerances"
     return Interrupted(
         f"'{problem.name}' was stopped in mesh iteration {len(solved) + 1}; {kept}",

@@ -33,6 +33,10 @@ from ocp.transcription.transcribe import ProgramLimits, Transcription, transcrib
 Start = Iterate | Trajectory | None
 Run = Callable[[NlpSolver, StartingPoint], NlpResult]
 
+# Factor by which constraints may miss their tolerance in a round that is good enough to be verified
+# where no better one was found: the slack that the verification has, too.
+LOOSER = 10.0
+
 # A mesh that is about to be replaced is solved to this tolerance: the digits beyond are lost with
 # the next mesh. The mesh that meets all tolerances is solved to the tolerance asked for.
 _LOOSE = 1e-7
@@ -118,18 +122,31 @@ class SolvedMesh:
     tight: bool
     finer: bool
 
-    def holds(self, accuracy: Accuracy) -> bool:
-        """Whether the motion meets the dynamics and all constraints, between its points too."""
-        excess = max(self.errors.excess, self.violation)
-        return self.errors.dynamics <= accuracy.dynamics and excess <= accuracy.path
+    def holds(self, accuracy: Accuracy, slack: float = 1.0) -> bool:
+        """Whether the motion meets the dynamics and all constraints, between its points too.
+
+        Parameters
+        ----------
+        slack : float
+            Factor by which the constraints may miss their tolerance.
+        """
+        dynamics = self.errors.dynamics <= accuracy.dynamics
+        return dynamics and self.leak <= slack * accuracy.path
+
+    @property
+    def leak(self) -> float:
+        """Largest excess of a constraint at the points or between them, relative."""
+        return max(self.errors.excess, self.violation)
 
 
 def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
-    """The best round that holds between the points; the last one if none does.
+    """The best round that holds between the points.
 
+    Without one it is the best of those that pass a verification all the same, else the last one.
     Those solved to the tolerance asked for come first: values of others err by theirs.
     """
     good = [s for s in solved if s.holds(accuracy)]
+    good = good or [s for s in solved if s.holds(accuracy, LOOSER)]
     good = [s for s in good if s.tight] or good
     sense = solved[-1].iterate.problem.sense
     return min(good, key=lambda s: sense * s.iterate.objective, default=solved[-1])

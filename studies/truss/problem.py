@@ -148,11 +148,13 @@ def control_shape(study: TrussStudy) -> Literal["constant", "linear"]:
     """How the control varies within an interval.
 
     Least acceleration, time and (driven by it) force make the control jump between its bounds;
-    an expression that rides its own peak needs the control to vary.
+    an expression that rides its own peak or a cap needs the control to vary.
     """
     jumping = {"peak-acceleration", "time"}
     if study.caps.jerk is None:
         jumping.add("peak-force")
+    elif study.caps.force is not None or study.caps.least_tension > 0:
+        return "linear"
     return "constant" if set(study.objectives) <= jumping else "linear"
 
 

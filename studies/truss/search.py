@@ -33,7 +33,11 @@ from studies.truss.checks import objective_sizes
 from studies.truss.config import TrussStudy
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import law_of
-from studies.truss.motions.starts import start_from_law, starting_motion
+from studies.truss.motions.starts import (
+    one_of_each_kind_first,
+    start_from_law,
+    starting_motion,
+)
 from studies.truss.problem import Statement, control_shape, needs_forces, state
 from studies.truss.quantities import OBJECTIVES
 from studies.truss.verdict import (
@@ -43,6 +47,7 @@ from studies.truss.verdict import (
     global_verdict,
     local_verdict,
     of_trial,
+    starts_agree,
     unattained_verdict,
 )
 
@@ -197,8 +202,8 @@ class Search:
         return best
 
     def _from_all_starts(self, with_forces: bool) -> BestMotion:
-        """The best of all starts, one after the other until one meets the bound."""
-        names = list(self.study.solver.starts)
+        """The best of all starts, one after the other until one meets the bound or enough agree."""
+        names = one_of_each_kind_first(self.study.solver.starts)
         if not with_forces:  # the phase plane of the force says nothing here
             names = [name for name in names if name != "phase-plane"] or names
 
@@ -223,6 +228,7 @@ class Search:
             bound_gap=BOUND_MET,
             value=self._value,
             same=SAME_BASIN,
+            enough=lambda trials: starts_agree(list(starts), trials, SAME_BASIN),
             failures=(StudyError,),
             seconds=self._left(),
             known={name: functools.partial(self._earlier, name) for name in known},

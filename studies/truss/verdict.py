@@ -11,6 +11,7 @@ from ocp import Audit, Optimum, Trial
 from studies.common.console import number
 from studies.common.result import Verdict
 from studies.truss.config import TrussStudy
+from studies.truss.motions.starts import KINDS
 from studies.truss.quantities import OBJECTIVES
 
 if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
@@ -124,3 +125,20 @@ def of_trial(trial: Trial, study: TrussStudy) -> str:
         f"{name} {number(trial.value, 7)} {unit}, {trial.solution.iterations} iterations, "
         f"{trial.seconds:.1f} s"
     )
+
+
+def starts_agree(names: Sequence[str], trials: Sequence[Trial], same: float) -> bool:
+    """Whether several starts, at least one of each kind, have found one optimum and no other.
+
+    Parameters
+    ----------
+    names : all starts of the search.
+    trials : those that are done.
+    same : relative distance of two values within which they are one optimum.
+    """
+    found = {trial.name: trial.value for trial in trials if trial.error is None}
+    kinds = {KINDS.get(name) for name in found}
+    if len(found) < 2 or kinds != {KINDS.get(name) for name in names}:
+        return False
+    values = found.values()
+    return max(values) - min(values) <= same * max(abs(value) for value in values)

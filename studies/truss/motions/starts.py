@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -21,6 +21,15 @@ if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
 
 SWING = 1.3  # duration of the swing after a dwell, relative to the least the caps allow
 LONGEST_SWING = 0.9  # of the duration
+
+# how a motion gets over the ridge of the static force: at rest on it, or with momentum
+KINDS = {
+    "bezier": "ridge",
+    "step5": "ridge",
+    "straight": "ridge",
+    "dwell": "swing-through",
+    "phase-plane": "swing-through",
+}
 
 
 @dataclass(frozen=True)
@@ -65,6 +74,12 @@ def starting_motion(
         "dwell": lambda: _dwell(study, duration),
     }
     return start_from_law(name, laws[name](), study)
+
+
+def one_of_each_kind_first(names: Sequence[str]) -> list[str]:
+    """The starts in their order, but the first of each kind before the others."""
+    first = {KINDS[name]: name for name in reversed(names)}
+    return sorted(names, key=lambda name: name not in first.values())
 
 
 def bezier_start(study: TrussStudy) -> StartingMotion:

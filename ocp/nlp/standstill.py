@@ -1,0 +1,127 @@
+"""The best point of a run that no longer comes nearer to the optimum.
+
+Near a degenerate optimum an interior-point method can meet the optimality conditions to seven
+digits and then wander for hundreds of iterations in search of the last three.  The objective stands
+still meanwhile.  The point that it came by is the answer, and what follows is not waited for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from ocp.arrays import Array
+from ocp.transcription.kernels import Program
+from ocp.transcription.transcribe import ProgramLimits
+
+# A point is near the optimum from this multiple of the solver's tolerance on, but never beyond the
+# second number, which is what a certificate accepts as the violation of a row.
+_NEAR_FACTOR = 1e2
+_NEAR = 1e-8
+
+# iterations without a better point that end a run, and what a better one improves: the error by a
+# half, or the objective by more than this part
+_PATIENCE = 15
+_BETTER = 0.5
+_FLAT = 1e-8
+
+# So much counts beside a violation. Stationarity may lack as much as IPOPT's own tolerance on it
+# lets it; the sum of all complementary products estimates what the objective may still gain.
+_STATIONARITY = 0.01
+_GAP = 0.003
+
+# IPOPT's own scaling of its error by large multipliers (Waechter and Biegler 2006, eq. 6)
+_LARGE_MULTIPLIERS = 100.0
+
+
+@dataclass(frozen=True, eq=False)
+class NearPoint:
+    """An iterate that meets the optimality conditions nearly.
+
+    Attributes
+    ----------
+    number : of its iteration.
+    error : of the optimality conditions.
+    x, rows, bound_multipliers, row_multipliers : arrays of the program.
+    objective : scaled.
+    """
+
+    number: int
+    error: float
+    objective: float
+    x: Array
+    rows: Array
+    bound_multipliers: Array
+    row_multipliers: Array
+
+
+class Standstill:
+    """Watches the iterates of one run, and keeps the best of those near the optimum.
+
+    Parameters
+    ----------
+    tolerance : float
+        Of the solver.
+    """
+
+    def __init__(
+        self, program: Program, limits: ProgramLimits, parameters: Array, tolerance: float
+    ) -> None:
+        self._program, self._parameters = program, parameters
+        self._lower = np.concatenate([limits.columns[0], limits.rows[0]])
+        self._upper = np.concatenate([limits.columns[1], limits.rows[1]])
+        self._near = max(tolerance, min(_NEAR_FACTOR * tolerance, _NEAR))
+        self.best: NearPoint | None = None
+
+    def seen(
+        self,
+        number: int,
+        x: Array,
+        objective: float,
+        rows: Array,
+        bound_multipliers: Array,
+        row_multipliers: Array,
+    ) -> bool:
+        """Take note of an iterate; whether the run has stood still for long enough."""
+        values = np.concatenate([x, rows])
+        excess = np.maximum(self._lower - values, values - self._upper)
+        if float(excess.max(initial=0.0)) <= self._near:
+            error = self._error(objective, values, excess, x, bound_multipliers, row_multipliers)
+            if error <= self._near and self._is_better(error, objective):
+                self.best = NearPoint(
+                    number, error, objective, x, rows, bound_multipliers, row_multipliers
+                )
+        return self.best is not None and number >= self.best.number + _PATIENCE
+
+    def _is_better(self, error: float, objective: float) -> bool:
+        if self.best is None:
+            return True
+        gained = self.best.objective - objective
+        return error < _BETTER * self.best.error or gained > _FLAT * abs(objective)
+
+    def _error(
+        self,
+        objective: float,
+        values: Array,
+        excess: Array,
+        x: Array,
+        on_columns: Array,
+        on_rows: Array,
+    ) -> float:
+        """Largest of violation, dual infeasibility and a part of the duality gap."""
+        _, gradient = self._program.objective_gradient(x, self._parameters)
+        _, jacobian = self._program.constraint_jacobian(x, self._parameters)
+        stationarity = np.array(gradient + ca.mtimes(jacobian.T, on_rows)).ravel() + on_columns
+
+        # a positive multiplier belongs to the upper limit, a negative one to the lower
+        multipliers = np.concatenate([on_columns, on_rows])
+        slack = np.where(multipliers > 0, self._upper - values, values - self._lower)
+        products = np.abs(multipliers) * np.where(np.isfinite(slack), np.abs(slack), 1.0)
+
+        mean = float(np.abs(multipliers).mean())
+        size = max(_LARGE_MULTIPLIERS, mean) / _LARGE_MULTIPLIERS
+        dual = float(np.abs(stationarity).max()) / size
+        gap = _GAP * float(products.sum()) / max(abs(objective), 1.0)
+        return max(float(excess.max(initial=0.0)), _STATIONARITY * dual, gap)

@@ -1,0 +1,139 @@
+"""What stands still ends: a run of the solver, a refinement, an audit whose starts agree."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from ocp import Accuracy, Control, Ipopt, Phase, Problem, Settings, State, Unknown, audit, solve
+from ocp.mesh.mesh import Mesh, uniform
+from ocp.nlp.standstill import Standstill
+from ocp.problem.parameters import parameters_of
+from ocp.refinement.loop import stands_still
+from ocp.refinement.mesh_iteration import MeshSolver, SolvedMesh, best_of
+
+ACCURACY = Accuracy()
+
+
+def effort():
+    """Least effort over a distance of 1 m in 1 s from rest to rest, whose optimum is 12."""
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", lower=-9, upper=9)
+    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0})
+    return Problem("effort", [phase], minimise=phase.integral(u**2))
+
+
+@pytest.fixture(scope="module")
+def program_and_optimum():
+    problem = effort()
+    meshes = MeshSolver.of(problem, Settings(), parameters_of(problem, None))
+    program = meshes.first_program(None, Mesh((uniform(4, 4),)))
+    return meshes, program, meshes.solve(program, None, Ipopt())
+
+
+def watched(meshes, program):
+    limits = program.limits(meshes.parameters)
+    return Standstill(program.program, limits, meshes.parameters.vector, 1e-10)
+
+
+def test_a_run_that_stays_at_its_optimum_has_stood_still(program_and_optimum):
+    meshes, program, optimum = program_and_optimum
+    standstill = watched(meshes, program)
+    arrays = optimum.rows, optimum.bound_multipliers, optimum.row_multipliers
+    stopped = [standstill.seen(n, optimum.x, optimum.objective, *arrays) for n in range(20)]
+    assert standstill.best.number == 0
+    assert standstill.best.error < 1e-8
+    assert stopped.index(True) == 15  # its patience
+
+
+def test_points_off_the_optimum_are_not_near(program_and_optimum):
+    meshes, program, optimum = program_and_optimum
+    bounds, rows = optimum.bound_multipliers, optimum.row_multipliers
+
+    spoilt = {
+        "infeasible": (optimum.rows + 1e-3, bounds, rows),
+        "not stationary": (optimum.rows, bounds, rows * 1.01),
+        "pressed where no limit is": (optimum.rows, bounds + 1e-3, rows),
+    }
+    for what, arrays in spoilt.items():
+        standstill = watched(meshes, program)
+        for number in range(30):
+            assert not standstill.seen(number, optimum.x, optimum.objective, *arrays), what
+        assert standstill.best is None, what
+
+
+def test_a_lower_objective_is_waited_for(program_and_optimum):
+    meshes, program, optimum = program_and_optimum
+    standstill = watched(meshes, program)
+    arrays = optimum.rows, optimum.bound_multipliers, optimum.row_multipliers
+    falling = optimum.objective * (1 - 1e-7 * np.arange(40))
+    assert not any(standstill.seen(n, optimum.x, f, *arrays) for n, f in enumerate(falling))
+
+
+def test_a_run_ends_at_its_best_point_where_the_tolerance_is_out_of_reach():
+    found = solve(effort(), settings=Settings(solver=Ipopt(tolerance=1e-18, max_iterations=200)))
+    assert found.objective == pytest.approx(12.0, rel=1e-7)
+    assert found.verification.passed
+    assert found.iterations < 200
+
+
+def mesh_round(objective, *, excess=0.0, dynamics=1e-9, gain=0.0, tight=True, finer=True):
+    """A solved mesh as far as the end of a refinement looks at it."""
+    problem = SimpleNamespace(sense=1.0)
+    scales = SimpleNamespace(objective=1.0)
+    iterate = SimpleNamespace(objective=objective, scales=scales, problem=problem)
+    errors = SimpleNamespace(excess=excess, dynamics=dynamics, gain=gain)
+    return SolvedMesh(iterate, errors, 0.0, tight, finer)
+
+
+def test_a_refinement_stands_still_where_only_last_digits_are_missing():
+    still = [mesh_round(2.0 + 1e-7 * i, excess=5e-7) for i in range(3)]
+    assert stands_still(still, ACCURACY)
+    assert not stands_still(still[:2], ACCURACY)
+
+
+@pytest.mark.parametrize(
+    "last",
+    [
+        mesh_round(2.0001, excess=5e-7),
+        mesh_round(2.0, excess=5e-7, tight=False),
+    ],
+    ids=["the objective moves", "rough"],
+)
+def test_a_refinement_goes_on(last):
+    assert not stands_still([mesh_round(2.0, excess=5e-7)] * 2 + [last], ACCURACY)
+
+
+@pytest.mark.parametrize(
+    "errors",
+    [
+        {"excess": 2e-6},
+        {"dynamics": 2e-7},
+        {"gain": 1e-5, "finer": False},
+    ],
+    ids=["leaks", "dynamics", "a gain that no finer mesh has refuted"],
+)
+def test_a_refinement_goes_on_where_more_is_missing(errors):
+    assert not stands_still([mesh_round(2.0, **errors)] * 3, ACCURACY)
+
+
+def test_the_best_round_is_the_answer_and_not_the_last():
+    nearly, worse = mesh_round(2.0, excess=5e-7), mesh_round(1.9, excess=1e-3)
+    assert best_of([worse, nearly, worse], ACCURACY) is nearly
+    holds = mesh_round(2.1)
+    assert best_of([nearly, holds, worse], ACCURACY) is holds
+
+
+def test_an_audit_ends_where_its_starts_are_enough():
+    k = Unknown("k", lower=-2, upper=2, guess=0.5)
+    x, u = State("x", "m"), Control("u", "m/s")
+    phase = Phase("move", {x: u}, {x: 0}, {x: 1})
+    problem = Problem("one valley", [phase], minimise=phase.integral(u**2) + k**2)
+    found = audit(
+        problem,
+        starts=5,
+        processes=1,
+        settings=Settings(intervals=4),
+        enough=lambda trials: len(trials) == 2,
+    )
+    assert len(found.trials) == 2
+    assert found.verdict == "local: best of 2 starts (2 agree)"
