@@ -6,11 +6,13 @@ from matplotlib.figure import Figure
 
 from models.laws import Step5
 from studies.common.drawing import LAWS, look, show_lowest, smoothest_on_top
-from studies.paper import DEPLOYED, PINNED, WITH_FRICTION
+from studies.paper.cases import DEPLOYED, WITH_FRICTION
 from studies.truss.figures import tension_figure
 from studies.truss.motions.deployment import Deployment
+from studies.truss.motions.laws import pinned_bezier
 
 T = np.linspace(0.0, 1.0, 51)
+PINNED = pinned_bezier(WITH_FRICTION, 140.0)
 
 
 def test_each_law_has_its_own_look_whatever_its_frequency_or_place() -> None:

@@ -12,6 +12,7 @@ from models.laws import (
     Hermite,
     JerkLimited,
     Piecewise,
+    Step5,
     constant_acceleration,
     least_peak_acceleration,
     linear_jerk,
@@ -21,15 +22,19 @@ from studies.common.configuration import key_lines
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.result import Result
-from studies.paper import PINNED, STEP5, WITH_FRICTION, D, T
+from studies.paper.cases import DEPLOYED, WITH_FRICTION
 from studies.truss import figures
 from studies.truss.bounds import least_time, least_work
 from studies.truss.config import Caps, TrussStudy, as_dictionary, study_from
 from studies.truss.figures import all_figures, angle_figure
 from studies.truss.motions.deployment import Deployment, profile
-from studies.truss.motions.laws import knots, stored_law
+from studies.truss.motions.laws import knots, pinned_bezier, stored_law
 from studies.truss.search import Search
 
+T = 140.0  # s
+D = DEPLOYED - WITH_FRICTION.stowed_angle
+PINNED = pinned_bezier(WITH_FRICTION, T)
+STEP5 = Step5(T, WITH_FRICTION.stowed_angle, DEPLOYED)
 MAIN = ("truss", "--objective", "peak-acceleration", "--jerk-cap", "bezier", "--friction", "0.01")
 
 

@@ -9,11 +9,14 @@ from models.laws import JerkLimited
 from models.truss import static_peak
 from ocp import Ipopt, Settings
 from studies.common.console import Console
-from studies.paper import PINNED, WITH_FRICTION, D
+from studies.paper.cases import WITH_FRICTION
 from studies.truss.config import DEPLOYED, study_from
 from studies.truss.motions.deployment import Deployment
+from studies.truss.motions.laws import pinned_bezier
 from studies.truss.search import BestMotion, Search
 
+D = DEPLOYED - WITH_FRICTION.stowed_angle
+PINNED = pinned_bezier(WITH_FRICTION, 140.0)
 BALANCE = 1e-8  # of the motor's work; the quadrature leaves 1e-14
 
 
