@@ -22,7 +22,7 @@ from ocp.arrays import Array
 from studies.arm.stage import ELBOW, ROOT, Stage
 from studies.flex.measures import bending, fitted_frequency, vibration
 from studies.paper.cases import Cases
-from studies.paper.entries import Entry, assumption, equal, given, misprint, shape
+from studies.paper.entries import Entry, assumption, equal, given, misprint, not_readable, shape
 
 FOLDED = 2.178  # [Hz], of the arm with the small one folded and the root free
 FASTER = {"big": (43.0, 21.5), "small": (56.0, 28.0)}  # [s], half and a quarter of the paper's
@@ -48,6 +48,14 @@ def _lengths() -> list[Entry]:
     arm = ArmParameters()
     big, small = arm.big, arm.small
     return [
+        not_readable(
+            "Fig. 1",
+            "supporting arms in the picture",
+            "1",
+            len((big, small)),
+            "a picture without numbers; of its parts the two arms and the truss with its ropes and "
+            "net are modelled, the satellite holds the root",
+        ),
         given("V-B", "length of both arms", "m", "5", big.length + small.length),
         given("V-B", "length of the big arm", "m", "3", big.length),
         given("V-B", "length of the small arm", "m", "2", small.length),

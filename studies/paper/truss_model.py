@@ -86,9 +86,9 @@ def _kinematics() -> list[Entry]:
     length = float(values(rope_length, truss)[0])
     nodes = {node for rod in RODS for node in rod}
     return [
-        given("II-B", "driving ropes", "1", "2", _ropes(truss)),
+        given("II-B, Fig. 3", "driving ropes", "1", "2", _ropes(truss)),
         assumption(
-            "II-B",
+            "II-B, Fig. 2",
             "stages of the deployment that are modelled",
             "1",
             3,
@@ -162,7 +162,7 @@ def _energies(cases: Cases) -> list[Entry]:
         ),
         given("IV-B", "compression springs, 2 n", "1", "48", 2 * n),
         formula("(24)", "energy of the springs", apart(energy[below], springs[below])),
-        formula("(25)", "energy of the net, as an integral", apart(energy - springs, net)),
+        formula("(25), Fig. 8", "energy of the net, as an integral", apart(energy - springs, net)),
         formula("(26)", "potential energy", apart(energy, springs + net)),
     ]
 
@@ -208,7 +208,7 @@ def _forces(cases: Cases) -> list[Entry]:
             apart(values(joint_damping, truss), sliding + sum(turning)),
         ),
         formula(
-            "(28)-(29)",
+            "(28)-(29), Fig. 9",
             "tension of all segments at 45 deg, mu = 0.01",
             apart(wrap, _written_tensions(rubbing, math.radians(45.0))),
         ),

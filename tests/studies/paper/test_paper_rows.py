@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import math
+import re
 from functools import cache
 
 import pytest
@@ -158,6 +159,8 @@ def test_the_whole_paper_is_recomputed(tmp_path, capsys):
     assert result.passed
     assert len(found) == sum(result.details["counts"].values()) > 150
     assert all(entry.holds for entry in found)
+    figures = {int(n) for entry in found for n in re.findall(r"Fig\. (\d+)", entry.place)}
+    assert figures == set(range(1, 21))
     for verdict in PaperVerdict:
         assert f"{result.details['counts'][verdict.value]:>3}  {verdict.value}" in printed
     for figure in ("fig06", *(f"fig{number}" for number in range(10, 21))):
