@@ -57,6 +57,7 @@ if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
 
 SMOOTHING = 3e-5  # of a proven bound of the peak: what smoothness may cost that peak at most
 SAME_BASIN = 1e-4  # relative: optima closer than this are one basin, solved to different meshes
+STOPPED = "interrupted before a motion was found; the inputs are kept"
 LEAST_LEFT = 0.1  # of the seconds, for what has to follow the starts
 RELAXING = 30.0  # [s] that may be spent on what to relax where no motion was found
 RELAXED = Settings(intervals=40, refinement=FixedMesh())  # as `ocp.relaxed` has it by default
@@ -212,10 +213,10 @@ class Search:
         try:
             return self._best_of(self._audited(starts))
         except Interrupted as stop:
-            raise StudyError(
-                "interrupted before a motion was found; the inputs are kept", ExitCode.INTERRUPTED
-            ) from stop
+            raise StudyError(STOPPED, ExitCode.INTERRUPTED) from stop
         except (OcpError, NoMotionError) as error:
+            if self.interrupted:
+                raise StudyError(STOPPED, ExitCode.INTERRUPTED) from error
             return self._from_the_least_relaxation(names, error)
 
     def _audited(self, starts: Mapping[str, Callable[[], Problem]]) -> Audit:

@@ -1,0 +1,50 @@
+"""Whether a best motion exists is a matter of the motion, not of which caps are stated."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from benchmarks.shows import truss_words
+from studies.cli import main
+from studies.common.exit_codes import ExitCode
+from studies.common.result import Result, Verdict
+from studies.common.writers import exit_code
+from studies.truss.motions.phase_plane import LeastForce
+from studies.truss.verdict import AT_LIMIT, unattained_verdict
+
+FORCE = ("truss", "--objective", "peak-force", "--duration", "6")
+
+
+@pytest.mark.parametrize("caps", [(), ("--speed-cap", "100"), ("--acceleration-cap", "1e5")])
+def test_a_cap_that_cannot_act_changes_nothing(caps, capsys) -> None:
+    assert main([*FORCE, *caps]) == ExitCode.INFEASIBLE
+    last = capsys.readouterr().err.splitlines()[-1]
+    assert "no motion is best: the least peak rope force is 12.2884 N" in last
+    assert "a limit that no motion attains" in last
+
+
+def test_a_motion_at_a_limit_says_so_and_ends_in_its_own_code() -> None:
+    # a dip of the speed, where the motion nearly rests
+    speed, angle = np.array([0.0, 1.0, 0.5, 1.0]), np.array([0.1, 0.5, 1.5, 1.57])
+    motion = SimpleNamespace(speed=speed, angle=angle)
+    limit, met = (LeastForce(12.0, attained, motion) for attained in (False, True))
+    at = unattained_verdict(12.0 * (1 + 0.5 * AT_LIMIT), limit)
+    assert at is not None
+    assert at.sentence.startswith("no motion is best")
+    assert unattained_verdict(12.0 * (1 + 2 * AT_LIMIT), limit) is None
+    assert unattained_verdict(12.0, met) is None
+    result = Result("truss", "?", {}, verdict=at)
+    assert not result.passed
+    assert exit_code(result) == ExitCode.INFEASIBLE
+    assert exit_code(Result("truss", "?", {}, verdict=Verdict("none", ""))) != exit_code(result)
+
+
+def test_words_that_are_not_the_phase_planes_are_seen() -> None:
+    row = {"code": 0, "value": 12.0, "words": "global: the bound", "bound": 12.0}
+    assert truss_words.agrees({**row, "attained": True, "cannot_act": True})
+    assert not truss_words.agrees({**row, "attained": False, "cannot_act": True})
+    assert not truss_words.agrees({**row, "attained": False, "cannot_act": False})
+    said = {**row, "code": 3, "words": "no motion is best: ...", "attained": False}
+    assert truss_words.agrees({**said, "cannot_act": False})
+    assert not truss_words.agrees({**row, "value": 11.0, "attained": True, "cannot_act": False})
