@@ -98,7 +98,7 @@ def _ask_truss(
     raw = raw_study(options)
     stated = None
     if "duration" in raw:
-        stated = stated_study({**raw, "minimise": "energy"}, console).duration
+        stated = stated_study({"minimise": "energy", "duration": raw["duration"]}, console).duration
     study = stated_study(
         {"minimise": "peak-acceleration", **raw, "duration": measured.duration}, console
     )

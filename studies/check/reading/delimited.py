@@ -84,6 +84,8 @@ def _dialect(path: Path) -> Dialect:
 
     tried = [(separator, decimal) for separator in SEPARATORS for decimal in ".,"]
     found = [f for f in (_fits(lines, *pair, encoding) for pair in tried) if f is not None]
+    if _is_ambiguous(lines):
+        refuse(path, "has commas both between cells and as decimal sign; separate by semicolons")
     if not found:
         refuse(
             path,
@@ -91,8 +93,6 @@ def _dialect(path: Path) -> Dialect:
             "like 'time [s],angle [rad]' and one number a cell",
         )
     _, dialect = max(found, key=lambda item: item[0])
-    if _is_ambiguous(lines, dialect):
-        refuse(path, "has commas both between cells and as decimal sign; separate by semicolons")
     return dialect
 
 
@@ -191,12 +191,11 @@ def _are_units(cells: list[str]) -> bool:
     return any(map(is_unit, stated)) and all(not cell or is_unit(cell) for cell in stated)
 
 
-def _is_ambiguous(lines: list[str], dialect: Dialect) -> bool:
+def _is_ambiguous(lines: list[str]) -> bool:
     """Whether commas separate and stand in numbers as well: '0,5,0,0768' below 'time,angle'."""
-    if dialect.separator != ",":
-        return False
-    head = next((line for line in lines[: dialect.skipped][::-1] if line.strip()), "")
-    return len(cells_of(head, ",")) * 2 == len(cells_of(lines[dialect.skipped], ","))
+    first, width = _first_numbers(lines, ",", ".")
+    head = next((line for line in lines[: first or 0][::-1] if line.strip()), "")
+    return first is not None and width > 2 and 2 * len(cells_of(head, ",")) == width
 
 
 def _columns(path: Path, dialect: Dialect, places: tuple[int, ...]) -> list[Array]:
@@ -239,5 +238,5 @@ def _what_is_wrong(error: str) -> str:
             "number a cell"
         )
     ragged = _RAGGED.search(error)
-    where = f" in row {int(ragged['row']) + 1} below the header" if ragged else ""
+    where = f" in row {int(ragged['row'])} below the header" if ragged else ""
     return f"is ragged: cells are missing{where}; give as many cells in each row as in the header"

@@ -1,0 +1,200 @@
+"""What `antenna-ocp check` makes of clean, noisy and wrong motions of truss and arm."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from models.laws import JerkLimited, constant_acceleration
+from models.truss import TrussParameters
+from studies.check.reading.profile import read_profile
+from studies.check.smoothing.noise import estimate_noise
+from studies.check.smoothing.recovery import recover
+from studies.check.truss import check_truss
+from studies.cli import main
+from studies.common.exit_codes import ExitCode
+from studies.common.result import Result
+from studies.truss.config import DEPLOYED, Caps, TrussStudy
+from studies.truss.motions.deployment import Deployment, profile
+from studies.truss.motions.laws import paper_laws
+
+T = 140.0
+TRUSS = TrussParameters(pulley_friction=0.01)
+BEZIER, STEP5 = (deployment.law for deployment in paper_laws(TRUSS, T))
+D = DEPLOYED - TRUSS.stowed_angle
+
+
+def write(path: Path, time: np.ndarray, values: np.ndarray, header: str = "time,angle") -> Path:
+    np.savetxt(path, np.column_stack([time, values]), "%.17g", ",", header=header, comments="")
+    return path
+
+
+def check(path: Path, **caps: float) -> Result:
+    measured = read_profile(path)
+    study = TrussStudy(
+        minimise="peak-acceleration", duration=measured.duration, truss=TRUSS, caps=Caps(**caps)
+    )
+    return check_truss(measured, study, optimum=False)
+
+
+def noisy(law: object, sigma: float, rows: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    time = np.linspace(0.0, T, rows)
+    scatter = sigma * np.random.default_rng(seed).standard_normal(rows)
+    return time, law.motion(time).angle + scatter  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("law", [BEZIER, STEP5], ids=["Bezier", "Step5"])
+@pytest.mark.parametrize(("sigma", "rows", "wide"), [(1e-5, 701, 0.05), (1e-4, 281, 0.05),
+                                                     (1e-3, 281, 0.20)])  # fmt: skip
+def test_peaks_lie_within_bounds_that_are_narrow(
+    law: object, sigma: float, rows: int, wide: float, tmp_path: Path
+) -> None:
+    result = check(write(tmp_path / "a.csv", *noisy(law, sigma, rows, seed=1)))
+    assert result.passed, [c.sentence for c in result.checks]
+    # of 281 values a standard deviation is known to 4 %; the estimate by a median to 10 %
+    assert result.details["noise"]["deviation"] == pytest.approx(sigma, rel=0.3)
+    truth = Deployment("law", law, TRUSS).values  # type: ignore[arg-type]
+    for key, peak in result.details["peaks"].items():
+        assert peak["low"] <= truth[key] <= peak["high"], key
+        if key not in ("peak-jerk", "least-tension"):
+            assert peak["high"] - peak["low"] <= 2 * wide * truth[key], key
+
+
+@pytest.mark.parametrize("sigma", [0.0, 1e-4])
+def test_a_cap_is_broken_only_beyond_the_noise(sigma: float, tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", *noisy(BEZIER, sigma, 281, seed=2))
+    peak = Deployment("law", BEZIER, TRUSS).values["peak-acceleration"]
+    assert check(path, acceleration=1.002 * peak).passed
+    result = check(path, acceleration=0.9 * peak)
+    (failed,) = [c for c in result.checks if not c.passed]
+    assert "broken by at least" in failed.sentence
+    assert result.verdict.sentence.startswith("measured: breaks 1 of")
+
+
+@pytest.mark.parametrize("columns", [("time", "angle"), ("time", "rope_length")])
+@pytest.mark.parametrize("jumps", [False, True])
+def test_our_own_profile_passes_with_one_column(
+    columns: tuple[str, ...], jumps: bool, tmp_path: Path
+) -> None:
+    """Neither jumps of the jerk nor of the acceleration ring, although no column states them."""
+    jerk = 124.22 / T**3
+    law = (
+        constant_acceleration((0, T / 2, T), (4 * D / T**2, -4 * D / T**2), TRUSS.stowed_angle)
+        if jumps
+        else JerkLimited(T, TRUSS.stowed_angle, DEPLOYED, jerk)
+    )
+    exported = profile(Deployment("optimal", law, TRUSS), samples=401)
+    path = write(tmp_path / "a.csv", *(exported[c] for c in columns), ",".join(columns))
+    caps = {} if jumps else {"jerk": jerk}
+    result = check(path, acceleration=law.motion(T / 4).acceleration[0] * (1 + 1e-5), **caps)
+    assert result.passed, [c.sentence for c in result.checks]
+    exact = Deployment("optimal", law, TRUSS).values
+    for key in ("peak-acceleration", "peak-rope-acceleration", "peak-reaction", "peak-force"):
+        assert result.value(key) == pytest.approx(exact[key], rel=1e-5), key
+
+
+def test_small_motion_backwards_is_noise_and_large_is_reported(tmp_path: Path) -> None:
+    time, angle = noisy(BEZIER, 1e-3, 1401, seed=3)
+    assert (np.diff(angle) < 0).any()
+    assert angle.max() > DEPLOYED
+    assert check(write(tmp_path / "a.csv", time, angle)).passed
+
+    swing = 0.1 * np.exp(-(((time - 70) / 3) ** 2))
+    back = check(write(tmp_path / "b.csv", time, angle + swing))
+    assert [c.name for c in back.checks if not c.passed] == ["backward speed"]
+    over = check(write(tmp_path / "c.csv", time, angle + 0.02 * (time / T) ** 6))
+    failed = [c.name for c in over.checks if not c.passed]
+    assert "overshoot beyond 90 deg" in failed
+    clean = BEZIER.motion(time).angle
+    exact = check(write(tmp_path / "d.csv", time, clean + swing))
+    assert [c.name for c in exact.checks if not c.passed] == ["backward motion"]
+
+
+def test_the_duration_is_the_profiles_own(tmp_path: Path, capsys) -> None:
+    law = paper_laws(TRUSS, 25.0)[0].law
+    time = np.linspace(3.0, 28.0, 501)  # a log need not start at zero
+    path = write(tmp_path / "a.csv", time, law.motion(np.clip(time - 3.0, 0.0, 25.0)).angle)
+    words = ["check", str(path), "--friction", "0.01", "--jerk-cap", "bezier", "--no-optimum"]
+    assert main(words) == ExitCode.OK
+    printed = capsys.readouterr().out
+    assert "T = 25 s" in printed
+    assert "its time starts at 3 s, which is taken as 0" in printed
+    assert main([*words, "--duration", "10..20"]) == ExitCode.NOT_VERIFIED
+    assert "FAILED: duration 25 s (asked for 10 to 20 s)" in capsys.readouterr().out
+
+
+def test_rounding_of_the_digits_counts_as_noise() -> None:
+    time = np.linspace(0.0, T, 1401)
+    rounded = BEZIER.motion(time).angle.round(5)
+    found = estimate_noise(time, rounded, np.ones_like(time))
+    assert found.matters
+    assert found.step == pytest.approx(1e-5, rel=1e-6)
+    assert found.deviation >= 0.999 * 1e-5 / math.sqrt(12)
+    exact = estimate_noise(time, BEZIER.motion(time).angle, np.ones_like(time))
+    assert not exact.matters
+
+
+def test_uneven_times_with_gaps_are_recovered() -> None:
+    rng = np.random.default_rng(4)
+    time = np.sort(np.concatenate([[0.0, T], rng.uniform(0.0, 60.0, 400),
+                                   rng.uniform(66.0, T, 500)]))  # fmt: skip
+    angle = STEP5.motion(time).angle + 1e-4 * rng.standard_normal(time.size)
+    found = recover(time, angle, np.ones_like(time))
+    grid = np.linspace(0.0, T, 501)
+    off = found.law.motion(grid).acceleration - STEP5.motion(grid).acceleration
+    width = np.interp(grid, *found.band(2))
+    assert (np.abs(off) <= width).all()
+
+
+@pytest.mark.slow
+def test_a_check_is_stored_and_drawn(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", *noisy(BEZIER, 1e-4, 281, seed=5))
+    folder = tmp_path / "results"
+    code = main(["check", str(path), "--jerk-cap", "bezier", "--results", str(folder)])
+    assert code == ExitCode.OK
+    for name in ("rows", "motion", "rope", "force", "overview"):
+        assert (folder / f"{name}.png").stat().st_size > 10_000
+    record = json.loads((folder / "verification.json").read_text())
+    assert record["peaks"]["peak-acceleration"]["high"] > record["values"]["peak-acceleration"]
+    assert "optimal" in Result.load(folder).laws
+
+
+def arm_file(path: Path, columns: dict[str, np.ndarray]) -> str:
+    np.savetxt(path, np.column_stack(list(columns.values())), "%.12g", ",",
+               header=",".join(columns), comments="")  # fmt: skip
+    return str(path)
+
+
+@pytest.mark.slow
+def test_the_arm_is_replayed_by_angles_and_by_torques(tmp_path: Path, capsys) -> None:
+    from studies.arm.config import ArmStudy
+    from studies.arm.laws.rigid import feed_forward, joint_motion
+    from studies.arm.laws.unit_laws import baselines
+
+    stage = ArmStudy().slew
+    law = {law.name: law.law for law in baselines(stage.duration, 1.0)}["Bezier"]
+    time = np.linspace(0.0, stage.duration, 173)
+    angle = np.degrees(joint_motion(stage, law, time)[0][0])
+    torque = feed_forward(stage, law)(time)[0]
+
+    by_torque = arm_file(tmp_path / "t.csv", {"t [s]": time, "root torque [mNm]": 1e3 * torque})
+    folder = tmp_path / "results"
+    words = ["--no-optimum", "--no-figures", "--results", str(folder)]
+    assert main(["check", by_torque, *words]) == ExitCode.OK
+    result = Result.load(folder)
+    assert result.kind == "check-arm"
+    # the law itself, read every 0.05 s and interpolated
+    assert result.value("peak_root_torque") == pytest.approx(
+        result.value("peak_root_torque", "Bezier"), rel=1e-3
+    )
+    assert result.value("residual_energy") == pytest.approx(
+        result.value("residual_energy", "Bezier"), rel=0.05
+    )
+
+    by_angle = arm_file(tmp_path / "a.csv", {"Time (ms)": 1e3 * time, "root_angle_deg": angle})
+    assert main(["check", by_angle, "--no-optimum", "--torque-cap", "3"]) == ExitCode.NOT_VERIFIED
+    assert "FAILED: peak root torque" in capsys.readouterr().out
+    assert main(["check", by_angle, "--no-optimum", "--drive", "torque"]) == ExitCode.BAD_INPUT
+    assert "needs root_torque" in capsys.readouterr().err
