@@ -141,9 +141,11 @@ COMMANDS: Mapping[str, Command] = {
         "page sets them beside each other. Nothing is solved, but by --gallery.",
     ),
     "export": Command(
-        "the profile of a results folder as CSV or JSON",
-        "studies.export",
-        "Writes the arrays of a result that a study left, with units, study and provenance.",
+        "the motion of a results folder as a table or a polynomial that a drive takes",
+        "studies.export.command",
+        "Writes the motion of a result as columns, as the table of a drive, or as polynomials. A "
+        "table is read back and played as the stated drive does it: interpolated, rounded, passed "
+        "through its loop and replayed on the truss. Exit code 5 if that breaks a limit.",
     ),
     "paper": Command(
         "every number and figure of the paper beside ours",

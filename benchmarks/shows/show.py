@@ -19,6 +19,8 @@ SHOWS = {
     "check-noise": "benchmarks.shows.check_noise",
     "truss-random": "benchmarks.shows.truss_random",
     "truss-words": "benchmarks.shows.truss_words",
+    "drive-table": "benchmarks.shows.drive_table",
+    "drive-points": "benchmarks.shows.drive_points",
 }
 
 

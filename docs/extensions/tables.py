@@ -28,6 +28,7 @@ from studies.arm.config import (
 from studies.cli import COMMANDS, PROGRAM, build_parser
 from studies.common.configuration import key_lines
 from studies.common.exit_codes import ExitCode
+from studies.drive import Drive
 from studies.flex.config import FlexStudy, JointCase, LinkCase, MaterialCase, SweepCase
 from studies.flex.expressions import FUNCTIONS, NAMES
 from studies.paper import PaperStudy
@@ -255,6 +256,7 @@ GENERATED = {
     "paper_rows": paper_rows,
     "truss_limits": truss_limits,
     "truss_ranges": truss_ranges,
+    "drive_keys": lambda: key_table(Drive),
     "commands": commands,
     "exit_codes": exit_code_table,
 }

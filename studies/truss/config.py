@@ -34,6 +34,7 @@ from studies.common.configuration import (
     whole,
 )
 from studies.common.exit_codes import StudyError
+from studies.drive.schema import Drive
 from studies.truss.limits import PLAUSIBLE, check_plausible
 from studies.truss.quantities import OBJECTIVES
 
@@ -233,6 +234,7 @@ class TrussStudy:
     concession : relative worsening of a stage's optimum that later stages may use.
     smooth : whether the law is made smooth where a peak leaves it free.
     caps, truss, solver : the rest.
+    drive : that exports are made for; None where it is stated with the export.
 
     Raises
     ------
@@ -264,6 +266,12 @@ class TrussStudy:
         default=DYNAMIC_SET,
     )
     solver: SolverOptions = key(section(SolverOptions), "", "how to solve", factory=SolverOptions)
+    drive: Drive | None = key(
+        optional(section(Drive)),
+        "",
+        "the drive that exports are made for; its keys are listed below",
+        default=None,
+    )
 
     def __post_init__(self) -> None:
         check(self)
@@ -385,6 +393,7 @@ def as_dictionary(study: TrussStudy) -> dict[str, Any]:
         "caps": caps,
         "solver": {name: value for name, value in solver.items() if value is not None},
         "truss": dataclasses.asdict(study.truss),
+        **({} if study.drive is None else {"drive": study.drive.as_dictionary()}),
     }
 
 

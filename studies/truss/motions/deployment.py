@@ -207,8 +207,12 @@ class Deployment:
 
 
 def profile(deployment: Deployment, samples: int = SAMPLES) -> dict[str, Array]:
-    """All of `COLUMNS`, shape (m,) each."""
-    time = _profile_times(deployment, samples)
+    """All of `COLUMNS` at even times and at kinks, shape (m,) each."""
+    return columns_at(deployment, _profile_times(deployment, samples))
+
+
+def columns_at(deployment: Deployment, time: Array) -> dict[str, Array]:
+    """All of `COLUMNS` at times (m,) in [0, T], shape (m,) each."""
     motion, truss = deployment.at(time)
     before = deployment.law.motion(np.nextafter(time, 0.0))
     return {

@@ -1,0 +1,260 @@
+"""A table as its drive plays it: interpolated, followed by the loop, and replayed on the truss."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from models.truss import (
+    TrussParameters,
+    angle_from_rope_length,
+    far_end_ratio,
+    force_coefficients,
+    kinetic_energy,
+    reaction_force,
+    rope_length,
+)
+from ocp.arrays import Array
+from studies.drive.course import Course, rope_slopes
+from studies.drive.interpolation import (
+    SPREADS,
+    AccelerationBound,
+    acceleration_bound,
+    interpolated,
+    second_differences,
+)
+from studies.drive.loop import FINEST, Loop, followed
+from studies.drive.schema import Drive
+from studies.drive.setpoints import SetPoints
+
+FEWEST = 20_000  # samples of a playback
+LEAST_A_PIECE = 2  # samples of each segment: its two ends
+MOST = 4_000_000  # samples: what fits into memory beside all histories
+ANGLES = 2001  # of a spline along the angle
+BEYOND = 0.05  # [rad] past 90 degrees, where an overshoot of the rope may lead
+CLOSE = 1e-9  # of a segment: samples beside its ends, where a derivative jumps
+
+
+@dataclass(frozen=True, eq=False)
+class Playback:
+    """What a drive makes of a table.
+
+    Attributes
+    ----------
+    time : since the table's start (n,) [s], the settling of the loop included.
+    motion : position, velocity, acceleration and jerk (4, n) of rope or joint; a derivative that
+        the interpolation does not have is nan.
+    raw : greatest second difference of the table.
+    bound : of the acceleration by interpolation and rounding alone; None where it has none.
+    most : what the acceleration in `motion` can at most be by proof; None where it has no bound.
+    end : time of the table's last point [s].
+    """
+
+    time: Array
+    motion: Array
+    raw: float
+    bound: AccelerationBound | None
+    most: float | None
+    end: float
+
+    def peak(self, order: int) -> tuple[float, float]:
+        """Greatest modulus of a derivative, and when it is taken; nan where there is none."""
+        row = np.abs(self.motion[order])
+        if not np.isfinite(row).all():
+            return math.nan, math.nan
+        k = int(np.argmax(row))
+        return float(row[k]), float(self.time[k])
+
+
+def played(course: Course, points: SetPoints, drive: Drive, kind: str | None = None) -> Playback:
+    """What a drive makes of the table of a course.
+
+    Parameters
+    ----------
+    kind : of interpolation, where the format says it and not the drive.
+    """
+    kind = kind or drive.interpolation
+    curve = interpolated(points, kind)
+    bound = acceleration_bound(course, points, kind)
+    differences = np.abs(second_differences(points)) if points.times.size > 2 else np.zeros(1)
+    raw, end = float(differences.max()), float(points.times[-1])
+    loop = loop_of(drive)
+
+    if loop is None:
+        time = _samples(points.times, math.inf)
+        motion = np.stack([curve(time, nu=order) for order in range(4)])
+        # between its points a straight line has no acceleration; at them it has no bound
+        smooth = {"hold": 1, "linear": 2}.get(kind, 4)
+        motion[smooth:] = np.nan
+        most = bound.total if bound is not None and smooth > 2 else None
+        return Playback(time, motion, raw, bound, most, end)
+
+    output = followed(curve, loop, float(points.positions[-1]))
+    time = _samples(output.edges, FINEST / loop.frequency)
+    most = filtered_bound(course, points, kind, loop)
+    return Playback(time, output.derivatives(time), raw, bound, most, end)
+
+
+def loop_of(drive: Drive) -> Loop | None:
+    """The position loop, if the drive states a bandwidth."""
+    frequency = drive.natural_frequency
+    return None if frequency is None else Loop(frequency, drive.damping)
+
+
+def filtered_bound(course: Course, points: SetPoints, kind: str, loop: Loop) -> float:
+    """The most that the acceleration behind the loop can be.
+
+    What the course and its interpolation have is magnified by at most the loop's overshoot. What
+    rounding adds is bounded twice, by the acceleration and by the position that it disturbs.
+    """
+    speed, peak, _ = course.peaks
+    count = points.count or 0.0
+    if kind == "hold":
+        wrong = points.longest * speed + count / 2
+        return loop.overshoot * peak + loop.curvature * wrong
+
+    rounded = loop.curvature * SPREADS[kind].position * count
+    if kind == "linear":
+        steps = np.diff(points.times)
+        # impulses no closer than the shortest step, none of them larger than the longest's
+        gain = loop.impulses(points.shortest) * float(steps.max() / steps.min())
+        return gain * peak + rounded
+
+    bound = acceleration_bound(course, points, kind)
+    assert bound is not None  # of these interpolations there is always one
+    return loop.overshoot * (bound.course + bound.interpolation) + min(
+        rounded, loop.overshoot * bound.rounding
+    )
+
+
+def _samples(edges: Array, finest: float) -> Array:
+    """Times inside all pieces, close to their ends too."""
+    steps = np.diff(edges)
+    each = max(LEAST_A_PIECE, math.ceil(FEWEST / steps.size))
+    if math.isfinite(finest):
+        # fine enough for the loop, as far as memory goes
+        wanted = math.ceil(float(steps[:-1].max(initial=0.0)) / finest) + 1
+        each = max(each, min(wanted, MOST // steps.size))
+    inside = np.linspace(CLOSE, 1 - CLOSE, each)
+    times: Array = (edges[:-1, None] + steps[:, None] * inside).ravel()
+    return times
+
+
+@dataclass(frozen=True, eq=False)
+class TrussPlayback:
+    """The truss that a played rope moves.
+
+    Attributes
+    ----------
+    angle, speed, acceleration : of the deployment angle (n,) [rad, rad/s, rad/s^2].
+    force, far_end : pull of the motor and of the rope's fixed end on each rope (n,) [N].
+    power : of both motors (n,) [W].
+    reaction : on the arm (n,) [N].
+    energy : of motion (n,) [J].
+    """
+
+    angle: Array
+    speed: Array
+    acceleration: Array
+    force: Array
+    far_end: Array
+    power: Array
+    reaction: Array
+    energy: Array
+
+
+def on_the_truss(motion: Array, truss: TrussParameters) -> TrussPlayback:
+    """Replay a rope's motion (4, n) on the truss.
+
+    The rope's length gives the angle, and its rates those of the angle. Where the rope pays out,
+    the sense of its friction is kept: the model's force holds for a rope that is hauled in.
+
+    Raises
+    ------
+    ModelError
+        If the rope leaves the reach of the mechanism.
+    """
+    stowed = float(rope_length(truss, truss.stowed_angle))
+    angle = angle_from_rope_length(truss, stowed - motion[0])
+    slope, curvature = rope_slopes(truss, angle)
+
+    speed = -motion[1] / slope
+    acceleration = (-motion[2] - curvature * speed**2) / slope
+    acceleration = np.where(np.isnan(motion[2]), np.nan, acceleration)
+    forwards = np.maximum(speed, 0.0)
+    row = _along(truss, angle)
+    # (38); all terms but the viscous one are even in the speed
+    force = row[0] + row[1] * forwards**2 + row[2] * forwards + row[3] * acceleration
+    return TrussPlayback(
+        angle=angle,
+        speed=speed,
+        acceleration=acceleration,
+        force=force,
+        far_end=force * row[4],
+        power=-2 * force * slope * forwards,
+        reaction=row[5] * speed**2 + row[6] * acceleration,
+        energy=row[7] * speed**2,
+    )
+
+
+def _along(truss: TrussParameters, angle: Array) -> Array:
+    """The eight functions of the angle that make up forces and energy, (8, n)."""
+    slack, taut = _splines(truss)
+    rows: Array = np.where(angle < truss.net_angle, slack(angle).T, taut(angle).T)
+    return rows
+
+
+@functools.lru_cache(maxsize=8)
+def _splines(truss: TrussParameters) -> tuple[Any, Any]:
+    """These functions as cubic splines, below and above the angle at which the net becomes taut.
+
+    A playback has up to millions of samples, and the friction of every pulley is in the functions.
+    On `ANGLES` angles a spline misses them by 1e-10 of their size.
+    """
+    from scipy.interpolate import CubicSpline
+
+    alpha = ca.SX.sym("alpha")
+    terms = force_coefficients(truss, alpha)
+    outputs = [
+        *terms,
+        far_end_ratio(truss, alpha),
+        reaction_force(truss, alpha, 1.0, 0.0),
+        reaction_force(truss, alpha, 0.0, 1.0),
+        kinetic_energy(truss, alpha, 1.0),
+    ]
+    kernel = ca.Function("along", [alpha], outputs, {"cse": True})
+
+    def spline(low: float, high: float) -> Any:
+        grid = np.linspace(low, high, ANGLES)
+        return CubicSpline(grid, np.stack([row.full().ravel() for row in kernel(grid[None])], 1))
+
+    edge = 1e-12  # the kink belongs to neither side
+    net = truss.net_angle
+    return spline(truss.stowed_angle / 2, net - edge), spline(net + edge, math.pi / 2 + BEYOND)
+
+
+def extremes_on_the_truss(
+    played: Playback, truss: TrussPlayback
+) -> Mapping[str, tuple[float, float]]:
+    """Peaks on the truss, least tension and their times; nan where the motion has no derivative."""
+
+    def greatest(row: Array, sign: float = 1.0) -> tuple[float, float]:
+        if not np.isfinite(row).all():
+            return math.nan, math.nan
+        k = int(np.argmax(sign * row))
+        return float(row[k]), float(played.time[k])
+
+    return {
+        "peak-acceleration": greatest(np.abs(truss.acceleration)),
+        "peak-speed": greatest(np.abs(truss.speed)),
+        "peak-force": greatest(truss.force),
+        "peak-power": greatest(truss.power),
+        "peak-reaction": greatest(np.abs(truss.reaction)),
+        "least-tension": greatest(np.minimum(truss.force, truss.far_end), -1.0),
+    }

@@ -1,0 +1,176 @@
+"""The drive as the user states it: `[drive]` in the TOML file of a study, or a file of its own."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from studies.common.configuration import (
+    check,
+    choice,
+    from_mapping,
+    key,
+    not_negative,
+    optional,
+    positive,
+    read_toml,
+    table,
+    whole,
+)
+from studies.common.exit_codes import StudyError
+
+INTERPOLATIONS = ("hold", "linear", "hermite", "spline", "quintic")
+FEWEST_COUNTS = 100.0  # over the travel: fewer resolve no motion worth optimising
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drive:
+    """A position-controlled drive that hauls in a rope, or turns a joint.
+
+    Attributes
+    ----------
+    drum_radius : at the rope's centre line [m]; a joint has no drum.
+    gear_ratio : turns of the motor a turn of the drum or joint.
+    counts : of the encoder a turn of the drum or joint; None is a position that is not rounded.
+    period : between two set-points [s].
+    interpolation : what the drive does between two points of its table.
+    bandwidth, damping : of the position loop, taken as a low-pass of second order with the natural
+        frequency 2 pi times the bandwidth [Hz]; without a bandwidth it follows exactly.
+    buffer : the most points, or segments, that the device holds.
+    longest_segment : the longest time between two points of a table [s].
+    speed, acceleration, jerk : limits of one rope [m/s, m/s^2, m/s^3], or of the joint in rad.
+    force, power : limits of the pull on one rope [N] and of all motors together [W].
+    rope_stiffness : of one rope [N/m]; the stretch under its tension is then hauled in beforehand.
+    start_dwell, end_dwell : rest before and after the motion [s].
+    ropes : axes in one table, which all get the same motion.
+
+    Raises
+    ------
+    StudyError
+        Naming the key, its value and the remedy.
+    """
+
+    drum_radius: float | None = key(
+        optional(positive), "m", "radius of the drum at the rope's centre line", default=None
+    )
+    gear_ratio: float = key(
+        positive, "", "turns of the motor a turn of the drum or joint", default=1.0
+    )
+    counts: int | None = key(
+        optional(whole(2)),
+        "",
+        "encoder counts a turn of the drum or joint; none: positions are not rounded",
+        default=None,
+    )
+    period: float = key(positive, "s", "time between two set-points", default=0.01)
+    interpolation: str = key(
+        choice(INTERPOLATIONS),
+        "",
+        f"between two points of a table: {', '.join(INTERPOLATIONS)}",
+        default="linear",
+    )
+    bandwidth: float | None = key(
+        optional(positive),
+        "Hz",
+        "natural frequency of the position loop; none: the rope follows exactly",
+        default=None,
+    )
+    damping: float = key(positive, "", "damping ratio of the position loop", default=0.7)
+    buffer: int | None = key(
+        optional(whole(2)), "", "most points that the device holds", default=None
+    )
+    longest_segment: float | None = key(
+        optional(positive), "s", "longest time between two points of a table", default=None
+    )
+    speed: float | None = key(optional(positive), "m/s", "most speed of one rope", default=None)
+    acceleration: float | None = key(
+        optional(positive), "m/s^2", "most acceleration of one rope", default=None
+    )
+    jerk: float | None = key(optional(positive), "m/s^3", "most jerk of one rope", default=None)
+    force: float | None = key(optional(positive), "N", "most pull on one rope", default=None)
+    power: float | None = key(
+        optional(positive), "W", "most power of all motors together", default=None
+    )
+    rope_stiffness: float | None = key(
+        optional(positive),
+        "N/m",
+        "of one rope; its stretch is hauled in as a feed-forward",
+        default=None,
+    )
+    start_dwell: float = key(not_negative, "s", "rest before the motion", default=0.0)
+    end_dwell: float = key(not_negative, "s", "rest after the motion", default=0.0)
+    ropes: int = key(whole(1, 2), "", "axes in one table, each with the same motion", default=1)
+
+    def __post_init__(self) -> None:
+        check(self, "drive.")
+
+    def count(self, unit: str) -> float | None:
+        """What one count is [m of rope, or rad of a joint]; None if positions are not rounded.
+
+        Raises
+        ------
+        StudyError
+            If it is rope and the drum has no radius.
+        """
+        if self.counts is None:
+            return None
+        if unit == "rad":
+            return 2 * math.pi / self.counts
+        return 2 * math.pi * self.radius / self.counts
+
+    @property
+    def radius(self) -> float:
+        """Of the drum [m]; StudyError where it is not stated."""
+        if self.drum_radius is None:
+            raise StudyError(
+                "drive.drum_radius is not stated, but counts of rope depend on it; "
+                "add drum_radius in metres to the drive"
+            )
+        return self.drum_radius
+
+    @property
+    def natural_frequency(self) -> float | None:
+        """Of the position loop [rad/s]."""
+        return None if self.bandwidth is None else 2 * math.pi * self.bandwidth
+
+    def check_travel(self, travel: float, unit: str) -> None:
+        """Refuse an encoder too coarse for a travel, and say which would do.
+
+        Raises
+        ------
+        StudyError
+            If the travel has fewer than `FEWEST_COUNTS` counts.
+        """
+        count = self.count(unit)
+        if count is None or travel >= FEWEST_COUNTS * count:
+            return
+        enough = math.ceil((self.counts or 1) * FEWEST_COUNTS * count / travel)
+        raise StudyError(
+            f"drive.counts is {self.counts}: the travel of {travel:.4g} {unit} has "
+            f"{travel / count:.1f} counts only; {enough} counts a turn would do"
+        )
+
+    def as_dictionary(self) -> dict[str, Any]:
+        """What is stated, as TOML holds it: a key that is none has no value there."""
+        return {name: item for name, item in dataclasses.asdict(self).items() if item is not None}
+
+
+def read_drive(path: Path) -> Drive:
+    """The drive of a TOML file: its table `[drive]`, or the whole file where it has none.
+
+    Raises
+    ------
+    StudyError
+        If the file cannot be read, or naming the key, its value and the remedy.
+    """
+    raw = read_toml(path)
+    return drive_from(table("drive", raw["drive"]) if "drive" in raw else raw)
+
+
+def drive_from(raw: Mapping[str, Any]) -> Drive:
+    """The drive that a mapping states; see `Drive`."""
+    return from_mapping(Drive, raw, "drive.")

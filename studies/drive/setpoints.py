@@ -1,0 +1,155 @@
+"""From a course to the table of a drive: times, rounded positions, and velocities that fit them."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocp.arrays import Array
+from studies.common.exit_codes import StudyError
+from studies.drive.course import Course
+
+
+@dataclass(frozen=True, eq=False)
+class SetPoints:
+    """The table of a drive.
+
+    Attributes
+    ----------
+    times : 0 = t_0 < ... < t_m [s].
+    positions : at them [m or rad]; whole multiples of `count` where there is one.
+    velocities : at them, fitting the positions; zero at both ends.
+    accelerations : at them, of the course.
+    count : one count of the encoder [m or rad]; None if positions are not rounded.
+    velocity_step : to whole multiples of which velocities are rounded; 0 if they are not.
+    """
+
+    times: Array
+    positions: Array
+    velocities: Array
+    accelerations: Array
+    count: float | None = None
+    velocity_step: float = 0.0
+
+    @property
+    def counts(self) -> Array:
+        """Positions in counts, as whole numbers.
+
+        Raises
+        ------
+        StudyError
+            If there is no encoder to count with.
+        """
+        if self.count is None:
+            raise StudyError("this format is written in counts; state drive.counts a drum turn")
+        return np.rint(self.positions / self.count).astype(np.int64)
+
+    @property
+    def shortest(self) -> float:
+        """Shortest step [s]."""
+        return float(np.diff(self.times).min())
+
+    @property
+    def longest(self) -> float:
+        """Longest step [s]."""
+        return float(np.diff(self.times).max())
+
+
+def uniform_times(course: Course, step: float) -> Array:
+    """Times k times `step`, until the course has ended."""
+    # a duration that is a multiple but for rounding needs no further point
+    last = math.ceil(course.duration / step - 1e-9)
+    times: Array = step * np.arange(max(last, 1) + 1, dtype=float)
+    return times
+
+
+def switch_point_times(
+    course: Course, segments: int, grid: float | None = None, longest: float | None = None
+) -> Array:
+    """Times on all switches, with as many segments in all, shared out by length.
+
+    Parameters
+    ----------
+    segments : the most segments.
+    grid : whole multiple of which each time has to be [s], as of a controller's sample.
+    longest : the longest segment [s].
+
+    Raises
+    ------
+    StudyError
+        If the switches alone need more segments, or none may be as long as they would have to be.
+    """
+    edges = np.array(course.switches)
+    if grid is not None:
+        edges = grid * np.rint(edges / grid)
+        edges[-1] = grid * math.ceil(course.duration / grid - 1e-9)
+        edges = np.unique(edges)
+
+    lengths = np.diff(edges)
+    if lengths.size > segments:
+        raise StudyError(
+            f"the motion switches {lengths.size - 1} times, but the table may have {segments} "
+            f"segments; allow {lengths.size}, or take a fixed step"
+        )
+    shares = _shares(lengths, segments)
+    times = _spread(edges, shares, grid)
+
+    step = float(np.diff(times).max())
+    if longest is not None and step > longest * (1 + 1e-9):
+        raise StudyError(
+            f"{segments} segments of {course.duration:g} s are up to {step:.4g} s long, but "
+            f"drive.longest_segment is {longest:g} s; "
+            f"a buffer of {math.ceil(course.duration / longest) + lengths.size} would do"
+        )
+    return times
+
+
+def _shares(lengths: Array, segments: int) -> list[int]:
+    """Segments of each piece: at least one, and the next one where they are longest."""
+    shares = np.ones(lengths.size, dtype=int)
+    spare = segments - lengths.size
+    shares += np.floor(spare * lengths / lengths.sum()).astype(int)
+    for _ in range(segments - int(shares.sum())):
+        shares[int(np.argmax(lengths / shares))] += 1
+    return [int(share) for share in shares]
+
+
+def _spread(edges: Array, shares: list[int], grid: float | None) -> Array:
+    pieces = [
+        np.linspace(left, right, share + 1)
+        for (left, right), share in zip(itertools.pairwise(edges), shares, strict=True)
+    ]
+    times = np.concatenate([pieces[0], *(piece[1:] for piece in pieces[1:])])
+    # on a coarse grid two times may fall together
+    return times if grid is None else np.unique(grid * np.rint(times / grid))
+
+
+def sampled(course: Course, times: Array, count: float | None = None) -> SetPoints:
+    """The table of a course at given times; the last of them may lie behind its end.
+
+    Each position is rounded by itself. So the increments between them lose no count: they add up
+    to the rounded travel. The velocities get what the rounding adds to the slope, from a cubic
+    spline through what was rounded off, at rest at both ends.
+    """
+    inside = np.minimum(times, course.duration)
+    exact, velocity, acceleration, _ = course.derivatives(inside)
+    acceleration = np.where(times > course.duration, 0.0, acceleration)
+
+    positions = exact if count is None else count * np.rint(exact / count)
+    velocity = velocity + _slopes(times, positions - exact)
+    velocity[[0, -1]] = 0.0
+    return SetPoints(times, positions, velocity, acceleration, count)
+
+
+def _slopes(times: Array, residual: Array) -> Array:
+    """Slopes of the cubic spline through the residuals, zero at both ends."""
+    if times.size < 3 or not residual.any():
+        return np.zeros_like(times)
+    from scipy.interpolate import CubicSpline
+
+    spline = CubicSpline(times, residual, bc_type="clamped")
+    slopes: Array = spline(times, nu=1)
+    return slopes

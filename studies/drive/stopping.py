@@ -1,0 +1,226 @@
+"""A safe stop out of a course, and the way on from rest.
+
+The stop lowers the acceleration at a constant jerk, holds it where a limit is reached, and raises
+it to zero at the same jerk. With a given greatest jerk nothing stops sooner or in less travel. So
+the stop of least jerk is the one that just fits into the time and the travel that are left.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from studies.common.exit_codes import ExitCode, StudyError
+from studies.drive.course import Course, polynomial_course
+from studies.drive.schema import Drive
+
+BISECTIONS = 200
+RESTING = 1e-9  # of the peak speed: below it nothing has to be stopped
+
+Phases = tuple[tuple[float, float], ...]  # (duration, jerk) one after the other
+
+
+def stop_course(course: Course, at: float, drive: Drive, within: float | None = None) -> Course:
+    """The course until a time, then its least-jerk stop.
+
+    Parameters
+    ----------
+    at : when the stop begins [s].
+    drive : whose limits of acceleration and jerk hold.
+    within : time that the stop may take [s]; what is left of the course by default.
+
+    Raises
+    ------
+    StudyError
+        If the time is not inside the course, or no stop keeps the limits.
+    """
+    _check_inside(course, at)
+    position, speed, acceleration, _ = course.derivatives(np.array([at]))[:, 0].tolist()
+    time = course.duration - at if within is None else within
+    travel = course.derivatives(np.array([course.duration]))[0, 0] - position
+
+    # a stop is worked out for a motion forwards
+    sign = 1.0 if speed >= 0 else -1.0
+    phases = least_jerk_stop(
+        sign * speed, sign * acceleration, time, sign * travel, drive, course.unit
+    )
+    kept = [t for t in course.switches if t < at]
+    return _continued(course, kept, at, [(t, sign * j) for t, j in phases])
+
+
+def resume_course(course: Course, at: float, drive: Drive, within: float | None = None) -> Course:
+    """From rest where the stop of a course at a time ended, to the course's end.
+
+    It is the rest-to-rest motion of least jerk. It takes the time that the course would have taken
+    from there, or longer where a limit asks for it.
+
+    Raises
+    ------
+    StudyError
+        If the time is not inside the course, or no stop keeps the limits.
+    """
+    stop = stop_course(course, at, drive, within)
+    rest = float(stop.derivatives(np.array([stop.duration]))[0, 0])
+    end = float(course.derivatives(np.array([course.duration]))[0, 0])
+    travel = end - rest
+    if abs(travel) < RESTING * course.travel:
+        raise StudyError(
+            f"the stop at {at:g} s ends where the motion ends, so nothing is left to resume; "
+            "stop within a shorter time"
+        )
+
+    # ramps of j, -j, -j, j of a quarter each: v = 2 D/T, a = 8 D/T^2, j = 32 D/T^3
+    size = abs(travel)
+    least = [course.duration - at]
+    least += [2 * size / drive.speed] if drive.speed else []
+    least += [math.sqrt(8 * size / drive.acceleration)] if drive.acceleration else []
+    least += [(32 * size / drive.jerk) ** (1 / 3)] if drive.jerk else []
+    duration = max(least)
+    jerk = 32 * travel / duration**3
+    quarter = duration / 4
+    phases = [(quarter, jerk), (quarter, -jerk), (quarter, -jerk), (quarter, jerk)]
+    return _from_phases(course, rest, 0.0, 0.0, phases)
+
+
+def least_jerk_stop(
+    speed: float,
+    acceleration: float,
+    time: float,
+    travel: float,
+    drive: Drive,
+    unit: str = "m",
+) -> Phases:
+    """The stop of least jerk, as (duration, jerk) of its phases.
+
+    Parameters
+    ----------
+    speed : at its start, not negative [m/s].
+    acceleration : at its start [m/s^2].
+    time, travel : at most [s, m].
+    drive : whose limits of acceleration and jerk hold.
+    unit : of the travel, for sentences.
+
+    Raises
+    ------
+    StudyError
+        If no jerk within the limit stops in that time and travel.
+    """
+    if speed <= 0.0 and acceleration <= 0.0:
+        return ()
+    most = drive.acceleration or math.inf
+    if -acceleration > most * (1 + 1e-9):
+        raise StudyError(
+            f"the course brakes at {-acceleration:.4g} where the stop begins, beyond the drive's "
+            f"limit of {most:g}; choose another time"
+        )
+
+    def fits(jerk: float) -> bool:
+        phases = _stop_phases(speed, acceleration, jerk, most)
+        if phases is None:
+            return False
+        needed, distance = _time_and_travel(speed, acceleration, phases)
+        return needed <= time * (1 + 1e-12) and distance <= travel * (1 + 1e-12)
+
+    high = drive.jerk or 1.0
+    while drive.jerk is None and not fits(high) and high < 1e12:
+        high *= 10
+    if not fits(high):
+        raise StudyError(
+            f"no stop within the drive's limits of acceleration and jerk ends within {time:.4g} s "
+            f"and {travel:.4g} {unit} of travel; allow more time, or raise these limits",
+            ExitCode.INFEASIBLE,
+        )
+    low = 0.0
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2
+        low, high = (low, middle) if fits(middle) else (middle, high)
+    phases = _stop_phases(speed, acceleration, high, most)
+    assert phases is not None  # it fits
+    return phases
+
+
+def _stop_phases(speed: float, acceleration: float, jerk: float, most: float) -> Phases | None:
+    """Down, level and up at a given jerk; None if the speed would turn before it is zero."""
+    if jerk <= 0.0:
+        return None
+    # the deepest deceleration from which the ramp up ends at rest
+    square = jerk * speed + acceleration**2 / 2
+    if acceleration < 0.0 and acceleration**2 / (2 * jerk) > speed * (1 + 1e-9):
+        return None
+    deepest = math.sqrt(square)
+    if deepest <= most:
+        down = max(0.0, (acceleration + deepest) / jerk)
+        return ((down, -jerk), (deepest / jerk, jerk))
+
+    down, up = (acceleration + most) / jerk, most / jerk
+    reached = speed + acceleration * down - jerk * down**2 / 2
+    level = (reached - most * up / 2) / most
+    return ((down, -jerk), (level, 0.0), (up, jerk))
+
+
+def _time_and_travel(speed: float, acceleration: float, phases: Phases) -> tuple[float, float]:
+    total, distance, v, a = 0.0, 0.0, speed, acceleration
+    for dt, j in phases:
+        distance += v * dt + a * dt**2 / 2 + j * dt**3 / 6
+        v, a = v + a * dt + j * dt**2 / 2, a + j * dt
+        total += dt
+    return total, distance
+
+
+def _check_inside(course: Course, at: float) -> None:
+    if not 0.0 <= at < course.duration:
+        raise StudyError(
+            f"the stop begins at {at:g} s, but the motion lasts from 0 to {course.duration:g} s; "
+            "choose a time inside"
+        )
+
+
+def _continued(
+    course: Course, kept: Sequence[float], at: float, phases: Sequence[tuple[float, float]]
+) -> Course:
+    """A course until a time, and phases of constant jerk behind it."""
+    state = course.derivatives(np.array([at]))[:, 0].tolist()
+    position, speed, acceleration, _ = state
+    tail = _from_phases(course, position, speed, acceleration, phases) if phases else None
+    if tail is None:
+        end = max(at, 1e-6)
+
+        def whole(time: Any) -> Any:
+            return course.derivatives(np.minimum(time, at))
+
+        return Course(course.signal, course.unit, end, (0.0, end), whole, course.note)
+
+    def derivatives(time: Any) -> Any:
+        t = np.asarray(time, dtype=float)
+        before = course.derivatives(np.minimum(t, at))
+        behind = tail.derivatives(np.clip(t - at, 0.0, tail.duration))
+        return np.where(t <= at, before, behind)
+
+    moved = [at + t for t in tail.switches]
+    switches = tuple(sorted({0.0, *kept, *moved}))
+    return Course(course.signal, course.unit, moved[-1], switches, derivatives, course.note)
+
+
+def _from_phases(
+    course: Course,
+    position: float,
+    speed: float,
+    acceleration: float,
+    phases: Sequence[tuple[float, float]],
+) -> Course:
+    """The course of phases of constant jerk from a state."""
+    from scipy.interpolate import PPoly
+
+    rows, edges, x, v, a = [], [0.0], position, speed, acceleration
+    for dt, j in phases:
+        if dt <= 0.0:
+            continue
+        rows.append((j / 6, a / 2, v, x))
+        x, v, a = x + v * dt + a * dt**2 / 2 + j * dt**3 / 6, v + a * dt + j * dt**2 / 2, a + j * dt
+        edges.append(edges[-1] + dt)
+    curve = PPoly(np.array(rows).T, np.array(edges))
+    again = polynomial_course(course.signal, course.unit, curve, tuple(edges))
+    return Course(again.signal, again.unit, again.duration, again.switches, again.derivatives)

@@ -1,0 +1,102 @@
+"""Polynomial segments as C99: a table and Horner's form, without allocation or library calls."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from studies.export.polynomials import Segments
+
+REALS = ("double", "float")
+_DIGITS = {"double": 17, "float": 9}  # with which each number comes back
+_SUFFIX = {"double": "", "float": "f"}
+
+_TEMPLATE = """\
+/*
+{about}
+ */
+
+/* position [{unit}], velocity [{unit}/s] and acceleration [{unit}/s^2] at a time [s] */
+void deployment_at({real} time, {real} *position, {real} *velocity, {real} *acceleration);
+
+#define SEGMENTS {segments}
+#define TERMS {terms}
+
+static const {real} edges[SEGMENTS + 1] = {{
+{edges}
+}};
+
+/* of powers of the time since a segment's start, constant first */
+static const {real} coefficients[SEGMENTS][TERMS] = {{
+{coefficients}
+}};
+
+void deployment_at({real} time, {real} *position, {real} *velocity, {real} *acceleration)
+{{
+    int low = 0;
+    int high = SEGMENTS;
+    {real} x = {zero};
+    {real} v = {zero};
+    {real} a = {zero};
+    {real} dt;
+    int k;
+
+    /* before the start and behind the end it rests */
+    if (!(time > edges[0])) {{
+        time = edges[0];
+    }}
+    if (time > edges[SEGMENTS]) {{
+        time = edges[SEGMENTS];
+    }}
+    while (high - low > 1) {{
+        const int middle = low + (high - low) / 2;
+        if (time < edges[middle]) {{
+            high = middle;
+        }} else {{
+            low = middle;
+        }}
+    }}
+
+    dt = time - edges[low];
+    for (k = TERMS - 1; k >= 0; --k) {{
+        a = a * dt + {two} * v;
+        v = v * dt + x;
+        x = x * dt + coefficients[low][k];
+    }}
+    *position = x;
+    *velocity = v;
+    *acceleration = a;
+}}
+"""
+
+
+def write_source(segments: Segments, about: Mapping[str, str], real: str) -> str:
+    """One C file, whose prototype stands at its start.
+
+    Parameters
+    ----------
+    real : "double" or "float".
+    """
+    rows = [
+        "    {" + ", ".join(_literal(value, real) for value in row) + "},"
+        for row in segments.coefficients.tolist()
+    ]
+    return _TEMPLATE.format(
+        # what comes from outside must not end the comment
+        about="\n".join(f" * {name} = {text}".replace("*/", "* /") for name, text in about.items()),
+        segments=segments.edges.size - 1,
+        terms=segments.coefficients.shape[1],
+        real=real,
+        unit=segments.unit,
+        edges="\n".join(f"    {_literal(edge, real)}," for edge in segments.edges.tolist()),
+        coefficients="\n".join(rows),
+        zero=_literal(0.0, real),
+        two=_literal(2.0, real),
+    )
+
+
+def _literal(value: float, real: str) -> str:
+    """A number of C of that type, which comes back as it was."""
+    text = f"{value:.{_DIGITS[real]}g}"
+    if not any(mark in text for mark in ".e"):
+        text += ".0"
+    return text + _SUFFIX[real]

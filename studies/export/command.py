@@ -1,0 +1,351 @@
+"""`antenna-ocp export`: the motion of a stored result in a format that others read."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from studies.common.console import Console
+from studies.common.exit_codes import ExitCode, StudyError
+
+if TYPE_CHECKING:
+    from ocp.arrays import Array
+    from studies.common.result import Result
+    from studies.drive.course import Course
+    from studies.drive.schema import Drive
+    from studies.export.round_trip import RoundTrip
+    from studies.export.source import Source
+
+# the names stand here too, so that --help loads no numbers; a test holds them against `formats`
+FORMATS = (
+    *("csv", "json", "mat", "parquet"),
+    *("pvt", "newport-xps", "galil"),
+    *("codesys-x", "codesys-xy", "codesys-xyva", "beckhoff", "sew", "sew-spline", "ethercat"),
+    *("segments", "c99"),
+)
+RECORD = ".record.json"  # behind the name of the file that it belongs to
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The arguments of the sub-command."""
+    parser.add_argument("results", type=Path, metavar="RESULTS", help="a results folder")
+    parser.add_argument(
+        "--to", required=True, metavar="FORMAT", choices=FORMATS, help=", ".join(FORMATS)
+    )
+    parser.add_argument(
+        "--output",
+        type=Path,
+        metavar="FILE",
+        help="a new file, and FILE.record.json beside it; printed if there is none",
+    )
+    parser.add_argument(
+        "--drive", type=Path, metavar="FILE", help="drive.toml; or [drive] of the study's own file"
+    )
+    parser.add_argument(
+        "--signal", metavar="NAME", help="rope (default) or angle; of an arm, root or elbow"
+    )
+    parser.add_argument("--step", metavar="S", help="time between two points [s]")
+    parser.add_argument(
+        "--points", metavar="N", help="as many points, on the switches of the motion"
+    )
+    parser.add_argument("--separator", metavar="SIGN", default=",", help="of CSV cells: , ; or tab")
+    parser.add_argument("--decimal", metavar="SIGN", default=".", help="of CSV decimals: . or ,")
+    parser.add_argument("--no-header", action="store_true", help="CSV of numbers alone")
+    parser.add_argument("--error", metavar="E", help="of polynomial segments [m or rad]; 1e-9")
+    parser.add_argument(
+        "--real", choices=("double", "float"), default="double", help="numbers of c99"
+    )
+    parser.add_argument("--stop-at", metavar="S", help="the motion, stopped safely from here [s]")
+    parser.add_argument(
+        "--resume-at", metavar="S", help="from rest behind the stop from here to the end [s]"
+    )
+    parser.add_argument("--stop-within", metavar="S", help="time that the stop may take [s]")
+    parser.add_argument(
+        "--within-limits",
+        action="store_true",
+        help="optimise again inside the drive's limits where the export breaks them",
+    )
+
+
+def run(options: argparse.Namespace, console: Console) -> ExitCode:
+    """Write the motion."""
+    from studies.common.result import Result
+    from studies.export.source import source_of
+
+    _refuse_contradictions(options)
+    result = Result.load(options.results)
+    if not result.arrays:
+        raise StudyError(f"the result in {options.results} has no arrays to export")
+    if _as_stored(options):
+        return _hand_over(_columns_of(result, None, options), None, options, console)
+
+    drive, stated = _drive(result, options)
+    source = source_of(result)
+    course = _course(source, drive, options)
+    content: str | bytes
+    record: RoundTrip | None
+    if options.to in ("segments", "c99"):
+        content, record = _curve(source, course, drive, options)
+    elif options.to in ("csv", "json", "mat", "parquet"):
+        content, record = _columns(source, course, drive, stated, options)
+    else:
+        content, record = _table(source, course, drive, options, console)
+    return _hand_over(content, record, options, console)
+
+
+def _refuse_contradictions(options: argparse.Namespace) -> None:
+    if options.stop_at is not None and options.resume_at is not None:
+        raise StudyError("--stop-at and --resume-at are profiles of their own; export one of them")
+    if options.stop_within is not None and options.stop_at is None and options.resume_at is None:
+        raise StudyError("--stop-within belongs to --stop-at or --resume-at; state one of them")
+    if options.stop_at is not None or options.resume_at is not None:
+        if options.within_limits:
+            raise StudyError("--within-limits is for a whole motion; stop or resume without it")
+        if options.to in ("json", "mat", "parquet", "csv"):
+            raise StudyError(
+                "a stop is a motion of the rope or joint alone; export it as pvt or another table"
+            )
+    if options.within_limits and options.to in ("csv", "json", "mat", "parquet", "segments", "c99"):
+        raise StudyError("--within-limits needs a table of a drive, such as --to pvt")
+
+
+def _as_stored(options: argparse.Namespace) -> bool:
+    """Whether the stored rows are asked for, as they are."""
+    plain = options.to in ("csv", "json", "mat", "parquet")
+    return plain and options.step is None and options.points is None and options.drive is None
+
+
+def _drive(result: Result, options: argparse.Namespace) -> tuple[Drive, bool]:
+    """The drive, and whether the user states one."""
+    from studies.drive.schema import Drive, drive_from, read_drive
+
+    if options.drive is not None:
+        return read_drive(options.drive), True
+    stored = result.configuration.get("drive")
+    if isinstance(stored, Mapping):  # of an arm it is the word torque or angle
+        return drive_from(stored), True
+    return Drive(), False
+
+
+def _course(source: Source, drive: Drive, options: argparse.Namespace) -> Course:
+    """The whole motion, or its stop, or what follows the stop; between the drive's dwells."""
+    from studies.drive.course import with_dwells
+    from studies.drive.stopping import resume_course, stop_course
+
+    course = source.course(options.signal, drive)
+    within = _positive("--stop-within", options.stop_within)
+    if options.stop_at is not None:
+        course = stop_course(course, _number("--stop-at", options.stop_at), drive, within)
+    elif options.resume_at is not None:
+        course = resume_course(course, _number("--resume-at", options.resume_at), drive, within)
+    return with_dwells(course, drive.start_dwell, drive.end_dwell)
+
+
+def _table(
+    source: Source, course: Course, drive: Drive, options: argparse.Namespace, console: Console
+) -> tuple[str, RoundTrip]:
+    """The table of a drive, read back and played; optimised again where that is asked for."""
+    content, record = _written(source, course, drive, options)
+    if not record.breaches:
+        return content, record
+    if not options.within_limits:
+        raise _refusal(record, "; --within-limits optimises the motion again inside the limits")
+    if source.truss is None or course.signal != "rope":
+        raise _refusal(record, "; --within-limits is for the rope of a truss only")
+
+    from studies.export.formats import TABLES, tabulated
+    from studies.export.source import with_law
+    from studies.export.within_limits import law_within, lowered_limits
+
+    kind = TABLES[options.to].interpolation or drive.interpolation
+    points = tabulated(course, options.to, drive, _spacing(options))
+    limits = lowered_limits(course, points, drive, kind, source.truss)
+    console.progress(f"broken: {record.breaches[0].sentence}; optimising again")
+    source = with_law(source, law_within(source.result, limits))
+
+    course = _course(source, drive, options)
+    content, record = _written(source, course, drive, options)
+    if record.breaches:
+        raise _refusal(record, ", even after the motion was optimised inside the lowered limits")
+    return content, record
+
+
+def _written(
+    source: Source, course: Course, drive: Drive, options: argparse.Namespace
+) -> tuple[str, RoundTrip]:
+    from studies.export.formats import TABLES, tabulated
+    from studies.export.round_trip import round_trip
+
+    form = TABLES[options.to]
+    points = tabulated(course, options.to, drive, _spacing(options))
+    content = form.write(points, _about(source, course, options), drive.ropes)
+
+    # what was written is what the drive gets, its digits included
+    count = drive.count(course.unit) if form.counts else None
+    again = form.read(content, count)
+    record = round_trip(
+        course, again, drive, form.interpolation, source.truss, source.result, _partial(options)
+    )
+    return content, record
+
+
+def _refusal(record: RoundTrip, remedy: str) -> StudyError:
+    broken = "; ".join(breach.sentence for breach in record.breaches)
+    return StudyError(f"the export is refused: {broken}{remedy}", ExitCode.NOT_VERIFIED)
+
+
+def _partial(options: argparse.Namespace) -> bool:
+    return options.stop_at is not None or options.resume_at is not None
+
+
+def _curve(
+    source: Source, course: Course, drive: Drive, options: argparse.Namespace
+) -> tuple[str, RoundTrip]:
+    """Polynomial segments, played from their own values at the drive's period."""
+    from studies.drive.course import polynomial_course
+    from studies.drive.setpoints import sampled, uniform_times
+    from studies.export import c99, polynomials
+    from studies.export.round_trip import round_trip
+
+    whole = not (_partial(options) or drive.start_dwell or drive.end_dwell)
+    error = _positive("--error", options.error) or polynomials.ERROR
+    if options.signal == "angle" and source.law is not None and whole:
+        segments = polynomials.exact_segments(source.law)
+    else:
+        segments = polynomials.fitted_segments(course, error)
+
+    about = _about(source, course, options) | {"error": f"{segments.error:.3g} {segments.unit}"}
+    if options.to == "segments":
+        content = polynomials.write_segments(segments, about)
+        segments = polynomials.read_segments(content)
+    else:
+        content = c99.write_source(segments, about, options.real)
+
+    curve = segments.curve()
+    again = polynomial_course(course.signal, course.unit, curve, course.switches)
+    points = sampled(again, uniform_times(again, drive.period), drive.count(course.unit))
+    record = round_trip(course, points, drive, None, source.truss, source.result, _partial(options))
+    if record.breaches:
+        raise _refusal(record, "; lower the motion's own caps, or raise the drive's limits")
+    return content, record
+
+
+def _columns(
+    source: Source, course: Course, drive: Drive, stated: bool, options: argparse.Namespace
+) -> tuple[str | bytes, RoundTrip | None]:
+    """The whole profile at the times that are asked for; played where a drive is stated."""
+    import numpy as np
+
+    from studies.drive.setpoints import sampled, switch_point_times, uniform_times
+    from studies.export.round_trip import round_trip
+
+    spacing = _spacing(options)
+    if spacing.points is not None:
+        times = switch_point_times(course, spacing.points - 1)
+    else:
+        times = np.minimum(uniform_times(course, spacing.step or drive.period), course.duration)
+    columns = source.rows(times)
+    content = _columns_of(source.result, columns, options)
+    if not stated:
+        return content, None
+
+    points = sampled(course, times, drive.count(course.unit))
+    record = round_trip(course, points, drive, None, source.truss, source.result)
+    if record.breaches:
+        raise _refusal(record, "; lower the motion's own caps, or raise the drive's limits")
+    return content, record
+
+
+def _columns_of(
+    result: Result, columns: Mapping[str, Array] | None, options: argparse.Namespace
+) -> str | bytes:
+    from studies.export import columns as family
+
+    if columns is None:
+        columns = {
+            name: series.values
+            for name, series in result.arrays.items()
+            if series.axis == result.axis
+        }
+    if options.to == "csv":
+        dialect = family.Dialect(options.separator, options.decimal, not options.no_header)
+        return family.write_csv(result, columns, dialect)
+    if options.to == "json":
+        return family.write_json(result, columns)
+    return (family.write_mat if options.to == "mat" else family.write_parquet)(result, columns)
+
+
+def _about(source: Source, course: Course, options: argparse.Namespace) -> dict[str, str]:
+    """What a table says of itself."""
+    from studies.common.folder import PROGRAM, version
+
+    part = {"stop_at": options.stop_at, "resume_at": options.resume_at}
+    return {
+        "program": f"{PROGRAM} {version(PROGRAM)}",
+        "question": source.result.question,
+        "signal": f"{course.signal} [{course.unit}]",
+        "unit": course.unit,
+        "duration_s": f"{course.duration:.15g}",
+        **{name: f"{value} s" for name, value in part.items() if value is not None},
+        **({"note": course.note} if course.note else {}),
+    }
+
+
+def _spacing(options: argparse.Namespace) -> Any:
+    from studies.common.configuration import as_number, whole
+    from studies.export.formats import Spacing
+
+    points = None
+    if options.points is not None:
+        points = whole(2)("--points", as_number(options.points))
+    return Spacing(_positive("--step", options.step), points)
+
+
+def _number(name: str, text: str) -> float:
+    from studies.common.configuration import as_number, finite
+
+    return finite(name, as_number(text))
+
+
+def _positive(name: str, text: str | None) -> float | None:
+    from studies.common.configuration import as_number, positive
+
+    return None if text is None else positive(name, as_number(text))
+
+
+def _hand_over(
+    content: str | bytes, record: RoundTrip | None, options: argparse.Namespace, console: Console
+) -> ExitCode:
+    """Print the text, or write it with its record beside it."""
+    if options.output is None:
+        if isinstance(content, bytes):
+            raise StudyError(f"--to {options.to} is no text; name a file with --output")
+        console.say(content.rstrip("\n"))
+        return ExitCode.OK
+
+    _write_new(options.output, content)
+    if record is not None:
+        import json
+
+        from studies.common.folder import plain
+
+        beside = options.output.with_name(options.output.name + RECORD)
+        text = json.dumps(plain(dict(record.values)), indent=2, ensure_ascii=False)
+        _write_new(beside, text + "\n")
+        console.say("\n".join(record.lines()))
+    return ExitCode.OK
+
+
+def _write_new(path: Path, content: str | bytes) -> None:
+    """Never over a file that is there: it may be the only copy."""
+    data = content.encode("utf-8") if isinstance(content, str) else content
+    try:
+        with path.open("xb") as file:
+            file.write(data)
+    except OSError as error:
+        raise StudyError(
+            f"the file {path} cannot be written ({error.strerror}); name another one",
+            ExitCode.NO_RESULTS_FOLDER,
+        ) from error

@@ -1,0 +1,222 @@
+"""What a table does on the drive that it was written for, and whether that keeps the limits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from models.errors import ModelError
+from models.truss import TrussParameters
+from studies.common.exit_codes import StudyError
+from studies.common.result import Result
+from studies.drive.course import Course
+from studies.drive.playback import (
+    Playback,
+    TrussPlayback,
+    extremes_on_the_truss,
+    on_the_truss,
+    played,
+)
+from studies.drive.schema import Drive
+from studies.drive.setpoints import SetPoints
+
+TOLERANCE = 1e-6  # of a limit: what an optimiser that rides it leaves
+OPEN = math.pi / 2  # [rad]
+
+
+@dataclass(frozen=True)
+class Breach:
+    """A limit that is broken.
+
+    Attributes
+    ----------
+    name, unit : of the limit.
+    value, limit : found and allowed.
+    time : when it is worst [s].
+    """
+
+    name: str
+    unit: str
+    value: float
+    limit: float
+    time: float
+
+    @property
+    def sentence(self) -> str:
+        """Place and amount."""
+        if math.isnan(self.value):
+            return (
+                f"the {self.name} has no bound between the points, but its limit is "
+                f"{self.limit:g} {self.unit}; state drive.bandwidth or another interpolation"
+            )
+        more = 100 * (self.value / self.limit - 1)
+        return (
+            f"the {self.name} is {self.value:.6g} {self.unit} at {self.time:.6g} s, "
+            f"{more:.3g} % above its limit of {self.limit:g} {self.unit}"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class RoundTrip:
+    """The record of a round trip.
+
+    Attributes
+    ----------
+    playback : of the table.
+    truss : that it moves, or None.
+    values : numbers for the record, by name with the unit in brackets.
+    breaches : limits that are broken.
+    """
+
+    playback: Playback
+    truss: TrussPlayback | None
+    values: Mapping[str, Any]
+    breaches: tuple[Breach, ...] = field(default=())
+
+    def lines(self) -> list[str]:
+        """The record for a reader."""
+        shown = [f"{name}: {_shown(value)}" for name, value in self.values.items()]
+        return [*shown, *(f"BROKEN: {breach.sentence}" for breach in self.breaches)]
+
+
+def round_trip(
+    course: Course,
+    points: SetPoints,
+    drive: Drive,
+    kind: str | None = None,
+    truss: TrussParameters | None = None,
+    result: Result | None = None,
+    partial: bool = False,
+) -> RoundTrip:
+    """Play a table that was read back, and hold it against the course and the drive's limits.
+
+    Parameters
+    ----------
+    kind : of interpolation; that of the drive by default.
+    truss : that the rope moves.
+    result : whose optimum the peaks are held against.
+    partial : whether the course ends before the motion does, as a stop.
+
+    Raises
+    ------
+    StudyError
+        If the motion leaves the reach of the mechanism.
+    """
+    output = played(course, points, drive, kind)
+    values = _of_the_rope(course, points, output)
+    replayed, breaches = None, _against_limits(output, drive, course.unit)
+
+    if truss is not None and course.signal == "rope":
+        try:
+            replayed = on_the_truss(output.motion, truss)
+        except ModelError as error:
+            raise StudyError(f"the played rope leaves the mechanism: {error}") from error
+        on_truss, broken = _of_the_truss(output, replayed, drive, course, truss)
+        values |= on_truss
+        breaches += broken
+        if result is not None:
+            values |= _beside_the_optimum(output, replayed, result, partial)
+    return RoundTrip(output, replayed, values, tuple(breaches))
+
+
+def _of_the_rope(course: Course, points: SetPoints, output: Playback) -> dict[str, Any]:
+    unit, (_, exact, _) = course.unit, course.peaks
+    end = float(course.derivatives(np.array([course.duration]))[0, 0])
+    values: dict[str, Any] = {
+        "points": int(points.times.size),
+        "last time [s]": output.end,
+        f"peak acceleration of the course [{unit}/s^2]": exact,
+        f"peak second difference of the table [{unit}/s^2]": output.raw,
+    }
+    if output.bound is not None:
+        values[f"bound of that by interpolation and rounding [{unit}/s^2]"] = output.bound.total
+    values |= {
+        f"peak speed behind the loop [{unit}/s]": output.peak(1)[0],
+        f"peak acceleration behind the loop [{unit}/s^2]": output.peak(2)[0],
+        f"bound of that [{unit}/s^2]": math.nan if output.most is None else output.most,
+        f"peak jerk behind the loop [{unit}/s^3]": output.peak(3)[0],
+        f"miss of the last position [{unit}]": float(points.positions[-1]) - end,
+    }
+    return values
+
+
+def _of_the_truss(
+    output: Playback,
+    replayed: TrussPlayback,
+    drive: Drive,
+    course: Course,
+    truss: TrussParameters,
+) -> tuple[dict[str, Any], list[Breach]]:
+    extremes = extremes_on_the_truss(output, replayed)
+    last = int(np.searchsorted(output.time, output.end))
+    last = min(last, output.time.size - 1)
+    values: dict[str, Any] = {
+        "peak angular acceleration behind the loop [rad/s^2]": extremes["peak-acceleration"][0],
+        "peak rope force [N]": extremes["peak-force"][0],
+        "least tension of all segments [N]": extremes["least-tension"][0],
+        "peak motor power [W]": extremes["peak-power"][0],
+        "peak reaction on the arm [N]": extremes["peak-reaction"][0],
+        "terminal angle [deg]": math.degrees(float(replayed.angle[-1])),
+        "speed left at the last point [rad/s]": float(replayed.speed[last]),
+        "energy of that at the end stop [J]": float(replayed.energy[last]),
+        "largest angle [deg]": math.degrees(float(replayed.angle.max())),
+    }
+    if drive.drum_radius is not None:
+        turns = output.peak(1)[0] / (2 * math.pi * drive.drum_radius)
+        values["peak motor speed [1/min]"] = 60 * turns * drive.gear_ratio
+
+    breaches = []
+    limits = (("peak-force", "rope force", "N", drive.force),)
+    for key, name, unit, limit in (*limits, ("peak-power", "motor power", "W", drive.power)):
+        value, time = extremes[key]
+        if limit is not None:
+            breaches += _breach(name, unit, value, limit, time)
+            values[f"margin of the {name} [1]"] = limit / value - 1.0
+    return values, breaches
+
+
+def _against_limits(output: Playback, drive: Drive, unit: str) -> list[Breach]:
+    names = ("speed", "acceleration", "jerk")
+    limits = (drive.speed, drive.acceleration, drive.jerk)
+    breaches: list[Breach] = []
+    for order, (name, limit) in enumerate(zip(names, limits, strict=True), start=1):
+        if limit is not None:
+            per = f"{unit}/s" + (f"^{order}" if order > 1 else "")
+            breaches += _breach(name, per, *_swapped(output.peak(order), limit))
+    return breaches
+
+
+def _swapped(peak: tuple[float, float], limit: float) -> tuple[float, float, float]:
+    return peak[0], limit, peak[1]
+
+
+def _breach(name: str, unit: str, value: float, limit: float, time: float) -> list[Breach]:
+    if value <= limit * (1 + TOLERANCE):
+        return []
+    return [Breach(name, unit, value, limit, time)]
+
+
+def _beside_the_optimum(
+    output: Playback, replayed: TrussPlayback, result: Result, partial: bool
+) -> dict[str, Any]:
+    if partial:
+        return {}
+    extremes = extremes_on_the_truss(output, replayed)
+    values: dict[str, Any] = {
+        "miss of the deployed angle [deg]": math.degrees(float(replayed.angle[-1]) - OPEN)
+    }
+    for row in result.table:
+        if row.minimised and row.key in extremes:
+            own = next(iter(row.values.values()))
+            values[f"{row.title} above the optimum [1]"] = extremes[row.key][0] / own - 1.0
+    return values
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, float):
+        return "not defined" if math.isnan(value) else f"{value:.6g}"
+    return str(value)

@@ -1,0 +1,136 @@
+"""What there is to export of a stored result: its rows at any times, and the courses in it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from models.laws import Law
+from models.truss import TrussParameters
+from ocp.arrays import Array
+from studies.common.exit_codes import StudyError
+from studies.common.result import Result
+from studies.drive.course import Course, joint_course, rope_course
+from studies.drive.schema import Drive
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """A stored motion.
+
+    Attributes
+    ----------
+    result : it is from.
+    rows : maps times (m,) to the result's columns at them.
+    law, truss : angle over time and the truss that it opens; None of an arm.
+    courses : makes a course of a signal, for each signal that there is.
+    """
+
+    result: Result
+    rows: Callable[[Array], Mapping[str, Array]]
+    law: Law | None
+    truss: TrussParameters | None
+    courses: Mapping[str, Callable[[Drive], Course]]
+
+    def course(self, signal: str | None, drive: Drive) -> Course:
+        """The course of a signal; by default of the first.
+
+        Raises
+        ------
+        StudyError
+            If there is none of that name.
+        """
+        name = signal or next(iter(self.courses))
+        if name not in self.courses:
+            raise StudyError(f"--signal is {name!r}; this result has {', '.join(self.courses)}")
+        return self.courses[name](drive)
+
+
+def source_of(result: Result) -> Source:
+    """The motion of a result.
+
+    Raises
+    ------
+    StudyError
+        If it has none.
+    """
+    if not result.arrays:
+        raise StudyError("the result has no arrays to export; run its study again")
+    if result.axis != "time":
+        raise StudyError(
+            f"a result of the kind '{result.kind}' runs along {result.axis} and is no motion; "
+            "only its stored rows can be exported, with --to csv or json and nothing else"
+        )
+    return _truss_source(result) if result.kind in ("truss", "check") else _arm_source(result)
+
+
+def _truss_source(result: Result) -> Source:
+    from studies.truss.config import study_from
+    from studies.truss.motions.laws import stored_law
+
+    law = stored_law({name: series.values for name, series in result.arrays.items()})
+    return _of_law(result, law, study_from(result.configuration).truss)
+
+
+def with_law(source: Source, law: Law) -> Source:
+    """The same truss with another motion."""
+    assert source.truss is not None  # of an arm there is no other motion
+    return _of_law(source.result, law, source.truss)
+
+
+def _of_law(result: Result, law: Law, truss: TrussParameters) -> Source:
+    from studies.truss.motions.deployment import Deployment, columns_at
+
+    deployment = Deployment("export", law, truss)
+
+    def angle_course(drive: Drive) -> Course:
+        def derivatives(time: Array) -> Array:
+            motion = law.motion(time)
+            return np.stack([motion.angle, motion.speed, motion.acceleration, motion.jerk])
+
+        switches = rope_course(law, truss).switches
+        return Course("angle", "rad", law.duration, switches, derivatives)
+
+    def rows(time: Array) -> dict[str, Array]:
+        # a result of an earlier version may lack a column
+        found = columns_at(deployment, time)
+        return {name: values for name, values in found.items() if name in result.arrays}
+
+    return Source(
+        result=result,
+        rows=rows,
+        law=law,
+        truss=truss,
+        courses={
+            "rope": lambda drive: rope_course(law, truss, drive.rope_stiffness),
+            "angle": angle_course,
+        },
+    )
+
+
+def _arm_source(result: Result) -> Source:
+    series = {name: item for name, item in result.arrays.items() if item.axis == "time"}
+    time = series["time"].values
+    joints = [name.removesuffix("_angle") for name in series if name.endswith("_angle")]
+    joints = [name for name in joints if f"{name}_rate" in series]
+    if not joints:
+        raise StudyError(
+            f"a result of the kind '{result.kind}' holds no angle of a joint over time; "
+            "export the result of antenna-ocp arm solve"
+        )
+
+    def course(joint: str) -> Callable[[Drive], Course]:
+        angle, rate = series[f"{joint}_angle"].values, series[f"{joint}_rate"].values
+        predicted = f"{joint}_torque" in series and _by_torque(result)
+        return lambda drive: joint_course(joint, time, angle, rate, predicted)
+
+    def rows(at: Array) -> dict[str, Array]:
+        return {name: np.interp(at, time, item.values) for name, item in series.items()}
+
+    return Source(result, rows, None, None, {joint: course(joint) for joint in joints})
+
+
+def _by_torque(result: Result) -> bool:
+    return result.configuration.get("drive", "torque") == "torque"
