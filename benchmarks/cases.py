@@ -219,7 +219,8 @@ def _race(name: str) -> Answer:
 def _arm(given: Mapping[str, Any]) -> Answer:
     """One stage of the arm, solved and refined as its command does."""
     from studies.arm.config import study_from
-    from studies.arm.optimal.solve import refine, solve_stage
+    from studies.arm.optimal.refinement import refine
+    from studies.arm.optimal.solve import solve_stage
     from studies.arm.questions.one_motion import check_study
 
     study = study_from(given)
@@ -232,7 +233,7 @@ def _arm(given: Mapping[str, Any]) -> Answer:
 
     trajectory = refined.motion.trajectory
     solution = next(s for s in solutions if s.trajectory is trajectory)
-    agreement = ("study: replays on both models agree", refined.agrees)
+    agreement = ("study: the full model is still, no finer motion is better", refined.resolved)
     return Answer(
         solution.objective, ARM_TOLERANCE, solution, solution.verdict, seconds, (agreement,)
     )

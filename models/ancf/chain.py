@@ -7,7 +7,7 @@ rho A linear density [kg/m], eta relaxation time of the damping [s].
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi
+from math import isfinite, pi
 
 from models.errors import require, require_not_negative, require_positive
 
@@ -82,7 +82,8 @@ class Chain:
     Raises
     ------
     ModelError
-        If there is no link, an element count below one, a negative mass, inertia or damping
+        If there is no link, elements that are no whole number from one on, a gravity that is not
+        finite, a negative mass, inertia or damping
         ratio, or a number of masses that does not fit.
     """
 
@@ -97,7 +98,14 @@ class Chain:
 
     def __post_init__(self) -> None:
         require(bool(self.links), "Chain: links is empty; give at least one Link.")
-        require(self.elements >= 1, f"Chain: elements is {self.elements}; use at least 1 a link.")
+        require(
+            float(self.elements).is_integer() and self.elements >= 1,
+            f"Chain: elements is {self.elements}; give a whole number of 1 or more.",
+        )
+        require(
+            len(self.gravity) == 2 and all(map(isfinite, self.gravity)),
+            f"Chain: gravity is {self.gravity}; give two finite accelerations (x, y).",
+        )
 
         # no masses at all stand for massless joints
         ends = len(self.links) + 1

@@ -89,6 +89,7 @@ def lock_reduced(
         model.variant,
         root_lock=float(model.embed(q)[0]) if root else model.root_lock,
         elbow_lock=float(model.elbow_angle(q)) if elbow else model.elbow_lock,
+        ties=model.ties,
     )
     z = q[list(kept_by_lock(model, joints))]
     return locked, z, solve(mass, momentum[:, 0], assume_a="pos")

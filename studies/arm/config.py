@@ -21,7 +21,7 @@ from models.arm.parameters import (
     tube,
 )
 from models.errors import ModelError
-from studies.arm.optimal.objectives import OBJECTIVES
+from studies.arm.optimal.objectives import OBJECTIVES, RESIDUAL
 from studies.arm.replay.full_model import ELEMENTS, MODES, Drive
 from studies.arm.search_limits import MOST_ELEMENTS, MOST_MODES
 from studies.arm.stage import STAGES, Stage, TorqueCaps
@@ -211,7 +211,18 @@ class ArmStudy(StageStudy):
         "a joint that misses its end angle by more fails to lock",
         default=None,
     )
-    sample_time: float = key(positive, "s", "sample time of the exported profile", default=0.1)
+    residual_energy: float = key(
+        positive,
+        "J",
+        "energy that the full model may be left with after the lock",
+        default=RESIDUAL,
+    )
+    sample_time: float | None = key(
+        optional(positive),
+        "s",
+        "sample time of the exported profile; unless stated the longest that keeps the residual",
+        default=None,
+    )
     pointing_error: float = key(
         positive, "m", "error of the tip from which it counts as settled", default=1e-4
     )
@@ -230,7 +241,7 @@ class ArmStudy(StageStudy):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.sample_time > self.slew.duration:
+        if self.sample_time is not None and self.sample_time > self.slew.duration:
             raise StudyError(
                 f"sample_time is {self.sample_time:g} s, more than the stage's "
                 f"{self.slew.duration:g} s; give less"

@@ -9,11 +9,13 @@ from __future__ import annotations
 from typing import Literal
 
 # One stage on one mesh
-INTERVALS = 150
+INTERVALS = (150, 200)  # where the root alone turns, and where the elbow does
 Attempt = tuple[float, Literal["monotone", "adaptive"]]
 ATTEMPTS: tuple[Attempt, ...] = ((1.0, "monotone"), (1.5, "adaptive"))  # mesh, IPOPT's barrier
 ITERATIONS = 120  # of IPOPT in each attempt
-REFINEMENTS = 3  # meshes, each twice as fine as the one before
+ROUNDS = 6  # of a refinement, the last one on a finer mesh not counted
+LIGHTER = 100.0  # by which the smoothness is made lighter at once
+HOPELESS = 100.0  # times the residual allowed, above which a motion is not aimed anew
 
 # Least time of one stage
 LONGER_DURATIONS = 3  # tried after the first where no motion is found to start from

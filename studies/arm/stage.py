@@ -9,19 +9,20 @@ import dataclasses
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
 
 from models.ancf import joints
 from models.ancf.state import NodalState, posed
+from models.arm.bulges import tied_to_first_modes
 from models.arm.parameters import ArmParameters
-from models.arm.reduced import ReducedArm
+from models.arm.reduced import ReducedArm, Variant
 from ocp.arrays import Array
 from studies.common.exit_codes import StudyError
 
 ROOT, ELBOW = 0, 1
 JOINT_NAMES = ("root", "elbow")
+_POSES = 9  # along the stage, whose first modes tie the bulges of the reduced model
 
 
 @dataclass(frozen=True)
@@ -89,15 +90,32 @@ class Stage:
 
     @cached_property
     def model(self) -> ReducedArm:
-        """B21 with the joints that do not turn locked."""
+        """B21 with the joints that do not turn locked, its bulges tied to the first modes."""
         return self.reduced()
 
+    @cached_property
+    def _ties(self) -> tuple[float, float, float]:
+        """Of the bulges to the other shapes, see `models.arm.bulges`."""
+        shares = np.linspace(0.0, 1.0, _POSES)
+        poses = [(float(r), float(e)) for r, e in np.add(self.start, np.outer(shares, self.turn))]
+        plain = ReducedArm(self.arm, "B21", *self._locks)
+        return tied_to_first_modes(plain, poses).ties
+
+    @property
+    def _locks(self) -> tuple[float | None, float | None]:
+        root, elbow = (None if k in self.moving else self.start[k] for k in (ROOT, ELBOW))
+        return root, elbow
+
     def reduced(
-        self, arm: ArmParameters | None = None, variant: Literal["B21", "B22"] = "B21"
+        self, arm: ArmParameters | None = None, variant: Variant = "B21", *, tied: bool = True
     ) -> ReducedArm:
-        """The reduced model of this or another arm while the stage runs."""
-        locks = [None if k in self.moving else self.start[k] for k in (ROOT, ELBOW)]
-        return ReducedArm(arm or self.arm, variant, locks[ROOT], locks[ELBOW])
+        """The reduced model of this or another arm while the stage runs.
+
+        `tied` ties the bulges as in the modes with the joint free. On a given angle the joint is
+        held, its modes are slower, and the links hardly bulge.
+        """
+        ties = self._ties if tied and variant == "B21" else (0.0, 0.0, 0.0)
+        return ReducedArm(arm or self.arm, variant, *self._locks, ties)
 
     @property
     def inertias(self) -> Array:

@@ -1,7 +1,7 @@
 """Simulation of a chain: Algorithm 1 of the paper with an implicit integrator.
 
-The motion is integrated piece by piece between the breakpoints of the joints' laws; what is
-reported is evaluated afterwards from the stage accelerations that the integrator stored.
+The motion is integrated piece by piece between the breakpoints and the jumps of the joints' laws;
+what is reported is evaluated afterwards from the stage accelerations that the integrator stored.
 
 Symbols: q, v node vector and rates (size, m); x coordinates of the assembly; z coordinates of the
 form of the equations; L joints; K steps; s stages; m columns (instants); theta fraction of a step.
@@ -20,7 +20,15 @@ import numpy as np
 from models.ancf.chain import Chain
 from models.ancf.integrate.integrator import StepControl, Steps, integrate
 from models.ancf.integrate.radau import radau
-from models.ancf.joints import Free, Joint, Torque, joint_angles, joint_rates, quarter
+from models.ancf.joints import (
+    Free,
+    Joint,
+    Torque,
+    breakpoints,
+    joint_angles,
+    joint_rates,
+    quarter,
+)
 from models.ancf.joints.constraints import Constraints
 from models.ancf.motion import Index1, MinimalCoordinates
 from models.ancf.state import NodalState
@@ -137,8 +145,8 @@ def simulate(
     Raises
     ------
     ModelError
-        If the times do not increase, the form is unknown, the state breaks the constraints, or a
-        step diverges.
+        If the times do not increase, the form is unknown, a law is not finite, the state breaks
+        the constraints, or a step diverges.
     """
     clock = perf_counter()
     settings = settings or StepControl()
@@ -161,7 +169,7 @@ def simulate(
     z, v = moving.coordinates(start, kept.q, kept.v)
     h = min(1e-3, (end - start) / 10)  # the step control finds its own within a few steps
     recorder = _Recorder(chain, joints, minimal, moving, settings)
-    edges = sorted({start, end, *(b for j in joints for b in j.breakpoints if start < b < end)})
+    edges = [start, *breakpoints(joints, start, end), end]
     for window in pairwise(edges):
         # behind a breakpoint the long step before it would only be rejected
         steps, (z, v, h) = integrate(moving, settings, window, z, v, min(h, 1e-2))

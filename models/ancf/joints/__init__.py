@@ -7,6 +7,7 @@ eliminated from the coordinates (`elimination`).
 """
 
 from models.ancf.joints.angles import joint_angles, joint_rates, quarter, rotate, slope_pair
+from models.ancf.joints.jumps import breakpoints
 from models.ancf.joints.kinds import Driven, Free, Joint, Locked, Torque, check_joints
 
 __all__ = [
@@ -15,6 +16,7 @@ __all__ = [
     "Joint",
     "Locked",
     "Torque",
+    "breakpoints",
     "check_joints",
     "joint_angles",
     "joint_rates",

@@ -7,6 +7,7 @@ against the replay on B21.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -20,7 +21,7 @@ from models.arm.reduced import ReducedArm
 from models.arm.reduced_simulation import ReducedMotion, simulate_reduced
 from ocp import PhaseTrajectory, Trajectory
 from ocp.arrays import Array
-from studies.arm.optimal.phase import ArmPhase
+from studies.arm.optimal.phase import ArmPhase, slope_unit
 from studies.arm.replay.full_model import ELEMENTS, MODES, Drive, LockedMotion, Motion, replay
 from studies.arm.replay.reduced_model import follow, reduced_residual
 from studies.arm.stage import ELBOW, ROOT, Stage
@@ -39,18 +40,42 @@ class OptimalMotion:
     stage : Stage
     trajectory : of the solver.
     arm : the phase with its signals.
+    least : what was minimised, the weighted smoothness included, in units of the rigid arm's.
+    weight : of the smoothness in it.
     """
 
     name: str
     stage: Stage
     trajectory: Trajectory
     arm: ArmPhase
+    least: float = math.nan
+    weight: float = 0.0
 
     @cached_property
     def torques(self) -> dict[int, PPoly]:
         """Torque of each driven joint as the exact piecewise polynomial of the solution."""
         phase = self.trajectory.phase(self.arm.phase.name)
         return {k: polynomial(phase, state.name) for k, state in self.arm.torque.items()}
+
+    @cached_property
+    def smoothness_share(self) -> float:
+        """Part of `least` that is weighted smoothness, from 0 to 1."""
+        return self.weight * self._smoothness / self.least if self.weight else 0.0
+
+    @property
+    def objective(self) -> float:
+        """The objective alone, in units of the rigid arm's."""
+        return self.least - self.weight * self._smoothness
+
+    @cached_property
+    def _smoothness(self) -> float:
+        """Mean square of the slopes of the torque rates, as `phase.smoothness` states it."""
+        total = 0.0
+        for k, law in self.torques.items():
+            slopes = law.derivative(2)
+            square = slopes(slopes.x[:-1]) ** 2 @ np.diff(slopes.x)
+            total += float(square) / slope_unit(self.stage, k) ** 2
+        return total / self.stage.duration
 
     @property
     def peak_torque(self) -> Array:

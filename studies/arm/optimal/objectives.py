@@ -16,12 +16,15 @@ import casadi as ca
 import numpy as np
 
 from ocp import Between, Functional, Problem, peak
+from ocp.arrays import Array
 from studies.arm.optimal.phase import ArmPhase, arm_phase, column, smoothness, starting_law
 from studies.arm.search_limits import SPARE_DURATION, TIME_WINDOW
 from studies.arm.stage import Stage, TorqueCaps
 from studies.common.exit_codes import StudyError
 
 _QUADRATIC = 12.0  # least mean square torque of a rigid arm in (J D/T^2)^2, linear in time
+SMOOTHING = 1e-4  # light enough to come near, heavy enough to start from a rigid arm's motion
+RESIDUAL = 1e-6  # [J] that a motion may leave, unless the user says otherwise
 _CONSTANT = 4.0  # least peak torque of a rigid arm in J D/T^2
 
 
@@ -33,12 +36,12 @@ class Objective:
     ----------
     title : what is least, for a table.
     build : the expression, in units of the rigid arm's, from a phase and its stage.
-    smoothing : weight of the smoothness beside it.
+    smoothing : first weight of the smoothness beside it; refinement makes it lighter.
     """
 
     title: str
     build: Callable[[ArmPhase, Stage], Any]
-    smoothing: float = 1e-3
+    smoothing: float = SMOOTHING
 
 
 def peak_torque(arm: ArmPhase, stage: Stage) -> Functional:
@@ -100,9 +103,15 @@ OBJECTIVES: dict[str, Objective] = {
 
 
 def problem(
-    stage: Stage, caps: TorqueCaps, objective: str = "smoothest"
+    stage: Stage,
+    caps: TorqueCaps,
+    objective: str = "smoothest",
+    weight: float | None = None,
+    aim: Array | None = None,
 ) -> tuple[Problem, ArmPhase]:
     """The best motion of a stage under its caps.
+
+    `weight` is that of the smoothness, the objective's own by default; `aim` as in `arm_phase`.
 
     For least time the stage must last long enough for its caps: the duration is only shortened.
     Left more room, the solver lengthens it first and creeps back.
@@ -112,11 +121,12 @@ def problem(
     if objective == "time":
         shortest, longest = TIME_WINDOW
         end = Between(shortest * duration, longest * duration, duration)
-    arm = arm_phase(stage, caps, law=starting_law(stage, caps), end=end)
+    arm = arm_phase(stage, caps, law=starting_law(stage, caps), end=end, aim=aim)
 
     least = chosen.build(arm, stage)
-    if chosen.smoothing:
-        least = least + chosen.smoothing * smoothness(arm, stage)
+    weight = chosen.smoothing if weight is None else weight
+    if weight:
+        least = least + weight * smoothness(arm, stage)
     return Problem(f"{stage.name} arm", [arm.phase], minimise=least, bounds=arm.bounds), arm
 
 

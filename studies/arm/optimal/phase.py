@@ -114,6 +114,7 @@ def arm_phase(
     suffix: str = "",
     linked: bool = False,
     left: float | None = None,
+    aim: Array | None = None,
 ) -> ArmPhase:
     """Rest to rest of a stage, torques zero at both ends.
 
@@ -127,6 +128,7 @@ def arm_phase(
     suffix : of the names of the coordinates, where phases must be told apart.
     linked : leave the coordinates at the start to links with the phase before.
     left : energy that the lock may meet instead of rest [J], kinetic and elastic.
+    aim : (2 n,) coordinates and rates beside rest, at which the end is aimed; see `aim`.
     """
     model, duration = stage.model, stage.duration
     law = law or quintic(duration)
@@ -141,6 +143,10 @@ def arm_phase(
     acceleration = accelerations(model, q, v, drives)
 
     initial, final, left = _boundary(stage, q, v, drives.states, left)
+    if aim is not None:
+        for state, beside in zip((*q, *v), aim, strict=True):
+            if state in final:
+                final[state] += float(beside)
     if linked:
         initial = dict.fromkeys(drives.states, 0.0)
 
@@ -330,10 +336,14 @@ def quasi_static(stage: Stage, law: Law, t: Array) -> tuple[Array, Array]:
     return q, np.gradient(q, t, axis=1)
 
 
+def slope_unit(stage: Stage, joint: int) -> float:
+    """Typical slope of a torque's rate [N m/s^2]."""
+    return float(stage.torque_units[joint]) / stage.duration**2 * _BEND
+
+
 def smoothness(arm: ArmPhase, stage: Stage) -> Any:
     """Mean square of the slopes of the torque rates over their typical size."""
-    unit = stage.torque_units / stage.duration**2 * _BEND
-    total = sum((bend / unit[k]) ** 2 for k, bend in arm.drives.bend.items())
+    total = sum((bend / slope_unit(stage, k)) ** 2 for k, bend in arm.drives.bend.items())
     return arm.phase.integral(total, "smoothness", "s") / stage.duration
 
 

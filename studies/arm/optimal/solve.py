@@ -1,34 +1,32 @@
-"""Solve a stage on B21, and refine the mesh until the replays on both models agree."""
+"""Solve a stage on B21, and refuse what cannot be met before that."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
 
 import numpy as np
 
+from models.arm.reduced_simulation import reduced_modes
 from ocp import OcpError, Trajectory, solve
+from ocp.arrays import Array
 from studies.arm.laws.unit_laws import quintic
 from studies.arm.optimal.motion import OptimalMotion
-from studies.arm.optimal.objectives import first_duration, problem
+from studies.arm.optimal.objectives import OBJECTIVES, first_duration, problem
 from studies.arm.optimal.phase import quasi_static
 from studies.arm.optimal.solver import settings, stage_mesh
-from studies.arm.replay.full_model import LockedMotion
 from studies.arm.search_limits import (
     ATTEMPTS,
     INTERVALS,
     LENGTHENED,
     LONGER_DURATIONS,
-    REFINEMENTS,
 )
-from studies.arm.stage import Stage, TorqueCaps
+from studies.arm.stage import ELBOW, Stage, TorqueCaps
 from studies.common.exit_codes import ExitCode, StudyError
 
 Progress = Callable[[str], None]
-AGREE = 0.1  # share of the full model's E_res that the mesh may add
-FLOOR = 1e-9  # [J] below which both replays count as still
 BEND = 0.3  # [rad]; slopes of R (1 - psi^2/2, psi) are then right to a per mille
+MOST_PERIODS = 2e5  # of the fastest mode; the paper's 112 s have 16,000
 _INSTANTS = 51  # at which the bending of a quintic step is looked at
 _RIGID_BOUND, _RIGID_RATE = 4.0, 32.0  # least peaks of torque and rate, in J D/T^2 and J D/T^3
 
@@ -38,12 +36,16 @@ def solve_stage(
     *,
     caps: TorqueCaps | None = None,
     objective: str = "smoothest",
-    intervals: int = INTERVALS,
+    intervals: int | None = None,
     guess: Trajectory | None = None,
     name: str = "optimum",
+    weight: float | None = None,
+    aim: Array | None = None,
     progress: Progress | None = None,
 ) -> OptimalMotion:
     """Solve one stage on one mesh; the stage solved lasts what the solver chose.
+
+    `weight` and `aim` as in `objectives.problem`.
 
     Raises
     ------
@@ -51,6 +53,7 @@ def solve_stage(
         If the solver finds no motion.
     """
     caps = caps or TorqueCaps()
+    intervals = intervals or INTERVALS[ELBOW in stage.moving]
     if objective == "time":
         # least time starts from a motion that is possible and only shortens it
         guess = guess or in_enough_time(stage, caps, intervals, progress)
@@ -59,7 +62,9 @@ def solve_stage(
         check_bending(stage)
         check_caps(stage, caps)
 
-    stated, arm = problem(stage, caps, objective)
+    if weight is None:
+        weight = OBJECTIVES[objective].smoothing
+    stated, arm = problem(stage, caps, objective, weight, aim)
     failure: OcpError | None = None
     for finer, barrier in ATTEMPTS:
         mesh = stage_mesh(objective, round(finer * intervals))
@@ -71,7 +76,8 @@ def solve_stage(
             failure = error
             continue
         trajectory = solution.trajectory
-        return OptimalMotion(name, stage.lasting(trajectory.phases[0].end), trajectory, arm)
+        lasting = stage.lasting(trajectory.phases[0].end)
+        return OptimalMotion(name, lasting, trajectory, arm, solution.objective, weight)
 
     raise StudyError(
         f"no motion of the stage '{stage.name}' was found: {failure}", ExitCode.NOT_SOLVED
@@ -110,6 +116,7 @@ def check_bending(stage: Stage) -> None:
     StudyError
         With the duration that would do.
     """
+    check_stiffness(stage)
     t = np.linspace(0.0, stage.duration, _INSTANTS)
     q, _ = quasi_static(stage, quintic(stage.duration), t)
 
@@ -123,6 +130,23 @@ def check_bending(stage: Stage) -> None:
             f"{bent:.2g} rad, and the reduced model holds up to {BEND:g} rad; give a duration of "
             f"{np.ceil(10 * stage.duration * (bent / BEND) ** 0.5) / 10:g} s, or a stiffer arm",
             ExitCode.INFEASIBLE,
+        )
+
+
+def check_stiffness(stage: Stage) -> None:
+    """Refuse an arm so stiff that no mesh resolves its modes within the stage.
+
+    Raises
+    ------
+    StudyError
+        With what would do.
+    """
+    fastest = float(reduced_modes(stage.model, stage.model.at(*stage.start))[0][-1])
+    if fastest * stage.duration > MOST_PERIODS:
+        raise StudyError(
+            f"the fastest mode of the arm is at {fastest:.3g} Hz, {fastest * stage.duration:.3g} "
+            f"periods in {stage.duration:g} s, and up to {MOST_PERIODS:g} are resolved; give a "
+            "lower modulus, thinner tubes or a shorter duration"
         )
 
 
@@ -158,77 +182,3 @@ def check_caps(stage: Stage, caps: TorqueCaps) -> None:
             f"N m/s to turn in {stage.duration:g} s; raise the cap or the duration",
             ExitCode.INFEASIBLE,
         )
-
-
-@dataclass(frozen=True)
-class MeshRound:
-    """What one mesh leaves: E_res [J] of its motion on B21 and on the full model."""
-
-    intervals: int
-    on_B21: float
-    on_full_model: float
-
-
-@dataclass(frozen=True, eq=False)
-class Refined:
-    """A motion whose mesh was refined until both replays agree.
-
-    Attributes
-    ----------
-    motion : OptimalMotion
-    replay : on the full model, torque drive.
-    rounds : of refinement, a mesh each.
-    agrees : whether the mesh error is a small part of what is left.
-    """
-
-    motion: OptimalMotion
-    replay: LockedMotion
-    rounds: tuple[MeshRound, ...]
-    agrees: bool
-
-
-def refine(
-    motion: OptimalMotion,
-    caps: TorqueCaps,
-    *,
-    objective: str = "smoothest",
-    say: Progress | None = None,
-) -> Refined:
-    """Double the mesh until the replays on B21 and on the full model agree in E_res.
-
-    The engine's own refinement watches the equations of motion. What counts here is the energy
-    that the lock finds, a small difference of large ones, so that the replays decide.
-    """
-    rounds: list[MeshRound] = []
-    while True:
-        replayed = motion.replay()
-        intervals = len(motion.trajectory.phases[0].breakpoints) - 1
-        reduced, full = motion.reduced_energy, replayed.residual_energy
-        rounds.append(MeshRound(intervals, reduced, full))
-        if say is not None:
-            say(
-                f"{motion.stage.name}: {intervals} intervals leave {reduced:.2e} J on B21, "
-                f"{full:.2e} J on the full model"
-            )
-
-        # below the floor a share means nothing: both are still
-        agrees = reduced <= AGREE * full or max(reduced, full) <= FLOOR
-        if agrees or len(rounds) == REFINEMENTS:
-            break
-
-        # twice as fine, from the motion just found: what fails leaves that one
-        try:
-            motion = solve_stage(
-                motion.stage,
-                caps=caps,
-                objective=objective,
-                intervals=2 * intervals,
-                guess=motion.trajectory,
-                name=motion.name,
-            )
-        except StudyError as error:
-            if say is not None:
-                say(f"the finer mesh was given up: {error}")
-            break
-
-    return Refined(motion, replayed, tuple(rounds), agrees)

@@ -19,7 +19,8 @@ from studies.arm.laws.rigid import angle_drives, torque_drives
 from studies.arm.laws.shapers import baseline_law, baseline_names, shaper_note
 from studies.arm.laws.unit_laws import NamedLaw
 from studies.arm.optimal.phase import is_slow
-from studies.arm.optimal.solve import FLOOR, Refined, refine, solve_stage
+from studies.arm.optimal.refinement import FLOOR, Refined, refine
+from studies.arm.optimal.solve import solve_stage
 from studies.arm.replay.full_model import JUMPS, SMOOTH, Drive, LockedMotion, Motion, replay
 from studies.arm.replay.numerical_floor import numerical_floor
 from studies.arm.report.quantities import Entry, latch_checks, table_rows
@@ -66,7 +67,7 @@ class Pair:
     @property
     def resolved(self) -> bool:
         """Whether the optimum's mesh is fine enough."""
-        return self.refined is not None and self.refined.agrees
+        return self.refined is not None and self.refined.resolved
 
     @property
     def holds(self) -> bool:
@@ -225,7 +226,7 @@ def _quantities(pair: Pair) -> list[Entry]:
         ]
 
     left = math.nan if optimum is None else optimum.residual_energy
-    on_B21 = math.nan if pair.refined is None else pair.refined.rounds[-1].on_B21
+    on_B21 = math.nan if pair.refined is None else pair.refined.motion.reduced_energy
     return [
         *peaks(baseline, ""),
         _of_pair("residual_energy", "residual energy", "J", baseline.residual_energy),

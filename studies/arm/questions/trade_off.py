@@ -16,7 +16,7 @@ from studies.arm.laws.unit_laws import baselines
 from studies.arm.optimal.solve import solve_stage
 from studies.arm.questions.baselines import replay_law
 from studies.arm.report.quantities import Entry, table_rows
-from studies.arm.search_limits import INTERVALS, TRADE_OFF_RATIOS, TRADE_OFF_REDUCED
+from studies.arm.search_limits import TRADE_OFF_RATIOS, TRADE_OFF_REDUCED
 from studies.arm.stage import Stage
 from studies.common.console import Console
 from studies.common.exit_codes import StudyError
@@ -89,7 +89,7 @@ def trade_off(study: TradeOffStudy, console: Console) -> Result:
             + ("" if found_all else "; what is not in the table was not found"),
         ),
         costs_elsewhere=costs_elsewhere(rows),
-        remarks=(f"the optimum is the smoothest torque, on a mesh of {INTERVALS} intervals",),
+        remarks=("the optimum is the smoothest torque, on its first mesh",),
         details={"stage": {"duration": stage.duration, "start": stage.start, "end": stage.end}},
         provenance=provenance(),
     )

@@ -6,14 +6,14 @@ Residual energy E_res: mechanical energy right after the lock, above the locked 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
 from models.ancf.analysis import LockedRun, natural_modes, run_and_lock
 from models.ancf.assembly import dense
-from models.ancf.integrate import StepControl
+from models.ancf.integrate import StepControl, simulate
 from models.ancf.joints import Joint, Locked
 from models.ancf.motion import MinimalCoordinates
 from models.ancf.state import posed
@@ -23,7 +23,7 @@ from studies.arm.stage import Stage
 Drive = Literal["torque", "angle"]
 ELEMENTS = 8  # of a link
 MODES = 3  # locked modes that are reported
-SAMPLES = 1001  # even instants of the output
+SAMPLES = 2001  # even instants of the output, close enough for rates by splines through them
 SMOOTH = StepControl(1e-9)
 JUMPS = StepControl(1e-7, fixed_step=0.004)  # modes too fast for the step are damped, see models
 _FEW_EDGES = 50  # breakpoints, up to which both sides of each are put out
@@ -143,6 +143,15 @@ def replay(
     )
 
     return LockedMotion(motion, run, residual_vibration(run, modes))
+
+
+def followed(replayed: LockedMotion, after: Array) -> LockedMotion:
+    """The same replay, followed beyond its lock at instants (m,) from the lock on [s]."""
+    run = replayed.run
+    swinging = simulate(
+        run.before.chain, run.engagement.joints, run.engagement.state, after, settings=SMOOTH
+    )
+    return replace(replayed, run=replace(run, after=swinging))
 
 
 def sample_times(motion: Motion, end: float) -> Array:

@@ -10,19 +10,21 @@ import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
+from models.ancf.analysis import engage, residual_energy
 from models.ancf.assembly import dense
 from models.ancf.chain import Chain
-from models.ancf.integrate import Simulation, StepControl, simulate
+from models.ancf.integrate import Simulation, simulate
 from models.ancf.joints import Free, joint_rates
 from models.ancf.motion import MinimalCoordinates
+from models.ancf.state import NodalState
 from ocp.arrays import Array
-from studies.arm.replay.full_model import ELEMENTS, SMOOTH, LockedMotion, Motion, replay
+from studies.arm.replay.full_model import SAMPLES, SMOOTH, LockedMotion
 
 EARLY_LATE = 0.1  # [s] that a lock may be early or late
-_GRID = 2001
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,20 +63,15 @@ class Loads:
         return float(off.max() / np.abs(self.moment[: self.until]).max())
 
 
-def loads(replayed: LockedMotion, settings: StepControl = SMOOTH) -> Loads:
+def loads(replayed: LockedMotion) -> Loads:
     """Loads along a replay: even samples until the lock, those of the replay after it."""
-    run, stage = replayed.run, replayed.motion.stage
+    run = replayed.run
     chain = run.before.chain
 
-    # simulated again at even instants: the rates below are those of splines through the samples
-    moving = simulate(
-        chain,
-        stage.full_joints(dict(replayed.motion.joints)),
-        stage.start_state(chain.elements),
-        np.linspace(run.before.times[0], run.before.times[-1], _GRID),
-        settings=settings,
-    )
-    parts = [_along(moving)] + ([_along(run.after)] if run.after is not None else [])
+    # rates are those of splines through even instants: both sides of a jump would spoil them
+    even = np.linspace(run.before.times[0], run.before.times[-1], SAMPLES)
+    parts = [_along(run.before, np.isin(run.before.times, even))]
+    parts += [_along(run.after)] if run.after is not None else []
     columns = [np.concatenate(column, axis=-1) for column in zip(*parts, strict=True)]
     times, force, moment, reaction, angular, bending, tip_acceleration = columns
 
@@ -85,7 +82,7 @@ def loads(replayed: LockedMotion, settings: StepControl = SMOOTH) -> Loads:
     )
     return Loads(
         times=times,
-        until=_GRID,
+        until=SAMPLES,
         force=force,
         moment=moment,
         reaction=reaction,
@@ -97,15 +94,16 @@ def loads(replayed: LockedMotion, settings: StepControl = SMOOTH) -> Loads:
     )
 
 
-def _along(run: Simulation) -> tuple[Array, ...]:
+def _along(run: Simulation, kept: NDArray[np.bool_] | slice = slice(None)) -> tuple[Array, ...]:
     """Times, force, moment, reaction, angular momentum, bending and acceleration of a run."""
-    chain, times = run.chain, run.times
-    linear, angular = momenta(chain, run.q, run.v)
-    tip_velocity = run.v[list(chain.slots(1, -1)[:2])]
-    bending = np.array([bending_moments(chain, k, run.q) for k in range(len(chain.links))])
+    chain, times = run.chain, run.times[kept]
+    q, v = run.q[:, kept], run.v[:, kept]
+    linear, angular = momenta(chain, q, v)
+    tip_velocity = v[list(chain.slots(1, -1)[:2])]
+    bending = np.array([bending_moments(chain, k, q) for k in range(len(chain.links))])
     tip_acceleration = np.linalg.norm(_rate(tip_velocity, times), axis=0)
     force, moment = _rate(linear, times), _rate(angular, times)
-    return times, force, moment, run.torque[0], angular, bending, tip_acceleration
+    return times, force, moment, run.torque[0, kept], angular, bending, tip_acceleration
 
 
 def _rate(values: Array, times: Array) -> Array:
@@ -188,13 +186,34 @@ def stress(moment: float, stiffness: float, diameter: float, modulus: float) -> 
     return moment * diameter * modulus / (2.0 * stiffness)
 
 
-def early_and_late(motion: Motion, elements: int = ELEMENTS) -> tuple[LockedMotion, LockedMotion]:
-    """The motion locked `EARLY_LATE` too early, and too late."""
-    end = motion.stage.duration
-    return (
-        replay(motion, elements=elements, lock_at=end - EARLY_LATE),
-        replay(motion, elements=elements, lock_at=end + EARLY_LATE),
-    )
+@dataclass(frozen=True)
+class OffTime:
+    """What a lock off time leaves [J], its angle miss [rad] and largest impulse [N m s]."""
+
+    residual_energy: float
+    miss: float
+    impulse: float
+
+
+def early_and_late(replayed: LockedMotion) -> tuple[OffTime, OffTime]:
+    """The motion locked `EARLY_LATE` too early, and too late; the joints are free until then."""
+    stage, run = replayed.motion.stage, replayed.run.before
+    joints = stage.full_joints(dict(replayed.motion.joints))
+    end = float(run.times[-1])
+
+    i = int(np.argmin(np.abs(run.times - (end - EARLY_LATE))))
+    early = NodalState(run.q[:, i], run.v[:, i])
+    beyond = np.array([end, end + EARLY_LATE])
+    late = simulate(run.chain, joints, run.final, beyond, settings=SMOOTH).final
+
+    def locked(state: NodalState, time: float) -> OffTime:
+        targets = {k: stage.end[k] for k in stage.moving}
+        lock = engage(run.chain, joints, state, stage.moving, time=time, targets=targets)
+        left = residual_energy(run.chain, lock.joints, lock.state)
+        miss = max(abs(off) for off in lock.miss.values())
+        return OffTime(left, miss, float(np.abs(lock.impulse).max()))
+
+    return locked(early, float(run.times[i])), locked(late, float(beyond[-1]))
 
 
 def modal_ratios(replayed: LockedMotion, assumed: float) -> Array:

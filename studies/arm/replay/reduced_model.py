@@ -187,7 +187,7 @@ def arm_equations(stage: Stage, drive: Drive, compiled: bool = False) -> ArmEqua
     arguments = [state, given, factors]
     return ArmEquations(
         rate=ca.Function("rate", arguments, [rate], _options(compiled)),
-        energy=ca.Function("left", arguments, [_energy(stage, factors, *place)]),
+        energy=ca.Function("left", arguments, [_energy(stage, factors, drive, *place)]),
         start=start,
     )
 
@@ -213,24 +213,26 @@ def _under_torque(stage: Stage) -> _Parts:
 
 def _on_angle(stage: Stage) -> _Parts:
     """State (z, zdot), input (s, sdot, sddot), start, mass matrix and force, and its (q, v)."""
-    nominal = DrivenArm(stage.model)
+    nominal = DrivenArm(stage.reduced(tied=False))
     n = len(nominal.elastic)
     z, rate = ca.SX.sym("z", n), ca.SX.sym("zdot", n)
     given = ca.SX.sym("s", 3)
 
     def mechanics(arm: ArmParameters) -> tuple[Any, ...]:
-        return DrivenArm(stage.reduced(arm)).balance(z, rate, given[0], given[1], given[2])
+        return DrivenArm(stage.reduced(arm, tied=False)).balance(
+            z, rate, given[0], given[1], given[2]
+        )
 
     place = nominal.motion(z, rate, given[0], given[1])
     return ca.vertcat(z, rate), given, np.zeros(2 * n), mechanics, place
 
 
-def _energy(stage: Stage, factors: Any, q: Any, v: Any) -> Any:
+def _energy(stage: Stage, factors: Any, drive: Drive, q: Any, v: Any) -> Any:
     """E_res [J] of the arm of some factors at coordinates q and rates v."""
     x, y = ca.SX.sym("x", stage.model.size), ca.SX.sym("y", stage.model.size)
 
     def locked(arm: ArmParameters) -> tuple[Any, ...]:
-        return lock_terms(stage.reduced(arm), stage.moving, x, y)
+        return lock_terms(stage.reduced(arm, tied=drive == "torque"), stage.moving, x, y)
 
     energy = energy_after_lock(*_affine(stage, factors, locked))
     # as a function of symbols first: the terms are shared instead of repeated

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import csv
 import io
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+from scipy.interpolate import CubicSpline
 
 from models.ancf.joints import Torque, joint_rates
 from models.arm.reduced_simulation import ReducedMotion
 from ocp.arrays import Array
-from studies.arm.replay.full_model import LockedMotion, Motion
+from studies.arm.replay.full_model import LockedMotion, Motion, replay
 from studies.arm.replay.loads import Loads
 from studies.arm.stage import JOINT_NAMES
-from studies.common.result import Result, Series
+from studies.common.result import Criterion, Result, Series
 
+STEPS = (0.02, 0.005, 0.001)  # [s] sample times tried, the longest first
+INTERPOLATION = "cubic spline through the torques, with no slope at either end"
 LOAD_AXIS = "loads/time"
 _REDUCED_AXIS = "B21/instant"
 
@@ -35,7 +38,7 @@ def sampled(replayed: LockedMotion, step: float) -> tuple[Array, dict[int, Array
 
 
 def sampled_motion(replayed: LockedMotion, step: float) -> Motion:
-    """The motion of a drive that interpolates the sampled torques monotonically."""
+    """The motion of a drive that interpolates the sampled torques, see `INTERPOLATION`."""
     times, torques = sampled(replayed, step)
     joints = {k: _interpolated(times, values) for k, values in torques.items()}
     name = f"{replayed.motion.name}, sampled every {times[1]:.4g} s"
@@ -43,8 +46,48 @@ def sampled_motion(replayed: LockedMotion, step: float) -> Motion:
 
 
 def _interpolated(times: Array, values: Array) -> Torque:
-    curve = PchipInterpolator(times, values)
+    # the torque starts and ends with no rate
+    curve = CubicSpline(times, values, bc_type="clamped")
     return Torque(lambda t: np.asarray(curve(np.clip(t, times[0], times[-1]))))
+
+
+@dataclass(frozen=True, eq=False)
+class SampledProfile:
+    """A sampled torque: its sample time [s], and its replay."""
+
+    step: float
+    replay: LockedMotion
+
+    @property
+    def residual_energy(self) -> float:
+        """What a drive leaves that follows the samples [J]."""
+        return self.replay.residual_energy
+
+
+def sampled_to(
+    replayed: LockedMotion, residual: float, step: float | None, elements: int
+) -> SampledProfile:
+    """The profile at a sample time [s], or at the longest of `STEPS` that keeps a residual [J].
+
+    Where none keeps it, at the shortest.
+    """
+    for tried in STEPS if step is None else (step,):
+        motion = sampled_motion(replayed, min(tried, replayed.motion.stage.duration))
+        again = replay(motion, elements=elements)
+        if again.residual_energy <= residual:
+            break
+    return SampledProfile(tried, again)
+
+
+def profile_check(profile: SampledProfile, residual: float) -> Criterion:
+    """Whether a drive that follows the exported samples leaves no more than was allowed."""
+    left = profile.residual_energy
+    held = left <= residual
+    name = (
+        f"the profile sampled every {profile.step:.4g} s leaves no more than the residual allowed"
+    )
+    sentence = f"{'verified' if held else 'FAILED'}: {name}"
+    return Criterion(name, "J", left, residual, held, sentence)
 
 
 def profile_series(replayed: LockedMotion, step: float) -> dict[str, Series]:

@@ -113,6 +113,8 @@ def test_posed_chain_has_the_angles_asked_for_and_no_strain(angles):
         (lambda: Link.from_section(1.0, area=0, second_moment=1, modulus=1, density=1), "area"),
         (lambda: Chain(()), "links is empty"),
         (lambda: Chain((SOFT,), 0), "elements is 0"),
+        (lambda: Chain((SOFT,), 2.5), "elements is 2.5"),
+        (lambda: Chain((SOFT,), gravity=(0.0, float("nan"))), "two finite accelerations"),
         (lambda: Chain((SOFT,), masses=(1.0,)), "1 masses for 1 links"),
         (lambda: Chain((SOFT,), masses=(0.0, -1.0)), "mass 1 is -1"),
         (lambda: Chain((SOFT,), damping_ratio=-0.1), "damping ratio is -0.1"),

@@ -11,6 +11,7 @@ from models.arm.lock import released
 from models.arm.parameters import ArmParameters
 from models.arm.reduced import ReducedArm
 from studies.arm.optimal.objectives import first_duration
+from studies.arm.optimal.refinement import refine
 from studies.arm.optimal.solve import solve_stage
 from studies.arm.optimal.solver import graded
 from studies.arm.questions.sequence.problem import locked, sequence
@@ -49,7 +50,7 @@ def test_a_sequence_is_one_of_the_arm_given():
 
 def test_released_elbow_keeps_positions_and_rates():
     case = sequence(19.8, 1.0)
-    still, free = locked(case), case.second.model
+    still, free = locked(case), case.second.reduced(tied=False)
     q, v = np.array([0.01, -0.004, 0.002]), np.array([0.1, 0.05, -0.02])
     place, rate = released(still, free, q, v)
     before = still.to_nodes(q[:, None], v[:, None], 2)
@@ -101,7 +102,7 @@ def test_least_mean_square_torque_is_resolved_by_the_graded_mesh():
     assert square / (12.0 * stage.torque_units[1] ** 2) == pytest.approx(1.12, abs=0.02)
 
 
-def test_a_step_that_diverges_says_when_and_what_to_change(monkeypatch, capsys, tmp_path):
+def test_a_torque_that_is_no_number_says_when_and_what_to_change(monkeypatch, capsys, tmp_path):
     # the solver is left out: a torque that is no number after 1 s stands for its motion
     stage = big_arm(8.6)
     law = Torque(lambda t: np.where(t > 1.0, np.nan, 0.0))
@@ -110,8 +111,8 @@ def test_a_step_that_diverges_says_when_and_what_to_change(monkeypatch, capsys, 
     code = main(["arm", "solve", "--results", str(tmp_path / "out")])
     complaint = capsys.readouterr().err
     assert code == ExitCode.NOT_SOLVED
-    assert "at t = 1 s the step fell" in complaint
-    assert "loosen the tolerance, smooth the torque there or declare a breakpoint" in complaint
+    assert "the law of joint 0 is nan at t = 1.0" in complaint
+    assert "return finite numbers up to 8.6 s" in complaint
     said = [line for line in complaint.splitlines() if not line.startswith("[")]
     assert len(said) == 1  # beside the lines of progress
 
@@ -125,6 +126,8 @@ def test_a_step_that_diverges_says_when_and_what_to_change(monkeypatch, capsys, 
         (["sequence", "--least", "time"], "needs torque_cap"),
         (["sequence", "--torque-cap", "1"], "leave it out or ask for the least time"),
         (["sequence", "--dwell", "-1"], "dwell is -1"),
+        (["solve", "--modulus", "7e20"], "periods in 8.6 s, and up to 200000 are resolved"),
+        (["solve", "--residual-energy", "0"], "residual_energy is 0"),
         (["sequence", "--total", "long"], "total is 'long'"),
         (["sequence", "--lock-energy", "-1"], "lock_energy is -1"),
         (["sequence", "--modulus", "0"], "modulus is 0; give a finite positive number"),
@@ -144,6 +147,33 @@ def test_bad_input_is_one_sentence(arguments, words, capsys, tmp_path):
     complaint = capsys.readouterr().err
     assert words in complaint
     assert complaint.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["--total", "2"],
+        ["--least", "time", "--torque-cap", "1e6"],
+        ["--total", "198", "--modulus", "1e5"],
+    ],
+)
+def test_a_sequence_that_cannot_be_is_refused_at_once(arguments, capsys, tmp_path):
+    code = main(["arm", "sequence", *arguments, "--results", str(tmp_path / "out")])
+    assert code == ExitCode.INFEASIBLE
+    assert "would bend a link" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_least_peak_torque_comes_near_the_rigid_bound_and_the_full_model_rests():
+    # the rigid arm's is a bound; half the smoothness and half the interval change it by 1 % at most
+    stage = big_arm(8.6)
+    found = refine(
+        solve_stage(stage, objective="peak-torque"), TorqueCaps(), objective="peak-torque"
+    )
+    assert found.resolved
+    assert 1.0 < found.motion.peak_torque[0] / (4.0 * stage.torque_units[0]) < 1.02
+    assert found.replay.residual_energy <= 1e-6
+    assert 0.0 < found.motion.smoothness_share < 0.01
 
 
 @pytest.mark.slow

@@ -16,6 +16,7 @@ import numpy as np
 
 from models.arm.driven import DrivenArm
 from models.arm.lock import energy_after_lock, lock_terms
+from models.arm.reduced import ReducedArm
 from models.laws import JerkLimited
 from ocp.arrays import Array
 from studies.arm.laws.rigid import feed_forward
@@ -45,11 +46,13 @@ class ArmCopy:
 
     Attributes
     ----------
+    model : its equations.
     q, v : (n, 1) expressions of all its coordinates and rates.
     acceleration : expressions of the rates of its velocity states.
     dynamics, initial, guess : of its states.
     """
 
+    model: ReducedArm
     q: Any
     v: Any
     acceleration: tuple[Any, ...]
@@ -120,6 +123,7 @@ def torque_copy(stage: Stage, drives: Drives, start: SampledMotion, suffix: str 
 
     pose = map(float, model.at(*stage.start))
     return ArmCopy(
+        model=model,
         q=column(q),
         v=column(v),
         acceleration=acceleration,
@@ -131,7 +135,7 @@ def torque_copy(stage: Stage, drives: Drives, start: SampledMotion, suffix: str 
 
 def angle_copy(stage: Stage, start: SampledMotion, nominal: ArmCopy, suffix: str) -> ArmCopy:
     """An arm whose joint follows that of the nominal one: its elastic coordinates only."""
-    driven = DrivenArm(stage.model)
+    driven = DrivenArm(stage.reduced(tied=False))
     places = list(driven.elastic)
     z, rate = (tuple(x[k] for k in places) for x in reduced_signals(stage, start.q, suffix))
 
@@ -145,6 +149,7 @@ def angle_copy(stage: Stage, start: SampledMotion, nominal: ArmCopy, suffix: str
     acceleration = tuple(values[i] for i in range(values.numel()))
     q, v = driven.motion(column(z), column(rate), s, turn)
     return ArmCopy(
+        model=driven.model,
         q=q,
         v=v,
         acceleration=acceleration,
@@ -156,6 +161,6 @@ def angle_copy(stage: Stage, start: SampledMotion, nominal: ArmCopy, suffix: str
 
 def residual_energy(stage: Stage, copy: ArmCopy) -> Any:
     """E_res [J] of a copy if its joint locked now."""
-    q, v = (ca.SX.sym(name, stage.model.size) for name in "qv")
-    energy = energy_after_lock(*lock_terms(stage.model, stage.moving, q, v))
+    q, v = (ca.SX.sym(name, copy.model.size) for name in "qv")
+    energy = energy_after_lock(*lock_terms(copy.model, stage.moving, q, v))
     return ca.Function("left", [q, v], [energy])(copy.q, copy.v)

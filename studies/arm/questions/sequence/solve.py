@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,7 +13,6 @@ from scipy.interpolate import PPoly
 from models.ancf.analysis import LockedRun, run_and_lock
 from models.ancf.joints import Joint, Torque
 from models.arm.lock import lock_reduced, released
-from models.arm.reduced import ReducedArm
 from models.arm.reduced_simulation import simulate_reduced
 from ocp import OcpError, Trajectory, solve
 from studies.arm.optimal.motion import polynomial, torque_joints
@@ -238,7 +238,7 @@ def replay_reduced(solved: OptimalSequence) -> tuple[float, float]:
 
     # locked, then released at the elbow
     run = simulate_reduced(still, q, np.array([0.0, dwell]), v=v, tolerance=_TOLERANCE)
-    free = ReducedArm(case.second.arm, root_lock=still.root_lock)
+    free = dataclasses.replace(case.second.model, root_lock=still.root_lock)
     q, v = released(still, free, run.q[:, -1], run.v[:, -1])
 
     # small arm, up to the lock of the elbow

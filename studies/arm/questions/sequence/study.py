@@ -41,10 +41,7 @@ def find_sequence(study: SequenceStudy, console: Console) -> Result:
     StudyError
         If no motion is found.
     """
-    case = sequence(study.total, study.dwell, study.arm.parameters)
-    if study.torque_cap is not None:
-        # the guess moves at the pace of the cap, whatever total time is stated
-        case = paced(case, study.torque_cap)
+    case = stated_case(study)
     solved = solve_sequence(case, study.least, study.torque_cap, progress=console.live)
     console.progress("solved; replaying on B21 and on the full model")
     replayed = replay_sequence(solved)
@@ -75,6 +72,13 @@ def find_sequence(study: SequenceStudy, console: Console) -> Result:
         details={"durations": solved.durations, "rigid_bound_Nm": solved.rigid_bound},
         provenance=provenance(),
     )
+
+
+def stated_case(study: SequenceStudy) -> Sequence:
+    """The sequence that is asked for, as the rigid bound splits it."""
+    case = sequence(study.total, study.dwell, study.arm.parameters)
+    # the guess moves at the pace of the cap, whatever total time is stated
+    return case if study.torque_cap is None else paced(case, study.torque_cap)
 
 
 def paced(case: Sequence, cap: float) -> Sequence:
