@@ -20,7 +20,7 @@ from ocp.arrays import Array
 from studies.arm.config import ArmStudy, as_dictionary, study_from
 from studies.arm.laws.unit_laws import baselines
 from studies.arm.optimal.solve import check_bending, solve_stage
-from studies.arm.questions.baselines import QUICK, replay_law
+from studies.arm.questions.baselines import replay_law
 from studies.arm.replay.full_model import Drive, LockedMotion, Motion, replay
 from studies.arm.replay.loads import loads
 from studies.arm.report.quantities import latched, quantities_of, table_rows
@@ -135,7 +135,7 @@ def check_arm(
     beside, remark = _beside(study, console, optimum)
     laws = {motion.name: quantities_of(replayed, loads(replayed), study.arm, study.pointing_error)}
     for other in beside:
-        bears = loads(other, QUICK)  # fine enough to be compared with
+        bears = loads(other)  # fine enough to be compared with
         laws[other.motion.name] = quantities_of(other, bears, study.arm, study.pointing_error)
     caps = {f"peak_{JOINT_NAMES[k]}_torque": study.caps.torque[k] for k in stage.moving}
     table = table_rows(laws, caps)
