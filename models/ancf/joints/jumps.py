@@ -15,6 +15,7 @@ from models.errors import require
 
 _SAMPLES = 4001  # instants at which a law is looked at
 _STANDS_OUT = 30.0  # times the typical change from one instant to the next
+_ALONE = 3.0  # times the smaller one of the changes before and after
 _BISECTIONS = 48  # from a sample's interval down to rounding
 _EDGE = 1e-9  # of the motion's time
 _STAYS = 0.5  # share of a change that is left within rounding where the law jumps
@@ -75,7 +76,9 @@ def _jumps(
     change = np.abs(np.diff(values))
     typical = max(float(np.median(change)), 1e-9 * float(np.abs(values).max()))
     found = []
-    for k in np.flatnonzero(change > _STANDS_OUT * typical):
+    # a steep part has steep neighbours, a jump has none
+    beside = np.minimum(np.append(change[1:], np.inf), np.insert(change[:-1], 0, np.inf))
+    for k in np.flatnonzero((change > _STANDS_OUT * typical) & (change > _ALONE * beside)):
         low, high = float(times[k]), float(times[k + 1])
         if any(low <= b <= high for b in stated):
             continue
