@@ -127,5 +127,5 @@ def _page(cards: list[Element]) -> str:
         element("h1", "Gallery of studies"),
         element("p", "Solved on coarse meshes. Each title opens the report of its study."),
     )
-    main = element("main", element("div", cards, class_="cards"), id="content")
+    main = element("main", element("div", cards, class_="cards gallery"), id="content")
     return document("Gallery of studies", [head, main], None)

@@ -118,7 +118,7 @@ def _motion(what: Shown) -> list[Element]:
         content.append(
             element(
                 "figure",
-                element("figcaption", "Tension along one rope at this instant [N]"),
+                element("figcaption", "Tension along one rope [N]"),
                 element("div", tension_picture(what.picture), class_="still"),
                 element("div", class_="live"),
                 id="tension",
