@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
@@ -58,9 +59,15 @@ class Loads:
 
     @property
     def imbalance(self) -> float:
-        """Largest difference of moment and reaction until the lock over the largest moment."""
-        off = np.abs(self.moment - self.reaction)[: self.until]
-        return float(off.max() / np.abs(self.moment[: self.until]).max())
+        """Largest difference of angular momentum and integral of the reaction, over the momentum.
+
+        Until the lock. Rates would not do: a torque that turns within few instants has splines
+        through them ring.
+        """
+        times, momentum = self.times[: self.until], self.angular_momentum[: self.until]
+        given = cumulative_trapezoid(self.reaction[: self.until], times, initial=0.0)
+        off = np.abs(momentum - momentum[0] - given)
+        return float(off.max() / np.abs(momentum).max())
 
 
 def loads(replayed: LockedMotion) -> Loads:
