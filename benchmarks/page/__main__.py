@@ -2,8 +2,8 @@
 
 Opening is the time from the start of the navigation until the script has made the page ready to be
 used. It stands beside that of a page that only loads the libraries. A frame is an instant of the
-motion drawn with everything that follows it, and read back from the canvas, so that nothing is left
-to be painted later.
+motion drawn with what follows it on the screen, and read back from the canvas, so that nothing is
+left to be painted later.
 """
 
 from __future__ import annotations
@@ -87,7 +87,11 @@ def main() -> int:
         ("opening, libraries alone [s]", number(rest, 3), ""),
         ("opening, report [s]", number(opening, 3), ""),
         ("opening, above the libraries [s]", number(opening - rest, 3), number(SLOWEST_OPENING)),
-        ("a frame, all charts following [s]", number(frame, 3), number(SLOWEST_FRAME)),
+        (
+            "a frame, the charts on the screen following [s]",
+            number(frame, 3),
+            number(SLOWEST_FRAME),
+        ),
     ]
     console.say(
         Table(f"Medians of {RUNS} in one run, {Path(chromium).name}", ("", "", "allowed"), rows)

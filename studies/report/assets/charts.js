@@ -192,6 +192,14 @@ report.charts = (() => {
     if (Number.isFinite(time)) report.seek(time, one);
   }
 
+  // What is on the screen follows at once, the rest when there is time.
+  let later = 0;
+  function follow(source) {
+    live.forEach((one) => { if (one !== source && one.figure.classList.contains("seen")) mark(one); });
+    clearTimeout(later);
+    later = setTimeout(() => live.forEach((one) => { if (one !== source) mark(one); }), 150);
+  }
+
   let zooming = false;
   function zoomed(u, scale) {
     if (zooming || scale !== "x") return;
@@ -257,7 +265,11 @@ report.charts = (() => {
     figures.forEach((figure) => watch.observe(figure));
     let width = innerWidth;
     addEventListener("resize", () => { if (innerWidth !== width) { width = innerWidth; rebuild(); } });
-    report.on("time", (source) => live.forEach((one) => { if (one !== source) mark(one); }));
+    const seen = new IntersectionObserver((entries) => {
+      for (const entry of entries) entry.target.classList.toggle("seen", entry.isIntersecting);
+    });
+    figures.forEach((figure) => seen.observe(figure));
+    report.on("time", follow);
     report.on("colours", rebuild);
   }
 

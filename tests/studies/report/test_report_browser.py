@@ -64,6 +64,8 @@ def test_the_slider_moves_the_antenna_and_all_cursors(tab, address):
     )
     assert tab.run(look) != before
     assert tab.run("document.querySelector('.readout').textContent").startswith("t = 70 s")
+    # what is off the screen follows a moment later
+    tab.run("new Promise(done => setTimeout(done, 600))")
     shown = tab.run(
         "[...report.charts.live.values()].filter(one => !one.chart.path)"
         ".map(one => one.plot.posToVal(one.plot.cursor.left, 'x'))"
@@ -73,7 +75,8 @@ def test_the_slider_moves_the_antenna_and_all_cursors(tab, address):
     # against the angle the same instant is at the same angle
     tab.run(
         "const axis = document.getElementById('axis'); axis.value = 'angle';"
-        f"axis.dispatchEvent(new Event('change')); report.seek(70, 'test'); {FRAME}"
+        "axis.dispatchEvent(new Event('change')); report.seek(70, 'test');"
+        "new Promise(done => setTimeout(done, 600))"
     )
     place = tab.run(
         "(one => one.plot.posToVal(one.plot.cursor.left, 'x'))"
