@@ -12,6 +12,7 @@ from models.errors import ModelError
 from models.laws import Law
 from ocp.arrays import Array
 from studies.check.reading.profile import MeasuredProfile
+from studies.common.exit_codes import StudyError
 from studies.truss.motions.laws import BEFORE, JERKS, RATES, exact_law, rows_law
 
 
@@ -31,8 +32,13 @@ def _rates(measured: MeasuredProfile) -> dict[str, Array]:
     """The columns of rates that this program writes, as far as they are there, in SI."""
     table = measured.table
     places = {header.split("[")[0].strip(): place for place, header in enumerate(table.headers)}
-    wanted = [name for name in (*RATES, BEFORE, *JERKS) if name in places]
-    if not wanted:
-        return {}
-    arrays = table.column(tuple(places[name] for name in wanted))
-    return {name: np.asarray(array) for name, array in zip(wanted, arrays, strict=True)}
+    rates: dict[str, Array] = {}
+    for names in ((*RATES, BEFORE), JERKS):
+        if not set(names) <= set(places):
+            continue
+        try:
+            arrays = table.column(tuple(places[name] for name in names))
+        except StudyError:  # empty cells, as of a jerk where the acceleration jumps
+            continue
+        rates |= {name: np.asarray(array) for name, array in zip(names, arrays, strict=True)}
+    return rates
