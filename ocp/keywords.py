@@ -82,11 +82,11 @@ def _checked_new(remedies: Remedies) -> Callable[..., Any]:
             e.name for e in entries[len(arguments) :] if _is_needed(e) and e.name not in given
         ]
         if absent and (arguments or given):
-            words = ", ".join(keywords)
-            raise StatementError(
-                f"{kind.__name__} has no {_listed(absent)}; write {kind.__name__}({words}), of "
-                "which the last ones may be left out"
-            )
+            needed = [f"{e.name}=..." if e.kw_only else e.name for e in entries if _is_needed(e)]
+            others = [e.name for e in entries if not _is_needed(e)]
+            rest = f"; {', '.join(others)} may be left out" if others else ""
+            call = f"{kind.__name__}({', '.join(needed)})"
+            raise StatementError(f"{kind.__name__} has no {_listed(absent)}; write {call}{rest}")
         return object.__new__(kind)
 
     return checked_new

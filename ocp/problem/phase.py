@@ -61,7 +61,7 @@ class Phase:
     initial, final : mapping of State to number, expression of constants or (lower, upper)
         Boundary values. A state left out is free.
     start, end : number or Between
-        Initial and final time [s].
+        Initial and final time [s]. The start is 0 unless stated, the end must be stated.
     bounds : sequence of Bound or of relations such as ``x <= 2``
         Path constraints. Those whose limits agree are algebraic equations, imposed at the
         collocation points, and the mesh is refined until they hold between these too.
@@ -90,7 +90,7 @@ class Phase:
     initial: Mapping[State, Any] = field(default_factory=dict)
     final: Mapping[State, Any] = field(default_factory=dict)
     start: float | Between = 0.0
-    end: float | Between = 1.0
+    end: float | Between = field(kw_only=True)
     bounds: Sequence[Bound] = ()
     guess: Mapping[Signal, Guess] = field(default_factory=dict)
 

@@ -56,7 +56,7 @@ def test_pressing_is_relative_to_the_largest():
 def hop():
     """Bryson and Denham's problem: the roof of 1/9 is held from 1/3 to 2/3."""
     x, v, u = State("x", "m", upper=1 / 9), State("v", "m/s"), Control("u", "m/s^2")
-    phase = Phase("hop", {x: v, v: u}, {x: 0, v: 1}, {x: 0, v: -1})
+    phase = Phase("hop", {x: v, v: u}, {x: 0, v: 1}, {x: 0, v: -1}, end=1.0)
     problem = Problem("hop", [phase], minimise=phase.integral(u**2 / 2))
     return solve(problem, settings=Settings(intervals=30, refinement=FixedMesh())).kept_iterate
 
@@ -98,7 +98,7 @@ def test_multipliers_belong_to_touched_limits(hop):
 def test_forces_of_a_path_constraint_are_summed_in_each_interval():
     # least peak of |u| to go from rest to rest: u is at the peak all along, first up, then down
     x, v, u = State("x"), State("v"), Control("u", shape="constant")
-    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0})
+    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
     problem = Problem("softly", [phase], minimise=phase.peak(u, absolute=True))
     settings = Settings(intervals=10, refinement=FixedMesh())
     forces = path_forces(solve(problem, settings=settings).kept_iterate, 0)

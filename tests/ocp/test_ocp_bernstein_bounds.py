@@ -83,6 +83,7 @@ def ride(**settings):
         initial={position: 0, speed: 1},
         final={position: 0, speed: -1},
         bounds=bounds,
+        end=1.0,
     )
     return solve(
         Problem("ride", phase, minimise=phase.integral(thrust**2 / 2)),
@@ -124,6 +125,7 @@ def test_a_peak_is_bounded():
         {position: speed, speed: thrust},
         initial={position: 0, speed: 0},
         final={position: 1, speed: 0},
+        end=1.0,
     )
     found = solve(Problem("softly", phase, minimise=phase.peak(thrust, absolute=True)))
     bounds = [m.rigorous for m in found.verification.margins]
@@ -135,7 +137,7 @@ def test_equations_hold_between_the_points_too():
     # z + z^3 = x on so coarse a mesh that it fails between the points at first
     height, z = State("height"), Algebraic("z", lower=0)
     law = Bound("law", z + z**3 - height, lower=0, upper=0)
-    phase = Phase("fall", {height: -z}, initial={height: 1}, bounds=[law], guess={z: 0.5})
+    phase = Phase("fall", {height: -z}, initial={height: 1}, bounds=[law], guess={z: 0.5}, end=1.0)
     problem = Problem("implicit", phase, minimise=phase.at_end(height))
     times, error = np.linspace(0, 1, 10_000), {}
     for refine, refinement in ((False, FixedMesh()), (True, AdaptiveMesh())):

@@ -32,7 +32,7 @@ def chain(**options):
 def least_effort(shape="polynomial"):
     """u = 6 - 12 t; H = -36."""
     x, v, u = chain(shape=shape)
-    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0})
+    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
     return Problem("least effort", [phase], minimise=phase.integral(u**2))
 
 
@@ -46,7 +46,7 @@ def least_time():
 def bryson_denham():
     """A state constraint with two jumps of a costate; H = 0."""
     x, v, u = State("x", "m", upper=1 / 9), State("v", "m/s"), Control("u", "m/s^2")
-    phase = Phase("hop", {x: v, v: u}, {x: 0, v: 1}, {x: 0, v: -1})
+    phase = Phase("hop", {x: v, v: u}, {x: 0, v: 1}, {x: 0, v: -1}, end=1.0)
     return Problem("Bryson-Denham", [phase], minimise=phase.integral(u**2 / 2))
 
 
@@ -109,7 +109,7 @@ def test_time_in_the_dynamics():
 def test_the_hamiltonian_may_jump_at_named_instants():
     # a data fit: int u^2 + 100 (x(0.4) - 1)^2: u is constant on either side, H = -u^2 jumps
     x, u = State("x"), Control("u")
-    phase = Phase("fit", {x: u}, {x: 0}, {x: 0})
+    phase = Phase("fit", {x: u}, {x: 0}, {x: 0}, end=1.0)
     missed = (phase.at(0.4, x) - 1) ** 2
     found = solve(Problem("fit", [phase], minimise=phase.integral(u**2) + 100 * missed))
     certificate = certify(found)
@@ -156,7 +156,7 @@ def test_a_costate_that_is_off_between_changes_fails():
 def test_a_stationary_point_that_is_no_minimum_fails(sense, names):
     # int u^2 with a mean u of 1 has no maximum, but u = 1 is stationary for either sense
     x, u = State("x", "m"), Control("u", "m/s")
-    phase = Phase("go", {x: u}, {x: 0}, {x: 1})
+    phase = Phase("go", {x: u}, {x: 0}, {x: 1}, end=1.0)
     found = solve(Problem("go", [phase], **{sense: phase.integral(u**2)}))
     assert failed(found) == names
 

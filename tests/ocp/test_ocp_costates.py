@@ -59,7 +59,7 @@ def adjoints(problem, scheme, intervals):
 def test_least_effort(scheme):
     # min int u^2: u = 6 - 12 t, lambda_v = -2 u, lambda_x' = 0, lambda_v' = -lambda_x
     x, v, u = State("x"), State("v"), Control("u")
-    phase = Phase("move", {x: v, v: u}, initial={x: 0, v: 0}, final={x: 1, v: 0})
+    phase = Phase("move", {x: v, v: u}, initial={x: 0, v: 0}, final={x: 1, v: 0}, end=1.0)
     found, _, t = adjoints(Problem("p", [phase], minimise=phase.integral(u**2)), scheme, 5)
     # quadratic program in the space of trial functions: the solver's dual tolerance of 1e-6 of
     # scaled multipliers
@@ -85,7 +85,7 @@ def test_lq_regulator(scheme, size):
 def test_maximised_objectives_are_adjoined_as_their_negative(scheme):
     # max x(1), x' = u <= 1: the minimum of -x(1) falls by 1 for a unit added to x
     x, u = State("x"), Control("u", lower=-1, upper=1)
-    phase = Phase("run", {x: u}, initial={x: 0})
+    phase = Phase("run", {x: u}, initial={x: 0}, end=1.0)
     found, _, _ = adjoints(Problem("run", [phase], maximise=3 * phase.at_end(x)), scheme, 4)
     np.testing.assert_allclose(found[:, 0], -3.0, rtol=1e-6)  # the solver's dual tolerance
 
@@ -93,7 +93,7 @@ def test_maximised_objectives_are_adjoined_as_their_negative(scheme):
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_a_running_total_has_the_weight_of_its_integral_as_costate(scheme):
     x, v, u = State("x"), State("v"), Control("u")
-    phase = Phase("move", {x: v, v: u}, initial={x: 0, v: 0}, final={x: 1, v: 0})
+    phase = Phase("move", {x: v, v: u}, initial={x: 0, v: 0}, final={x: 1, v: 0}, end=1.0)
     problem = Problem("squared", [phase], minimise=phase.integral(u**2) ** 2)
     found, _, t = adjoints(problem, scheme, 5)
     # d(I^2) = 2 I dI with I = 12
@@ -105,7 +105,7 @@ def test_a_running_total_has_the_weight_of_its_integral_as_costate(scheme):
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_multipliers_and_costates_are_each_the_inverse_of_the_other(scheme):
     x, v, u = State("x"), State("v"), Control("u")
-    phase = Phase("move", {x: v, v: u}, initial={x: 0, v: 0}, final={x: 1, v: 0})
+    phase = Phase("move", {x: v, v: u}, initial={x: 0, v: 0}, final={x: 1, v: 0}, end=1.0)
     iterate = solved_once(
         Problem("squared", [phase], minimise=phase.integral(u**2) ** 2), scheme, 5
     )
@@ -124,7 +124,7 @@ def test_costates_are_the_slope_of_the_optimum():
     # the change of the optimum with the initial speed is lambda_v(0) = -12 of least effort
     def optimum(speed):
         x, v, u = State("x"), State("v"), Control("u")
-        phase = Phase("move", {x: v, v: u}, initial={x: 0, v: speed}, final={x: 1, v: 0})
+        phase = Phase("move", {x: v, v: u}, initial={x: 0, v: speed}, final={x: 1, v: 0}, end=1.0)
         problem = Problem("p", [phase], minimise=phase.integral(u**2))
         return solve(problem, settings=Settings(intervals=5)).objective
 
@@ -135,7 +135,7 @@ def test_costates_are_the_slope_of_the_optimum():
 def bryson_denham(settings):
     """l = 1/9: lambda_x is 18, 0 and -18, lambda_v = -u with u = -6 (1 - 3 t) up to t = 1/3."""
     x, v, u = State("x", "m", upper=1 / 9), State("v", "m/s"), Control("u", "m/s^2")
-    phase = Phase("hop", {x: v, v: u}, {x: 0, v: 1}, {x: 0, v: -1})
+    phase = Phase("hop", {x: v, v: u}, {x: 0, v: 1}, {x: 0, v: -1}, end=1.0)
     found = solve(Problem("hop", [phase], minimise=phase.integral(u**2 / 2)), settings=settings)
     own = found.trajectory.phases[0]
     t = np.linspace(0, 1, 1001)

@@ -73,7 +73,7 @@ def double_integrator(**options):
 def least_effort(name, shape=None):
     """1 m in 1 s from rest to rest: J = 12 D^2 / T^3, u = 6 - 12 t."""
     x, v, u, rates = double_integrator(shape=shape)
-    phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: 1, v: 0})
+    phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: 1, v: 0}, end=1.0)
     problem = Problem("transfer", phase, minimise=phase.integral(u**2))
     return solve(problem, settings=settings_of(name, shape))
 
@@ -106,7 +106,7 @@ def test_free_time_and_a_breakpoint_that_moves_onto_the_switch(name, shape):
 
 def test_peak_of_an_absolute_value(name):
     x, v, u, rates = double_integrator()
-    phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: 1, v: 0})
+    phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: 1, v: 0}, end=1.0)
     problem = Problem("softly", phase, minimise=phase.peak(u, absolute=True))
     found = solve(problem, settings=settings_of(name))
     assert found.objective == optimum(name, 4.0)
@@ -116,7 +116,7 @@ def test_peak_of_an_absolute_value(name):
 def test_peak_over_two_phases_with_another_signal_in_each(name):
     x, v, u, rates = double_integrator()
     first = Phase("first", rates, initial={x: 0, v: 0}, end=0.5)
-    second = Phase("second", rates, final={x: 1, v: 0}, start=0.5)
+    second = Phase("second", rates, final={x: 1, v: 0}, start=0.5, end=1.0)
     problem = Problem(
         "softly", [first, second], minimise=peak((first, u), (second, -u)),
         links=joined(first, second),
@@ -130,7 +130,9 @@ def test_peak_over_two_phases_with_another_signal_in_each(name):
 def test_a_path_bound_holds_between_the_points(name):
     x, v, u, rates = double_integrator()
     ceiling = Bound("ceiling", x + 0 * v, "m", upper=1 / 9)
-    phase = Phase("ride", rates, initial={x: 0, v: 1}, final={x: 0, v: -1}, bounds=[ceiling])
+    phase = Phase(
+        "ride", rates, initial={x: 0, v: 1}, final={x: 0, v: -1}, bounds=[ceiling], end=1.0
+    )
     found = solve(
         Problem("ride", phase, minimise=phase.integral(u**2 / 2)), settings=settings_of(name)
     )
@@ -159,7 +161,7 @@ def test_a_value_at_a_time_inside(name):
     # clamped beam under a point load at a: 12 + (1/2 - s(a))^2 3 / (a (1 - a))^3, s = 3a^2 - 2a^3
     a = 0.35
     x, v, u, rates = double_integrator()
-    phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: 1, v: 0})
+    phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: 1, v: 0}, end=1.0)
     via = Bound("via", phase.at(a, x), "m", 0.5, 0.5)
     problem = Problem("via", phase, minimise=phase.integral(u**2), bounds=[via])
     found = solve(problem, settings=settings_of(name))
@@ -180,7 +182,7 @@ def test_a_fit_to_data(name):
 
 def test_a_bound_on_an_integral(name):
     x, v, u, rates = double_integrator()
-    phase = Phase("throw", rates, initial={x: 0, v: 0})
+    phase = Phase("throw", rates, initial={x: 0, v: 0}, end=1.0)
     effort = Bound("effort", phase.integral(u**2), upper=1)
     problem = Problem("throw", phase, maximise=phase.at_end(x), bounds=[effort])
     found = solve(problem, settings=settings_of(name))
@@ -198,7 +200,7 @@ def test_an_integrand_is_refined_although_the_dynamics_are_exact(name):
 
 def test_a_static_parameter(name):
     x, rate = State("x"), Unknown("rate", "1/s", lower=0, upper=5)
-    phase = Phase("decay", {x: -rate * x}, initial={x: 1.0})
+    phase = Phase("decay", {x: -rate * x}, initial={x: 1.0}, end=1.0)
     half = Bound("half", phase.at_end(x), upper=0.5)
     problem = Problem("half-life", phase, minimise=rate, bounds=[half])
     found = solve(problem, settings=settings_of(name))
@@ -210,7 +212,7 @@ def test_an_algebraic_signal(name):
     # x' = -z, z + z^3 = x: ln(z0/z1) + 3/2 (z0^2 - z1^2) = 1
     x, z = State("x"), Algebraic("z", lower=0)
     law = Bound("law", z + z**3 - x, lower=0, upper=0)
-    phase = Phase("decay", {x: -z}, initial={x: 1}, bounds=[law], guess={z: 0.5})
+    phase = Phase("decay", {x: -z}, initial={x: 1}, bounds=[law], guess={z: 0.5}, end=1.0)
     problem = Problem("implicit", phase, minimise=phase.at_end(x))
     found = solve(problem, settings=settings_of(name))
     start = float(np.real(np.roots([1, 0, 1, -1])[-1]))
@@ -223,7 +225,7 @@ def test_an_algebraic_signal(name):
 def test_objectives_in_order(name):
     # thrust 1, then falling from 1 to 0 in r s: int (1 - t) u = 1/2 - r^2/6, effort 1 - 2 r/3
     x, v, u, rates = double_integrator(lower=-1, upper=1)
-    phase = Phase("push", rates, initial={x: 0, v: 0})
+    phase = Phase("push", rates, initial={x: 0, v: 0}, end=1.0)
     problem = Problem("push", phase, maximise=phase.at_end(x))
     found = solve_lexicographic(
         problem, [-phase.at_end(x), phase.integral(u**2)], slack=3e-3, settings=settings_of(name)
@@ -270,7 +272,7 @@ def test_another_transcription_is_a_guess(name, other):
 
 def test_interrupted(name):
     x, v, u, _ = double_integrator(lower=-1, upper=1)
-    phase = Phase("push", {x: v, v: u - v**3}, initial={x: 0, v: 0})
+    phase = Phase("push", {x: v, v: u - v**3}, initial={x: 0, v: 0}, end=1.0)
     problem = Problem("push", phase, maximise=phase.at_end(x))
 
     def stop(line):

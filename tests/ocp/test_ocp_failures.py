@@ -32,13 +32,13 @@ FEW = Settings(intervals=5)
 def pushed():
     x, v = State("x", "m"), State("v", "m/s")
     u = Control("u", "m/s^2", lower=-1, upper=1)
-    return x, v, u, Phase("flight", {x: v, v: u}, initial={x: 0, v: 0})
+    return x, v, u, Phase("flight", {x: v, v: u}, initial={x: 0, v: 0}, end=1.0)
 
 
 def test_an_unreachable_target_names_the_worst_constraint():
     # from rest with 1 m/s^2 at most 1/2 m in 1 s
     x, v, u, _ = pushed()
-    phase = Phase("flight", {x: v, v: u}, initial={x: 0, v: 0}, final={x: 2})
+    phase = Phase("flight", {x: v, v: u}, initial={x: 0, v: 0}, final={x: 2}, end=1.0)
     words = (
         r"no motion.*all constraints of 'too far'; worst: dynamics of '[xv]' in phase 'flight' at "
         r"\d\.\d+ s is off by .* m(/s)?; nothing within the limits joins"
@@ -57,7 +57,7 @@ def test_contradicting_links_are_named():
 
 def test_an_unbounded_objective_is_a_failure():
     x, free = State("x"), Control("u")
-    phase = Phase("flight", {x: free}, initial={x: 0})
+    phase = Phase("flight", {x: free}, initial={x: 0}, end=1.0)
     with pytest.raises(SolveFailed, match=r"'endless'") as caught:
         solve(
             Problem("endless", [phase], minimise=phase.at_end(x)),
@@ -89,7 +89,7 @@ def test_an_invalid_number_is_traced_to_its_expression(where):
     make, words = NOT_A_NUMBER[where]
     x, v, u, _ = pushed()
     rates, bounds = make(x, v, u)
-    phase = Phase("flight", rates, initial={x: 0, v: 0}, bounds=bounds)
+    phase = Phase("flight", rates, initial={x: 0, v: 0}, bounds=bounds, end=1.0)
     with pytest.raises(InvalidNumber, match=words + NOWHERE):
         solve(Problem("undefined", [phase], maximise=phase.at_end(x)), settings=FEW)
 

@@ -37,7 +37,7 @@ def double_integrator(**options):
 
 def test_an_unknown_decay_rate():
     x, rate = State("x"), Unknown("rate", "1/s", lower=0, upper=5)
-    phase = Phase("decay", {x: -rate * x}, initial={x: 1.0})
+    phase = Phase("decay", {x: -rate * x}, initial={x: 1.0}, end=1.0)
     problem = Problem(
         "half-life", [phase], minimise=rate, bounds=[Bound("half", phase.at_end(x), upper=0.5)]
     )
@@ -48,7 +48,7 @@ def test_an_unknown_decay_rate():
 
 def test_an_unknown_in_a_polynomial_cost():
     x, centre = State("x"), Unknown("centre", "s", lower=-5, upper=5)
-    phase = Phase("spread", {x: (TIME - centre) ** 2}, initial={x: 0})
+    phase = Phase("spread", {x: (TIME - centre) ** 2}, initial={x: 0}, end=1.0)
     found = solve(Problem("variance", [phase], minimise=phase.at_end(x)), settings=FEW)
     assert found.objective == pytest.approx(1 / 12, rel=SOLVED)  # variance on [0, 1]
     assert found.value(centre) == pytest.approx(0.5, abs=1e-6)  # flat minimum: a root of SOLVED
@@ -89,7 +89,7 @@ def capped_effort(r):
 
 def test_a_peak_is_bounded():
     x, v, u, rates = double_integrator()
-    phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: 1, v: 0})
+    phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: 1, v: 0}, end=1.0)
     cap = Bound("cap", phase.peak(u, absolute=True), "m/s^2", upper=5)
     found = solve(Problem("capped", [phase], minimise=phase.integral(u**2), bounds=[cap]))
     assert found.objective == pytest.approx(capped_effort(math.sqrt(0.6))[1], rel=1e-5)
@@ -98,7 +98,7 @@ def test_a_peak_is_bounded():
 
 def test_a_weighted_sum_of_peak_and_effort():
     x, v, u, rates = double_integrator()
-    phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: 1, v: 0})
+    phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: 1, v: 0}, end=1.0)
     cost = phase.peak(u, absolute=True) + 0.1 * phase.integral(u**2)
     found = solve(Problem("both", [phase], minimise=cost))
     best = minimize_scalar(
@@ -142,7 +142,7 @@ def test_a_jump_of_a_state_between_phases():
 def test_a_budget_of_effort_bounds_an_integral():
     # x(1) = int (1 - t) u dt is at most sqrt(1/3) with int u^2 = 1 (Cauchy-Schwarz)
     x, v, u, rates = double_integrator()
-    phase = Phase("throw", rates, initial={x: 0, v: 0})
+    phase = Phase("throw", rates, initial={x: 0, v: 0}, end=1.0)
     problem = Problem(
         "throw", [phase], maximise=phase.at_end(x),
         bounds=[Bound("effort", phase.integral(u**2), upper=1)],
@@ -155,7 +155,7 @@ def test_a_budget_of_effort_bounds_an_integral():
 
 def test_a_nonlinear_function_of_an_integral():
     x, v, u, rates = double_integrator()
-    phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: 1, v: 0})
+    phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: 1, v: 0}, end=1.0)
     effort = phase.integral(u**2)
     found = solve(Problem("squared", [phase], minimise=(1 + effort) ** 2), settings=FEW)
     assert found.objective == pytest.approx(13.0**2, rel=SOLVED)
@@ -166,7 +166,7 @@ def test_a_nonlinear_function_of_an_integral():
 def test_constants_change_boundary_values(distance):
     x, v, u, rates = double_integrator()
     target = Constant("target", "m", 1.0)
-    phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: target, v: 0})
+    phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: target, v: 0}, end=1.0)
     problem = Problem("move", [phase], minimise=phase.integral(u**2))
     found = solve(problem, settings=FEW, constants={target: distance})
     assert found.objective == pytest.approx(12 * distance**2, rel=SOLVED)
@@ -176,7 +176,7 @@ def test_constants_change_boundary_values(distance):
 def test_constants_change_bounds_of_signals_and_numbers():
     x, most, least = State("x", "m"), Constant("most", "m/s", 1.0), Constant("least", "s", 0.5)
     u = Control("u", "m/s", lower=-most, upper=most)
-    phase = Phase("run", {x: u}, initial={x: 0})
+    phase = Phase("run", {x: u}, initial={x: 0}, end=1.0)
     effort = phase.integral(u)
     problem = Problem(
         "run", [phase], maximise=phase.at_end(x), bounds=[Bound("b", effort, upper=least)]
@@ -207,7 +207,7 @@ def test_an_algebraic_signal_follows_its_equation():
     # ln(z0/z1) + 3/2 (z0^2 - z1^2) = 1
     x, z = State("x"), Algebraic("z", lower=0)
     law = Bound("law", z + z**3 - x, lower=0, upper=0)
-    phase = Phase("decay", {x: -z}, initial={x: 1}, bounds=[law], guess={z: 0.5})
+    phase = Phase("decay", {x: -z}, initial={x: 1}, bounds=[law], guess={z: 0.5}, end=1.0)
     found = solve(Problem("implicit", [phase], minimise=phase.at_end(x)), settings=FEW)
     start = float(np.real(np.roots([1, 0, 1, -1])[-1]))
     end = found.value(phase.at_end(z))
@@ -217,7 +217,7 @@ def test_an_algebraic_signal_follows_its_equation():
 
 def test_the_same_phases_with_another_objective():
     x, v, u, rates = double_integrator()
-    phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: 1})
+    phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: 1}, end=1.0)
     problem = Problem("move", [phase], minimise=phase.integral(u**2))
     assert solve(problem, settings=FEW).objective == pytest.approx(3.0, rel=SOLVED)
     stopped = with_objective(
@@ -231,7 +231,7 @@ def test_first_the_end_then_the_effort():
     # thousandth some effort can be saved
     x, v = State("x", "m"), State("v", "m/s")
     u = Control("u", "m/s^2", lower=-1, upper=1)
-    phase = Phase("push", {x: v, v: u}, initial={x: 0, v: 0})
+    phase = Phase("push", {x: v, v: u}, initial={x: 0, v: 0}, end=1.0)
     problem = Problem("push", [phase], maximise=phase.at_end(x))
     found = solve_lexicographic(
         problem, [-phase.at_end(x), phase.integral(u**2)], slack=1e-3, settings=FEW
@@ -242,7 +242,7 @@ def test_first_the_end_then_the_effort():
 
 def test_a_proven_bound_is_reported():
     x, u = State("x"), Control("u", lower=-1, upper=1)
-    phase = Phase("run", {x: u}, initial={x: 0})
+    phase = Phase("run", {x: u}, initial={x: 0}, end=1.0)
     problem = Problem("run", [phase], maximise=phase.at_end(x))
     assert solve(problem, settings=FEW, bound=1.0).verdict.startswith("global: bound met")
     assert solve(problem, settings=FEW, bound=2.0).verdict.startswith("local")
@@ -250,7 +250,7 @@ def test_a_proven_bound_is_reported():
 
 def test_progress_is_told_and_can_stop_the_solve():
     x, u = State("x"), Control("u", lower=-1, upper=1)
-    phase = Phase("run", {x: ca.sin(u)}, initial={x: 0})
+    phase = Phase("run", {x: ca.sin(u)}, initial={x: 0}, end=1.0)
     problem = Problem("run", [phase], maximise=phase.at_end(x))
     told = []
     found = solve(problem, settings=FEW, progress=told.append)

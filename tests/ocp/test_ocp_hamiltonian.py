@@ -14,7 +14,7 @@ from ocp.verification.minimum_principle import minimum_principle
 def least_effort(shape="polynomial", bounds=(), **limits):
     x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", shape=shape, **limits)
     path = [Bound(name, expression(x, v, u), upper=upper) for name, expression, upper in bounds]
-    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, bounds=path)
+    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, bounds=path, end=1.0)
     return Problem("least effort", [phase], minimise=phase.integral(u**2))
 
 
@@ -63,7 +63,7 @@ def test_paths_and_their_slopes():
 
 def test_curvature_of_several_controls():
     x, a, b = State("x"), Control("a"), Control("b")
-    phase = Phase("go", {x: a + b}, {x: 0}, {x: 1})
+    phase = Phase("go", {x: a + b}, {x: 0}, {x: 1}, end=1.0)
     cost = 2.0 * a**2 + 3.0 * b**2 + a * b
     _, values, _ = along(iterate_of(Problem("go", [phase], minimise=phase.integral(cost))))
     assert values.curvature.shape == (15, 2, 2)
@@ -77,7 +77,7 @@ def test_time_makes_a_phase_not_autonomous(where):
     x, u = State("x"), Control("u")
     share = {name: TIME if name == where else 0.0 for name in ("dynamics", "cost", "path")}
     bounds = [Bound("path", u + share["path"], upper=100.0)]
-    phase = Phase("go", {x: u + share["dynamics"]}, {x: 0}, {x: 1}, bounds=bounds)
+    phase = Phase("go", {x: u + share["dynamics"]}, {x: 0}, {x: 1}, bounds=bounds, end=1.0)
     cost = phase.integral(u**2 + share["cost"])
     hamiltonian, _, _ = along(iterate_of(Problem("go", [phase], minimise=cost)))
     assert not hamiltonian.autonomous
@@ -115,7 +115,7 @@ def test_a_control_at_its_limit_gains_nothing_beyond_it(limit):
     # x' = u with x(1) as large as can be: H = -u, whose slope of -1 presses u against its limit
     x, u = State("x"), Control("u", lower=-1, upper=1 if limit == "bound" else 2, shape="constant")
     bounds = [Bound("cap", 2.0 * u, upper=2.0)] if limit == "path" else []
-    phase = Phase("dash", {x: u}, {x: 0}, bounds=bounds)
+    phase = Phase("dash", {x: u}, {x: 0}, bounds=bounds, end=1.0)
     iterate = iterate_of(Problem("dash", [phase], maximise=phase.at_end(x)))
     _, values, _ = along(iterate)
     np.testing.assert_allclose(values.slope, -1.0, rtol=1e-6)
@@ -124,7 +124,7 @@ def test_a_control_at_its_limit_gains_nothing_beyond_it(limit):
 
 def test_a_phase_without_controls_gains_nothing():
     x = State("x")
-    phase = Phase("decay", {x: -x}, {x: 1})
+    phase = Phase("decay", {x: -x}, {x: 1}, end=1.0)
     problem = Problem("decay", [phase], minimise=phase.at_end(x))
     iterate = iterate_of(problem, scheme=Radau(3))
     np.testing.assert_array_equal(gains(iterate, Evaluator(problem), 0), np.zeros(5))

@@ -34,14 +34,14 @@ def cart():
 
 def contradicting_boundary_values():
     x, v, u = cart()
-    phase = Phase("flight", {x: v, v: u}, {x: 0, v: 0}, {x: 0.1, v: 0})
+    phase = Phase("flight", {x: v, v: u}, {x: 0, v: 0}, {x: 0.1, v: 0}, end=1.0)
     landing = Bound("landing", phase.at_end(x), "m", lower=0.2)
     return Problem("task", [phase], minimise=phase.integral(u**2), bounds=[landing])
 
 
 def unreachable_target():
     x, v, u = cart()
-    phase = Phase("flight", {x: v, v: u}, {x: 0, v: 0}, {x: 2})
+    phase = Phase("flight", {x: v, v: u}, {x: 0, v: 0}, {x: 2}, end=1.0)
     return Problem("task", [phase], minimise=phase.integral(u**2))
 
 
@@ -53,43 +53,43 @@ def a_free_time_that_wants_to_be_zero():
 
 def unbounded_objective():
     x, u = State("x", "m"), Control("u", "m/s")
-    phase = Phase("flight", {x: u}, {x: 0})
+    phase = Phase("flight", {x: u}, {x: 0}, end=1.0)
     return Problem("task", [phase], minimise=phase.at_end(x))
 
 
 def nan_at_the_guess():
     x, v, u = cart()
-    phase = Phase("flight", {x: v, v: u + ca.sqrt(x - 5)}, {x: 0, v: 0})
+    phase = Phase("flight", {x: v, v: u + ca.sqrt(x - 5)}, {x: 0, v: 0}, end=1.0)
     return Problem("task", [phase], maximise=phase.at_end(x))
 
 
 def missing_dynamics():
     x, v, _ = cart()
-    return Phase("flight", {x: v}, {x: 0})
+    return Phase("flight", {x: v}, {x: 0}, end=1.0)
 
 
 def a_bound_crossed():
     roof, u = Constant("roof", "m", 2.0), Control("u", "m/s")
     h = State("h", "m", lower=3, upper=roof)
-    phase = Phase("flight", {h: u})
+    phase = Phase("flight", {h: u}, end=1.0)
     return Problem("task", [phase], minimise=phase.integral(u**2))
 
 
 def a_state_never_used():
     x, v, u = cart()
     fuel = State("fuel", "kg")
-    phase = Phase("flight", {x: v, v: u, fuel: -(u**2)}, {x: 0, v: 0, fuel: 1}, {x: 0.1})
+    phase = Phase("flight", {x: v, v: u, fuel: -(u**2)}, {x: 0, v: 0, fuel: 1}, {x: 0.1}, end=1.0)
     return Problem("task", [phase], minimise=phase.integral(u**2))
 
 
 def wrong_shapes():
     x, v, u = cart()
-    return Phase("flight", {x: ca.vertcat(v, u), v: u})
+    return Phase("flight", {x: ca.vertcat(v, u), v: u}, end=1.0)
 
 
 def duplicate_names():
     x, v, u = cart()
-    phase = Phase("flight", {x: v, v: u, State("x", "m"): 1})
+    phase = Phase("flight", {x: v, v: u, State("x", "m"): 1}, end=1.0)
     return Problem("task", [phase], minimise=phase.integral(u**2))
 
 
@@ -138,7 +138,7 @@ def test_an_unused_state_is_carried_along_all_the_same():
 
 def test_more_equations_than_unknowns():
     x, v = State("x", "m"), State("v", "m/s")
-    phase = Phase("fall", {x: v, v: -9.81}, {x: 1, v: 0})
+    phase = Phase("fall", {x: v, v: -9.81}, {x: 1, v: 0}, end=1.0)
     ends = (phase.at_end(x), phase.at_end(v), phase.at_end(x) + phase.at_end(v))
     bounds = [Bound(n, e, lower=0, upper=0) for n, e in zip("abc", ends, strict=True)]
     problem = Problem("fall", [phase], minimise=phase.at_end(v), bounds=bounds)
@@ -150,7 +150,7 @@ def test_more_equations_than_unknowns():
 
 def test_a_fall_to_a_prescribed_point_is_overdetermined_not_unbounded():
     x, v = State("x", "m"), State("v", "m/s")
-    phase = Phase("fall", {x: v, v: -9.81}, {x: 1, v: 0}, {x: 0})
+    phase = Phase("fall", {x: v, v: -9.81}, {x: 1, v: 0}, {x: 0}, end=1.0)
     with pytest.raises(Overdetermined, match=r"40 equations.*39 free.*dynamics of 'v'.* m/s"):
         solve(Problem("fall", [phase], minimise=phase.at_end(v)), settings=FEW)
 
@@ -176,14 +176,14 @@ def test_statements_that_contradict_themselves_are_refused(case):
     options = {k: {h: v} for k, v in given.items() if k == "initial"}
     options |= {k: {v: 1.0} for k, v in given.items() if k == "guess"}
     options |= {k: [Bound(n, h, upper=1) for n in v] for k, v in given.items() if k == "bounds"}
-    phase = Phase("flight", {h: u}, **options)
+    phase = Phase("flight", {h: u}, end=1.0, **options)
     with pytest.raises(StatementError, match=words):
         solve(Problem("task", [phase], minimise=phase.integral(u**2)), settings=FEW)
 
 
 def test_an_infinite_derivative_is_traced_to_its_part():
     x, v, u = cart()
-    phase = Phase("flight", {x: v, v: u + ca.sqrt(x.symbol)}, {x: 0, v: 0}, guess={x: 0})
+    phase = Phase("flight", {x: v, v: u + ca.sqrt(x.symbol)}, {x: 0, v: 0}, guess={x: 0}, end=1.0)
     words = (
         r"derivative of 'v' in phase 'flight' has a derivative.*at 0 s \(in .*sqrt\(x\).*x = 0 m"
     )
@@ -194,7 +194,7 @@ def test_an_infinite_derivative_is_traced_to_its_part():
 def test_the_values_of_constants_and_unknowns_are_told():
     x, u, low = State("x", "m"), Control("u"), Constant("low", "m", 3.0)
     k = Unknown("k", lower=1, upper=3)
-    phase = Phase("flight", {x: u}, {x: 0}, {x: 1})
+    phase = Phase("flight", {x: u}, {x: 0}, {x: 1}, end=1.0)
     problem = Problem("task", [phase], minimise=k * ca.log(phase.at_end(x) - low))
     words = (
         r"the objective is NaN or infinite \(in log\(\(end of flight-low\)\)\), "
@@ -217,7 +217,7 @@ class Broken(Ipopt):
 @pytest.mark.parametrize("status", ["Error_In_Step_Computation", "Internal_Error"])
 def test_numerical_trouble_is_called_that(status):
     x, v, u = cart()
-    phase = Phase("flight", {x: v, v: u}, {x: 0, v: 0}, {x: 0.1})
+    phase = Phase("flight", {x: v, v: u}, {x: 0, v: 0}, {x: 0.1}, end=1.0)
     problem = Problem("task", [phase], minimise=phase.integral(u**2))
     settings = dataclasses.replace(FEW, solver=Broken(status=status))
     words = rf"numerical trouble on 'task' after \d+ iterations \('{status}'\), all constraints met"

@@ -91,7 +91,9 @@ def test_the_degree_of_the_first_mesh_suffices_for_a_long_chain(scheme):
     # the last of six integrators of a constant is t^6 / 720: degree 4, the default, misses it
     states = [State(f"x{i}") for i in range(6)]
     u = Control("u", shape="constant", lower=-1, upper=1)
-    p = Phase("chain", dict(zip(states, [u, *states], strict=False)), dict.fromkeys(states, 0))
+    p = Phase(
+        "chain", dict(zip(states, [u, *states], strict=False)), dict.fromkeys(states, 0), end=1.0
+    )
     found = solve(
         Problem("far", p, maximise=p.at_end(states[-1])),
         settings=Settings(scheme=scheme, intervals=3, refinement=FixedMesh()),

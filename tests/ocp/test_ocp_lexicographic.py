@@ -25,7 +25,7 @@ def push():
     """From rest with |u| <= 1: at most 1/2 m in 1 s."""
     x, v = State("x", "m"), State("v", "m/s")
     u = Control("u", "m/s^2", lower=-1, upper=1)
-    phase = Phase("push", {x: v, v: u}, {x: 0, v: 0})
+    phase = Phase("push", {x: v, v: u}, {x: 0, v: 0}, end=1.0)
     return Problem("push", phase, maximise=phase.at_end(x)), phase, x, u
 
 

@@ -63,7 +63,14 @@ WRONG_KEYWORDS = {
     "Constant": (lambda: Constant("k", val=3), r"Constant .* 'val'; write value=3$"),
     "Between": (lambda: Between(1, 2, initial=1.5), r"Between .* 'initial'; write guess=1.5$"),
     "Bound": (lambda: Bound("room", x, max=3), r"Bound .* 'max'; write upper=3$"),
-    "Phase, near": (lambda: Phase("p", dynamic=RATES), r"Phase .* did you mean 'dynamics'"),
+    "Phase, near": (
+        lambda: Phase("p", dynamic=RATES, end=1.0),
+        r"Phase .* did you mean 'dynamics'",
+    ),
+    "Phase, no end": (
+        lambda: Phase("p", dynamics=RATES),
+        r"Phase has no 'end'; write Phase\(name, dynamics, end=...\); initial, final",
+    ),
     "Phase, a duration": (
         lambda: drive(duration=3),
         r"Phase .* 'duration'; write end=3, or end=Between\(lower, upper\)",
@@ -92,7 +99,10 @@ WRONG_KEYWORDS = {
 }
 
 MISSING = {
-    "a name": (lambda: Phase(dynamics=RATES), r"Phase has no 'name'; write Phase\(name, dynamics"),
+    "a name": (
+        lambda: Phase(dynamics=RATES, end=1.0),
+        r"Phase has no 'name'; write Phase\(name, dynamics",
+    ),
     "the phases": (lambda: Problem(drive(), minimise=0), r"Problem has no 'phases'; write Problem"),
     "an expression": (lambda: Bound("room", upper=1), r"Bound has no 'expression'"),
 }
@@ -161,7 +171,7 @@ WRONG_KINDS = {
         r"an instant of phase 'drive' is State\(.*; write phase.at\(instant, expression\)",
     ),
     "dynamics before the name": (
-        lambda: Phase(RATES, "drive"),
+        lambda: Phase(RATES, "drive", end=1.0),
         r"name of a phase is \{.*give a text",
     ),
     "a number as a problem's name": (

@@ -25,7 +25,7 @@ def two_caps(first=1.0, second=1.0, sense="maximise"):
     """x(1) is the smaller of two caps of x': it falls with either, and rises with none."""
     a, b = Constant("a", value=first), Constant("b", value=second)
     x, u = State("x"), Control("u", upper=a)
-    phase = Phase("dash", {x: u}, {x: 0}, bounds=[Bound("cap", u, upper=b)])
+    phase = Phase("dash", {x: u}, {x: 0}, bounds=[Bound("cap", u, upper=b)], end=1.0)
     end = phase.at_end(x)
     return Problem("dash", [phase], **{sense: end if sense == "maximise" else -end})
 
@@ -57,7 +57,7 @@ def test_the_larger_of_two_peaks():
     # least peak of a u and b u with a mean u of 1 is max(a, b): at a = b only an increase counts
     a, b = Constant("a", value=1.0), Constant("b", value=1.0)
     x, u = State("x"), Control("u", shape="constant")
-    phase = Phase("move", {x: u}, {x: 0}, {x: 1})
+    phase = Phase("move", {x: u}, {x: 0}, {x: 1}, end=1.0)
     top = peak((phase, a * u), (phase, b * u), name="load")
     slopes = solve(Problem("move", [phase], minimise=top), settings=FEW).one_sided_sensitivities()
     for name in ("a", "b"):
@@ -69,7 +69,7 @@ def test_the_larger_of_two_peaks():
 
 def bryson_denham(roof):
     x, v, u = State("x", "m", upper=roof), State("v", "m/s"), Control("u", "m/s^2")
-    phase = Phase("hop", {x: v, v: u}, {x: 0, v: 1}, {x: 0, v: -1})
+    phase = Phase("hop", {x: v, v: u}, {x: 0, v: 1}, {x: 0, v: -1}, end=1.0)
     return solve(Problem("Bryson-Denham", [phase], minimise=phase.integral(u**2 / 2)))
 
 

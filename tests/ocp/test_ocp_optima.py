@@ -21,7 +21,7 @@ def chain(shape=None, **limits):
 def rest_to_rest(shape):
     """Least effort of a double integrator, 1 m in 1 s: u = 6 - 12 t, int u^2 = 12."""
     x, v, u = chain(shape)
-    phase = Phase("move", {x: v, v: u}, initial={x: 0, v: 0}, final={x: 1, v: 0})
+    phase = Phase("move", {x: v, v: u}, initial={x: 0, v: 0}, final={x: 1, v: 0}, end=1.0)
     return Problem("least effort", [phase], minimise=phase.integral(u**2)), phase, u
 
 
@@ -62,7 +62,7 @@ def bryson_denham(shape):
     """Least effort with the position kept below l = 1/9: 4 / (9 l) = 4."""
     x, v = State("x", "m", upper=1 / 9), State("v", "m/s")
     u = Control("u", "m/s^2", shape=shape)
-    phase = Phase("hop", {x: v, v: u}, initial={x: 0, v: 1}, final={x: 0, v: -1})
+    phase = Phase("hop", {x: v, v: u}, initial={x: 0, v: 1}, final={x: 0, v: -1}, end=1.0)
     return Problem("Bryson-Denham", [phase], minimise=phase.integral(u**2 / 2)), x
 
 
@@ -131,7 +131,7 @@ def test_cubic_spline_through_a_point(name, shape):
 def test_least_peak_of_force(shape):
     # 1 m in 1 s: full thrust, full brake at 4 m/s^2
     x, v, u = chain(shape)
-    phase = Phase("move", {x: v, v: u}, initial={x: 0, v: 0}, final={x: 1, v: 0})
+    phase = Phase("move", {x: v, v: u}, initial={x: 0, v: 0}, final={x: 1, v: 0}, end=1.0)
     peak = phase.peak(u, absolute=True, name="thrust", unit="m/s^2")
     found = solve(Problem("least peak", [phase], minimise=peak), settings=Settings(intervals=21))
     assert found.objective == pytest.approx(4.0, rel=PROMISED)
@@ -144,7 +144,7 @@ def test_least_peak_of_force(shape):
 def test_least_peak_of_speed():
     # thrust up to 8 m/s^2: a trapezium of speed V with V (1 - V / 8) = 1
     x, v, u = chain("constant", lower=-8, upper=8)
-    phase = Phase("move", {x: v, v: u}, initial={x: 0, v: 0}, final={x: 1, v: 0})
+    phase = Phase("move", {x: v, v: u}, initial={x: 0, v: 0}, final={x: 1, v: 0}, end=1.0)
     found = solve(Problem("least speed", [phase], minimise=phase.peak(v)))
     assert found.objective == pytest.approx(4 * (1 - math.sqrt(0.5)), rel=PROMISED)
 

@@ -14,7 +14,7 @@ from ocp.problem.symbols import Constant, Control, State, Unknown
 
 x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "N")
 c, t = Constant("c", "m", 2.0), Unknown("T", "s", lower=1.0, upper=9.0)
-TRAVEL = Phase("travel", {x: v, v: u})
+TRAVEL = Phase("travel", {x: v, v: u}, end=1.0)
 INF = math.inf
 
 
@@ -62,7 +62,7 @@ def test_a_limit_of_constants_makes_an_equation_too():
 
 
 def test_relations_stand_beside_bounds_in_a_statement():
-    phase = Phase("go", {x: v, v: u}, {x: 0}, bounds=[v <= 2, v >= -1])
+    phase = Phase("go", {x: v, v: u}, {x: 0}, bounds=[v <= 2, v >= -1], end=1.0)
     problem = Problem("go", phase, maximise=phase.at_end(x), bounds=[phase.at_end(v) == 0])
     assert [b.name for b in phase.bounds] == ["v <= 2", "v >= -1"]
     assert [b.name for b in problem.bounds] == ["v at the end of go == 0"]

@@ -27,7 +27,7 @@ def too_far(target=2.0):
     """2 m in 1 s from rest with 1 m/s^2, which reach 1/2 m."""
     x, v = State("x", "m"), State("v", "m/s")
     u = Control("u", "m/s^2", lower=-1, upper=Constant("thrust", "m/s^2", 1.0))
-    phase = Phase("flight", {x: v, v: u}, {x: 0, v: 0}, {x: target})
+    phase = Phase("flight", {x: v, v: u}, {x: 0, v: 0}, {x: target}, end=1.0)
     return Problem("too far", [phase], minimise=phase.integral(u**2))
 
 
@@ -92,7 +92,9 @@ def test_a_bound_of_a_phase_and_one_of_an_unknown():
 def there_and_back(first=0.7, second=0.6):
     """1 m and 2 m, a second each, below a limit of speed that both phases state."""
     x, v = State("x", "m"), Control("v", "m/s")
-    there = Phase("there", {x: v}, {x: 0}, {x: 1}, bounds=[Bound("pace", v, "m/s", upper=first)])
+    there = Phase(
+        "there", {x: v}, {x: 0}, {x: 1}, bounds=[Bound("pace", v, "m/s", upper=first)], end=1.0
+    )
     on = Phase(
         "on", {x: v}, {}, {x: 3}, start=1.0, end=2.0, bounds=[Bound("pace", v, "m/s", upper=second)]
     )
@@ -141,6 +143,7 @@ def test_what_stays_hard_can_still_contradict():
         {x: v, v: u},
         {x: 0, v: 0},
         bounds=[Bound("rail", x + 1, "m", 0, 0), Bound("other rail", x - 1, "m", 0, 0)],
+        end=1.0,
     )
     with pytest.raises(Infeasible, match=r"'stuck' has 640 equations.*more is prescribed"):
         relaxed(Problem("stuck", [phase], minimise=phase.integral(u**2)), keep=INITIAL)

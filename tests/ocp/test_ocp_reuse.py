@@ -42,7 +42,9 @@ def race() -> Problem:
 def swing() -> Problem:
     """Least effort that turns a pendulum by an angle; the far turn is hard from a bad guess."""
     q, w, u = State("q", "rad"), State("w", "rad/s"), Control("u", "N m")
-    phase = Phase("swing", {q: w, w: u - 9.81 * ca.sin(q)}, {q: 0, w: 0}, {q: DISTANCE, w: 0})
+    phase = Phase(
+        "swing", {q: w, w: u - 9.81 * ca.sin(q)}, {q: 0, w: 0}, {q: DISTANCE, w: 0}, end=1.0
+    )
     return Problem("swing", phase, minimise=phase.integral(u.symbol**2))
 
 

@@ -75,7 +75,7 @@ def test_sizes_follow_the_chain_of_derivatives():
 
 def test_a_stated_size_wins():
     x, u = State("x", scale=7.0), Control("u", lower=-2, upper=5)
-    phase = Phase("move", {x: 3 * u}, initial={x: 1}, final={x: 2})
+    phase = Phase("move", {x: 3 * u}, initial={x: 1}, final={x: 2}, end=1.0)
     problem = Problem("stated", [phase], minimise=phase.integral(u**2))
     scales = scales_around_the_guess(problem)
     assert scales.signals == {"x": 7.0, "u": 5.0}

@@ -28,7 +28,7 @@ CLOSE = 1e-4
 
 def bryson_denham():
     x, v, u = State("x", "m", upper=1 / 9), State("v", "m/s"), Control("u", "m/s^2")
-    phase = Phase("hop", {x: v, v: u}, initial={x: 0, v: 1}, final={x: 0, v: -1})
+    phase = Phase("hop", {x: v, v: u}, initial={x: 0, v: 1}, final={x: 0, v: -1}, end=1.0)
     # slopes to 1e-4 need the ends of the arc on the cap closer than the default tolerance asks
     return solve(
         Problem("Bryson-Denham", [phase], minimise=phase.integral(u**2 / 2)),
@@ -127,7 +127,7 @@ def slide(gravity=9.8, depth=2.0, start=0.0):
 def hop(roof=1 / 9, speed=1.0):
     """Bryson and Denham's ride below a roof."""
     x, v, u = State("x", "m", upper=roof), State("v", "m/s"), Control("u", "m/s^2")
-    phase = Phase("hop", {x: v, v: u}, {x: 0, v: speed}, {x: 0, v: -1})
+    phase = Phase("hop", {x: v, v: u}, {x: 0, v: speed}, {x: 0, v: -1}, end=1.0)
     return Problem("hop", [phase], minimise=phase.integral(u**2 / 2))
 
 

@@ -34,7 +34,7 @@ from ocp.refinement.policy import RefinementPolicy
 def transfer() -> Problem:
     """1 m in 1 s from rest to rest with least effort, 12."""
     x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
-    phase = Phase("move", {x: v, v: u}, initial={x: 0, v: 0}, final={x: 1, v: 0})
+    phase = Phase("move", {x: v, v: u}, initial={x: 0, v: 0}, final={x: 1, v: 0}, end=1.0)
     return Problem("transfer", phase, minimise=phase.integral(u**2))
 
 

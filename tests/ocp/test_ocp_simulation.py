@@ -102,7 +102,7 @@ def ended(phase, by):
 
 def double_integrator():
     x, v, u = State("x"), State("v"), Control("u", shape="constant")
-    phase = Phase("move", {x: v, v: u})
+    phase = Phase("move", {x: v, v: u}, end=1.0)
     return Problem("move", [phase], minimise=phase.integral(u**2)), (x, v, u)
 
 

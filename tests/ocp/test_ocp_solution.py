@@ -57,7 +57,7 @@ def trip():
 
 def double_integrator():
     x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
-    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0})
+    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
     return Problem("move", phase, minimise=phase.integral(u**2, unit="m^2/s^3"))
 
 
@@ -222,7 +222,7 @@ def test_matplotlib_is_loaded_when_a_plot_is_asked_for():
 import sys
 from ocp import Control, Phase, Problem, State, solve
 x, u = State("x"), Control("u")
-phase = Phase("p", {x: u}, {x: 0}, {x: 1})
+phase = Phase("p", {x: u}, {x: 0}, {x: 1}, end=1.0)
 solution = solve(Problem("least effort", phase, minimise=phase.integral(u**2)))
 print(repr(solution), solution.table()["x"][-1])
 assert "matplotlib" not in sys.modules

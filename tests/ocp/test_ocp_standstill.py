@@ -18,7 +18,7 @@ ACCURACY = Accuracy()
 def effort():
     """Least effort over a distance of 1 m in 1 s from rest to rest, whose optimum is 12."""
     x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", lower=-9, upper=9)
-    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0})
+    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
     return Problem("effort", [phase], minimise=phase.integral(u**2))
 
 
@@ -126,7 +126,7 @@ def test_the_best_round_is_the_answer_and_not_the_last():
 def test_an_audit_ends_where_its_starts_are_enough():
     k = Unknown("k", lower=-2, upper=2, guess=0.5)
     x, u = State("x", "m"), Control("u", "m/s")
-    phase = Phase("move", {x: u}, {x: 0}, {x: 1})
+    phase = Phase("move", {x: u}, {x: 0}, {x: 1}, end=1.0)
     problem = Problem("one valley", [phase], minimise=phase.integral(u**2) + k**2)
     found = audit(
         problem,

@@ -33,7 +33,7 @@ RATES = {x: v, v: u}
 
 
 def move(**options):
-    return Phase("move", RATES, **options)
+    return Phase("move", RATES, **{"end": 1.0, **options})
 
 
 def limited(factor=1, **limits):
@@ -56,9 +56,9 @@ ILL_POSED = {
     "boundary triple": (
         lambda: move(initial={x: (0.0, 1.0, 2.0)}), r"initial value of 'x'.*give a number or a"),
     "a state without dynamics": (
-        lambda: Phase("move", {x: v}), r"'move' uses the state 'v'.*no dynamics.*add"),
+        lambda: Phase("move", {x: v}, end=1.0), r"'move' uses the state 'v'.*no dynamics.*add"),
     "dynamics of a control": (
-        lambda: Phase("move", {u: x}), r"dynamics of phase 'move'.*no State"),
+        lambda: Phase("move", {u: x}, end=1.0), r"dynamics of phase 'move'.*no State"),
     "crossed bounds of a signal": (
         lambda: State("h", lower=3, upper=2), r"'h' cross: lower 3 is above upper 2; swap"),
     "crossed bounds of a bound": (
@@ -74,14 +74,14 @@ ILL_POSED = {
     "a constant without a value": (
         lambda: Constant("mass", "kg"), r"'mass' is nan; give it a finite"),
     "an undeclared symbol": (
-        lambda: Phase("move", {x: ca.SX.sym("stray")}),
+        lambda: Phase("move", {x: ca.SX.sym("stray")}, end=1.0),
         r"derivative of 'x' in 'move'.*'stray'.*declare it"),
     "a vector": (
         lambda: Bound("both", ca.vertcat(x, v), upper=1), r"'both' has shape 2x1; give one scalar"),
     "a vector as a derivative": (
-        lambda: Phase("move", {x: ca.vertcat(1, 2)}), r"derivative of 'x' has shape 2x1"),
+        lambda: Phase("move", {x: ca.vertcat(1, 2)}, end=1.0), r"derivative of 'x' has shape 2x1"),
     "a string as a derivative": (
-        lambda: Phase("move", {x: "v"}), r"derivative of 'x' is 'v', not a CasADi"),
+        lambda: Phase("move", {x: "v"}, end=1.0), r"derivative of 'x' is 'v', not a CasADi"),
     "an end before the start": (
         lambda: move(start=3.0, end=2.0), r"'move' ends at 2.0 s, not after its start at 3.0 s"),
     "free times the wrong way round": (
@@ -105,11 +105,13 @@ ILL_POSED = {
     "a vector as the objective": (
         lambda: minimise(move(), ca.SX(2, 1)), r"objective has shape 2x1"),
     "two states of one name": (
-        lambda: minimise(Phase("move", {x: 1, State("x"): 2}), 0), r"signal called 'x'; rename"),
+        lambda: minimise(Phase("move", {x: 1, State("x"): 2}, end=1.0), 0),
+        r"signal called 'x'; rename"),
     "two controls of one name": (
-        lambda: minimise(Phase("move", {x: u + twin}), 0), r"signal called 'u'; rename"),
+        lambda: minimise(Phase("move", {x: u + twin}, end=1.0), 0), r"signal called 'u'; rename"),
     "a state and a control of one name": (
-        lambda: minimise(Phase("move", {x: Control("x")}), 0), r"signal called 'x'; rename"),
+        lambda: minimise(Phase("move", {x: Control("x")}, end=1.0), 0),
+        r"signal called 'x'; rename"),
     "a peak limited from below": (
         lambda: limited(lower=0.5), r"'fast' asks for a large peak 'speed'.*from above"),
     "a peak limited from below by a constant": (
@@ -132,10 +134,11 @@ ILL_POSED = {
     "two phases of one name": (
         lambda: Problem("task", [move(), move()], minimise=0), r"phase called 'move'; rename"),
     "a functional of a foreign phase": (
-        lambda: minimise(move(), Phase("else", {other: 1}).at_end(other)),
+        lambda: minimise(move(), Phase("else", {other: 1}, end=1.0).at_end(other)),
         r"belongs to phase 'else'.*'task' does not have; add the phase"),
     "a functional inside dynamics": (
-        lambda: Phase("next", {other: move().at_end(x)}), r"'next'.*Unknown linked by a Bound"),
+        lambda: Phase("next", {other: move().at_end(x)}, end=1.0),
+        r"'next'.*Unknown linked by a Bound"),
     "a mesh of no intervals": (lambda: uniform(0, 3), r"0 intervals is impossible; ask for 1"),
     "a mesh that starts late": (
         lambda: PhaseMesh(np.array([0.1, 1.0]), 3), r"run from 0 to 1"),
@@ -165,7 +168,7 @@ def test_an_ill_posed_statement_is_refused(case):
         state()
 
 
-pushed = Phase("move", RATES, initial={x: 0, v: 0}, final={x: 1})
+pushed = Phase("move", RATES, initial={x: 0, v: 0}, final={x: 1}, end=1.0)
 REFUSED_BY_SOLVE = {
     "a constant that the problem lacks": (
         minimise(pushed, pushed.integral(u**2)), {"constants": {Constant("mass", "kg", 1.0): 2.0}},
@@ -188,7 +191,7 @@ def test_solve_refuses(case):
      (([0, 1, 1], [1, 2, 3]), r"guess of 'x' needs.*increasing times")],
 )  # fmt: skip
 def test_an_impossible_guess_is_refused(guess, words):
-    phase = Phase("move", RATES, initial={x: 0, v: 0}, final={x: 1}, guess={x: guess})
+    phase = Phase("move", RATES, initial={x: 0, v: 0}, final={x: 1}, guess={x: guess}, end=1.0)
     with pytest.raises(StatementError, match=words):
         solve(minimise(phase, phase.integral(u**2)))
 
@@ -200,7 +203,7 @@ def test_a_free_time_without_limits_needs_a_guess():
 
 
 def test_a_problem_knows_its_symbols():
-    phase = Phase("move", {x: u, other: z + k}, initial={x: 0})
+    phase = Phase("move", {x: u, other: z + k}, initial={x: 0}, end=1.0)
     problem = minimise(phase, phase.at_end(x))
     assert {s.name for s in problem.symbols} >= {"x", "u", "z", "k", "other"}
     assert problem.unknowns == (k,)
@@ -208,7 +211,7 @@ def test_a_problem_knows_its_symbols():
 
 
 def test_a_signal_is_no_number():
-    small = Phase("small", {x: u}, initial={x: 0}, final={x: 1})
+    small = Phase("small", {x: u}, initial={x: 0}, final={x: 1}, end=1.0)
     found = solve(minimise(small, small.integral(u**2)), settings=Settings(intervals=2))
     with pytest.raises(StatementError, match=r"'x' varies in time; sample it"):
         found.value(x)

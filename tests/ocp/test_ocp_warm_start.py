@@ -17,7 +17,7 @@ CAP = Constant("cap", "m", 1 / 9)
 def ride() -> Problem:
     """Bryson and Denham's problem; its cap is a constant."""
     x, v, u = State("x", "m", upper=CAP), State("v", "m/s"), Control("u", "m/s^2")
-    phase = Phase("ride", {x: v, v: u}, initial={x: 0, v: 1}, final={x: 0, v: -1})
+    phase = Phase("ride", {x: v, v: u}, initial={x: 0, v: 1}, final={x: 0, v: -1}, end=1.0)
     return Problem("ride", phase, minimise=phase.integral(u.symbol**2 / 2))
 
 

@@ -26,6 +26,7 @@ def bryson_denham() -> Benchmark:
         initial={x: 0, v: 1},
         final={x: 0, v: -1},
         guess={x: 0, v: (1, -1), u: 0},
+        end=1.0,
     )
 
     return Benchmark(

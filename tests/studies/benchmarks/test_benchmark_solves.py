@@ -44,7 +44,7 @@ def test_optimum_is_reached(name: str) -> None:
 def _line(**bounds: float) -> Problem:
     """Least effort from 0 to 1 in 1 s; the optimum is 1, at constant speed."""
     x, u = State("x", **bounds), Control("u")
-    phase = Phase("move", {x: u}, initial={x: 0}, final={x: 1}, guess={x: (0, 1)})
+    phase = Phase("move", {x: u}, initial={x: 0}, final={x: 1}, guess={x: (0, 1)}, end=1.0)
     return Problem("line", (phase,), minimise=phase.integral(u.symbol**2))
 
 
@@ -71,7 +71,7 @@ def test_a_wrong_optimum_fails_and_is_explained(
 
 def test_a_failed_solve_is_listed_not_raised() -> None:
     x, u = State("x"), Control("u", lower=-1, upper=1)
-    phase = Phase("move", {x: u}, initial={x: 0}, final={x: 2})
+    phase = Phase("move", {x: u}, initial={x: 0}, final={x: 2}, end=1.0)
     problem = Problem("unreachable", (phase,), minimise=phase.integral(u.symbol**2))
     found = measure(Benchmark("unreachable", problem, 1.0, 1e-6, "none", ("test",)))
     assert isinstance(found, Measurement)
