@@ -26,7 +26,7 @@ from studies.common.result import Criterion, Result, Series, TableRow, Verdict, 
 from studies.truss.bounds import lower_bounds
 from studies.truss.checks import cap_of, table_rows
 from studies.truss.config import DEPLOYED, TrussStudy, as_dictionary
-from studies.truss.limits import CAPS, IMBALANCE, REST, TENSION
+from studies.truss.limits import BACKWARD, CAPS, IMBALANCE, REST, TENSION
 from studies.truss.motions.deployment import COLUMNS, Deployment, profile
 from studies.truss.motions.laws import BEFORE, RATES, paper_laws
 from studies.truss.quantities import QUANTITIES
@@ -254,6 +254,8 @@ def _within_reach(found: TrussProfile) -> list[Criterion]:
         _, back_limit = recovered.band(1)
         motion = recovered.law.motion(time)
         angle, back, unit, what = motion.angle, -motion.speed, "rad/s", "backward speed"
+        # a spline that ends at rest does so to rounding
+        back_limit = back_limit + BACKWARD * float(np.max(np.abs(motion.speed)))
         width = width + MISS
 
     held = []

@@ -102,7 +102,7 @@ PLAUSIBLE: Mapping[str, Range] = {
     ),
     "caps.least_tension": Range(0.0, 1e4, "N", "a rope of 3 mm breaks at about 10 kN"),
     "solver.intervals": Range(2, 2000, "", "a mesh finds its own finer places from there"),
-    "truss.modules": Range(3, 500, "", "a ring of 500 modules of 1 m is 160 m wide"),
+    "truss.modules": Range(3, 2000, "", "a ring of 2000 modules of 1 m is 640 m wide"),
     "truss.bar_length": _LENGTH,
     "truss.half_cross_bar": _LENGTH,
     "truss.crank": _LENGTH,

@@ -108,7 +108,7 @@ def test_rows_until_an_interruption_are_printed(
     ("flags", "code", "words"),
     [
         (("truss-randm",), 2, "did you mean truss-random?"),
-        ((), 2, "the shows are check-noise, truss-random, truss-words"),
+        ((), 2, "the shows are " + ", ".join(SHOWS)),
         (("truss-random", "--count", "0"), 2, "positive whole number"),
         (("truss-random", "--seed", "-1"), 2, "whole number of at least 0"),
         (("truss-random", "--limit", "nan"), 2, "positive number of seconds"),
