@@ -119,7 +119,10 @@ class Hermite:
         quartic = -15 * miss + 7 * rate - bend
         quintic = 6 * miss - 3 * rate + bend / 2
 
+        # across a short piece the speed alone is interpolated, and the angle is its integral: a
+        # speed that jumped between pieces would be kinetic energy from nowhere
         short = h < _SHORTEST * self.duration
-        cubic = np.where(short, bend / 6, cubic)
-        quartic, quintic = np.where(short, 0.0, quartic), np.where(short, 0.0, quintic)
+        cubic = np.where(short, rate - bend / 3, cubic)
+        quartic = np.where(short, bend / 4 - rate / 2, quartic)
+        quintic = np.where(short, 0.0, quintic)
         return np.stack([angle, speed, first / 2, cubic, quartic, quintic])

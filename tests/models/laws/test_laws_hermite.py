@@ -43,6 +43,24 @@ def test_rows_very_close_to_each_other_do_no_harm() -> None:
     assert motion.acceleration == pytest.approx(LAW.motion(t).acceleration, abs=1e-9)
 
 
+def test_the_speed_does_not_jump_between_rows_very_close_to_each_other() -> None:
+    # 10,000 rad/s^2 that end within 5e-5 s of 5 s, as where only rope forces are limited
+    times = np.concatenate([np.linspace(0.0, 5e-5, 17), np.linspace(1e-3, 5.0, 100)])
+    speed, decay = 0.5, 1e-5
+    grown = -np.expm1(-times / decay)
+    law = Hermite(
+        times,
+        speed * (times - decay * grown),
+        speed * grown,
+        speed / decay * np.exp(-times / decay),
+        speed / decay * np.exp(-times / decay),
+    )
+    inner = times[1:17]
+    jump = law.motion(inner).speed - law.motion(np.nextafter(inner, 0.0)).speed
+    # a last digit of the time is 7e-21 s, in which the speed changes by 3e-16 rad/s
+    assert np.abs(jump).max() < 1e-15
+
+
 def test_columns_that_make_no_law_are_named() -> None:
     one, three = np.zeros(1), np.arange(3.0)
     with pytest.raises(ModelError, match="columns of one length"):
