@@ -125,6 +125,20 @@ def test_the_duration_is_the_profiles_own(tmp_path: Path, capsys) -> None:
     assert "FAILED: duration 25 s (asked for 10 to 20 s)" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("aims", ['"time"', '["time", "energy"]', "{ time = 1.0, energy = 1e-3 }"])
+def test_a_study_of_least_time_lends_its_caps(aims: str, tmp_path: Path, capsys) -> None:
+    study = tmp_path / "study.toml"
+    study.write_text(f"minimise = {aims}\nduration = [2.0, 200.0]\n[caps]\nspeed = 0.02\n", "utf-8")
+    time = np.linspace(0.0, T, 141)
+    profile = write(tmp_path / "a.csv", time, BEZIER.motion(time).angle)
+    words = ["--no-optimum", "--results", str(tmp_path / "r"), "--no-figures"]
+    code = main(["check", str(profile), str(study), *words])
+    # the Bezier law reaches 0.0188 rad/s
+    assert code == ExitCode.OK
+    told = "least time, and the profile takes 140 s" in capsys.readouterr().out
+    assert told == ("energy" not in aims)
+
+
 def test_rounding_of_the_digits_counts_as_noise() -> None:
     time = np.linspace(0.0, T, 1401)
     rounded = BEZIER.motion(time).angle.round(5)
