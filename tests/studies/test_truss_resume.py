@@ -47,13 +47,10 @@ def test_after_kill_finished_starts_are_used(tmp_path: Path, capsys) -> None:
 
     assert main(["truss", "--resume", str(out), "--no-figures"]) == ExitCode.OK
     lines = capsys.readouterr().err.splitlines()
-    assert [("in an earlier run" in line) for line in lines if ": energy" in line] == [
-        True,
-        False,
-        False,
-    ]
+    # the first start is taken over, the second agrees with it, so that the third is not needed
+    assert [("in an earlier run" in line) for line in lines if ": energy" in line] == [True, False]
     record = json.loads((out / "verification.json").read_text())
-    assert [start["start"] for start in record["starts"]] == ["bezier", "step5", "straight"]
+    assert [start["start"] for start in record["starts"]] == ["bezier", "step5"]
     result = Result.load(out)
     assert result.bounds["energy"] <= result.value("energy") <= 1.01 * result.bounds["energy"]
 

@@ -87,19 +87,19 @@ def test_least_time_only_shortens_a_motion_that_is_possible():
     stage = small_arm(11.2)
     cap = 5.62 * float(stage.torque_units[1])  # the Bezier law's peak
     caps = TorqueCaps((None, cap), (None, 40.0))
-    done = solve_stage(stage, caps=caps, objective="time", intervals=60)
+    done = solve_stage(stage, caps=caps, objective="time", intervals=90)
     assert stage.least_duration(cap) < done.stage.duration < first_duration(stage, caps)
     assert done.peak_torque[1] <= cap * (1 + 1e-3)  # the command's own check
 
 
 @pytest.mark.slow
 def test_least_mean_square_torque_is_resolved_by_the_graded_mesh():
-    # in the rigid arm's; this solve's own on finer meshes, which even meshes exceed
+    # in the rigid arm's; this solve's own on a mesh of 200 intervals
     stage = small_arm(11.2)
     law = solve_stage(stage, objective="energy", intervals=100).torques[1]
     t = np.linspace(0.0, stage.duration, 40001)
     square = np.trapezoid(law(t) ** 2, t) / stage.duration
-    assert square / (12.0 * stage.torque_units[1] ** 2) == pytest.approx(1.12, abs=0.02)
+    assert square / (12.0 * stage.torque_units[1] ** 2) == pytest.approx(1.069, abs=0.02)
 
 
 def test_a_torque_that_is_no_number_says_when_and_what_to_change(monkeypatch, capsys, tmp_path):
