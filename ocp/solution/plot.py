@@ -34,7 +34,7 @@ _FLAT = 1e-6  # part of its size within which a curve counts as constant: the re
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class TimeHistory:
     """What one panel shows.
 
     Attributes
@@ -90,7 +90,7 @@ def _title(solution: Solution) -> str:
     return f"{solution.problem.name}: {sense} {value}\n{solution.verdict}"
 
 
-def _columns(solution: Solution) -> Iterator[list[Curve]]:
+def _columns(solution: Solution) -> Iterator[list[TimeHistory]]:
     """Panels by columns, each kind in columns of its own."""
     inputs = [*_signals(solution, "control"), *_signals(solution, "algebraic")]
     for curves in (
@@ -110,13 +110,13 @@ def _points(motion: PhaseTrajectory) -> tuple[Array, Integers, Array]:
     return times, intervals, tau
 
 
-def _signals(solution: Solution, kind: str) -> Iterator[Curve]:
+def _signals(solution: Solution, kind: str) -> Iterator[TimeHistory]:
     """All signals of a kind, in the order in which they appear."""
     symbols = {s.name: s for s in solution.problem.symbols if isinstance(s, Signal)}
     motions = solution.trajectory.phases
     groups = [(m, g) for m in motions for g in m.groups if g.kind == kind]
     for name in dict.fromkeys(name for _, group in groups for name in group.names):
-        curve = Curve(kind, name, symbols[name].unit, [], [])
+        curve = TimeHistory(kind, name, symbols[name].unit, [], [])
         for motion in motions:
             if name in motion.signals:
                 times, intervals, tau = _points(motion)
@@ -126,9 +126,9 @@ def _signals(solution: Solution, kind: str) -> Iterator[Curve]:
         yield curve
 
 
-def _path_constraints(solution: Solution) -> Iterator[Curve]:
+def _path_constraints(solution: Solution) -> Iterator[TimeHistory]:
     """The bounds of each phase, those of one name in one panel; equations show nothing."""
-    curves: dict[str, Curve] = {}
+    curves: dict[str, TimeHistory] = {}
     for phase, motion in zip(solution.problem.phases, solution.trajectory.phases, strict=True):
         times, intervals, tau = _points(motion)
         for bound in (b for b in phase.bounds if not b.is_equation):
@@ -136,25 +136,25 @@ def _path_constraints(solution: Solution) -> Iterator[Curve]:
                 solution.trajectory, phase.name, [bound.expression], intervals, tau
             )
             curve = curves.setdefault(
-                bound.name, Curve("path constraint", bound.name, bound.unit, [], [])
+                bound.name, TimeHistory("path constraint", bound.name, bound.unit, [], [])
             )
             curve.pieces.append((times, values[:, 0]))
             _add_limits(curve, solution, motion, bound)
     yield from curves.values()
 
 
-def _add_limits(curve: Curve, solution: Solution, motion: PhaseTrajectory, item: Any) -> None:
+def _add_limits(curve: TimeHistory, solution: Solution, motion: PhaseTrajectory, item: Any) -> None:
     parameters = parameters_of(solution.problem, solution.trajectory.constants)
     for limit in dict.fromkeys(parameters.limit(side) for side in (item.lower, item.upper)):
         if np.isfinite(limit):
             curve.limits.append((motion.start, motion.end, limit))
 
 
-def _costates(solution: Solution) -> Iterator[Curve]:
+def _costates(solution: Solution) -> Iterator[TimeHistory]:
     """Costates of all states and running integrals."""
     if solution.multipliers is None:
         return
-    curves: dict[str, Curve] = {}
+    curves: dict[str, TimeHistory] = {}
     units = {s.name: s.unit for s in (*solution.problem.symbols, *solution.problem.functionals)}
     objective = objective_unit(solution.problem)
     for costates in solution.multipliers.costates:
@@ -162,7 +162,9 @@ def _costates(solution: Solution) -> Iterator[Curve]:
         values = costates.local(intervals, tau)
         for j, name in enumerate(costates.names):
             unit = _quotient(objective, units[name])
-            curve = curves.setdefault(name, Curve("costate", f"costate of {name}", unit, [], []))
+            curve = curves.setdefault(
+                name, TimeHistory("costate", f"costate of {name}", unit, [], [])
+            )
             curve.pieces.append((times, values[:, j]))
     yield from curves.values()
 
@@ -176,7 +178,7 @@ def _quotient(unit: str, divisor: str) -> str:
     return "/".join(f"({part})" if "/" in part else part for part in (unit, divisor))
 
 
-def _draw(panel: Axes, curve: Curve, solution: Solution) -> None:
+def _draw(panel: Axes, curve: TimeHistory, solution: Solution) -> None:
     """One panel."""
     for times, values in curve.pieces:
         panel.plot(times, values, color=_LINE, lw=1.3)

@@ -18,7 +18,7 @@ from studies.drive.setpoints import SetPoints
 
 
 @dataclass(frozen=True)
-class Spread:
+class ErrorConstants:
     """How far an interpolation carries an error; the proofs are in docs/explanation/drive.md.
 
     Attributes
@@ -35,11 +35,12 @@ class Spread:
     position: float
 
 
-SPREADS = {
-    "linear": Spread(0.0, 0.0, 2.0, 0.5),  # of the second difference, not between the points
-    "hermite": Spread(8 / 27, 1.0, 6.0, 1.39),
-    "spline": Spread(4 / math.sqrt(27), 2.0, 6.0, 1.39),
-    "quintic": Spread(5 / 24, 1.0, 23.1, 1.44),
+ERROR_CONSTANTS = {
+    # of the second difference, not between the points
+    "linear": ErrorConstants(0.0, 0.0, 2.0, 0.5),
+    "hermite": ErrorConstants(8 / 27, 1.0, 6.0, 1.39),
+    "spline": ErrorConstants(4 / math.sqrt(27), 2.0, 6.0, 1.39),
+    "quintic": ErrorConstants(5 / 24, 1.0, 23.1, 1.44),
 }
 VELOCITY = 3.0  # of a rounded velocity's step over the step in time, in a cubic Hermite segment
 
@@ -96,15 +97,15 @@ def acceleration_bound(course: Course, points: SetPoints, kind: str) -> Accelera
     if kind == "hold":
         return None
     _, peak, jerk = course.peaks
-    spread = SPREADS[kind]
+    constants = ERROR_CONSTANTS[kind]
 
     step = np.diff(points.times)
     neighbours = step[1:] * step[:-1] if step.size > 1 else step**2
     # a quintic's error stays within a segment; a spline's reaches its neighbour
     spacing = float((step**2).min() if kind == "quintic" else neighbours.min())
 
-    rounding = spread.rounding * (points.count or 0.0) / spacing
+    rounding = constants.rounding * (points.count or 0.0) / spacing
     if kind == "hermite":
         rounding += VELOCITY * points.velocity_step / points.shortest
-    interpolation = spread.jerk * points.longest * jerk + spread.jump * course.jump
+    interpolation = constants.jerk * points.longest * jerk + constants.jump * course.jump
     return AccelerationBound(peak, interpolation, rounding)

@@ -23,7 +23,7 @@ from models.truss import (
 from ocp.arrays import Array
 from studies.drive.course import Course, rope_slopes
 from studies.drive.interpolation import (
-    SPREADS,
+    ERROR_CONSTANTS,
     AccelerationBound,
     acceleration_bound,
     interpolated,
@@ -119,7 +119,7 @@ def filtered_bound(course: Course, points: SetPoints, kind: str, loop: Loop) -> 
         wrong = points.longest * speed + count / 2
         return loop.overshoot * peak + loop.curvature * wrong
 
-    rounded = loop.curvature * SPREADS[kind].position * count
+    rounded = loop.curvature * ERROR_CONSTANTS[kind].position * count
     if kind == "linear":
         steps = np.diff(points.times)
         # impulses no closer than the shortest step, none of them larger than the longest's

@@ -21,7 +21,7 @@ from ocp import Bound, OcpError, Settings, peak, solve
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.result import Result
 from studies.drive.course import Course
-from studies.drive.interpolation import SPREADS, acceleration_bound
+from studies.drive.interpolation import ERROR_CONSTANTS, acceleration_bound
 from studies.drive.playback import loop_of
 from studies.drive.schema import Drive
 from studies.drive.setpoints import SetPoints
@@ -101,7 +101,7 @@ def _added_acceleration(
         )
     if loop is None:
         return 1.0, bound.interpolation + bound.rounding
-    rounded = loop.curvature * SPREADS[kind].position * (points.count or 0.0)
+    rounded = loop.curvature * ERROR_CONSTANTS[kind].position * (points.count or 0.0)
     if kind == "linear":
         even = points.longest / points.shortest
         return max(1.0, loop.impulses(points.shortest) * even), rounded

@@ -114,13 +114,13 @@ def read_law(name: str, text: Any, duration: float) -> TimeLaw:
         raise StudyError(f"{name} is {text!r}, which is no expression in t ({error})") from error
     t = ca.SX.sym("t")
     names = {"t": t, "T": ca.SX(duration), "pi": ca.SX(math.pi)}
-    value = _Reader(name, names).read(tree, 0)
+    value = _Translator(name, names).read(tree, 0)
     rate = ca.jacobian(value, t)
     kernel = ca.Function("law", [t], [value, rate, ca.jacobian(rate, t)])
     return TimeLaw(text.strip(), kernel)
 
 
-class _Reader:
+class _Translator:
     """Turns the nodes of a syntax tree into expressions."""
 
     def __init__(self, name: str, names: Mapping[str, Any]) -> None:

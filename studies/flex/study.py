@@ -93,11 +93,11 @@ def check(study: FlexStudy) -> None:
 def _progress_to(console: Console) -> Iterator[None]:
     """Show what the integrator logs as a line of progress."""
 
-    class Shown(logging.Handler):
+    class ProgressHandler(logging.Handler):
         def emit(self, record: logging.LogRecord) -> None:
             console.live(record.getMessage())
 
-    logger, handler = logging.getLogger(LOG), Shown()
+    logger, handler = logging.getLogger(LOG), ProgressHandler()
     level, passed_on = logger.level, logger.propagate
     logger.addHandler(handler)
     logger.setLevel(logging.INFO)

@@ -11,14 +11,14 @@ import numpy as np
 from studies.common.console import Console, silent
 from studies.common.folder import provenance
 from studies.common.result import Criterion, Result, Series, TableRow, Verdict
-from studies.paper.arms import arm_entries
 from studies.paper.cases import Cases
 from studies.paper.config import PaperStudy, as_dictionary
-from studies.paper.dynamics import dynamics_entries
 from studies.paper.entries import Entry, PaperVerdict
-from studies.paper.flexible_model import flexible_entries
-from studies.paper.planning import planning_entries
-from studies.paper.truss_model import truss_entries
+from studies.paper.sections.arms import arm_entries
+from studies.paper.sections.dynamics import dynamics_entries
+from studies.paper.sections.flexible_model import flexible_entries
+from studies.paper.sections.planning import planning_entries
+from studies.paper.sections.truss_model import truss_entries
 
 OURS, PRINTED = "ours", "printed"
 SAMPLES = 1401  # even instants of the deployment's curves

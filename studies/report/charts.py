@@ -10,7 +10,7 @@ import numpy as np
 
 from ocp.arrays import Array
 from studies.common.result import Result, Series
-from studies.common.shapes import HEAD as SHAPES
+from studies.common.scene.chain_shapes import HEAD as SHAPES
 
 TIME = "time"
 LEAST_RANGE = 1e-6  # of the largest value: a constant's rounding noise is not worth a picture

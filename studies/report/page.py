@@ -14,7 +14,7 @@ import numpy as np
 from ocp.arrays import Array
 from studies.common.exit_codes import StudyError
 from studies.common.result import Result
-from studies.common.scene import MovingPicture
+from studies.common.scene.moving_picture import MovingPicture
 from studies.report import assets, sections, words
 from studies.report.charts import Chart, charts_of_arrays
 from studies.report.html import Element, element, typeset, written
@@ -25,8 +25,8 @@ MARK = "antenna-ocp report"  # by which a page is known as ours
 
 # subject of a study: module with functions `charts(result)` and `scene(result)`
 _SUBJECTS = {
-    "truss": "studies.report.truss",
-    "arm": "studies.report.arm",
+    "truss": "studies.report.subjects.truss",
+    "arm": "studies.report.subjects.arm",
 }
 
 
@@ -48,7 +48,7 @@ class Shown:
 
 def shown(result: Result) -> Shown:
     """Curves and motion of a result, as its kind has them."""
-    name = _SUBJECTS.get(words.subject(result), "studies.report.arm")
+    name = _SUBJECTS.get(words.subject(result), "studies.report.subjects.arm")
     module: Any = import_module(name)
     if not result.arrays or (name.endswith("truss") and "angle" not in result.arrays):
         charts: tuple[Chart, ...] = charts_of_arrays(result)

@@ -16,8 +16,8 @@ from ocp.arrays import Array
 from studies.common.console import Console
 from studies.common.drawing import COLOURS, label_axes
 from studies.common.exit_codes import StudyError
-from studies.common.projection import PictureFrame, View, outline, project
-from studies.common.scene import LawOfMotion, MovingPicture
+from studies.common.scene.moving_picture import LawOfMotion, MovingPicture
+from studies.common.scene.projection import PictureFrame, View, outline, project
 
 FILMS = ("gif", "mp4")
 FRAMES, RATE = 84, 12  # of a film: seven seconds, which is short enough to be watched twice

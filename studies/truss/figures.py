@@ -20,11 +20,11 @@ from matplotlib.lines import Line2D
 from models.truss import ring_radius, static_peak, tension_ratios
 from ocp.arrays import Array
 from studies.common.drawing import SHADES, label_axes, legend_below, look, show_lowest
-from studies.common.projection import View, outline
 from studies.common.result import Result
-from studies.common.scene import MovingPicture
+from studies.common.scene.moving_picture import MovingPicture
+from studies.common.scene.projection import View, outline
 from studies.report.pictures import PARTS, draw_instant, tension_scale
-from studies.report.truss import moving_antenna
+from studies.report.subjects.truss import moving_antenna
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import deployments_of
 

@@ -23,7 +23,7 @@ from studies.arm.optimal.refinement import FLOOR, Refined, refine
 from studies.arm.optimal.solve import solve_stage
 from studies.arm.replay.full_model import JUMPS, SMOOTH, Drive, LockedMotion, Motion, replay
 from studies.arm.replay.numerical_floor import numerical_floor
-from studies.arm.report.quantities import Entry, latch_checks, table_rows
+from studies.arm.report.quantities import Metric, latch_checks, table_rows
 from studies.arm.report.traces import Trace
 from studies.arm.search_limits import HIGHEST_CAP, JUMP_STEPS
 from studies.arm.stage import JOINT_NAMES, Stage
@@ -209,12 +209,12 @@ def compare_baselines(study: BaselinesStudy, console: Console, follow: bool = Tr
     )
 
 
-def _quantities(pair: Pair) -> list[Entry]:
+def _quantities(pair: Pair) -> list[Metric]:
     """What a baseline leaves, and what its optimum leaves."""
     baseline, optimum = pair.baseline, pair.optimum
     vibration, moving = baseline.vibration, baseline.motion.stage.moving
 
-    def peaks(replayed: LockedMotion | None, head: str) -> list[Entry]:
+    def peaks(replayed: LockedMotion | None, head: str) -> list[Metric]:
         return [
             _of_pair(
                 f"{head}peak_{JOINT_NAMES[k]}_torque",
@@ -241,9 +241,9 @@ def _quantities(pair: Pair) -> list[Entry]:
     ]
 
 
-def _of_pair(key: str, title: str, unit: str, value: float) -> Entry:
+def _of_pair(key: str, title: str, unit: str, value: float) -> Metric:
     """The columns are laws, each beside its own optimum: none is compared with another."""
-    return Entry(key, title, unit, value, better="neither")
+    return Metric(key, title, unit, value, better="neither")
 
 
 def _holds(pair: Pair) -> Criterion:

@@ -30,7 +30,7 @@ from studies.arm.laws.unit_laws import NamedLaw, bezier
 from studies.arm.optimal.solve import solve_stage
 from studies.arm.questions.baselines import replay_law
 from studies.arm.replay.full_model import Drive, LockedMotion
-from studies.arm.report.quantities import Entry, table_rows
+from studies.arm.report.quantities import Metric, table_rows
 from studies.arm.search_limits import (
     BISECTIONS,
     CANDIDATES,
@@ -290,13 +290,13 @@ def find_least_durations(study: LeastDurationStudy, console: Console) -> Result:
     )
 
 
-def _quantities(law: LeastDuration) -> list[Entry]:
+def _quantities(law: LeastDuration) -> list[Metric]:
     duration = math.nan if law.duration is None else law.duration
     return [
-        Entry("duration", "least duration", "s", duration),
-        Entry("residual_energy", "residual energy", "J", law.residual),
-        Entry("peak_torque", "peak torque", "N m", law.torque),
-        Entry("lowest_residual", "least residual seen under the cap", "J", law.lowest, "neither"),
+        Metric("duration", "least duration", "s", duration),
+        Metric("residual_energy", "residual energy", "J", law.residual),
+        Metric("peak_torque", "peak torque", "N m", law.torque),
+        Metric("lowest_residual", "least residual seen under the cap", "J", law.lowest, "neither"),
     ]
 
 

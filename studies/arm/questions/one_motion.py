@@ -33,7 +33,7 @@ from studies.arm.report.profile import (
 )
 from studies.arm.report.quantities import (
     ASSUMPTIONS,
-    Entry,
+    Metric,
     both_joints_quantities,
     caps_by_quantity,
     criteria,
@@ -49,7 +49,7 @@ from studies.common.console import Console
 from studies.common.exit_codes import StudyError
 from studies.common.folder import provenance
 from studies.common.result import Result, Verdict, costs_elsewhere
-from studies.common.shapes import shape_series
+from studies.common.scene.chain_shapes import shape_series
 
 OPTIMUM = "optimum"
 LAWS = ("Step5", "Bezier")
@@ -119,7 +119,7 @@ def solve_motion(study: ArmStudy, console: Console) -> Result:
     entries += _asked_besides(study, refined, history)
     profile = sampled_to(replayed, study.residual_energy, study.sample_time, study.elements)
     title = f"residual energy of the profile sampled every {profile.step:.4g} s"
-    entries.append(Entry("sampled_residual_energy", title, "J", profile.residual_energy))
+    entries.append(Metric("sampled_residual_energy", title, "J", profile.residual_energy))
     laws = {OPTIMUM: entries}
 
     beside = [_baseline(stage, name, console) for name in LAWS]
@@ -205,7 +205,7 @@ def duration_to_try(stage: Stage, caps: TorqueCaps) -> str:
     )
 
 
-def _asked_besides(study: ArmStudy, refined: Refined, history: Loads) -> list[Entry]:
+def _asked_besides(study: ArmStudy, refined: Refined, history: Loads) -> list[Metric]:
     """What the optimum leaves where something is not as planned."""
     replayed = refined.replay
     entries = off_time_quantities(replayed)

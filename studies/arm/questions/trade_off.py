@@ -15,7 +15,7 @@ from studies.arm.laws.scan import left_by_laws
 from studies.arm.laws.unit_laws import baselines
 from studies.arm.optimal.solve import solve_stage
 from studies.arm.questions.baselines import replay_law
-from studies.arm.report.quantities import Entry, table_rows
+from studies.arm.report.quantities import Metric, table_rows
 from studies.arm.search_limits import TRADE_OFF_RATIOS, TRADE_OFF_REDUCED
 from studies.arm.stage import Stage
 from studies.common.console import Console
@@ -95,9 +95,9 @@ def trade_off(study: TradeOffStudy, console: Console) -> Result:
     )
 
 
-def _quantities(times: list[float], energies: list[float]) -> list[Entry]:
+def _quantities(times: list[float], energies: list[float]) -> list[Metric]:
     return [
-        Entry(f"residual_energy_{T:.4g}_s", f"residual energy in {T:.4g} s", "J", energy)
+        Metric(f"residual_energy_{T:.4g}_s", f"residual energy in {T:.4g} s", "J", energy)
         for T, energy in zip(times, energies, strict=True)
     ]
 

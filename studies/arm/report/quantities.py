@@ -41,8 +41,8 @@ ASSUMPTIONS = (
 
 
 @dataclass(frozen=True)
-class Entry:
-    """One number of a motion.
+class Metric:
+    """One number by which motions are compared.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Entry:
 
 
 def table_rows(
-    laws: Mapping[str, Sequence[Entry]], caps: Mapping[str, float | None] | None = None
+    laws: Mapping[str, Sequence[Metric]], caps: Mapping[str, float | None] | None = None
 ) -> tuple[TableRow, ...]:
     """Rows of a table: quantities by law, those of the first law first.
 
@@ -69,7 +69,7 @@ def table_rows(
     caps : by key of a quantity.
     """
     caps = caps or {}
-    first: dict[str, Entry] = {}
+    first: dict[str, Metric] = {}
     values: dict[str, dict[str, float]] = {}
     for law, quantities in laws.items():
         for quantity in quantities:
@@ -95,7 +95,7 @@ def quantities_of(
     arm: ArmDescription,
     pointing_error: float,
     peak_torque: Array | None = None,
-) -> list[Entry]:
+) -> list[Metric]:
     """What satellite, links, motors and antenna bear in any motion.
 
     Parameters
@@ -111,29 +111,29 @@ def quantities_of(
     """
     peaks = replayed.peak_torque if peak_torque is None else peak_torque
     return [
-        Entry("residual_energy", "residual energy", "J", replayed.residual_energy),
-        Entry("angle_miss", "angle miss at the lock", "rad", replayed.miss),
+        Metric("residual_energy", "residual energy", "J", replayed.residual_energy),
+        Metric("angle_miss", "angle miss at the lock", "rad", replayed.miss),
         _settling(replayed, pointing_error),
         *_on_the_satellite(history),
         *_in_the_lock(replayed, history),
-        Entry(
+        Metric(
             "peak_tip_acceleration",
             "peak tip acceleration",
             "m/s^2",
             float(history.tip_acceleration[: history.until].max()),
         ),
         *_bending(replayed, history, arm),
-        Entry("mean_square_torque", "mean square torque", "N^2 m^2", mean_square(replayed)),
-        Entry("work", "work of the drives, nothing recovered", "J", work_drawn(replayed)),
+        Metric("mean_square_torque", "mean square torque", "N^2 m^2", mean_square(replayed)),
+        Metric("work", "work of the drives, nothing recovered", "J", work_drawn(replayed)),
         *(
-            Entry(f"peak_{joint}_torque", f"peak {joint} torque", "N m", float(peaks[k]))
+            Metric(f"peak_{joint}_torque", f"peak {joint} torque", "N m", float(peaks[k]))
             for k, joint in enumerate(JOINT_NAMES)
             if k in replayed.motion.stage.moving
         ),
     ]
 
 
-def _on_the_satellite(history: Loads) -> list[Entry]:
+def _on_the_satellite(history: Loads) -> list[Metric]:
     """What the satellite bears at the root."""
     until = history.until
     force = float(np.linalg.norm(history.force[:, :until], axis=0).max())
@@ -146,34 +146,36 @@ def _on_the_satellite(history: Loads) -> list[Entry]:
 
     passed_on = "peak angular momentum passed to the satellite"
     return [
-        Entry("peak_root_force", "peak root force", "N", force),
-        Entry("peak_root_moment", "peak root moment", "N m", moment),
-        Entry(
+        Metric("peak_root_force", "peak root force", "N", force),
+        Metric("peak_root_moment", "peak root moment", "N m", moment),
+        Metric(
             "peak_root_moment_after_lock", "peak root moment after the lock", "N m", moment_after
         ),
-        Entry("peak_angular_momentum", passed_on, "N m s", momentum),
+        Metric("peak_angular_momentum", passed_on, "N m s", momentum),
     ]
 
 
-def _in_the_lock(replayed: LockedMotion, history: Loads) -> list[Entry]:
+def _in_the_lock(replayed: LockedMotion, history: Loads) -> list[Metric]:
     """What the lock strikes."""
     lock = replayed.run.engagement
     force = float(np.hypot(*history.force_impulse))
     # the joints' impulses have a sign, so that less of them is not better
     joints = [
-        Entry(f"lock_impulse_{joint}", f"lock impulse, {joint}", "N m s", float(impulse), "neither")
+        Metric(
+            f"lock_impulse_{joint}", f"lock impulse, {joint}", "N m s", float(impulse), "neither"
+        )
         for joint, impulse in zip(JOINT_NAMES, lock.impulse, strict=True)
     ]
     return [
-        Entry("lock_force_impulse", "lock impulse of the root's force", "N s", force),
+        Metric("lock_force_impulse", "lock impulse of the root's force", "N s", force),
         *joints,
-        Entry("lost_energy", "kinetic energy lost in the lock", "J", lock.lost_energy),
+        Metric("lost_energy", "kinetic energy lost in the lock", "J", lock.lost_energy),
     ]
 
 
-def _settling(replayed: LockedMotion, pointing_error: float) -> Entry:
+def _settling(replayed: LockedMotion, pointing_error: float) -> Metric:
     ratios = modal_ratios(replayed, DAMPING)
-    return Entry(
+    return Metric(
         "settling_time",
         f"settling of the tip to {pointing_error:g} m, mode 1 damped by {ratios[0]:.3g}",
         "s",
@@ -181,7 +183,7 @@ def _settling(replayed: LockedMotion, pointing_error: float) -> Entry:
     )
 
 
-def _bending(replayed: LockedMotion, history: Loads, arm: ArmDescription) -> list[Entry]:
+def _bending(replayed: LockedMotion, history: Loads, arm: ArmDescription) -> list[Metric]:
     """What bends both links."""
     parameters = replayed.motion.stage.arm
     links = (("big", parameters.big), ("small", parameters.small))
@@ -192,53 +194,55 @@ def _bending(replayed: LockedMotion, history: Loads, arm: ArmDescription) -> lis
         moment, diameter = float(peaks[k]), getattr(arm, f"{name}_diameter")
         surface = 1e-6 * stress(moment, link.bending_stiffness, diameter, arm.modulus)
         entries += [
-            Entry(f"bending_moment_{name}", f"peak bending moment, {name} arm", "N m", moment),
-            Entry(f"bending_stress_{name}", f"peak bending stress, {name} arm", "MPa", surface),
-            Entry(f"deflection_{name}", f"peak deflection, {name} arm", "m", float(bent[k])),
+            Metric(f"bending_moment_{name}", f"peak bending moment, {name} arm", "N m", moment),
+            Metric(f"bending_stress_{name}", f"peak bending stress, {name} arm", "MPa", surface),
+            Metric(f"deflection_{name}", f"peak deflection, {name} arm", "m", float(bent[k])),
         ]
     return entries
 
 
-def optimum_quantities(motion: OptimalMotion, replayed: LockedMotion) -> list[Entry]:
+def optimum_quantities(motion: OptimalMotion, replayed: LockedMotion) -> list[Metric]:
     """What is known of the optimum alone: its errors, its exact torque, its modes."""
     title = "residual energy on B21, aimed beside rest"
-    entries = [Entry("residual_energy_B21", title, "J", motion.reduced_energy, "neither")]
+    entries = [Metric("residual_energy_B21", title, "J", motion.reduced_energy, "neither")]
     if motion.weight:
         entries += _surcharges(motion)
     for k in motion.stage.moving:
         rate = float(motion.peak_rate[k])
         name = JOINT_NAMES[k]
         entries.append(
-            Entry(f"peak_{name}_torque_rate", f"peak rate of {name} torque", "N m/s", rate)
+            Metric(f"peak_{name}_torque_rate", f"peak rate of {name} torque", "N m/s", rate)
         )
 
     vibration = replayed.vibration
     modes = zip(vibration.frequencies, vibration.modal_amplitude, strict=True)
     for i, (frequency, amplitude) in enumerate(modes, start=1):
         title = f"mode {i}, {frequency:.4g} Hz: amplitude"
-        entries.append(Entry(f"mode_{i}_amplitude", title, "m", float(amplitude)))
+        entries.append(Metric(f"mode_{i}_amplitude", title, "m", float(amplitude)))
     return entries
 
 
-def _surcharges(motion: OptimalMotion) -> list[Entry]:
+def _surcharges(motion: OptimalMotion) -> list[Metric]:
     """What the objective is above the rigid arm's, and how much of that is smoothness."""
     share = 100 * motion.smoothness_share
     entries = [
-        Entry("smoothness_weight", "weight of the smoothness", "1", motion.weight, "neither"),
-        Entry("smoothness_share", "share of smoothness in what was minimised", "%", share),
+        Metric("smoothness_weight", "weight of the smoothness", "1", motion.weight, "neither"),
+        Metric("smoothness_share", "share of smoothness in what was minimised", "%", share),
     ]
     for k in motion.stage.moving if len(motion.stage.moving) == 1 else ():
         bound = 4.0 * float(motion.stage.torque_units[k])
         over = 100 * (float(motion.peak_torque[k]) / bound - 1)
         name = JOINT_NAMES[k]
         entries += [
-            Entry("rigid_bound", f"rigid bound of the peak {name} torque", "N m", bound, "neither"),
-            Entry("surcharge", "surcharge over the rigid bound", "%", over),
+            Metric(
+                "rigid_bound", f"rigid bound of the peak {name} torque", "N m", bound, "neither"
+            ),
+            Metric("surcharge", "surcharge over the rigid bound", "%", over),
         ]
     return entries
 
 
-def off_time_quantities(replayed: LockedMotion) -> list[Entry]:
+def off_time_quantities(replayed: LockedMotion) -> list[Metric]:
     """What a lock at the wrong instant leaves."""
     off_time = early_and_late(replayed)
 
@@ -246,43 +250,43 @@ def off_time_quantities(replayed: LockedMotion) -> list[Entry]:
     for word, off in zip(("early", "late"), off_time, strict=True):
         head = f"locked {EARLY_LATE:g} s {word}"
         entries += [
-            Entry(f"{word}_residual_energy", f"{head}: residual energy", "J", off.residual_energy),
-            Entry(f"{word}_angle_miss", f"{head}: angle miss", "rad", off.miss),
-            Entry(f"{word}_impulse", f"{head}: largest impulse", "N m s", off.impulse),
+            Metric(f"{word}_residual_energy", f"{head}: residual energy", "J", off.residual_energy),
+            Metric(f"{word}_angle_miss", f"{head}: angle miss", "rad", off.miss),
+            Metric(f"{word}_impulse", f"{head}: largest impulse", "N m s", off.impulse),
         ]
     return entries
 
 
-def both_joints_quantities(motion: OptimalMotion) -> list[Entry]:
+def both_joints_quantities(motion: OptimalMotion) -> list[Metric]:
     """What the models' errors do where both joints turn at once."""
     entries = []
     compared = compare_models(motion.stage)
     for model, frequency in compared.frequency.items():
         title = f"first frequency, both joints free, straight, {model}"
         key = f"free_frequency_{model.replace(' ', '_')}"
-        entries.append(Entry(key, title, "Hz", frequency, "neither"))
+        entries.append(Metric(key, title, "Hz", frequency, "neither"))
 
     left = motion.energy_on_B22
-    entries.append(Entry("residual_energy_B22", "residual energy on B22", "J", left, "neither"))
+    entries.append(Metric("residual_energy_B22", "residual energy on B22", "J", left, "neither"))
     for model, energy in compared.residual_energy.items():
         title = f"{LAW} instead: residual energy, {model}"
         key = f"linear_torque_residual_energy_{model.replace(' ', '_')}"
-        entries.append(Entry(key, title, "J", energy, "neither"))
+        entries.append(Metric(key, title, "J", energy, "neither"))
     return entries
 
 
-def satellite_quantities(case: FreeSatellite, study: ArmStudy) -> list[Entry]:
+def satellite_quantities(case: FreeSatellite, study: ArmStudy) -> list[Metric]:
     """What changes where the satellite is free to turn."""
     head = f"satellite of {case.inertia:g} kg m^2, free"
     turned, largest = float(np.degrees(case.turned)), float(np.degrees(case.largest_turn))
     held = f"first frequency, locked (held {case.held_frequency:.4g})"
     momentum, left = case.largest_momentum, case.residual_energy
     entries = [
-        Entry("satellite_turned", f"{head}: turned at the lock", "deg", turned, "neither"),
-        Entry("satellite_largest_turn", f"{head}: largest turn", "deg", largest),
-        Entry("satellite_momentum", f"{head}: peak angular momentum", "N m s", momentum),
-        Entry("satellite_residual_energy", f"{head}: residual energy", "J", left),
-        Entry("satellite_frequency", f"{head}: {held}", "Hz", case.frequency, "neither"),
+        Metric("satellite_turned", f"{head}: turned at the lock", "deg", turned, "neither"),
+        Metric("satellite_largest_turn", f"{head}: largest turn", "deg", largest),
+        Metric("satellite_momentum", f"{head}: peak angular momentum", "N m s", momentum),
+        Metric("satellite_residual_energy", f"{head}: residual energy", "J", left),
+        Metric("satellite_frequency", f"{head}: {held}", "Hz", case.frequency, "neither"),
     ]
 
     # the joint between arm and satellite travels further where both turn
@@ -291,7 +295,7 @@ def satellite_quantities(case: FreeSatellite, study: ArmStudy) -> list[Entry]:
         off = float(np.degrees(travels[k] - float(study.slew.turn[k])))
         title = f"{head}: {JOINT_NAMES[k]} angle off its target"
         key = f"satellite_{JOINT_NAMES[k]}_off_target"
-        entries.append(Entry(key, title, "deg", off, "neither"))
+        entries.append(Metric(key, title, "deg", off, "neither"))
     return entries
 
 

@@ -21,7 +21,7 @@ from studies.check.reading.raw_table import RawTable, refuse
 
 SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", "|": "bars", None: "blanks"}
 COMMENTS = ("#", "%", "//")
-HEAD = 65536  # bytes from which a dialect is told
+HEAD = 65536  # bytes from which a layout is told
 SEEN = 40  # lines of numbers by which a separator is judged
 
 _POINT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eEdD][-+]?\d+)?|nan|[-+]?inf", re.IGNORECASE)
@@ -31,7 +31,7 @@ _RAGGED = re.compile(r"at row (?P<row>\d+)")
 
 
 @dataclass(frozen=True)
-class Dialect:
+class TextLayout:
     """How a text writes its table.
 
     Attributes
@@ -62,18 +62,18 @@ def read_delimited(path: Path) -> RawTable:
     StudyError
         If it is binary, has no header or no rows, or a cell is no number.
     """
-    dialect = _dialect(path)
+    layout = _layout(path)
 
     def column(places: tuple[int, ...]) -> list[Array]:
-        return _columns(path, dialect, places)
+        return _columns(path, layout, places)
 
     def line_of(row: int) -> str:
         return f"row {row + 1} below the header"
 
-    return RawTable(path, dialect.headers, column, str(dialect), line_of)
+    return RawTable(path, layout.headers, column, str(layout), line_of)
 
 
-def _dialect(path: Path) -> Dialect:
+def _layout(path: Path) -> TextLayout:
     with path.open("rb") as file:
         head = file.read(HEAD)
     encoding = _encoding(path, head)
@@ -92,8 +92,8 @@ def _dialect(path: Path) -> Dialect:
             "cannot be understood: no header stands above columns of numbers; give a first row "
             "like 'time [s],angle [rad]' and one number a cell",
         )
-    _, dialect = max(found, key=lambda item: item[0])
-    return dialect
+    _, layout = max(found, key=lambda item: item[0])
+    return layout
 
 
 def _encoding(path: Path, head: bytes) -> str:
@@ -130,7 +130,7 @@ def _is_number(cell: str, decimal: str) -> bool:
 
 def _fits(
     lines: list[str], separator: str | None, decimal: str, encoding: str
-) -> tuple[tuple[int, int, int], Dialect] | None:
+) -> tuple[tuple[int, int, int], TextLayout] | None:
     """How well a separator and a decimal sign fit a text: rows in order, columns, precedence."""
     if separator == "," and decimal == ",":
         return None
@@ -151,7 +151,7 @@ def _fits(
     # of two that fit, the one whose numbers have decimals, and a sign before blanks
     precise = sum(decimal in cell for line in rows[:5] for cell in cells_of(line, separator))
     score = (fitting, width, precise + (separator is not None))
-    return score, Dialect(encoding, separator, decimal, joined, first)
+    return score, TextLayout(encoding, separator, decimal, joined, first)
 
 
 def _first_numbers(lines: list[str], separator: str | None, decimal: str) -> tuple[int | None, int]:
@@ -198,13 +198,13 @@ def _is_ambiguous(lines: list[str]) -> bool:
     return first is not None and width > 2 and 2 * len(cells_of(head, ",")) == width
 
 
-def _columns(path: Path, dialect: Dialect, places: tuple[int, ...]) -> list[Array]:
+def _columns(path: Path, layout: TextLayout, places: tuple[int, ...]) -> list[Array]:
     """The numbers of some columns, in one pass."""
-    with path.open(encoding=dialect.encoding, errors="replace", newline=None) as file:
+    with path.open(encoding=layout.encoding, errors="replace", newline=None) as file:
         try:
             values = np.loadtxt(
-                _rows(file, dialect),
-                delimiter=dialect.separator,
+                _rows(file, layout),
+                delimiter=layout.separator,
                 usecols=places,
                 comments=None,
                 quotechar='"',
@@ -215,11 +215,11 @@ def _columns(path: Path, dialect: Dialect, places: tuple[int, ...]) -> list[Arra
     return list(np.ascontiguousarray(values.T))
 
 
-def _rows(file: io.TextIOWrapper, dialect: Dialect) -> Iterator[str]:
+def _rows(file: io.TextIOWrapper, layout: TextLayout) -> Iterator[str]:
     """Lines of numbers with decimal points."""
-    for _ in range(dialect.skipped):
+    for _ in range(layout.skipped):
         next(file)
-    comma = dialect.decimal == ","
+    comma = layout.decimal == ","
     for line in file:
         if line.lstrip().startswith(COMMENTS) or not line.strip():
             continue

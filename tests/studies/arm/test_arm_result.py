@@ -18,14 +18,14 @@ from studies.arm.config import (
 )
 from studies.arm.questions.trade_off import _series, read_curves
 from studies.arm.replay.full_model import Motion, replay
-from studies.arm.report.quantities import Entry, table_rows
+from studies.arm.report.quantities import Metric, table_rows
 from studies.arm.report.traces import Trace, read_snapshots, snapshot_series, snapshots_of
 from studies.arm.stage import big_arm
 from studies.cli import COMMANDS, build_parser
 from studies.common.configuration import key_lines
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.result import Result, Series, costs_elsewhere
-from studies.common.shapes import read_shapes, shape_series
+from studies.common.scene.chain_shapes import read_shapes, shape_series
 from studies.common.writers import outcome_text
 
 STUDIES = [
@@ -155,9 +155,9 @@ def test_curves_are_read_as_they_were_kept():
 def test_what_the_optimum_costs_is_seen_beside_the_better_law():
     rows = table_rows(
         {
-            "optimum": [Entry("work", "work", "J", 3.0), Entry("rate", "rate", "N m/s", 6.0)],
-            "Step5": [Entry("work", "work", "J", 2.5)],
-            "Bezier": [Entry("work", "work", "J", 2.0)],
+            "optimum": [Metric("work", "work", "J", 3.0), Metric("rate", "rate", "N m/s", 6.0)],
+            "Step5": [Metric("work", "work", "J", 2.5)],
+            "Bezier": [Metric("work", "work", "J", 2.0)],
         },
         caps={"rate": 7.0},
     )
@@ -169,5 +169,5 @@ def test_what_the_optimum_costs_is_seen_beside_the_better_law():
 
 
 def test_laws_that_are_not_compared_have_no_costs_to_speak_of():
-    rows = table_rows({law: [Entry("ratio", "ratio", "1", 0.1, "neither")] for law in "ab"})
+    rows = table_rows({law: [Metric("ratio", "ratio", "1", 0.1, "neither")] for law in "ab"})
     assert "costs elsewhere" not in outcome_text(result(table=rows))

@@ -15,12 +15,12 @@ from studies.common.result import Result
 from studies.paper import entries as rows
 from studies.paper.cases import Cases
 from studies.paper.config import PaperStudy
-from studies.paper.dynamics import dynamics_entries
 from studies.paper.entries import Entry, PaperVerdict
 from studies.paper.listing import cells, entries_from, entry_from, errata_rows, rows_csv
-from studies.paper.planning import planning_entries
+from studies.paper.sections.dynamics import dynamics_entries
+from studies.paper.sections.planning import planning_entries
+from studies.paper.sections.truss_model import truss_entries
 from studies.paper.study import result_of, unique_keys
-from studies.paper.truss_model import truss_entries
 
 # what a reader finds in the text of sections II, IV, V-A and V-C, in its digits
 PRINTED = (
@@ -108,7 +108,7 @@ def test_ours_is_what_the_closed_forms_give(quantity, ours, rel):
 
 def test_a_wrong_model_is_found(monkeypatch):
     """A crank a tenth longer breaks formulas and inputs, not the code."""
-    from studies.paper import dynamics
+    from studies.paper.sections import dynamics
 
     wrong = dataclasses.replace(TrussParameters(), crank=0.11)
     monkeypatch.setattr(dynamics, "DYNAMIC_SET", wrong)

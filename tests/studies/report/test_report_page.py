@@ -16,8 +16,8 @@ from models.truss.wireframe import path_lengths
 from studies.common.console import number
 from studies.common.exit_codes import StudyError
 from studies.common.result import Criterion, Result, Series, Verdict
-from studies.common.scene import hermite
-from studies.common.shapes import read_shapes
+from studies.common.scene.chain_shapes import read_shapes
+from studies.common.scene.moving_picture import hermite
 from studies.report import assets
 from studies.report.charts import charts_of_arrays, value_range
 from studies.report.comparison import beside

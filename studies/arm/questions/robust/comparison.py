@@ -20,7 +20,7 @@ from studies.arm.questions.robust.problem import MeshSize, mesh_of, solve_nomina
 from studies.arm.questions.robust.spread import SPREADS, WIDTH, Spread
 from studies.arm.replay.full_model import Drive, Motion, replay
 from studies.arm.replay.reduced_model import Factors, residuals, varied
-from studies.arm.report.quantities import Entry, table_rows
+from studies.arm.report.quantities import Metric, table_rows
 from studies.arm.stage import JOINT_NAMES, Stage
 from studies.common.console import Console
 from studies.common.folder import provenance
@@ -213,7 +213,7 @@ def find_robust(study: RobustStudy, console: Console) -> Result:
     )
 
 
-def _quantities(motion_map: ResidualMap, comparison: Comparison) -> list[Entry]:
+def _quantities(motion_map: ResidualMap, comparison: Comparison) -> list[Metric]:
     joint, nominal = comparison.stage.moving[0], comparison.nominal
     on_B21, on_full = motion_map.ratios(nominal)
     worst, worst_full = float(motion_map.reduced.max()), float(motion_map.full.max())
@@ -221,14 +221,14 @@ def _quantities(motion_map: ResidualMap, comparison: Comparison) -> list[Entry]:
     root = "sqrt(J)"
 
     return [
-        Entry("peak_torque", "peak torque", "N m", motion_map.peak),
-        Entry("peak_ratio", "peak torque over the nominal's", "1", share, "neither"),
-        Entry("peak_rate", "peak torque rate", "N m/s", float(motion_map.motion.peak_rate[joint])),
-        Entry("worst_B21", "worst sqrt(E_res) on B21", root, worst),
-        Entry("ratio_B21", "the same over the nominal's", "1", on_B21),
-        Entry("worst_full", "worst sqrt(E_res), full model", root, worst_full),
-        Entry("ratio_full", "the same over the nominal's", "1", on_full),
-        Entry(
+        Metric("peak_torque", "peak torque", "N m", motion_map.peak),
+        Metric("peak_ratio", "peak torque over the nominal's", "1", share, "neither"),
+        Metric("peak_rate", "peak torque rate", "N m/s", float(motion_map.motion.peak_rate[joint])),
+        Metric("worst_B21", "worst sqrt(E_res) on B21", root, worst),
+        Metric("ratio_B21", "the same over the nominal's", "1", on_B21),
+        Metric("worst_full", "worst sqrt(E_res), full model", root, worst_full),
+        Metric("ratio_full", "the same over the nominal's", "1", on_full),
+        Metric(
             "nominal_arm", "sqrt(E_res) of the nominal arm, full model", root, motion_map.at_nominal
         ),
     ]

@@ -18,13 +18,13 @@ from studies.arm.questions.sequence.solve import (
     replay_sequence,
     solve_sequence,
 )
-from studies.arm.report.quantities import CAP_EXCESS, Entry, table_rows
+from studies.arm.report.quantities import CAP_EXCESS, Metric, table_rows
 from studies.arm.stage import ROOT
 from studies.common.console import Console
 from studies.common.exit_codes import StudyError
 from studies.common.folder import provenance
 from studies.common.result import Criterion, Result, Series, Verdict
-from studies.common.shapes import shape_series
+from studies.common.scene.chain_shapes import shape_series
 
 AGREE = 0.2  # share of the full model's energy by which B21 may differ
 STILL = 1e-8  # [J] below which both count as still
@@ -112,7 +112,7 @@ def _sentence(held: bool, name: str) -> str:
     return f"{'verified' if held else 'FAILED'}: {name}"
 
 
-def _facts(solved: OptimalSequence, replayed: SequenceReplay) -> list[Entry]:
+def _facts(solved: OptimalSequence, replayed: SequenceReplay) -> list[Metric]:
     """Times, torques and what the locks leave."""
     case, bound = solved.case, solved.rigid_bound
     big, dwell, small = solved.durations
@@ -127,32 +127,32 @@ def _facts(solved: OptimalSequence, replayed: SequenceReplay) -> list[Entry]:
     last = "energy after the last lock"
     lock, impulse = replayed.first.engagement, "impulse of the first lock at the root"
     return [
-        Entry("big_arm_time", "big arm", "s", big, "neither"),
-        Entry("dwell", "dwell", "s", dwell, "neither"),
-        Entry("small_arm_time", "small arm", "s", small, "neither"),
-        Entry("moving_time", "both motions", "s", solved.moving_time),
-        Entry("peak_root_torque", "peak torque, root", "N m", root),
-        Entry("peak_elbow_torque", "peak torque, elbow", "N m", elbow),
-        Entry("rigid_bound", "rigid bound of this time, best split", "N m", bound, "neither"),
-        Entry("surcharge", "surcharge over the rigid bound", "%", over),
-        Entry("paper_bound", "rigid bound of the paper's 86 and 112 s", "N m", paper, "neither"),
-        Entry("first_lock_energy", f"{first}, full model", "J", replayed.at_lock),
-        Entry("first_lock_energy_B21", f"{first}, B21", "J", replayed.reduced[0]),
-        Entry("residual_energy", f"{last}, full model", "J", replayed.at_end),
-        Entry("residual_energy_B21", f"{last}, B21", "J", replayed.reduced[1]),
-        Entry("lost_first", "kinetic energy lost in the first lock", "J", lock.lost_energy),
-        Entry("impulse_first", impulse, "N m s", float(lock.impulse[ROOT]), "neither"),
-        Entry("angle_miss_root", "angle miss, root", "rad", replayed.root_miss),
-        Entry("angle_miss_elbow", "angle miss, elbow", "rad", replayed.elbow_miss),
+        Metric("big_arm_time", "big arm", "s", big, "neither"),
+        Metric("dwell", "dwell", "s", dwell, "neither"),
+        Metric("small_arm_time", "small arm", "s", small, "neither"),
+        Metric("moving_time", "both motions", "s", solved.moving_time),
+        Metric("peak_root_torque", "peak torque, root", "N m", root),
+        Metric("peak_elbow_torque", "peak torque, elbow", "N m", elbow),
+        Metric("rigid_bound", "rigid bound of this time, best split", "N m", bound, "neither"),
+        Metric("surcharge", "surcharge over the rigid bound", "%", over),
+        Metric("paper_bound", "rigid bound of the paper's 86 and 112 s", "N m", paper, "neither"),
+        Metric("first_lock_energy", f"{first}, full model", "J", replayed.at_lock),
+        Metric("first_lock_energy_B21", f"{first}, B21", "J", replayed.reduced[0]),
+        Metric("residual_energy", f"{last}, full model", "J", replayed.at_end),
+        Metric("residual_energy_B21", f"{last}, B21", "J", replayed.reduced[1]),
+        Metric("lost_first", "kinetic energy lost in the first lock", "J", lock.lost_energy),
+        Metric("impulse_first", impulse, "N m s", float(lock.impulse[ROOT]), "neither"),
+        Metric("angle_miss_root", "angle miss, root", "rad", replayed.root_miss),
+        Metric("angle_miss_elbow", "angle miss, elbow", "rad", replayed.elbow_miss),
     ]
 
 
 def _beside(
     study: SequenceStudy, solved: OptimalSequence, console: Console
-) -> tuple[list[Entry], list[str]]:
+) -> tuple[list[Metric], list[str]]:
     """What rest and smoothness cost, and a sentence for each part that was not found."""
     cap, left = study.torque_cap, study.lock_energy
-    parts: list[Callable[[], list[Entry]]] = []
+    parts: list[Callable[[], list[Metric]]] = []
     if cap is not None:
         parts.append(lambda: _sums(solved, cap, console))
     else:
@@ -160,7 +160,7 @@ def _beside(
     if left is not None:
         parts.append(lambda: _without_rest(study, solved, left, console))
 
-    entries: list[Entry] = []
+    entries: list[Metric] = []
     left_out = []
     for part in parts:
         try:
@@ -170,19 +170,19 @@ def _beside(
     return entries, left_out
 
 
-def _sums(solved: OptimalSequence, cap: float, console: Console) -> list[Entry]:
+def _sums(solved: OptimalSequence, cap: float, console: Console) -> list[Metric]:
     """What the sequence gains over both stages alone."""
     first, second = alone(solved.case, cap, console.live)
     less = solved.moving_time - first - second
     return [
-        Entry("big_arm_alone", "big arm alone", "s", first, "neither"),
-        Entry("small_arm_alone", "small arm alone", "s", second, "neither"),
-        Entry("sum_alone", "sum of both alone", "s", first + second, "neither"),
-        Entry("less_than_sum", "sequence less the sum", "s", less, "neither"),
+        Metric("big_arm_alone", "big arm alone", "s", first, "neither"),
+        Metric("small_arm_alone", "small arm alone", "s", second, "neither"),
+        Metric("sum_alone", "sum of both alone", "s", first + second, "neither"),
+        Metric("less_than_sum", "sequence less the sum", "s", less, "neither"),
     ]
 
 
-def _smoothing_costs(solved: OptimalSequence, console: Console) -> list[Entry]:
+def _smoothing_costs(solved: OptimalSequence, console: Console) -> list[Metric]:
     """Common peak torque, and its surcharge, where the smoothness weighs less and less."""
     quantities = []
     for number, (weight, lighter) in enumerate(lighter_smoothing(solved, console.live), start=1):
@@ -191,8 +191,8 @@ def _smoothing_costs(solved: OptimalSequence, console: Console) -> list[Entry]:
         over = 100 * (peak / solved.case.rigid_bound - 1)
         tail = f"smoothness at {weight:g}"
         quantities += [
-            Entry(f"peak_lighter_{number}", f"peak torque, {tail}", "N m", peak),
-            Entry(
+            Metric(f"peak_lighter_{number}", f"peak torque, {tail}", "N m", peak),
+            Metric(
                 f"surcharge_lighter_{number}", f"surcharge over the rigid bound, {tail}", "%", over
             ),
         ]
@@ -201,7 +201,7 @@ def _smoothing_costs(solved: OptimalSequence, console: Console) -> list[Entry]:
 
 def _without_rest(
     study: SequenceStudy, solved: OptimalSequence, left: float, console: Console
-) -> list[Entry]:
+) -> list[Metric]:
     """The same sequence where the first lock may meet an energy [J], rest only after the last."""
     freed = solve_sequence(
         solved.case,
@@ -215,23 +215,23 @@ def _without_rest(
 
     head = "no rest at the first lock"
     quantities = [
-        Entry("freed_allowed", f"{head}: energy it may meet", "J", left, "neither"),
-        Entry("freed_first", f"{head}: energy after the first lock, B21", "J", at_lock),
-        Entry("freed_last", f"{head}: energy after the last lock, B21", "J", at_end),
+        Metric("freed_allowed", f"{head}: energy it may meet", "J", left, "neither"),
+        Metric("freed_first", f"{head}: energy after the first lock, B21", "J", at_lock),
+        Metric("freed_last", f"{head}: energy after the last lock, B21", "J", at_end),
     ]
 
     if study.least == "time":
         gain = solved.moving_time - freed.moving_time
         quantities += [
-            Entry("freed_time", f"{head}: both motions", "s", freed.moving_time),
-            Entry("freed_gain", f"{head}: gain", "s", gain, "more"),
+            Metric("freed_time", f"{head}: both motions", "s", freed.moving_time),
+            Metric("freed_gain", f"{head}: gain", "s", gain, "more"),
         ]
     else:
         peak = max(freed.peaks)
         gain = 100 * (1 - peak / max(solved.peaks))
         quantities += [
-            Entry("freed_peak", f"{head}: peak torque", "N m", peak),
-            Entry("freed_gain", f"{head}: gain", "%", gain, "more"),
+            Metric("freed_peak", f"{head}: peak torque", "N m", peak),
+            Metric("freed_gain", f"{head}: gain", "%", gain, "more"),
         ]
     return quantities
 

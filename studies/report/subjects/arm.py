@@ -6,8 +6,8 @@ import numpy as np
 
 from ocp.arrays import Array
 from studies.common.result import Result
-from studies.common.scene import LawOfMotion, MovingPicture, Strand
-from studies.common.shapes import ChainShapes, read_shapes
+from studies.common.scene.chain_shapes import ChainShapes, read_shapes
+from studies.common.scene.moving_picture import LawOfMotion, MovingPicture, Strand
 from studies.report.charts import Chart, Level, charts_of_arrays
 
 # series as charts: title, and the quantity of the table whose cap they keep; the others follow

@@ -26,7 +26,7 @@ from studies.paper.entries import (
     not_readable,
     shape,
 )
-from studies.paper.truss_model import diameter
+from studies.paper.sections.truss_model import diameter
 from studies.truss.motions.deployment import Deployment
 
 SAMPLES = 4001

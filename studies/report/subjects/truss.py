@@ -10,7 +10,7 @@ from models.truss import ring_radius, slider_distance_slope
 from models.truss.wireframe import shape_weights, wireframe, wrap_angles
 from ocp.arrays import Array
 from studies.common.result import Result
-from studies.common.scene import LawOfMotion, MovingPicture, RopeTension, Strand
+from studies.common.scene.moving_picture import LawOfMotion, MovingPicture, RopeTension, Strand
 from studies.report.charts import TIME, Chart, ChartAxis, Curve, Level
 from studies.truss.config import study_from
 from studies.truss.motions.deployment import COLUMNS, Deployment, profile

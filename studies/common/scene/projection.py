@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocp.arrays import Array
-from studies.common.scene import MovingPicture
+from studies.common.scene.moving_picture import MovingPicture
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from models.truss.parameters import TUBE_DENSITY, TUBE_INNER_DIAMETER, TUBE_OUTE
 from ocp.arrays import Array
 from studies.paper.cases import DEPLOYED, FRICTIONS, WITH_FRICTION, Cases
 from studies.paper.entries import Entry, assumption, given, misprint, shape
-from studies.paper.truss_model import spring_force
+from studies.paper.sections.truss_model import spring_force
 from studies.truss.motions.deployment import Deployment
 
 SAMPLES = 20_001

@@ -1,0 +1,1 @@
+"""The rows of the paper, a module a section: what it prints beside what our models give."""
