@@ -25,6 +25,7 @@ from studies.paper.cases import Cases
 from studies.paper.entries import Entry, assumption, equal, given, misprint, not_readable, shape
 
 FOLDED = 2.178  # [Hz], of the arm with the small one folded and the root free
+FIRST = 0.445  # [Hz], of the straight arm with both joints locked: where a fit begins
 FASTER = {"big": (43.0, 21.5), "small": (56.0, 28.0)}  # [s], half and a quarter of the paper's
 MODULI = (0.5, 2.0)  # multiples of Young's modulus
 LENGTHS = (0.8, 1.0, 1.25)  # multiples of both arms' lengths
@@ -47,6 +48,8 @@ def arm_entries(cases: Cases) -> list[Entry]:
 def _lengths() -> list[Entry]:
     arm = ArmParameters()
     big, small = arm.big, arm.small
+    unknown = "no section and no material are given; ours is a CFRP tube of"
+
     return [
         not_readable(
             "Fig. 1",
@@ -59,19 +62,15 @@ def _lengths() -> list[Entry]:
         given("V-B", "length of both arms", "m", "5", big.length + small.length),
         given("V-B", "length of the big arm", "m", "3", big.length),
         given("V-B", "length of the small arm", "m", "2", small.length),
-        assumption(
-            "V-B",
-            "bending stiffness of the big arm",
-            "N m^2",
-            big.bending_stiffness,
-            "no section and no material are given; ours is a CFRP tube of 60 x 2.0 mm",
-        ),
-        assumption(
-            "V-B",
-            "bending stiffness of the small arm",
-            "N m^2",
-            small.bending_stiffness,
-            "no section and no material are given; ours is a CFRP tube of 50 x 1.5 mm",
+        *(
+            assumption(
+                "V-B",
+                f"bending stiffness of the {name} arm",
+                "N m^2",
+                link.bending_stiffness,
+                f"{unknown} {tube}",
+            )
+            for name, link, tube in (("big", big, "60 x 2.0 mm"), ("small", small, "50 x 1.5 mm"))
         ),
         assumption(
             "V-A",
@@ -103,6 +102,7 @@ def _big(stage: Stage, locked: LockedRun) -> list[Entry]:
     swing = vibration(run.times, bent(run, 1))
     span = float(np.ptp(run.position(0)[1]))
     miss = abs(locked.engagement.miss[ROOT])
+
     return [
         equal(
             "Fig. 15(a)",
@@ -159,17 +159,22 @@ def _speed(run: Simulation, link: int) -> Array:
 
 
 def _small(stages: dict[str, tuple[Stage, LockedRun]]) -> list[Entry]:
-    _, big = stages["big"]
-    _, locked = stages["small"]
-    run, after = locked.before, locked.after
-    assert after is not None  # asked for
-    assert big.after is not None
-    tip, elbow, speed = run.position(1), run.position(0), _speed(run, 1)
-    drift, shaking = float(np.abs(elbow[0]).max()), vibration(run.times, elbow[0])
-    swings = [float(np.ptp(motion.position(1)[0])) / 2 for motion in (after, big.after)]
-    fluctuation = float(np.ptp(after.position(0)[0])) / 2
-    first = fitted_frequency(after.times, bent(after, 0), 0.445)
+    locked, big = stages["small"][1], stages["big"][1]
+    elbow = locked.before.position(0)
+    shaking = vibration(locked.before.times, elbow[0])
+    return [
+        *_small_arm_end(locked),
+        _reaction(elbow, shaking),
+        *_after_its_lock(locked, big, shaking),
+    ]
+
+
+def _small_arm_end(locked: LockedRun) -> list[Entry]:
+    """Where and how fast the small arm's end moves until the lock."""
+    run = locked.before
+    tip, speed = run.position(1), _speed(run, 1)
     miss = abs(locked.engagement.miss[ELBOW])
+
     return [
         equal(
             "Fig. 16(a)",
@@ -212,18 +217,43 @@ def _small(stages: dict[str, tuple[Stage, LockedRun]]) -> list[Entry]:
                 "and back": abs(tip[0, -1]) < 1e-3,
             },
         ),
-        shape(
-            "Fig. 16(d)",
-            "drift of the big arm's end along x while the small arm turns",
-            "m",
-            drift,
-            {
-                "there is a continuous drift, slow beside the vibration": drift > 10 * shaking,
-                "by the reaction: it changes sign with the torque": bool(
-                    elbow[0].max() > 0 > elbow[0].min()
-                ),
-            },
-        ),
+    ]
+
+
+def _reaction(elbow: Array, shaking: float) -> Entry:
+    """What the turning small arm does to the end of the big one, which is locked."""
+    drift = float(np.abs(elbow[0]).max())
+    both_signs = bool(elbow[0].max() > 0 > elbow[0].min())
+    return shape(
+        "Fig. 16(d)",
+        "drift of the big arm's end along x while the small arm turns",
+        "m",
+        drift,
+        {
+            "there is a continuous drift, slow beside the vibration": drift > 10 * shaking,
+            "by the reaction: it changes sign with the torque": both_signs,
+        },
+    )
+
+
+def _after_its_lock(locked: LockedRun, big: LockedRun, shaking: float) -> list[Entry]:
+    """How the whole arm swings once the small one is locked, too.
+
+    Parameters
+    ----------
+    locked, big : the motions of the small and of the big arm.
+    shaking : amplitude of the big arm's end while the small one turns [m].
+    """
+    after = locked.after
+    assert after is not None  # asked for
+    assert big.after is not None
+
+    swings = [float(np.ptp(motion.position(1)[0])) / 2 for motion in (after, big.after)]
+    fluctuation = float(np.ptp(after.position(0)[0])) / 2
+    first = fitted_frequency(after.times, bent(after, 0), FIRST)
+    ratio = first / fitted_frequency(after.times, after.position(1)[0], FIRST)
+
+    return [
         shape(
             "V-B",
             "amplitude of the tip after the lock of the small arm over that of the big arm",
@@ -249,61 +279,65 @@ def _small(stages: dict[str, tuple[Stage, LockedRun]]) -> list[Entry]:
             "Fig. 16(d)",
             "frequency of the big arm's end over that of the tip, after the lock",
             "1",
-            first / fitted_frequency(after.times, after.position(1)[0], 0.445),
-            {
-                "the two are consistent": abs(
-                    first / fitted_frequency(after.times, after.position(1)[0], 0.445) - 1
-                )
-                < UNCHANGED
-            },
+            ratio,
+            {"the two are consistent": abs(ratio - 1) < UNCHANGED},
         ),
     ]
 
 
 def _sweeps(cases: Cases, stages: dict[str, tuple[Stage, LockedRun]]) -> list[Entry]:
-    found = []
-    swings, tones = [], []
-    for name in ("big", "small"):
-        runs = [stages[name], *(cases.faster(name, T) for T in FASTER[name])]
-        paces = [stage.duration for stage, _ in runs]
-        energies = [locked.residual_energy for _, locked in runs]
-        if name == "big":
-            for _, locked in runs:
-                t, history = locked.before.times, bent(locked.before, 1)
-                swings.append(vibration(t, history))
-                tones.append(fitted_frequency(t, history, FOLDED))
-        found.append(
-            shape(
-                "V-B",
-                f"energy that the lock of the {name} arm leaves in {paces[-1]:g} s over that in "
-                f"{paces[0]:g} s",
-                "1",
-                energies[-1] / energies[0],
-                {"a longer time leaves less": _falls(energies[::-1])},
-            )
-        )
-    found.append(
+    """What changes with the time of a motion, the modulus and the length."""
+    runs = {
+        name: [stages[name], *(cases.faster(name, T) for T in FASTER[name])]
+        for name in ("big", "small")
+    }
+    return [
+        *(_energy_left(name, paces) for name, paces in runs.items()),
+        *_vibration_by_pace([locked.before for _, locked in runs["big"]]),
+        _modulus(cases, stages["big"][1]),
+        _length(),
+    ]
+
+
+def _energy_left(name: str, runs: list[tuple[Stage, LockedRun]]) -> Entry:
+    paces = [stage.duration for stage, _ in runs]
+    energies = [locked.residual_energy for _, locked in runs]
+    return shape(
+        "V-B",
+        f"energy that the lock of the {name} arm leaves in {paces[-1]:g} s over that in "
+        f"{paces[0]:g} s",
+        "1",
+        energies[-1] / energies[0],
+        {"a longer time leaves less": _falls(energies[::-1])},
+    )
+
+
+def _vibration_by_pace(runs: list[Simulation]) -> list[Entry]:
+    """Amplitude and frequency of the big arm's vibration, the slowest motion first."""
+    histories = [(run.times, bent(run, 1)) for run in runs]
+    swings = [vibration(*history) for history in histories]
+    tones = [fitted_frequency(*history, FOLDED) for history in histories]
+    paces = f"in {FASTER['big'][-1]:g} s over that in 86 s"
+
+    return [
         shape(
             "V-B",
-            f"amplitude of the vibration in {FASTER['big'][-1]:g} s over that in 86 s",
+            f"amplitude of the vibration {paces}",
             "1",
             swings[-1] / swings[0],
             {"it increases with the speed of rotation": _falls(swings[::-1])},
-        )
-    )
-    found.append(
+        ),
         misprint(
             "V-B, VI",
-            f"frequency of the vibration in {FASTER['big'][-1]:g} s over that in 86 s",
+            f"frequency of the vibration {paces}",
             "1",
             "",
             tones[-1] / tones[0],
             f"said to increase with the speed; ours stays at {tones[0]:.4f} Hz and "
             f"{tones[-1]:.4f} Hz, since the turning is slow beside the vibration",
             shown=abs(tones[-1] / tones[0] - 1) < UNCHANGED,
-        )
-    )
-    return [*found, _modulus(cases, stages["big"][1]), _length()]
+        ),
+    ]
 
 
 def _falls(values: list[float]) -> bool:

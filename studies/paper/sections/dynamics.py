@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 
 import casadi as ca
 import numpy as np
@@ -101,9 +102,19 @@ def _shares(deployment: Deployment) -> dict[str, float]:
 def _energies(cases: Cases) -> list[Entry]:
     smooth, rubbing = cases.dynamic[0], cases.rubbing[0]
     plain, lossy = _shares(smooth), _shares(rubbing)
-    rest = 1.0 - lossy["potential"]
     return [
-        given("V-C", "pulley friction of Fig. 17", "1", "0", smooth.truss.pulley_friction),
+        *_without_friction(smooth, plain),
+        *_with_friction(rubbing, plain, lossy),
+        *_concluded(plain, lossy),
+    ]
+
+
+def _without_friction(deployment: Deployment, plain: Mapping[str, float]) -> list[Entry]:
+    """Fig. 17: the work becomes potential energy."""
+    kinetic, joints = deployment.energies.kinetic, deployment.energies.joints
+
+    return [
+        given("V-C", "pulley friction of Fig. 17", "1", "0", deployment.truss.pulley_friction),
         shape(
             "Fig. 17(a)",
             "greatest kinetic energy over the motor's work, mu = 0",
@@ -111,9 +122,7 @@ def _energies(cases: Cases) -> list[Entry]:
             100 * plain["kinetic"],
             {
                 "kinetic energy very small": plain["kinetic"] < SMALL,
-                "starts and ends at rest": bool(
-                    np.abs(smooth.energies.kinetic[[0, -1]]).max() < 1e-12
-                ),
+                "starts and ends at rest": bool(np.abs(kinetic[[0, -1]]).max() < 1e-12),
             },
         ),
         shape(
@@ -123,7 +132,7 @@ def _energies(cases: Cases) -> list[Entry]:
             100 * plain["joints"],
             {
                 "very small": plain["joints"] < SMALL,
-                "never falls": bool((np.diff(smooth.energies.joints) >= 0).all()),
+                "never falls": bool((np.diff(joints) >= 0).all()),
             },
         ),
         shape(
@@ -136,13 +145,23 @@ def _energies(cases: Cases) -> list[Entry]:
                 "the energies add up to the work": plain["imbalance"] < BALANCE,
             },
         ),
+    ]
+
+
+def _with_friction(
+    deployment: Deployment, plain: Mapping[str, float], lossy: Mapping[str, float]
+) -> list[Entry]:
+    """Fig. 18: what does not become potential energy becomes heat."""
+    rest = 1.0 - lossy["potential"]
+
+    return [
         given("V-C", "pulley friction of Fig. 18", "1", "0.01", WITH_FRICTION.pulley_friction),
         misprint(
             "Fig. 18",
             "pulley friction in the caption",
             "1",
             "0",
-            rubbing.truss.pulley_friction,
+            deployment.truss.pulley_friction,
             "the text says 0.01, and without friction the dissipation that the figure draws in "
             "the pulleys would be zero",
             shown=plain["pulleys"] == 0.0 < lossy["pulleys"],
@@ -164,12 +183,19 @@ def _energies(cases: Cases) -> list[Entry]:
                 "the energies add up to the work": lossy["imbalance"] < BALANCE,
             },
         ),
+    ]
+
+
+def _concluded(plain: Mapping[str, float], lossy: Mapping[str, float]) -> list[Entry]:
+    """What section VI says of the energies."""
+    heat, rest = lossy["pulleys"] + lossy["joints"], 1.0 - lossy["potential"]
+    return [
         shape(
             "VI",
             "heat over what is left beside the potential energy, mu = 0.01",
             "%",
-            100 * (lossy["pulleys"] + lossy["joints"]) / rest,
-            {"most of the rest becomes heat": lossy["pulleys"] + lossy["joints"] > 0.99 * rest},
+            100 * heat / rest,
+            {"most of the rest becomes heat": heat > 0.99 * rest},
         ),
         misprint(
             "VI",
@@ -265,12 +291,12 @@ def _rises(values: Array) -> bool:
 
 
 def _tensions(cases: Cases) -> list[Entry]:
-    rubbing = cases.rubbing[0]
-    truss = rubbing.truss
-    moments = np.array(
-        [0.0, rubbing.law.duration / 2, rubbing.extremes["peak-force"].time, rubbing.law.duration]
-    )
-    motion, history = rubbing.at(moments)
+    deployment = cases.rubbing[0]
+    truss, T = deployment.truss, deployment.law.duration
+
+    # segment k bears T1 times a ratio that depends on the angle alone
+    moments = np.array([0.0, T / 2, deployment.extremes["peak-force"].time, T])
+    motion, history = deployment.at(moments)
     profiles = np.array(
         [
             force * ca.DM(tension_ratios(truss, float(angle))).full().ravel()
@@ -278,6 +304,12 @@ def _tensions(cases: Cases) -> list[Entry]:
         ]
     )
     falls = bool((np.diff(profiles, axis=1) <= 1e-12).all())
+    farthest = bool(
+        (profiles.argmin(axis=1) == profiles.shape[1] - 1).all()
+        or np.allclose(profiles.min(axis=1), profiles[:, -1])
+    )
+    last_of_first = profiles[:, -1] / profiles[:, 0]
+
     return [
         given("V-C", "modules of the mechanism", "1", "24", truss.modules),
         given("V-C", "cable sections of a rope", "1", "96", profiles.shape[1]),
@@ -285,15 +317,11 @@ def _tensions(cases: Cases) -> list[Entry]:
             "Fig. 20",
             "tension of the last segment over the motor's at the start, mu = 0.01",
             "1",
-            float(profiles[0, -1] / profiles[0, 0]),
+            float(last_of_first[0]),
             {
                 "tensions fall along the rope at all times": falls,
-                "the segment farthest from the motor has the least": bool(
-                    (profiles.argmin(axis=1) == profiles.shape[1] - 1).all()
-                    or np.allclose(profiles.min(axis=1), profiles[:, -1])
-                ),
-                "the fall differs with the angle": float(np.ptp(profiles[:, -1] / profiles[:, 0]))
-                > 0.1,
+                "the segment farthest from the motor has the least": farthest,
+                "the fall differs with the angle": float(np.ptp(last_of_first)) > 0.1,
             },
         ),
     ]

@@ -188,29 +188,30 @@ def _equations(cases: Cases) -> list[Entry]:
 
 
 def _table_1() -> list[Entry]:
+    titles = ("length", "cross-sectional area", "elastic modulus", "second moment of area")
     found = []
     for name, column, printed in (
         ("single-pendulum", "simple", ("1.2", "0.0018", "2e9", "1.215e-8", "5540", "1.3")),
         ("double-pendulum", "double", ("3.6", "0.00025", "6.895e10", "1.302e-9", "2770", "5")),
     ):
         case = tomllib.loads((PRESETS / f"{name}.toml").read_text("utf-8"))
-        links = case["link"]
+        links, reason = case["link"], f"the value of our case {name}"
+
+        # the paper's length is that of the whole chain; the links are alike in all else
+        length = sum(link["length"] for link in links)
         keys = ("area", "modulus", "second_moment", "density")
-        ours = [sum(link["length"] for link in links)]
-        ours += [links[-1][key] for key in keys]
-        titles = ("length", "cross-sectional area", "elastic modulus", "second moment of area")
         rows = zip(
             (*titles, "density", "simulation time"),
             ("m", "m^2", "Pa", "m^4", "kg/m^3", "s"),
             printed,
-            (*ours, case["duration"]),
+            (length, *(links[-1][key] for key in keys), case["duration"]),
             strict=True,
         )
-        reason = f"the value of our case {name}"
         found += [
             given("Table 1", f"{title}, {column} pendulum", unit, digits, value, reason)
             for title, unit, digits, value in rows
         ]
+
         gravity = -case["gravity"][1]
         found.append(
             given("Table 1", f"gravity, {column} pendulum", "m/s^2", "9.81", gravity, reason)

@@ -183,11 +183,13 @@ def _peaks(cases: Cases) -> list[Entry]:
     of = "peak-acceleration"
     smooth, quick = bezier.values[of], step5.values[of]
     reduction = 100 * (1 - smooth / quick)
-    from_print = 100 * (1 - 4.28 / 5.7)
+    from_print = 100 * (1 - 4.28 / 5.7)  # of the two peaks that the paper prints
     slower = 100 * (1 - bezier.values["peak-speed"] / step5.values["peak-speed"])
+
     t = np.linspace(0.0, cases.study.duration, SAMPLES)
     motions = [deployment.law.motion(t) for deployment in (bezier, step5)]
     rising = all(bool((np.diff(motion.angle) >= 0).all()) for motion in motions)
+
     return [
         shape(
             "Fig. 11(a)",
@@ -250,12 +252,15 @@ def _rests(history: Array) -> bool:
 
 def _rope(cases: Cases) -> list[Entry]:
     bezier, step5 = cases.kinematic
+    peaks = [deployment.values["peak-rope-acceleration"] for deployment in (bezier, step5)]
+
     t = np.linspace(0.0, cases.study.duration, 100_001)
     (smooth, other) = (deployment.at(t)[1] for deployment in (bezier, step5))
-    peaks = [deployment.values["peak-rope-acceleration"] for deployment in (bezier, step5)]
+    # upper peak of the curve alone: the paper prints it as the peak of both signs
     positive = float(smooth.rope_acceleration.max())
     hauled = float(smooth.rope_length[0] - smooth.rope_length[-1])
     speeds = [float(np.abs(motion.rope_speed).max()) for motion in (smooth, other)]
+
     return [
         shape(
             "Fig. 12(a)",
