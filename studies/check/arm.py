@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, get_args
 
 import numpy as np
@@ -26,16 +27,16 @@ from studies.arm.replay.loads import loads
 from studies.arm.report.quantities import latched, quantities_of, table_rows
 from studies.arm.report.traces import Trace
 from studies.arm.stage import JOINT_NAMES, Stage
+from studies.check.judgement import PROFILE, judged
 from studies.check.reading.profile import MeasuredProfile
 from studies.check.reading.raw_table import refusal, refuse
-from studies.check.smoothing.recovery import Recovered, recover
+from studies.check.smoothing.recovery import Recovered, how_smoothed, recover
 from studies.common.configuration import as_number, choice, nearest
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.common.folder import provenance
-from studies.common.result import Criterion, Result, Series, TableRow, Verdict, costs_elsewhere
+from studies.common.result import Criterion, Result, Series, TableRow, passed_or_failed
 
-PROFILE, OPTIMUM = "profile", "optimum"
+OPTIMUM = "optimum"
 LAWS = ("Step5", "Bezier")
 LATCH = 0.01  # [rad], 0.6 deg: what a joint may miss its end by where no latch is stated
 START = 0.01  # [rad] by which an angle may start off the stage's own; it is shifted by it
@@ -45,6 +46,29 @@ CAP_EXCESS = 1e-3  # of a cap, relative: what rows between the peaks may hide
 AFTER = 401  # instants of the quarter of a stage that is followed after the lock
 SHAPER = 10.0  # frequency times duration of shapers that nobody asks for here
 WORTH_SAYING = ("residual_energy", "peak_root_torque", "peak_elbow_torque", "peak_root_moment")
+
+
+@dataclass(frozen=True, eq=False)
+class DrivingColumns:
+    """The columns by which a profile drives the joints that turn.
+
+    Attributes
+    ----------
+    kind : "torque" or "angle".
+    values : (m,) of each joint, as in the file [N m] or [rad].
+    recovered : the motion behind each.
+    smoothed : whether that is taken in place of the rows.
+    """
+
+    kind: Drive
+    values: Mapping[int, Array]
+    recovered: Mapping[int, Recovered]
+    smoothed: Mapping[int, bool]
+
+    @property
+    def unit(self) -> str:
+        """Of all columns."""
+        return {"torque": "N m", "angle": "rad"}[self.kind]
 
 
 def arm_study(
@@ -117,58 +141,72 @@ def check_arm(
     console = console or Console()
     stage = study.slew
     check_bending(stage)
-    kind, columns = _columns(measured, stage, drive)
-    recovered = {k: recover(measured.time, x, np.ones(x.size)) for k, x in columns.items()}
-    smoothed = {k: _is_noisy(found, columns[k], kind) for k, found in recovered.items()}
-    motion = _motion(measured, stage, kind, columns, recovered, smoothed)
+    driving = _driving(measured, stage, drive)
+    motion = _motion(measured, stage, driving)
 
-    after = np.linspace(stage.duration, 1.25 * stage.duration, AFTER)
     console.progress(f"replaying {measured.path.name} on the full model")
+    replayed = _replayed(measured, motion, study)
+    beside, remark = _beside(study, console, optimum)
+
+    table = _table(study, [replayed, *beside])
+    arrays = _series(measured, driving)
+    for traced in (replayed, *beside):
+        arrays |= Trace.of(traced).series()
+    return judged(
+        measured,
+        kind="check-arm",
+        question=f"What does the profile {measured.path.name} leave on the {stage.name} arm "
+        f"in {stage.duration:.6g} s, {driving.kind} drive?",
+        configuration=as_dictionary(study),
+        arrays=arrays,
+        table=table,
+        checks=_criteria(study, replayed, driving),
+        size=_size(table),
+        remarks=[
+            *_noise(driving),
+            *_predicted(measured, stage, driving.kind, replayed),
+            remark,
+            *_comparison(table),
+        ],
+        details={
+            "drive": driving.kind,
+            "stage": {"duration": stage.duration, "start": stage.start, "end": stage.end},
+            "noise": {
+                JOINT_NAMES[k]: found.noise._asdict() for k, found in driving.recovered.items()
+            },
+        },
+    )
+
+
+def _driving(measured: MeasuredProfile, stage: Stage, drive: str | None) -> DrivingColumns:
+    """The columns that drive, and the motion behind them."""
+    kind, values = _columns(measured, stage, drive)
+    recovered = {k: recover(measured.time, x, np.ones(x.size)) for k, x in values.items()}
+    smoothed = {k: _is_noisy(found, values[k], kind) for k, found in recovered.items()}
+    return DrivingColumns(kind, values, recovered, smoothed)
+
+
+def _replayed(measured: MeasuredProfile, motion: Motion, study: ArmStudy) -> LockedMotion:
+    """The profile on the full model, followed for a quarter of its time after the lock."""
+    T = motion.stage.duration
+    after = np.linspace(T, 1.25 * T, AFTER)
     try:
-        replayed = replay(motion, elements=study.elements, after=after, modes=study.modes)
+        return replay(motion, elements=study.elements, after=after, modes=study.modes)
     except ModelError as error:
         raise StudyError(
             f"the profile {measured.path} cannot be replayed ({error}); look for jumps in it",
             ExitCode.NOT_SOLVED,
         ) from error
 
-    beside, remark = _beside(study, console, optimum)
-    laws = {motion.name: quantities_of(replayed, loads(replayed), study.arm, study.pointing_error)}
-    for other in beside:
-        bears = loads(other)  # fine enough to be compared with
-        laws[other.motion.name] = quantities_of(other, bears, study.arm, study.pointing_error)
-    caps = {f"peak_{JOINT_NAMES[k]}_torque": study.caps.torque[k] for k in stage.moving}
-    table = table_rows(laws, caps)
 
-    arrays = _series(measured, stage, kind, columns)
-    for traced in (replayed, *beside):
-        arrays |= Trace.of(traced).series()
-    checks = _criteria(study, replayed, recovered, smoothed, kind)
-    return Result(
-        kind="check-arm",
-        question=f"What does the profile {measured.path.name} leave on the {stage.name} arm "
-        f"in {stage.duration:.6g} s, {kind} drive?",
-        configuration=as_dictionary(study),
-        arrays=arrays,
-        table=table,
-        verdict=_verdict(checks, table),
-        checks=checks,
-        costs_elsewhere=costs_elsewhere(table),
-        remarks=(
-            *measured.notes,
-            *_noise(kind, recovered, smoothed),
-            *_predicted(measured, stage, kind, replayed),
-            *([remark] if remark else []),
-            *_comparison(table),
-        ),
-        details={
-            "profile_of": motion.name,
-            "drive": kind,
-            "stage": {"duration": stage.duration, "start": stage.start, "end": stage.end},
-            "noise": {JOINT_NAMES[k]: found.noise._asdict() for k, found in recovered.items()},
-        },
-        provenance=provenance(),
-    )
+def _table(study: ArmStudy, motions: Sequence[LockedMotion]) -> tuple[TableRow, ...]:
+    """What each motion leaves and needs, the profile's first, with the caps of the study."""
+    laws = {}
+    for replayed in motions:
+        bears = loads(replayed)  # fine enough to be compared with
+        laws[replayed.motion.name] = quantities_of(replayed, bears, study.arm, study.pointing_error)
+    caps = {f"peak_{JOINT_NAMES[k]}_torque": study.caps.torque[k] for k in study.slew.moving}
+    return table_rows(laws, caps)
 
 
 def _columns(
@@ -198,21 +236,15 @@ def _columns(
     )
 
 
-def _motion(
-    measured: MeasuredProfile,
-    stage: Stage,
-    kind: Drive,
-    columns: Mapping[int, Array],
-    recovered: Mapping[int, Recovered],
-    smoothed: Mapping[int, bool],
-) -> Motion:
+def _motion(measured: MeasuredProfile, stage: Stage, driving: DrivingColumns) -> Motion:
     joints: dict[int, Joint] = {}
-    for k, found in recovered.items():
-        if kind == "torque":
-            joints[k] = _torque(measured.time, columns[k], found if smoothed[k] else None)
+    for k, found in driving.recovered.items():
+        if driving.kind == "torque":
+            rows = driving.values[k]
+            joints[k] = _torque(measured.time, rows, found if driving.smoothed[k] else None)
         else:
             joints[k] = _angle(measured, stage, k, found)
-    return Motion(PROFILE, kind, stage, joints)
+    return Motion(PROFILE, driving.kind, stage, joints)
 
 
 def _is_noisy(found: Recovered, values: Array, kind: Drive) -> bool:
@@ -274,56 +306,58 @@ def _beside(study: ArmStudy, console: Console, optimum: bool) -> tuple[list[Lock
 
 
 def _criteria(
-    study: ArmStudy,
-    replayed: LockedMotion,
-    recovered: Mapping[int, Recovered],
-    smoothed: Mapping[int, bool],
-    kind: Drive,
+    study: ArmStudy, replayed: LockedMotion, driving: DrivingColumns
 ) -> tuple[Criterion, ...]:
+    caps = {k: study.caps.torque[k] for k in driving.recovered}
+    return (
+        *_latches(study, replayed),
+        *(_torque_cap(k, cap, replayed, driving) for k, cap in caps.items() if cap is not None),
+    )
+
+
+def _latches(study: ArmStudy, replayed: LockedMotion) -> list[Criterion]:
+    """Whether each joint arrives where its latch takes hold."""
     width = LATCH if study.latch is None else study.latch
     checks = []
     for k, signed in replayed.run.engagement.miss.items():
         miss = abs(float(signed))
         sentence, held = latched(JOINT_NAMES[k], miss, width)
-        word = "passed" if held else "FAILED"
         name = f"latch of the {JOINT_NAMES[k]}"
-        checks.append(Criterion(name, "rad", miss, width, held, f"{word}: {sentence}"))
-
-    for k, found in recovered.items():
-        cap, name = study.caps.torque[k], f"peak {JOINT_NAMES[k]} torque"
-        if cap is None:
-            continue
-        run = replayed.run.before
-        place = int(np.argmax(np.abs(run.torque[k])))
-        value, slack = abs(float(run.torque[k, place])), 0.0
-        if kind == "torque" and smoothed[k]:
-            slack = float(found.band(0)[1].max())
-        held = value - slack <= cap * (1 + CAP_EXCESS)
-        more = "" if held else f", broken by {100 * (value / cap - 1):.3g} %"
-        noise = f" +- {slack:.3g}" if slack else ""
-        sentence = (
-            f"{'passed' if held else 'FAILED'}: {name} {value:.6g}{noise} N m at "
-            f"{run.times[place]:.5g} s (cap {cap:.6g}{more})"
+        checks.append(
+            Criterion(name, "rad", miss, width, held, f"{passed_or_failed(held)}: {sentence}")
         )
-        checks.append(Criterion(name, "N m", value, cap, held, sentence))
-    return tuple(checks)
+    return checks
 
 
-def _noise(
-    kind: Drive, recovered: Mapping[int, Recovered], smoothed: Mapping[int, bool]
-) -> list[str]:
+def _torque_cap(k: int, cap: float, replayed: LockedMotion, driving: DrivingColumns) -> Criterion:
+    """Whether the torque of a joint stays below its cap [N m], noise taken off."""
+    run, name = replayed.run.before, f"peak {JOINT_NAMES[k]} torque"
+    place = int(np.argmax(np.abs(run.torque[k])))
+    value, slack = abs(float(run.torque[k, place])), 0.0
+    if driving.kind == "torque" and driving.smoothed[k]:
+        slack = float(driving.recovered[k].band(0)[1].max())
+
+    held = value - slack <= cap * (1 + CAP_EXCESS)
+    more = "" if held else f", broken by {100 * (value / cap - 1):.3g} %"
+    noise = f" +- {slack:.3g}" if slack else ""
+    sentence = (
+        f"{passed_or_failed(held)}: {name} {value:.6g}{noise} N m at "
+        f"{run.times[place]:.5g} s (cap {cap:.6g}{more})"
+    )
+    return Criterion(name, "N m", value, cap, held, sentence)
+
+
+def _noise(driving: DrivingColumns) -> list[str]:
     """What scatters, and what was done about it."""
-    unit = {"torque": "N m", "angle": "rad"}[kind]
-    lines = []
-    for k, found in recovered.items():
+    kind, unit, lines = driving.kind, driving.unit, []
+    for k, found in driving.recovered.items():
         head = f"noise of the {JOINT_NAMES[k]}'s {kind}"
-        if found.fit is None or not smoothed[k]:
+        if found.fit is None or not driving.smoothed[k]:
             lines.append(f"{head}: none that matters ({found.noise.deviation:.1e} {unit})")
         else:
             lines.append(
-                f"{head}: {found.fit.noise:.3g} {unit} (standard deviation); smoothed by a quintic "
-                "spline whose roughness follows from restricted maximum likelihood, "
-                f"{found.fit.freedom:.0f} effective parameters; what the arm does after the lock "
+                f"{head}: {found.fit.noise:.3g} {unit} (standard deviation); "
+                f"{how_smoothed(found.fit)}; what the arm does after the lock "
                 "depends on what the smoothing took away"
             )
     return lines
@@ -360,26 +394,16 @@ def _comparison(table: tuple[TableRow, ...]) -> list[str]:
     return lines
 
 
-def _verdict(checks: tuple[Criterion, ...], table: tuple[TableRow, ...]) -> Verdict:
-    failed = [check for check in checks if not check.passed]
+def _size(table: tuple[TableRow, ...]) -> str:
+    """What the profile comes to, for its verdict."""
     left = next(row for row in table if row.key == "residual_energy")
     energy = next(iter(left.values.values()))
-    size = f"it leaves {energy:.3g} J after the lock"
-    if not failed:
-        return Verdict("measured", f"measured: keeps all {len(checks)} checks; {size}")
-    first = failed[0].sentence.removeprefix("FAILED: ")
-    more = f" and {len(failed) - 1} more" if len(failed) > 1 else ""
-    return Verdict(
-        "measured", f"measured: breaks {len(failed)} of {len(checks)} checks: {first}{more}; {size}"
-    )
+    return f"it leaves {energy:.3g} J after the lock"
 
 
-def _series(
-    measured: MeasuredProfile, stage: Stage, kind: Drive, columns: Mapping[int, Array]
-) -> dict[str, Series]:
-    unit = {"torque": "N m", "angle": "rad"}[kind]
+def _series(measured: MeasuredProfile, driving: DrivingColumns) -> dict[str, Series]:
     arrays = {"time": Series("s", "time", measured.time, "since the release")}
-    for k, values in columns.items():
-        name = f"{JOINT_NAMES[k]}_{kind}"
-        arrays[name] = Series(unit, "time", values, "as in the file")
+    for k, values in driving.values.items():
+        name = f"{JOINT_NAMES[k]}_{driving.kind}"
+        arrays[name] = Series(driving.unit, "time", values, "as in the file")
     return arrays

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The arguments of the sub-command."""
+    """The arguments of the sub-command: the profile, the study, and what belongs to the arm."""
     parser.add_argument(
         "profile",
         type=Path,
@@ -39,6 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--no-optimum", action="store_true", help="leave out the optimum beside the profile"
     )
+
     add_truss_flags(parser)
     arm = parser.add_argument_group("for a profile of the arm")
     arm.add_argument("--stage", metavar="X", help="big, small or both; else the columns tell")
@@ -46,6 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--drive", metavar="X", help="torque or angle, where the profile has columns of both"
     )
     arm.add_argument("--torque-cap", metavar="X", help="on each driven joint [N m]")
+
     add_results_flags(parser)
 
 

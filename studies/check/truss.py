@@ -16,13 +16,13 @@ import numpy as np
 
 from models.laws import Law
 from ocp.arrays import Array
+from studies.check.judgement import PROFILE, judged
 from studies.check.optimum import OPTIMUM, optimum_of
 from studies.check.reading.profile import MeasuredProfile
-from studies.check.smoothing.recovery import sure
+from studies.check.smoothing.recovery import how_smoothed, sure
 from studies.check.truss_profile import TrussProfile, recover_truss
 from studies.common.console import Console, number
-from studies.common.folder import provenance
-from studies.common.result import Criterion, Result, Series, TableRow, Verdict, costs_elsewhere
+from studies.common.result import Criterion, Result, Series, TableRow, passed_or_failed
 from studies.truss.bounds import lower_bounds
 from studies.truss.checks import cap_of, table_rows
 from studies.truss.config import DEPLOYED, TrussStudy, as_dictionary
@@ -32,7 +32,6 @@ from studies.truss.motions.laws import BEFORE, RATES, paper_laws
 from studies.truss.quantities import QUANTITIES
 
 MISS = 1e-4  # [rad], 0.006 deg: what a profile of four to five digits leaves
-PROFILE = "profile"
 MOST_ROWS = 4000  # of the file that are kept for the figures
 ALIKE = 0.005  # relative: peaks that differ by less are called equal
 
@@ -93,19 +92,13 @@ def check_truss(
     found = recover_truss(measured, study.truss)
     deployment = Deployment(PROFILE, found.reachable(study.truss), study.truss)
     ranges = peak_ranges(found, deployment)
-
-    beside: list[Deployment] = []
-    remark = ""
-    if optimum:
-        best, remark = optimum_of(study, console or Console())
-        beside = [] if best is None else [best]
-    beside += paper_laws(study.truss, measured.duration)
+    beside, remark = _beside(study, measured.duration, console or Console(), optimum)
 
     bounds = lower_bounds(study, None, longest=measured.duration)
     broken = {key: excess for key in QUANTITIES if (excess := _excess(study, key, ranges)) > 0}
     table = _table(study, [deployment, *beside], bounds, broken)
-    checks = _criteria(study, found, deployment, ranges, broken, stated)
-    return Result(
+    return judged(
+        measured,
         kind="check",
         question=f"Does the profile {measured.path.name} keep the caps of this study? "
         f"{study.question}",
@@ -113,23 +106,24 @@ def check_truss(
         arrays=_series(found, deployment, beside),
         table=table,
         bounds=bounds,
-        verdict=_verdict(checks, ranges, beside),
-        checks=checks,
-        costs_elsewhere=costs_elsewhere(table),
-        remarks=(
-            *measured.notes,
-            *_about(found),
-            *([remark] if remark else []),
-            *comparison(table, ranges),
-        ),
+        checks=_criteria(study, found, deployment, ranges, broken, stated),
+        size=_size(ranges, beside),
+        remarks=[*_about(found), remark, *comparison(table, ranges)],
         details={
-            "profile_of": PROFILE,
             "noise": found.recovered.noise._asdict() | {"of": found.source},
             "bias_of_peak_acceleration_relative": found.recovered.bias,
             "peaks": {key: dataclasses.asdict(peak) for key, peak in ranges.items()},
         },
-        provenance=provenance(),
     )
+
+
+def _beside(
+    study: TrussStudy, duration: float, console: Console, optimum: bool
+) -> tuple[list[Deployment], str]:
+    """The optimum, where it is asked for and found, and the paper's laws; how sure it is."""
+    best, remark = optimum_of(study, console) if optimum else (None, "")
+    found = [] if best is None else [best]
+    return [*found, *paper_laws(study.truss, duration)], remark
 
 
 def peak_ranges(found: TrussProfile, deployment: Deployment) -> dict[str, PeakRange]:
@@ -266,9 +260,8 @@ def _within_reach(found: TrussProfile) -> list[Criterion]:
         place = int(np.argmax(value - limit))
         amount, allowed = max(float(value[place]), 0.0), float(limit[place])
         passed = float(value[place]) <= allowed
-        words = "passed" if passed else "FAILED"
         sentence = (
-            f"{words}: {name} of {amount:.3g} {size} at {time[place]:.5g} s (noise may make "
+            f"{passed_or_failed(passed)}: {name} of {amount:.3g} {size} at {time[place]:.5g} s (noise may make "
             f"{allowed:.3g})"
         )
         held.append(Criterion(name, size, amount, allowed, passed, sentence))
@@ -280,8 +273,7 @@ def _duration(found: TrussProfile, stated: tuple[float, float]) -> Criterion:
     own, slack = found.measured.duration, found.measured.spacing / 2
     passed = low - slack <= own <= high + slack
     asked = f"{low:.6g} s" if low == high else f"{low:.6g} to {high:.6g} s"
-    word = "passed" if passed else "FAILED"
-    sentence = f"{word}: duration {own:.6g} s (asked for {asked})"
+    sentence = f"{passed_or_failed(passed)}: duration {own:.6g} s (asked for {asked})"
     return Criterion("duration", "s", own, high, passed, sentence)
 
 
@@ -307,9 +299,8 @@ def _about(found: TrussProfile) -> list[str]:
     else:
         rounded = f", at least the rounding to {noise.step:.3g} {unit}" if noise.step else ""
         lines.append(
-            f"noise: {recovered.fit.noise:.3g} {unit} (standard deviation{rounded}); smoothed by a "
-            "quintic spline whose roughness follows from restricted maximum likelihood, "
-            f"{recovered.fit.freedom:.0f} effective parameters; bias of the peak acceleration "
+            f"noise: {recovered.fit.noise:.3g} {unit} (standard deviation{rounded}); "
+            f"{how_smoothed(recovered.fit)}; bias of the peak acceleration "
             f"about {100 * recovered.bias:+.2g} %; {sure(recovered)}"
         )
     words = ("moving", "at rest in speed", "at rest in speed and acceleration")
@@ -343,21 +334,12 @@ def _against(value: float, other: float, law: str) -> str:
     return f"{abs(100 * ratio):.3g} % {'above' if ratio > 0 else 'below'} {law}"
 
 
-def _verdict(
-    checks: Sequence[Criterion], ranges: Mapping[str, PeakRange], beside: Sequence[Deployment]
-) -> Verdict:
-    failed = [check for check in checks if not check.passed]
-    peak = ranges["peak-acceleration"]
-    size = f"peak angular acceleration {peak.value:.4g} rad/s^2 +- {100 * peak.bound:.2g} %"
-    best = beside[0].values["peak-acceleration"]
-    size += f", {_against(peak.value, best, beside[0].name)}"
-    if not failed:
-        return Verdict("measured", f"measured: keeps all {len(checks)} checks; {size}")
-    first = failed[0].sentence.removeprefix("FAILED: ")
-    more = f" and {len(failed) - 1} more" if len(failed) > 1 else ""
-    return Verdict(
-        "measured", f"measured: breaks {len(failed)} of {len(checks)} checks: {first}{more}; {size}"
-    )
+def _size(ranges: Mapping[str, PeakRange], beside: Sequence[Deployment]) -> str:
+    """What the profile comes to, for its verdict."""
+    peak, other = ranges["peak-acceleration"], beside[0]
+    against = _against(peak.value, other.values["peak-acceleration"], other.name)
+    bound = 100 * peak.bound
+    return f"peak angular acceleration {peak.value:.4g} rad/s^2 +- {bound:.2g} %, {against}"
 
 
 def _series(

@@ -97,6 +97,11 @@ class Verdict:
             raise ValueError(f"the verdict is {self.kind!r}; choose one of {known}")
 
 
+def passed_or_failed(passed: bool) -> str:
+    """How the sentence of a criterion begins; what failed is to catch the eye."""
+    return "passed" if passed else "FAILED"
+
+
 @dataclass(frozen=True)
 class Criterion:
     """Something that a result has to meet.
@@ -119,9 +124,9 @@ class Criterion:
 
     def __post_init__(self) -> None:
         if not self.sentence:
-            verdict = "passed" if self.passed else "FAILED"
             numbers = f"{self.value:.9g} {self.unit} (limit {self.limit:.9g})"
-            object.__setattr__(self, "sentence", f"{verdict}: {self.name} {numbers}")
+            sentence = f"{passed_or_failed(self.passed)}: {self.name} {numbers}"
+            object.__setattr__(self, "sentence", sentence)
 
 
 @dataclass(frozen=True)

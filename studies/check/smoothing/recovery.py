@@ -281,3 +281,11 @@ def sure(recovered: Recovered) -> str:
     if recovered.fit is None:
         return "the rows are taken as exact: a spline goes through them"
     return f"bounds hold the true motion with {100 * SHARE:.0f} % probability, everywhere at once"
+
+
+def how_smoothed(fit: SmoothingSpline) -> str:
+    """How noise was taken away, in words for the reader."""
+    return (
+        "smoothed by a quintic spline whose roughness follows from restricted maximum likelihood, "
+        f"{fit.freedom:.0f} effective parameters"
+    )
