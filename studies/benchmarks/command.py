@@ -145,6 +145,7 @@ def _measure_all(chosen: Sequence[Benchmark], console: Console) -> list[Measurem
     """Measure one after the other; an interruption leaves the rest out."""
     from ocp import Interrupted
     from studies.benchmarks.measure import measure
+    from studies.common.result import outcome
 
     found: list[Measurement] = []
     for benchmark in chosen:
@@ -153,7 +154,7 @@ def _measure_all(chosen: Sequence[Benchmark], console: Console) -> list[Measurem
         except (Interrupted, KeyboardInterrupt):
             console.progress(f"{benchmark.name} interrupted")
             break
-        word = "passed" if measurement.passed else "FAILED"
+        word = outcome(measurement.passed)
         console.progress(f"{benchmark.name} {word}, {measurement.seconds:.1f} s")
         found.append(measurement)
     return found

@@ -34,7 +34,7 @@ from studies.check.smoothing.recovery import Recovered, how_smoothed, recover
 from studies.common.configuration import as_number, choice, nearest
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.common.result import Criterion, Result, Series, TableRow, passed_or_failed
+from studies.common.result import Criterion, Result, Series, TableRow, outcome
 
 OPTIMUM = "optimum"
 LAWS = ("Step5", "Bezier")
@@ -323,9 +323,7 @@ def _latches(study: ArmStudy, replayed: LockedMotion) -> list[Criterion]:
         miss = abs(float(signed))
         sentence, held = latched(JOINT_NAMES[k], miss, width)
         name = f"latch of the {JOINT_NAMES[k]}"
-        checks.append(
-            Criterion(name, "rad", miss, width, held, f"{passed_or_failed(held)}: {sentence}")
-        )
+        checks.append(Criterion(name, "rad", miss, width, held, f"{outcome(held)}: {sentence}"))
     return checks
 
 
@@ -341,7 +339,7 @@ def _torque_cap(k: int, cap: float, replayed: LockedMotion, driving: DrivingColu
     more = "" if held else f", broken by {100 * (value / cap - 1):.3g} %"
     noise = f" +- {slack:.3g}" if slack else ""
     sentence = (
-        f"{passed_or_failed(held)}: {name} {value:.6g}{noise} N m at "
+        f"{outcome(held)}: {name} {value:.6g}{noise} N m at "
         f"{run.times[place]:.5g} s (cap {cap:.6g}{more})"
     )
     return Criterion(name, "N m", value, cap, held, sentence)

@@ -14,7 +14,7 @@ from studies.common.result import (
     TableRow,
     Verdict,
     costs_elsewhere,
-    passed_or_failed,
+    outcome,
 )
 
 PROFILE = "profile"  # name of the profile as a law among others
@@ -32,7 +32,7 @@ def verdict_of(checks: Sequence[Criterion], size: str) -> Verdict:
     if not failed:
         return Verdict("measured", f"measured: keeps all {len(checks)} checks; {size}")
 
-    first = failed[0].sentence.removeprefix(f"{passed_or_failed(False)}: ")
+    first = failed[0].sentence.removeprefix(f"{outcome(False)}: ")
     more = f" and {len(failed) - 1} more" if len(failed) > 1 else ""
     return Verdict(
         "measured", f"measured: breaks {len(failed)} of {len(checks)} checks: {first}{more}; {size}"

@@ -22,7 +22,7 @@ from studies.check.reading.profile import MeasuredProfile
 from studies.check.smoothing.recovery import how_smoothed, sure
 from studies.check.truss_profile import TrussProfile, recover_truss
 from studies.common.console import Console, number
-from studies.common.result import Criterion, Result, Series, TableRow, passed_or_failed
+from studies.common.result import Criterion, Result, Series, TableRow, outcome
 from studies.truss.bounds import lower_bounds
 from studies.truss.checks import cap_of, table_rows
 from studies.truss.config import DEPLOYED, TrussStudy, as_dictionary
@@ -261,8 +261,8 @@ def _within_reach(found: TrussProfile) -> list[Criterion]:
         amount, allowed = max(float(value[place]), 0.0), float(limit[place])
         passed = float(value[place]) <= allowed
         sentence = (
-            f"{passed_or_failed(passed)}: {name} of {amount:.3g} {size} at {time[place]:.5g} s (noise may make "
-            f"{allowed:.3g})"
+            f"{outcome(passed)}: {name} of {amount:.3g} {size} at {time[place]:.5g} s "
+            f"(noise may make {allowed:.3g})"
         )
         held.append(Criterion(name, size, amount, allowed, passed, sentence))
     return held
@@ -273,7 +273,7 @@ def _duration(found: TrussProfile, stated: tuple[float, float]) -> Criterion:
     own, slack = found.measured.duration, found.measured.spacing / 2
     passed = low - slack <= own <= high + slack
     asked = f"{low:.6g} s" if low == high else f"{low:.6g} to {high:.6g} s"
-    sentence = f"{passed_or_failed(passed)}: duration {own:.6g} s (asked for {asked})"
+    sentence = f"{outcome(passed)}: duration {own:.6g} s (asked for {asked})"
     return Criterion("duration", "s", own, high, passed, sentence)
 
 

@@ -97,7 +97,7 @@ class Verdict:
             raise ValueError(f"the verdict is {self.kind!r}; choose one of {known}")
 
 
-def passed_or_failed(passed: bool) -> str:
+def outcome(passed: bool) -> str:
     """How the sentence of a criterion begins; what failed is to catch the eye."""
     return "passed" if passed else "FAILED"
 
@@ -125,7 +125,7 @@ class Criterion:
     def __post_init__(self) -> None:
         if not self.sentence:
             numbers = f"{self.value:.9g} {self.unit} (limit {self.limit:.9g})"
-            sentence = f"{passed_or_failed(self.passed)}: {self.name} {numbers}"
+            sentence = f"{outcome(self.passed)}: {self.name} {numbers}"
             object.__setattr__(self, "sentence", sentence)
 
 

@@ -30,9 +30,13 @@ def motion():
     u, step = Control("u", shape="linear"), Control("step", shape="constant")
     mass, gravity = Unknown("mass", "kg", 1, 3, guess=2.0), Constant("gravity", value=2.5)
     first = Phase(
-        "first", {x: v, v: u / mass + step - gravity * ca.sin(x)}, initial={x: 0, v: 0},
-        start=1.0, end=Between(2, 4, 3), bounds=[Bound("sum", z - x - 2 * u, lower=0, upper=0)],
-    )  # fmt: skip
+        "first",
+        {x: v, v: u / mass + step - gravity * ca.sin(x)},
+        initial={x: 0, v: 0},
+        start=1.0,
+        end=Between(2, 4, 3),
+        bounds=[Bound("sum", z - x - 2 * u, lower=0, upper=0)],
+    )
     second = Phase("second", {x: v, v: u - x}, final={x: 1, v: 0}, start=Between(2, 4, 3), end=5.0)
     cost = first.integral(u**2 + step**2 + z**2) + second.integral(u**2) + (mass - 2) ** 2
     links = [
@@ -50,10 +54,13 @@ def test_functionals_equal_independent_quadrature(motion):
     expression = s["u"] ** 2 + s["step"] ** 2 + s["z"] ** 2 + TIME * s["v"] / s["mass"]
     own = found.trajectory.phase("first")
     total = sum(
-        quad(lambda t, k=k: float(found.sample(expression, t, first)), *own.breakpoints[k : k + 2],
-             epsabs=1e-12)[0]
+        quad(
+            lambda t, k=k: float(found.sample(expression, t, first)),
+            *own.breakpoints[k : k + 2],
+            epsabs=1e-12,
+        )[0]
         for k in range(len(own.breakpoints) - 1)
-    )  # fmt: skip
+    )
     # polynomials of degree 10 on both sides: round-off; but quad may touch a breakpoint
     assert found.value(first.integral(expression)) == pytest.approx(total, rel=1e-10)
     assert found.value(first.end_time) == own.end

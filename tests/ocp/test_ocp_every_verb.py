@@ -47,9 +47,10 @@ LOOSE = dict.fromkeys(SCHEMES) | {
     "trapezoid": Tolerances(replay=1e-4, excess=1e-4, objective=1e-4, within=1e-4)
 }
 QUICK = ("radau", "hermite-simpson")
-pytestmark = pytest.mark.parametrize("name", [
-    pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in SCHEMES
-])  # fmt: skip
+pytestmark = pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in SCHEMES],
+)
 
 
 def settings_of(name, shape=None):
@@ -78,9 +79,7 @@ def least_effort(name, shape=None):
     return solve(problem, settings=settings_of(name, shape))
 
 
-@pytest.mark.parametrize(
-    "shape", [pytest.param("constant", marks=pytest.mark.slow), *SHAPES[1:]]
-)  # fmt: skip
+@pytest.mark.parametrize("shape", [pytest.param("constant", marks=pytest.mark.slow), *SHAPES[1:]])
 def test_shapes_of_controls(name, shape):
     found = least_effort(name, shape)
     assert found.objective == optimum(name, 12.0, shape)
@@ -94,9 +93,7 @@ def test_shapes_of_controls(name, shape):
 def test_free_time_and_a_breakpoint_that_moves_onto_the_switch(name, shape):
     # sqrt(2 D (1/a + 1/b)) = 30 s, the switch at 20 s lies on no breakpoint of the first mesh
     x, v, u, rates = double_integrator(lower=-2, upper=1, shape=shape)
-    phase = Phase(
-        "dash", rates, initial={x: 0, v: 0}, final={x: 300, v: 0}, end=Between(1, 100)
-    )  # fmt: skip
+    phase = Phase("dash", rates, initial={x: 0, v: 0}, final={x: 300, v: 0}, end=Between(1, 100))
     found = solve(Problem("dash", phase, minimise=phase.end_time), settings=settings_of(name))
     assert found.objective == optimum(name, 30.0)
     if name != "trapezoid":  # whose tolerance is met without
@@ -118,9 +115,11 @@ def test_peak_over_two_phases_with_another_signal_in_each(name):
     first = Phase("first", rates, initial={x: 0, v: 0}, end=0.5)
     second = Phase("second", rates, final={x: 1, v: 0}, start=0.5, end=1.0)
     problem = Problem(
-        "softly", [first, second], minimise=peak((first, u), (second, -u)),
+        "softly",
+        [first, second],
+        minimise=peak((first, u), (second, -u)),
         links=joined(first, second),
-    )  # fmt: skip
+    )
     found = solve(problem, settings=settings_of(name))
     assert found.objective == optimum(name, 4.0)
     assert found.iterations <= 40  # an undetermined control at the switch took a thousand
@@ -147,11 +146,13 @@ def test_a_jump_link(name):
     second = Phase("second", rates, final={x: 1, v: 0}, start=1, end=2)
     found = solve(
         Problem(
-            "bump", [first, second], minimise=first.integral(u**2) + second.integral(u**2),
+            "bump",
+            [first, second],
+            minimise=first.integral(u**2) + second.integral(u**2),
             links=joined(first, second, jump={v: 0.5 * v}),
         ),
         settings=settings_of(name),
-    )  # fmt: skip
+    )
     assert found.objective == optimum(name, 60 / 37)
     ratio = found.sample(v, 1.0, second) / found.sample(v, 1.0, first)
     assert ratio == pytest.approx(0.5, rel=1e-8)

@@ -77,11 +77,13 @@ NOWHERE = r" is NaN or infinite at 0 s \(in (sqrt|log)\(\(x-5\)\)\), where .*x =
 NOT_A_NUMBER = {
     "dynamics": (
         lambda x, v, u: ({x: v, v: u + ca.sqrt(x - 5)}, ()),
-        r"the derivative of 'v' in phase 'flight'"),
+        r"the derivative of 'v' in phase 'flight'",
+    ),
     "path constraint": (
         lambda x, v, u: ({x: v, v: u}, (Bound("log height", ca.log(x - 5), upper=3),)),
-        r"'log height' in phase 'flight'"),
-}  # fmt: skip
+        r"'log height' in phase 'flight'",
+    ),
+}
 
 
 @pytest.mark.parametrize("where", NOT_A_NUMBER)

@@ -102,17 +102,20 @@ def test_a_weighted_sum_of_peak_and_effort():
     cost = phase.peak(u, absolute=True) + 0.1 * phase.integral(u**2)
     found = solve(Problem("both", [phase], minimise=cost))
     best = minimize_scalar(
-        lambda r: capped_effort(r)[0] + 0.1 * capped_effort(r)[1], bounds=(0, 1),
-        method="bounded", options={"xatol": 1e-10},
-    )  # fmt: skip
+        lambda r: capped_effort(r)[0] + 0.1 * capped_effort(r)[1],
+        bounds=(0, 1),
+        method="bounded",
+        options={"xatol": 1e-10},
+    )
     assert found.objective == pytest.approx(best.fun, rel=1e-5)
 
 
 def test_a_free_initial_time():
     # 12 / T^3 + T is least for T^4 = 36
     x, v, u, rates = double_integrator()
-    phase = Phase("move", rates, initial={x: 0, v: 0}, final={x: 1, v: 0},
-                  start=Between(-9, 0), end=1.0)  # fmt: skip
+    phase = Phase(
+        "move", rates, initial={x: 0, v: 0}, final={x: 1, v: 0}, start=Between(-9, 0), end=1.0
+    )
     cost = phase.integral(u**2) + phase.duration
     found = solve(Problem("early", [phase], minimise=cost), settings=FEW)
     assert found.value(phase.start_time) == pytest.approx(1 - 36**0.25, rel=1e-6)  # flat minimum
@@ -127,11 +130,13 @@ def test_a_jump_of_a_state_between_phases():
     second = Phase("second", rates, final={x: 1, v: 0}, start=1, end=2)
     found = solve(
         Problem(
-            "bump", [first, second], minimise=first.integral(u**2) + second.integral(u**2),
+            "bump",
+            [first, second],
+            minimise=first.integral(u**2) + second.integral(u**2),
             links=joined(first, second, jump={v: 0.5 * v}),
         ),
         settings=FEW,
-    )  # fmt: skip
+    )
     assert found.objective == pytest.approx(60 / 37, rel=SOLVED)
     assert found.value(first.at_end(v)) == pytest.approx(36 / 37, rel=1e-6)  # flat minimum
     assert found.value(second.at_start(v)) == pytest.approx(18 / 37, rel=1e-6)
@@ -144,9 +149,11 @@ def test_a_budget_of_effort_bounds_an_integral():
     x, v, u, rates = double_integrator()
     phase = Phase("throw", rates, initial={x: 0, v: 0}, end=1.0)
     problem = Problem(
-        "throw", [phase], maximise=phase.at_end(x),
+        "throw",
+        [phase],
+        maximise=phase.at_end(x),
         bounds=[Bound("effort", phase.integral(u**2), upper=1)],
-    )  # fmt: skip
+    )
     found = solve(problem, settings=FEW)
     assert found.objective == pytest.approx(math.sqrt(1 / 3), rel=SOLVED)
     times = np.linspace(0, 1, 11)

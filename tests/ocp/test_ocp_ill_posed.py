@@ -95,29 +95,49 @@ def duplicate_names():
 
 TEN = {
     contradicting_boundary_values: (
-        Infeasible, r"no motion was found.*'task'; worst: 'landing' is off by 0\.1 m; relax one"),
+        Infeasible,
+        r"no motion was found.*'task'; worst: 'landing' is off by 0\.1 m; relax one",
+    ),
     unreachable_target: (
-        Infeasible, r"'task'; worst: dynamics of 'v' in phase 'flight' at 0\.\d+ s is off by .* m/s"
+        Infeasible,
+        r"'task'; worst: dynamics of 'v' in phase 'flight' at 0\.\d+ s is off by .* m/s"
         r"; .*nothing within the limits joins the prescribed values: relax one of them or a limit "
-        r"or start from another guess; ocp\.relaxed\(problem\) finds"),
+        r"or start from another guess; ocp\.relaxed\(problem\) finds",
+    ),
     a_free_time_that_wants_to_be_zero: (
-        Collapsed, r"motion of 'task' shrinks to .*e-\d+ s: nothing.*needs time; prescribe where"),
+        Collapsed,
+        r"motion of 'task' shrinks to .*e-\d+ s: nothing.*needs time; prescribe where",
+    ),
     unbounded_objective: (
-        Unbounded, r"objective of 'task' ran away to -.*seems unbounded; bound what it depends on"),
+        Unbounded,
+        r"objective of 'task' ran away to -.*seems unbounded; bound what it depends on",
+    ),
     nan_at_the_guess: (
-        InvalidNumber, r"'task': the derivative of 'v' in phase 'flight' is NaN or infinite at 0 s "
-        r"\(in sqrt\(\(x-5\)\)\), where .*x = 0 m; start from a guess where everything is finite"),
+        InvalidNumber,
+        r"'task': the derivative of 'v' in phase 'flight' is NaN or infinite at 0 s "
+        r"\(in sqrt\(\(x-5\)\)\), where .*x = 0 m; start from a guess where everything is finite",
+    ),
     missing_dynamics: (
-        StatementError, r"phase 'flight' uses the state 'v' but has no dynamics.*add its derivat"),
+        StatementError,
+        r"phase 'flight' uses the state 'v' but has no dynamics.*add its derivat",
+    ),
     a_bound_crossed: (
-        StatementError, r"bounds of 'h' cross at roof = 2: lower 3 is above upper 2; change one"),
+        StatementError,
+        r"bounds of 'h' cross at roof = 2: lower 3 is above upper 2; change one",
+    ),
     a_state_never_used: (
-        StatementWarning, r"nothing depends on the state 'fuel' of phase 'flight'.*take it out"),
+        StatementWarning,
+        r"nothing depends on the state 'fuel' of phase 'flight'.*take it out",
+    ),
     wrong_shapes: (
-        StatementError, r"derivative of 'x' has shape 2x1; give one scalar expression an entry"),
+        StatementError,
+        r"derivative of 'x' has shape 2x1; give one scalar expression an entry",
+    ),
     duplicate_names: (
-        StatementError, r"'task' has more than one signal called 'x'; rename one of them"),
-}  # fmt: skip
+        StatementError,
+        r"'task' has more than one signal called 'x'; rename one of them",
+    ),
+}
 FEW = Settings(intervals=5, solver=Ipopt(max_iterations=200))
 
 
@@ -158,14 +178,17 @@ def test_a_fall_to_a_prescribed_point_is_overdetermined_not_unbounded():
 REFUSED = {
     "a boundary value beyond a bound that is a constant": (
         lambda x, u: (State("h", "m", upper=Constant("roof", "m", 2.0)), {"initial": 3}),
-        r"initial value 3 of 'h' in phase 'flight' lies outside its bounds \[-inf, 2\] at roof"),
+        r"initial value 3 of 'h' in phase 'flight' lies outside its bounds \[-inf, 2\] at roof",
+    ),
     "a guess of something else": (
         lambda x, u: (State("h", "m"), {"guess": x}),
-        r"'flight' has a guess for 'x', which its dynamics.*take it out or use it"),
+        r"'flight' has a guess for 'x', which its dynamics.*take it out or use it",
+    ),
     "two bounds of one name": (
         lambda x, u: (State("h", "m"), {"bounds": ("cap", "cap")}),
-        r"'task' has more than one bound of one phase called 'cap'; rename"),
-}  # fmt: skip
+        r"'task' has more than one bound of one phase called 'cap'; rename",
+    ),
+}
 
 
 @pytest.mark.parametrize("case", REFUSED)

@@ -23,9 +23,12 @@ def turn(cap):
     jerk = Control("jerk", "rad/s^3", lower=-cap, upper=cap, shape="constant")
     rest = {rate: 0.0, acceleration: 0.0}
     phase = Phase(
-        "turn", {angle: rate, rate: acceleration, acceleration: jerk},
-        initial={angle: 0.0, **rest}, final={angle: TURN, **rest}, end=DURATION,
-    )  # fmt: skip
+        "turn",
+        {angle: rate, rate: acceleration, acceleration: jerk},
+        initial={angle: 0.0, **rest},
+        final={angle: TURN, **rest},
+        end=DURATION,
+    )
     return Problem("least peak", [phase], minimise=phase.peak(acceleration, absolute=True)), jerk
 
 
@@ -57,7 +60,8 @@ def test_a_limit_of_rounds_is_told_and_met_by_a_precise_solve():
     )
     assert re.fullmatch(
         r"local: best of 1 start; refinement ended after 3 mesh iterations, when finer controls "
-        r"promise a gain of \de-0[12]", found.verdict,
-    )  # fmt: skip
+        r"promise a gain of \de-0[12]",
+        found.verdict,
+    )
     assert found.objective > least_peak(cap) * 1.01
     assert np.abs(found.replay.phases[0].miss).max() < 1e-10

@@ -54,9 +54,12 @@ def test_an_interval_moves_with_either_end(mesh):
 
 
 @given(
-    where=st.floats(0.15, 0.85), low=st.floats(-3, 1), size=st.floats(0.5, 4),
-    rise=st.booleans(), samples=st.integers(12, 60),
-)  # fmt: skip
+    where=st.floats(0.15, 0.85),
+    low=st.floats(-3, 1),
+    size=st.floats(0.5, 4),
+    rise=st.booleans(),
+    samples=st.integers(12, 60),
+)
 def test_a_jump_is_found_where_it_keeps_the_area(where, low, size, rise, samples):
     # cell means of a step, as piecewise constant controls approximate it
     edges = np.linspace(0, 1, samples + 1)

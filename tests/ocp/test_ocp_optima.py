@@ -44,10 +44,13 @@ def brachistochrone():
     x, y, v = State("x", "m"), State("y", "m"), State("v", "m/s", lower=0)
     slope = Control("slope", "rad", lower=0, upper=3)
     phase = Phase(
-        "slide", {x: v * ca.sin(slope), y: v * ca.cos(slope), v: 9.8 * ca.cos(slope)},
-        initial={x: 0, y: 0, v: 0}, final={x: 2, y: 2}, end=Between(0.1, 5, 1),
+        "slide",
+        {x: v * ca.sin(slope), y: v * ca.cos(slope), v: 9.8 * ca.cos(slope)},
+        initial={x: 0, y: 0, v: 0},
+        final={x: 2, y: 2},
+        end=Between(0.1, 5, 1),
         guess={slope: (0.1, 1.5), v: (0, 5)},
-    )  # fmt: skip
+    )
     return Problem("brachistochrone", [phase], minimise=phase.end_time)
 
 
@@ -68,9 +71,14 @@ def bryson_denham(shape):
 
 @pytest.mark.parametrize(
     ("name", "shape"),
-    [("radau", "polynomial"), ("gauss", "polynomial"), ("lobatto", "polynomial"),
-     ("radau", "linear"), ("radau", "constant")],
-)  # fmt: skip
+    [
+        ("radau", "polynomial"),
+        ("gauss", "polynomial"),
+        ("lobatto", "polynomial"),
+        ("radau", "linear"),
+        ("radau", "constant"),
+    ],
+)
 def test_bryson_denham(name, shape):
     problem, x = bryson_denham(shape)
     found = solve(problem, settings=Settings(scheme=scheme_named(name, 4)))
@@ -84,9 +92,14 @@ def test_bryson_denham(name, shape):
 @pytest.mark.parametrize(
     ("name", "shape"),
     [(n, s) for n in ("radau", "gauss") for s in SHAPES]
-    + [("lobatto", "linear"), ("lobatto", "constant"), ("hermite-simpson", "polynomial"),
-       ("hermite-simpson", "linear"), ("hermite-simpson", "constant")],
-)  # fmt: skip
+    + [
+        ("lobatto", "linear"),
+        ("lobatto", "constant"),
+        ("hermite-simpson", "polynomial"),
+        ("hermite-simpson", "linear"),
+        ("hermite-simpson", "constant"),
+    ],
+)
 def test_least_time(name, shape):
     # 300 m between thrust -2 and 1 m/s^2: 20 s of thrust, 10 s of braking
     x, v, u = chain(shape, lower=-2, upper=1)
@@ -114,11 +127,13 @@ def test_cubic_spline_through_a_point(name, shape):
     back = Phase("back", rates, final={x: 0, v: 0}, start=1, end=3)
     found = solve(
         Problem(
-            "via", [there, back], minimise=there.integral(u**2) + back.integral(u**2),
+            "via",
+            [there, back],
+            minimise=there.integral(u**2) + back.integral(u**2),
             links=joined(there, back),
         ),
         settings=settings,
-    )  # fmt: skip
+    )
     # the splines are in the space of the trial functions: the solver's tolerance of 1e-10 on
     # scaled rows times multipliers of the order of 10
     assert found.objective == pytest.approx(10.125, rel=1e-8)
@@ -156,9 +171,11 @@ def test_a_saturated_interval_that_the_control_should_leave_is_refined():
     x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", lower=-1, upper=1)
     phase = Phase("push", {x: v, v: u}, {x: 0, v: 0}, end=1)
     problem = Problem(
-        "push", [phase], minimise=phase.integral(u**2),
+        "push",
+        [phase],
+        minimise=phase.integral(u**2),
         bounds=[Bound("reached", phase.at_end(x), "m", lower=reached)],
-    )  # fmt: skip
+    )
     found = solve(problem, settings=Settings(intervals=10))
     exact = 1 - 2 / 3 * math.sqrt(6 * (0.5 - reached))
     assert len(found.mesh_iterations) > 1

@@ -12,13 +12,23 @@ from ocp import Control, FixedMesh, Phase, Problem, Settings, State, solve
 from ocp.numerics.schemes import scheme_named
 
 METHODS = [
-    *[("radau", s) for s in (1, 2, 3, 4)], *[("gauss", s) for s in (1, 2, 3)],
-    *[("lobatto", s) for s in (2, 3, 4)], ("hermite-simpson", 3), ("trapezoid", 2),
-]  # fmt: skip
+    *[("radau", s) for s in (1, 2, 3, 4)],
+    *[("gauss", s) for s in (1, 2, 3)],
+    *[("lobatto", s) for s in (2, 3, 4)],
+    ("hermite-simpson", 3),
+    ("trapezoid", 2),
+]
 SPAN, LQ_SPAN = 2.0, 3.0
 # number of intervals: few for the high orders, so that errors stay above the solver's tolerance
-MESHES = {1: (40, 80, 160), 2: (20, 40, 80), 3: (8, 16, 32), 4: (6, 12, 24), 5: (4, 8, 16),
-          6: (6, 12, 24), 7: (8, 12, 24)}  # fmt: skip
+MESHES = {
+    1: (40, 80, 160),
+    2: (20, 40, 80),
+    3: (8, 16, 32),
+    4: (6, 12, 24),
+    5: (4, 8, 16),
+    6: (6, 12, 24),
+    7: (8, 12, 24),
+}
 LQ_MESHES = {**MESHES, 6: (4, 8, 16), 7: (3, 6, 12)}
 FLOOR = 2e-12  # errors below are round-off: Newton's last step squares the solver's 1e-10
 
@@ -27,9 +37,11 @@ def pendulum_end(name, degree, intervals):
     """End of a driven pendulum stated as a problem that has nothing to choose."""
     angle, rate = State("angle", "rad"), State("rate", "rad/s")
     phase = Phase(
-        "swing", {angle: rate, rate: -4 * ca.sin(angle)},
-        initial={angle: 1.0, rate: 0.5}, end=SPAN,
-    )  # fmt: skip
+        "swing",
+        {angle: rate, rate: -4 * ca.sin(angle)},
+        initial={angle: 1.0, rate: 0.5},
+        end=SPAN,
+    )
     settings = Settings(
         scheme=scheme_named(name, degree), intervals=intervals, refinement=FixedMesh()
     )
@@ -40,9 +52,13 @@ def pendulum_end(name, degree, intervals):
 @pytest.fixture(scope="module")
 def exact():
     found = solve_ivp(
-        lambda t, y: [y[1], -4 * np.sin(y[0])], (0, SPAN), [1.0, 0.5],
-        method="DOP853", rtol=1e-13, atol=1e-14,
-    )  # fmt: skip
+        lambda t, y: [y[1], -4 * np.sin(y[0])],
+        (0, SPAN),
+        [1.0, 0.5],
+        method="DOP853",
+        rtol=1e-13,
+        atol=1e-14,
+    )
     return found.y[:, -1]
 
 
@@ -97,10 +113,15 @@ def test_controls_and_costates_converge_with_their_own_order(name, degree):
     costate = np.array([(expm(t * matrix) @ first)[1] for t in times])
     meshes = LQ_MESHES[method.order]
     found = [lq(name, degree, n) for n in meshes]
-    errors = np.array([
-        [np.abs(f.sample("u", times) + costate / 2).max(),
-         np.abs(f.costate("x", times) - costate).max()] for f in found
-    ])  # fmt: skip
+    errors = np.array(
+        [
+            [
+                np.abs(f.sample("u", times) + costate / 2).max(),
+                np.abs(f.costate("x", times) - costate).max(),
+            ]
+            for f in found
+        ]
+    )
     for error in errors.T:
         # the same times lie anywhere in the intervals of three meshes: two thirds of an order
         assert slope(1.0 / np.array(meshes), error) == pytest.approx(method.control_order, abs=0.67)

@@ -55,9 +55,12 @@ def test_least_time_in_any_units(length, second):
     unit = length / second**2
     u = Control("u", lower=-2 * unit, upper=unit)
     phase = Phase(
-        "dash", {x: v, v: u}, initial={x: 0, v: 0}, final={x: 300 * length, v: 0},
+        "dash",
+        {x: v, v: u},
+        initial={x: 0, v: 0},
+        final={x: 300 * length, v: 0},
         end=Between(second, 100 * second),
-    )  # fmt: skip
+    )
     found = solve(Problem("dash", [phase], minimise=phase.end_time))
     assert found.objective == pytest.approx(30 * second, rel=1e-5)  # objective tolerance
 
@@ -97,14 +100,16 @@ def ordinary(**objective):
 def test_the_report_names_every_size_and_its_reason():
     entries = {(e.kind, e.name): e for e in scaling_report(ordinary()).entries}
     reasons = {
-        ("signal", "x"): (2.0, "boundary values"), ("signal", "u"): (3.0, "stated"),
+        ("signal", "x"): (2.0, "boundary values"),
+        ("signal", "u"): (3.0, "stated"),
         ("unknown", "k"): (2.0, "guess, or middle of its bounds"),
         ("time", "durations"): (5.0, "longest duration of a phase in the guess"),
-        ("bound", "move: cap"): (4.0, "moves so far with 'x'"), ("bound", "end"): (7.0, "stated"),
+        ("bound", "move: cap"): (4.0, "moves so far with 'x'"),
+        ("bound", "end"): (7.0, "stated"),
         # u^2 moves by (3 / 2)^2 at half a size, twice that is the slope
         ("number", "effort"): (4.5 * 5, "moves so far with 'u', times the duration"),
         ("objective", "objective"): (22.5, "moves so far with 'effort'"),
-    }  # fmt: skip
+    }
     assert {key: (e.size, e.reason) for key, e in entries.items()} == reasons
     lines = str(scaling_report(ordinary())).splitlines()
     assert lines[0] == "scaling of 'ordinary'"

@@ -23,11 +23,14 @@ def force_problem(law):
     force = rope_force(TRUSS, angle.symbol, speed.symbol, acceleration.symbol, "by angle")
     rest = {speed: 0.0, acceleration: 0.0}
     deploy = Phase(
-        "deploy", {angle: speed, speed: acceleration, acceleration: jerk},
-        initial={angle: TRUSS.stowed_angle, **rest}, final={angle: DEPLOYED, **rest},
-        end=law.duration, bounds=[Bound("rope force", force, "N", lower=0.0)],
+        "deploy",
+        {angle: speed, speed: acceleration, acceleration: jerk},
+        initial={angle: TRUSS.stowed_angle, **rest},
+        final={angle: DEPLOYED, **rest},
+        end=law.duration,
+        bounds=[Bound("rope force", force, "N", lower=0.0)],
         guess={angle: lambda t: law.motion(t).angle, speed: lambda t: law.motion(t).speed},
-    )  # fmt: skip
+    )
     top = peak((deploy, force), name="peak force", unit="N")
     return Problem("least peak force", [deploy], minimise=top), jerk
 
@@ -42,9 +45,16 @@ STARTS = {
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("start", "intervals"),
-    [("bezier", 20), ("straight", 20), ("dwell", 20), ("bezier", 100), ("bezier", 101),
-     ("bezier", 150), ("bezier", 300)],
-)  # fmt: skip
+    [
+        ("bezier", 20),
+        ("straight", 20),
+        ("dwell", 20),
+        ("bezier", 100),
+        ("bezier", 101),
+        ("bezier", 150),
+        ("bezier", 300),
+    ],
+)
 def test_every_start_and_mesh_gives_the_reference_optimum(start, intervals):
     problem, jerk = force_problem(STARTS[start])
     found = solve(problem, settings=Settings(intervals=intervals))

@@ -55,8 +55,10 @@ def test_least_time_agrees_with_integration_over_the_angle(mu: float) -> None:
     middle = motion.switch_angle
     first = quad(
         lambda s: 2 * s / up(truss.stowed_angle + s * s),
-        1e-4, math.sqrt(middle - truss.stowed_angle), limit=400,
-    )[0]  # fmt: skip
+        1e-4,
+        math.sqrt(middle - truss.stowed_angle),
+        limit=400,
+    )[0]
     last = quad(
         lambda s: 2 * s / down(math.pi / 2 - s * s),
         1e-4,

@@ -28,9 +28,15 @@ Write = Callable[[Path], None]
 
 
 def text(
-    header: str, *columns: np.ndarray, separator: str = ",", decimal: str = ".",
-    encoding: str = "utf-8", digits: str = ".12g", above: str = "", end: str = "\n",
-) -> Write:  # fmt: skip
+    header: str,
+    *columns: np.ndarray,
+    separator: str = ",",
+    decimal: str = ".",
+    encoding: str = "utf-8",
+    digits: str = ".12g",
+    above: str = "",
+    end: str = "\n",
+) -> Write:
     rows = (separator.join(f"{x:{digits}}" for x in row) for row in zip(*columns, strict=True))
     body = end.join(row.replace(".", decimal) for row in rows)
     content = f"{above}{header}{end}{body}{end}"
@@ -64,8 +70,10 @@ READ: dict[str, tuple[str, Write]] = {
         "a.csv",
         text("Zeit (s);Winkel (°)", TIME, DEGREES, separator=";", decimal=",", encoding="cp1252"),
     ),
-    "byte-order mark": ("a.csv", text("t;alpha / °", TIME, DEGREES, separator=";",
-                                      encoding="utf-8-sig", end="\r\n")),
+    "byte-order mark": (
+        "a.csv",
+        text("t;alpha / °", TIME, DEGREES, separator=";", encoding="utf-8-sig", end="\r\n"),
+    ),
     "UTF-16 with tabs": (
         "a.txt",
         text("Time (s)\tAngle (rad)", TIME, ANGLE, separator="\t", encoding="utf-16"),
@@ -77,15 +85,17 @@ READ: dict[str, tuple[str, Write]] = {
         text("time,angle", TIME, ANGLE, above="Operator: N.N.\nDate: 2026-01-01\n\n"),
     ),
     "quotation marks": ("a.csv", text('"Time [s]","Angle [rad]"', TIME, ANGLE)),
-    "further columns": ("a.csv", text("state,angle [mrad],time [min]", 0 * TIME, 1e3 * ANGLE,
-                                      TIME / 60)),
+    "further columns": (
+        "a.csv",
+        text("state,angle [mrad],time [min]", 0 * TIME, 1e3 * ANGLE, TIME / 60),
+    ),
     "rope in mm": ("a.csv", text("time_s,rope_length_mm", TIME, 1e3 * ROPE)),
     "camel case": ("a.csv", text("Time,RopeLength", TIME, ROPE, digits=".17g")),
     "records of JSON": ("a.json", records),
     "MATLAB": ("a.mat", lambda path: savemat(path, {"run": {"time": TIME, "angle_deg": DEGREES}})),
     "Excel": ("a.xlsx", excel),
     "exponents of Fortran": ("a.csv", text("time,angle", TIME, ANGLE, digits=".9e")),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", READ)
@@ -134,8 +144,11 @@ REFUSED: dict[str, tuple[str, Write, str]] = {
         text("time,angle", TIME, ANGLE, decimal=",", digits=".3f"),
         "separate by semicolons",
     ),
-    "ragged": ("a.csv", lambda path: path.write_text("time,angle\n" + "0,1\n" * 30 + "3\n"),
-               "row 31"),
+    "ragged": (
+        "a.csv",
+        lambda path: path.write_text("time,angle\n" + "0,1\n" * 30 + "3\n"),
+        "row 31",
+    ),
     "empty": ("a.csv", lambda path: path.write_bytes(b""), "is empty"),
     "header only": ("a.csv", lambda path: path.write_text("time,angle\n"), "no header stands"),
     "binary": ("a.bin", lambda path: path.write_bytes(bytes(range(256)) * 9), "is not text"),
@@ -150,7 +163,7 @@ REFUSED: dict[str, tuple[str, Write, str]] = {
         lambda path: path.write_text(json.dumps({"time": [1, 2], "angle": [1]})),
         "different lengths",
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", REFUSED)

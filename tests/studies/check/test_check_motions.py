@@ -46,8 +46,9 @@ def noisy(law: object, sigma: float, rows: int, seed: int) -> tuple[np.ndarray, 
 
 
 @pytest.mark.parametrize("law", [BEZIER, STEP5], ids=["Bezier", "Step5"])
-@pytest.mark.parametrize(("sigma", "rows", "wide"), [(1e-5, 701, 0.05), (1e-4, 281, 0.05),
-                                                     (1e-3, 281, 0.20)])  # fmt: skip
+@pytest.mark.parametrize(
+    ("sigma", "rows", "wide"), [(1e-5, 701, 0.05), (1e-4, 281, 0.05), (1e-3, 281, 0.20)]
+)
 def test_peaks_lie_within_bounds_that_are_narrow(
     law: object, sigma: float, rows: int, wide: float, tmp_path: Path
 ) -> None:
@@ -152,8 +153,9 @@ def test_rounding_of_the_digits_counts_as_noise() -> None:
 
 def test_uneven_times_with_gaps_are_recovered() -> None:
     rng = np.random.default_rng(4)
-    time = np.sort(np.concatenate([[0.0, T], rng.uniform(0.0, 60.0, 400),
-                                   rng.uniform(66.0, T, 500)]))  # fmt: skip
+    time = np.sort(
+        np.concatenate([[0.0, T], rng.uniform(0.0, 60.0, 400), rng.uniform(66.0, T, 500)])
+    )
     angle = STEP5.motion(time).angle + 1e-4 * rng.standard_normal(time.size)
     found = recover(time, angle, np.ones_like(time))
     grid = np.linspace(0.0, T, 501)
@@ -176,8 +178,14 @@ def test_a_check_is_stored_and_drawn(tmp_path: Path) -> None:
 
 
 def arm_file(path: Path, columns: dict[str, np.ndarray]) -> str:
-    np.savetxt(path, np.column_stack(list(columns.values())), "%.12g", ",",
-               header=",".join(columns), comments="")  # fmt: skip
+    np.savetxt(
+        path,
+        np.column_stack(list(columns.values())),
+        "%.12g",
+        ",",
+        header=",".join(columns),
+        comments="",
+    )
     return str(path)
 
 
