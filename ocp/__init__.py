@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from ocp.errors import (
     BudgetSpent,
     Collapsed,
+    FileError,
     HomotopyStopped,
     Infeasible,
     Interrupted,
@@ -101,6 +102,7 @@ __all__ = [
     "Collapsed",
     "Constant",
     "Control",
+    "FileError",
     "FixedMesh",
     "Functional",
     "Gauss",

@@ -13,6 +13,10 @@ class StatementWarning(UserWarning):
     """A part of a statement has no effect; the problem is solved all the same."""
 
 
+class FileError(OcpError, ValueError):
+    """A file cannot be read or written, or holds no solution that this version reads."""
+
+
 class SolveFailed(OcpError):
     """No solution was found.
 

@@ -241,7 +241,13 @@ class Solution:
         return table(self, times)
 
     def to_csv(self, path: str | Path, times: Any = None) -> None:
-        """Write the table of all signals, with units, below lines of comments (#)."""
+        """Write the table of all signals, with units, below lines of comments (#).
+
+        Raises
+        ------
+        FileError
+            When the folder is missing, or the file cannot be written.
+        """
         from ocp.solution.tables import write_csv
 
         write_csv(self, path, times)

@@ -25,12 +25,14 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array
+from ocp.errors import FileError
 from ocp.mesh.initial_guess import StatedGuess
 from ocp.numerics.expression_graph import ExpressionGraph, Instruction, graph_of
 from ocp.problem.parameters import parameters_of
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME, Signal, Symbol, Time, resolve
+from ocp.solution.files import read_file, write_file
 from ocp.solution.solution import Solution
 
 _FORMAT = "ocp solution"
@@ -53,10 +55,12 @@ def save(solution: Solution, path: str | Path) -> None:
     ------
     TypeError
         When it is no solution, or holds an object of a class that files do not know.
+    FileError
+        When the folder is missing, or the file cannot be written.
     """
     if not isinstance(solution, Solution):
         raise TypeError(f"save writes a Solution, not {solution!r}; solve it first")
-    Path(path).write_bytes(packed(solution))
+    write_file(path, packed(solution))
 
 
 def load(path: str | Path) -> Solution:
@@ -69,10 +73,10 @@ def load(path: str | Path) -> Solution:
 
     Raises
     ------
-    ValueError
-        When the file holds no solution, is damaged, or was written by another version.
+    FileError
+        When the file is missing, holds no solution, is damaged, or was written by another version.
     """
-    solution = unpacked(Path(path).read_bytes(), name=str(path))
+    solution = unpacked(read_file(path), name=str(path))
     if not isinstance(solution, Solution):
         raise _no_solution(str(path))
     return solution
@@ -119,7 +123,7 @@ def unpacked(data: bytes, known: Problem | None = None, name: str = "the data") 
 
     Raises
     ------
-    ValueError
+    FileError
         When it is no such data, damaged, or of another version.
     """
     archive = _opened(data, name)
@@ -133,14 +137,14 @@ def unpacked(data: bytes, known: Problem | None = None, name: str = "the data") 
             return _read(archive, text, known)
     except Exception as error:
         reason = (str(error) or type(error).__name__).splitlines()[0]
-        raise ValueError(
+        raise FileError(
             f"'{name}' is a damaged solution ({reason}); solve again and save it"
         ) from error
     raise _other_version(name, version)
 
 
 def _opened(data: bytes, name: str) -> zipfile.ZipFile:
-    """The archive; ValueError if it is none, or none of ours."""
+    """The archive; FileError if it is none, or none of ours."""
     if data.startswith(_FIRST_VERSION):
         raise _other_version(name, 1)
     try:
@@ -148,7 +152,7 @@ def _opened(data: bytes, name: str) -> zipfile.ZipFile:
     except zipfile.BadZipFile as error:
         # the list of members is at the end, the name of the first one at the beginning
         if _TEXT.encode() in data[:100]:
-            raise ValueError(
+            raise FileError(
                 f"'{name}' is a damaged solution (its end is missing); solve again and save it"
             ) from error
         raise _no_solution(name) from error
@@ -157,12 +161,12 @@ def _opened(data: bytes, name: str) -> zipfile.ZipFile:
     return archive
 
 
-def _no_solution(name: str) -> ValueError:
-    return ValueError(f"'{name}' holds no solution; give a file that ocp.save wrote")
+def _no_solution(name: str) -> FileError:
+    return FileError(f"'{name}' holds no solution; give a file that ocp.save wrote")
 
 
-def _other_version(name: str, version: Any) -> ValueError:
-    return ValueError(
+def _other_version(name: str, version: Any) -> FileError:
+    return FileError(
         f"'{name}' is a solution in file version {version!r}, but this version of ocp reads "
         f"{_VERSION}; solve again and save it, or load it with the ocp that wrote it"
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
@@ -15,6 +16,7 @@ import numpy as np
 from ocp.arrays import Array
 from ocp.problem.display import objective_unit, with_unit
 from ocp.problem.symbols import Signal
+from ocp.solution.files import write_file
 
 if TYPE_CHECKING:
     from ocp.solution.solution import Solution
@@ -81,16 +83,23 @@ def write_csv(solution: Solution, path: str | Path, times: Any = None) -> None:
 
     Lines that begin with ``#`` say what it is: the problem, the objective, the verdict, errors,
     numbers of the problem and the version of the program.
+
+    Raises
+    ------
+    FileError
+        When the folder is missing, or the file cannot be written.
     """
     columns = table(solution, times)
     units = {s.name: s.unit for s in solution.problem.symbols if isinstance(s, Signal)}
     header = [f"{name} [{units[name]}]" if name in units else name for name in columns]
     header[0] = "time [s]"
-    with Path(path).open("w", newline="", encoding="utf-8") as file:
-        file.writelines(f"# {line}\n" for line in _remarks(solution))
-        rows = csv.writer(file)
-        rows.writerow(header)
-        rows.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
+
+    text = io.StringIO()
+    text.writelines(f"# {line}\n" for line in _remarks(solution))
+    rows = csv.writer(text)
+    rows.writerow(header)
+    rows.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
+    write_file(path, text.getvalue().encode("utf-8"))
 
 
 def _remarks(solution: Solution) -> Iterator[str]:

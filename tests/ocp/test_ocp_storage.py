@@ -31,7 +31,7 @@ from ocp import (
     save,
     solve,
 )
-from ocp.errors import StatementError
+from ocp.errors import FileError, StatementError
 from ocp.solution.storage import packed, unpacked
 
 ROOT = Path(__file__).parents[2]
@@ -207,6 +207,20 @@ def test_other_files_are_refused(found, tmp_path):
         archive.writestr("letter.txt", "text")
     with pytest.raises(ValueError, match="holds no solution"):
         load(path)
+
+
+def test_a_path_that_leads_nowhere_is_named(found, tmp_path):
+    nowhere = tmp_path / "nowhere" / "trip.ocp"
+    cannot = rf"'{nowhere}' cannot be (read|written) \(No such file or directory\); give "
+    for reach in (
+        lambda: load(nowhere),
+        lambda: save(found, nowhere),
+        lambda: found.to_csv(nowhere),
+    ):
+        with pytest.raises(FileError, match=cannot):
+            reach()
+    with pytest.raises(FileError, match=r"cannot be read \(Is a directory\); give the path of a"):
+        load(tmp_path)
 
 
 def test_files_of_other_versions_are_refused(found, tmp_path):
