@@ -308,7 +308,7 @@ def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:
     ending, best, accuracy = endings[refinement.ending], refinement.best, meshes.settings.accuracy
 
     open_tolerances = [
-        f"{what} hold to {value:.0e} instead of {allowed:.0e}"
+        f"{what} hold to {value:.0e}; asked for were {allowed:.0e}"
         for what, value, allowed in (
             ("the constraints", best.leak, accuracy.path),
             ("the dynamics", best.errors.dynamics, accuracy.dynamics),
@@ -318,7 +318,7 @@ def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:
     # refuted by a finer mesh or not, what is promised is said
     if best.errors.gain > accuracy.objective:
         open_tolerances.append(f"finer controls promise a gain of {best.errors.gain:.0e}")
-    return ", when ".join(part for part in (ending, " and ".join(open_tolerances)) if part)
+    return ": ".join(part for part in (ending, "; ".join(open_tolerances)) if part)
 
 
 def _verdict(meshes: MeshSolver, objective: float, bound: float | None) -> str:

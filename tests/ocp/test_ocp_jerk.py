@@ -59,7 +59,7 @@ def test_a_limit_of_rounds_is_told_and_met_by_a_precise_solve():
         turn(cap)[0], settings=Settings(scheme=Radau(3), refinement=AdaptiveMesh(rounds=2))
     )
     assert re.fullmatch(
-        r"local: best of 1 start; refinement ended after 3 mesh iterations, when finer controls "
+        r"local: best of 1 start; refinement ended after 3 mesh iterations: finer controls "
         r"promise a gain of \de-0[12]",
         found.verdict,
     )
