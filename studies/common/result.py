@@ -18,7 +18,7 @@ from typing import Any, Literal, cast, get_args
 import numpy as np
 
 from ocp.arrays import Array
-from studies.common.exit_codes import StudyError
+from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.folder import OUR_MARK, PROGRAM, plain
 
 SCHEMA = 1  # raised when a field changes its meaning or disappears
@@ -262,12 +262,25 @@ class Result:
         return rows[key].values[law]
 
     def save(self, folder: Path) -> None:
-        """Write `arrays.npz` and then `result.json` into an existing folder."""
+        """Write `arrays.npz` and then `result.json` into an existing folder.
+
+        Raises
+        ------
+        StudyError
+            If there is no such folder, or it cannot be written.
+        """
         columns = {name: series.values for name, series in self.arrays.items()}
-        # the arrays come first: a result.json without them would promise too much
-        np.savez_compressed(folder / ARRAYS_FILE, **cast(Any, columns))
         text = json.dumps(self.as_dictionary(), indent=2, ensure_ascii=False)
-        (folder / RESULT_FILE).write_text(text + "\n", "utf-8")
+        try:
+            # the arrays come first: a result.json without them would promise too much
+            np.savez_compressed(folder / ARRAYS_FILE, **cast(Any, columns))
+            (folder / RESULT_FILE).write_text(text + "\n", "utf-8")
+        except OSError as error:
+            raise StudyError(
+                f"the result cannot be written into {folder} ({error.strerror}); "
+                "give a folder that exists and that you may write to",
+                ExitCode.NO_RESULTS_FOLDER,
+            ) from error
 
     def as_dictionary(self) -> dict[str, Any]:
         """All but the values of the arrays, as JSON can hold it."""

@@ -1,16 +1,11 @@
-"""Any result as text, table, CSV and JSON. All that a command prints of a run comes from here."""
+"""Any result as text and table, and its folder. All that a command prints of a run is from here."""
 
 from __future__ import annotations
 
-import csv
-import io
-import json
-from collections.abc import Mapping
-from typing import Any
-
+from studies.common.columns import flat, stored_columns, write_csv, write_json
 from studies.common.console import Table, number
 from studies.common.exit_codes import ExitCode
-from studies.common.folder import ResultsFolder, plain
+from studies.common.folder import ResultsFolder
 from studies.common.result import OUTSTANDING, WORSE, Cost, Result, TableRow
 
 
@@ -119,59 +114,13 @@ def _cost_lines(result: Result) -> list[str]:
     return [head, *map(line, result.costs_elsewhere)]
 
 
-def about(result: Result) -> dict[str, Any]:
-    """What an export says of itself, before its columns."""
-    return {
-        # where the table sets several laws side by side, the profile may be another motion's
-        "law": result.details.get("profile_of", next(iter(result.laws), "")),
-        "question": result.question,
-        "study": result.configuration,
-        "verdict": result.verdict.sentence,
-        **{k: v for k, v in result.details.items() if k == "how_to_read"},
-        "accuracy": result.details.get("accuracy", {}),
-        "made_by": result.provenance,
-    }
-
-
-def profile_csv(result: Result) -> str:
-    """The series along the main axis as CSV, with units; what it is stands in comments above."""
-    columns = _columns(result)
-    text = io.StringIO()
-    text.writelines(f"# {line}\n" for line in flat(about(result)))
-
-    writer = csv.writer(text, lineterminator="\r\n")
-    writer.writerow(f"{name} [{result.arrays[name].unit}]" for name in columns)
-    for row in zip(*columns.values(), strict=True):
-        # an empty cell where a quantity is not defined: readers differ in what they take for nan
-        writer.writerow("" if value != value else repr(value) for value in row)
-    return text.getvalue()
-
-
-def profile_json(result: Result) -> str:
-    """The same as JSON."""
-    columns = {
-        name: {"unit": result.arrays[name].unit, "values": values}
-        for name, values in _columns(result).items()
-    }
-    content = plain({**about(result), "columns": columns})
-    return json.dumps(content, indent=2, ensure_ascii=False) + "\n"
-
-
-def _columns(result: Result) -> dict[str, list[float]]:
-    """The series along the main axis, as plain numbers."""
-    return {
-        name: series.values.tolist()
-        for name, series in result.arrays.items()
-        if series.axis == result.axis
-    }
-
-
 def write(result: Result, folder: ResultsFolder) -> None:
     """Write a result, and beside it the files that people read."""
     folder.file("table.txt").write_text(table_text(result), "utf-8")
     if result.arrays:
-        folder.file("profile.csv").write_text(profile_csv(result), "utf-8", newline="")
-        folder.file("profile.json").write_text(profile_json(result), "utf-8")
+        columns = stored_columns(result)
+        folder.file("profile.csv").write_text(write_csv(result, columns), "utf-8", newline="")
+        folder.file("profile.json").write_text(write_json(result, columns), "utf-8")
     folder.write_json("verification.json", record(result))
     result.save(folder.path)
 
@@ -191,14 +140,3 @@ def record(result: Result) -> dict[str, object]:
         "values": {row.key: row.values[own] for row in result.table},
         "made_by": result.provenance,
     }
-
-
-def flat(content: Mapping[str, Any], prefix: str = "") -> list[str]:
-    """Lines `key = value` of a nested mapping, with dots between the keys."""
-    lines: list[str] = []
-    for key, value in content.items():
-        if isinstance(value, Mapping):
-            lines += flat(value, f"{prefix}{key}.")
-        else:
-            lines.append(f"{prefix}{key} = {value}")
-    return lines

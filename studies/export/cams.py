@@ -89,6 +89,7 @@ def _declared(
         *(f"    f{scale}{end} : REAL;" for scale in scales for end in ("Min", "Max")),
         "END_STRUCT END_TYPE",
     ]
+
     # equal ranges in editor and table are no scaling
     ranges = {"Master": points.times, "Slave": points.positions}
     scaling = ", ".join(
@@ -98,6 +99,7 @@ def _declared(
     )
     if fields:
         value = f"{value[:-1]}, {scaling})"
+
     variable = 6 if fields else 0  # 6: LREAL
     lines = [
         *comments,

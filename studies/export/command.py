@@ -40,6 +40,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="a new file, and FILE.record.json beside it; printed if there is none",
     )
+    _add_points(parser)
+    _add_writing(parser)
+    _add_stop(parser)
+    parser.add_argument(
+        "--within-limits",
+        action="store_true",
+        help="optimise again inside the drive's limits where the export breaks them",
+    )
+
+
+def _add_points(parser: argparse.ArgumentParser) -> None:
+    """Of what, for which drive, and at which times."""
     parser.add_argument(
         "--drive", type=Path, metavar="FILE", help="drive.toml; or [drive] of the study's own file"
     )
@@ -50,6 +62,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--points", metavar="N", help="as many points, on the switches of the motion"
     )
+
+
+def _add_writing(parser: argparse.ArgumentParser) -> None:
+    """How numbers are written."""
     parser.add_argument("--separator", metavar="SIGN", default=",", help="of CSV cells: , ; or tab")
     parser.add_argument("--decimal", metavar="SIGN", default=".", help="of CSV decimals: . or ,")
     parser.add_argument("--no-header", action="store_true", help="CSV of numbers alone")
@@ -57,16 +73,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--real", choices=("double", "float"), default="double", help="numbers of c99"
     )
+
+
+def _add_stop(parser: argparse.ArgumentParser) -> None:
+    """A stop in the middle, and what follows it."""
     parser.add_argument("--stop-at", metavar="S", help="the motion, stopped safely from here [s]")
     parser.add_argument(
         "--resume-at", metavar="S", help="from rest behind the stop from here to the end [s]"
     )
     parser.add_argument("--stop-within", metavar="S", help="time that the stop may take [s]")
-    parser.add_argument(
-        "--within-limits",
-        action="store_true",
-        help="optimise again inside the drive's limits where the export breaks them",
-    )
 
 
 def run(options: argparse.Namespace, console: Console) -> ExitCode:
@@ -261,20 +276,18 @@ def _columns(
 def _columns_of(
     result: Result, columns: Mapping[str, Array] | None, options: argparse.Namespace
 ) -> str | bytes:
-    from studies.export import columns as family
+    """The columns in their format; the stored ones unless others are given."""
+    from studies.common import columns as text
+    from studies.export import binary
 
     if columns is None:
-        columns = {
-            name: series.values
-            for name, series in result.arrays.items()
-            if series.axis == result.axis
-        }
+        columns = text.stored_columns(result)
     if options.to == "csv":
-        dialect = family.Dialect(options.separator, options.decimal, not options.no_header)
-        return family.write_csv(result, columns, dialect)
+        dialect = text.Dialect(options.separator, options.decimal, not options.no_header)
+        return text.write_csv(result, columns, dialect)
     if options.to == "json":
-        return family.write_json(result, columns)
-    return (family.write_mat if options.to == "mat" else family.write_parquet)(result, columns)
+        return text.write_json(result, columns)
+    return (binary.write_mat if options.to == "mat" else binary.write_parquet)(result, columns)
 
 
 def _about(source: Source, course: Course, options: argparse.Namespace) -> dict[str, str]:

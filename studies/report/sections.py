@@ -6,10 +6,10 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from studies.common.columns import flat
 from studies.common.console import number
 from studies.common.parameters import parameter_lines
 from studies.common.result import Result, TableRow
-from studies.common.writers import flat
 from studies.report import words
 from studies.report.charts import Chart
 from studies.report.html import Content, Element, element, identifier, table
@@ -207,6 +207,8 @@ def curves(charts: Sequence[Chart], laws: Sequence[str]) -> list[Element]:
         id="curves-legend",
         aria_label="laws",
     )
+
+    # the meaning stands below a title only where it says more
     figures = [
         element(
             "figure",
@@ -222,6 +224,7 @@ def curves(charts: Sequence[Chart], laws: Sequence[str]) -> list[Element]:
         )
         for chart in charts
     ]
+
     controls = element("div", id="chart-controls", class_="controls live")
     return [controls, legend, element("div", figures, class_="grid")]
 

@@ -130,6 +130,14 @@ def test_a_lost_series_is_named(folder: Path) -> None:
     assert Result.load(folder, partial=True).missing == ("series time", "series force")
 
 
+def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(
+        StudyError, match=r"cannot be written into .*nowhere \(No such file"
+    ) as caught:
+        example().save(tmp_path / "nowhere")
+    assert caught.value.exit_code == ExitCode.NO_RESULTS_FOLDER
+
+
 def test_a_foreign_folder_is_refused_even_in_part(tmp_path: Path) -> None:
     assert "there is no results folder" in refused(tmp_path / "nowhere")
     assert "is no results folder of antenna-ocp" in refused(tmp_path)
@@ -223,7 +231,7 @@ def test_every_result_can_be_written(tmp_path: Path) -> None:
     assert rows[0] == "time [s],force [N]"
     assert rows[1] == "0.0,0.0"
     assert len(rows) == 12
-    columns = json.loads(writers.profile_json(Result.load(opened.path)))["columns"]
+    columns = json.loads((opened.path / "profile.json").read_text("utf-8"))["columns"]
     assert columns["force"]["unit"] == "N"
     assert len(columns["force"]["values"]) == 11
     record = json.loads((opened.path / "verification.json").read_text())

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from studies.cli import main
+from studies.common import columns as text
+from studies.common.columns import Dialect
 from studies.common.result import Result
-from studies.export import columns as family
-from studies.export.columns import Dialect
+from studies.export import binary
 
 Write = Callable[[str], Path]
 
@@ -28,7 +29,7 @@ def complaint(capsys: pytest.CaptureFixture[str]) -> str:
 )
 def test_csv_comes_back_in_each_dialect(short: Result, dialect: Dialect) -> None:
     columns = {name: short.arrays[name].values for name in ("time", "angle", "angular_jerk")}
-    again = family.read_csv(family.write_csv(short, columns, dialect), dialect)
+    again = text.read_csv(text.write_csv(short, columns, dialect), dialect)
     for found, exact in zip(again.values(), columns.values(), strict=True):
         assert np.array_equal(found, exact)
 
@@ -36,8 +37,8 @@ def test_csv_comes_back_in_each_dialect(short: Result, dialect: Dialect) -> None
 def test_matlab_and_json_come_back(short: Result) -> None:
     columns = {name: short.arrays[name].values for name in ("time", "rope_length")}
     for again in (
-        family.read_mat(family.write_mat(short, columns)),
-        family.read_json(family.write_json(short, columns)),
+        binary.read_mat(binary.write_mat(short, columns)),
+        text.read_json(text.write_json(short, columns)),
     ):
         assert all(np.array_equal(again[name], columns[name]) for name in columns)
 
@@ -45,7 +46,7 @@ def test_matlab_and_json_come_back(short: Result) -> None:
 def test_parquet_comes_back(short: Result) -> None:
     pytest.importorskip("pyarrow", reason="pyarrow is an extra")
     columns = {name: short.arrays[name].values for name in ("time", "rope_length")}
-    again = family.read_parquet(family.write_parquet(short, columns))
+    again = binary.read_parquet(binary.write_parquet(short, columns))
     assert all(np.array_equal(again[name], columns[name]) for name in columns)
 
 
@@ -62,6 +63,7 @@ def meets(value: object, schema: dict[str, object]) -> bool:
     allowed = stated if isinstance(stated, list) else [stated]
     if not any(isinstance(value, kinds[str(name)]) for name in allowed):
         return False
+
     if isinstance(value, list):
         items = schema.get("items", {})
         assert isinstance(items, dict)
@@ -70,6 +72,7 @@ def meets(value: object, schema: dict[str, object]) -> bool:
         )
     if not isinstance(value, dict):
         return True
+
     known, further = schema.get("properties", {}), schema.get("additionalProperties", True)
     required = schema.get("required", [])
     assert isinstance(known, dict)
@@ -84,8 +87,8 @@ def meets(value: object, schema: dict[str, object]) -> bool:
 
 
 def test_json_keeps_to_the_published_schema(short: Result) -> None:
-    schema = json.loads((Path(family.__file__).parent / family.SCHEMA_FILE).read_text("utf-8"))
-    profile = json.loads(family.write_json(short, {"time": short.arrays["time"].values}))
+    schema = json.loads((Path(text.__file__).parent / text.SCHEMA_FILE).read_text("utf-8"))
+    profile = json.loads(text.write_json(short, {"time": short.arrays["time"].values}))
     assert meets(profile, schema)
     assert not meets(profile | {"columns": {}}, schema)
     profile["columns"]["time"]["values"] = ["0"]
@@ -95,14 +98,14 @@ def test_json_keeps_to_the_published_schema(short: Result) -> None:
 def test_a_fixed_step_gives_even_rows(folder: Path, tmp_path: Path) -> None:
     file = tmp_path / "even.csv"
     assert export(folder, "--to", "csv", "--step", 0.5, "--output", file) == 0
-    time = family.read_csv(file.read_text("utf-8"), Dialect())["time"]
+    time = text.read_csv(file.read_text("utf-8"), Dialect())["time"]
     assert np.array_equal(time, 0.5 * np.arange(9))
 
 
 def test_points_lie_on_the_switches(folder: Path, short: Result, tmp_path: Path) -> None:
     file = tmp_path / "switches.csv"
     assert export(folder, "--to", "csv", "--points", 12, "--output", file) == 0
-    time = family.read_csv(file.read_text("utf-8"), Dialect())["time"]
+    time = text.read_csv(file.read_text("utf-8"), Dialect())["time"]
     assert time.size == 12
     assert set(short.arrays["knot"].values) <= set(time)
 

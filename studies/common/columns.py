@@ -1,4 +1,7 @@
-"""The whole profile as columns: CSV in any dialect, JSON with a schema, MATLAB, Parquet."""
+"""Series of a result as columns of text: CSV in any dialect, and JSON with a schema.
+
+What is written can be read again: an export is played from its own digits.
+"""
 
 from __future__ import annotations
 
@@ -15,10 +18,8 @@ from ocp.arrays import Array
 from studies.common.exit_codes import StudyError
 from studies.common.folder import plain
 from studies.common.result import Result
-from studies.common.writers import about, flat
 
-SCHEMA_FILE = "profile.schema.json"
-MATLAB_NAME = 31  # letters of a name that every version of MATLAB reads
+SCHEMA_FILE = "profile.schema.json"  # what `write_json` keeps to
 
 
 @dataclass(frozen=True)
@@ -58,8 +59,39 @@ class Dialect:
             )
 
 
-def write_csv(result: Result, columns: Mapping[str, Array], dialect: Dialect) -> str:
-    """Columns with units; what they are stands in comments above."""
+def about(result: Result) -> dict[str, Any]:
+    """What an export says of itself, before its columns."""
+    return {
+        # where the table sets several laws side by side, the profile may be another motion's
+        "law": result.details.get("profile_of", next(iter(result.laws), "")),
+        "question": result.question,
+        "study": result.configuration,
+        "verdict": result.verdict.sentence,
+        **{k: v for k, v in result.details.items() if k == "how_to_read"},
+        "accuracy": result.details.get("accuracy", {}),
+        "made_by": result.provenance,
+    }
+
+
+def stored_columns(result: Result) -> dict[str, Array]:
+    """The series along the main axis, as they are stored."""
+    return {
+        name: series.values for name, series in result.arrays.items() if series.axis == result.axis
+    }
+
+
+def write_csv(result: Result, columns: Mapping[str, Array], dialect: Dialect | None = None) -> str:
+    """Columns with units; what they are stands in comments above.
+
+    Parameters
+    ----------
+    result : Result
+        Of which the columns are.
+    columns : (m,) each, by names of its series.
+    dialect : Dialect, optional
+        Commas between cells and decimal points by default.
+    """
+    dialect = dialect or Dialect()
     text = io.StringIO()
     writer = csv.writer(text, delimiter=dialect.separator, lineterminator="\r\n")
     if dialect.header:
@@ -99,63 +131,12 @@ def read_json(text: str) -> dict[str, Array]:
     return {name: np.array(item["values"], dtype=float) for name, item in columns.items()}
 
 
-def write_mat(result: Result, columns: Mapping[str, Array]) -> bytes:
-    """A MATLAB file of version 5: a vector a column, and the structs `units` and `about`."""
-    from scipy.io import savemat
-
-    content: dict[str, Any] = {name[:MATLAB_NAME]: values for name, values in columns.items()}
-    content["units"] = {name[:MATLAB_NAME]: result.arrays[name].unit for name in columns}
-    content["about"] = "\n".join(flat(about(result)))
-    file = io.BytesIO()
-    savemat(file, content, oned_as="column", do_compression=True)
-    return file.getvalue()
-
-
-def read_mat(content: bytes) -> dict[str, Array]:
-    """Columns of what `write_mat` wrote."""
-    from scipy.io import loadmat
-
-    loaded = loadmat(io.BytesIO(content))
-    return {
-        name: np.ravel(values)
-        for name, values in loaded.items()
-        if not name.startswith("__") and name not in ("units", "about")
-    }
-
-
-def write_parquet(result: Result, columns: Mapping[str, Array]) -> bytes:
-    """An Apache Parquet file with the units in the metadata of its columns.
-
-    Raises
-    ------
-    StudyError
-        If pyarrow is not installed.
-    """
-    arrow, parquet = _arrow()
-    fields = [
-        arrow.field(name, arrow.float64(), metadata={"unit": result.arrays[name].unit})
-        for name in columns
-    ]
-    schema = arrow.schema(fields, metadata={"about": "\n".join(flat(about(result)))})
-    table = arrow.table([arrow.array(values) for values in columns.values()], schema=schema)
-    file = io.BytesIO()
-    parquet.write_table(table, file)
-    return file.getvalue()
-
-
-def read_parquet(content: bytes) -> dict[str, Array]:
-    """Columns of what `write_parquet` wrote."""
-    _, parquet = _arrow()
-    table = parquet.read_table(io.BytesIO(content))
-    return {name: table[name].to_numpy() for name in table.column_names}
-
-
-def _arrow() -> tuple[Any, Any]:
-    try:
-        import pyarrow
-        import pyarrow.parquet
-    except ImportError as error:
-        raise StudyError(
-            "parquet needs the package pyarrow; install it with pip install 'antenna-ocp[parquet]'"
-        ) from error
-    return pyarrow, pyarrow.parquet
+def flat(content: Mapping[str, Any], prefix: str = "") -> list[str]:
+    """Lines `key = value` of a nested mapping, with dots between the keys."""
+    lines: list[str] = []
+    for key, value in content.items():
+        if isinstance(value, Mapping):
+            lines += flat(value, f"{prefix}{key}.")
+        else:
+            lines.append(f"{prefix}{key} = {value}")
+    return lines
