@@ -33,7 +33,7 @@ from studies.common.configuration import (
     from_mapping,
     key,
     not_negative,
-    optional,
+    optional_key,
     positive,
     section,
 )
@@ -135,35 +135,22 @@ class StageStudy:
     """One stage of the deployment: what every question but the sequence states."""
 
     stage: str = key(choice(STAGES), "", f"what turns: {', '.join(STAGES)}", default="big")
-    duration: float | None = key(
-        optional(positive),
+    duration: float | None = optional_key(
+        positive,
         "s",
         "duration of the stage; 8.6 for big and 11.2 for small and both, unless stated",
-        default=None,
     )
-    root_start_deg: float | None = key(
-        optional(finite),
-        "deg",
-        "angle of the root at the start, instead of the stage's own",
-        default=None,
+    root_start_deg: float | None = optional_key(
+        finite, "deg", "angle of the root at the start, instead of the stage's own"
     )
-    root_end_deg: float | None = key(
-        optional(finite),
-        "deg",
-        "angle of the root at the end, instead of the stage's own",
-        default=None,
+    root_end_deg: float | None = optional_key(
+        finite, "deg", "angle of the root at the end, instead of the stage's own"
     )
-    elbow_start_deg: float | None = key(
-        optional(finite),
-        "deg",
-        "angle of the elbow at the start, instead of the stage's own",
-        default=None,
+    elbow_start_deg: float | None = optional_key(
+        finite, "deg", "angle of the elbow at the start, instead of the stage's own"
     )
-    elbow_end_deg: float | None = key(
-        optional(finite),
-        "deg",
-        "angle of the elbow at the end, instead of the stage's own",
-        default=None,
+    elbow_end_deg: float | None = optional_key(
+        finite, "deg", "angle of the elbow at the end, instead of the stage's own"
     )
     arm: ArmDescription = key(section(ArmDescription), "", "the arm", factory=ArmDescription)
 
@@ -199,17 +186,12 @@ class ArmStudy(StageStudy):
         f"what is least: {', '.join(OBJECTIVES)}; time needs both caps",
         default="smoothest",
     )
-    torque_cap: float | None = key(
-        optional(positive), "N m", "cap on the torque of each driven joint", default=None
+    torque_cap: float | None = optional_key(
+        positive, "N m", "cap on the torque of each driven joint"
     )
-    rate_cap: float | None = key(
-        optional(positive), "N m/s", "cap on the rate of these torques", default=None
-    )
-    latch: float | None = key(
-        optional(positive),
-        "rad",
-        "a joint that misses its end angle by more fails to lock",
-        default=None,
+    rate_cap: float | None = optional_key(positive, "N m/s", "cap on the rate of these torques")
+    latch: float | None = optional_key(
+        positive, "rad", "a joint that misses its end angle by more fails to lock"
     )
     residual_energy: float = key(
         positive,
@@ -217,20 +199,18 @@ class ArmStudy(StageStudy):
         "energy that the full model may be left with after the lock",
         default=RESIDUAL,
     )
-    sample_time: float | None = key(
-        optional(positive),
+    sample_time: float | None = optional_key(
+        positive,
         "s",
         "sample time of the exported profile; unless stated the longest that keeps the residual",
-        default=None,
     )
     pointing_error: float = key(
         positive, "m", "error of the tip from which it counts as settled", default=1e-4
     )
-    satellite_inertia: float | None = key(
-        optional(positive),
+    satellite_inertia: float | None = optional_key(
+        positive,
         "kg m^2",
         "inertia about the root of a satellite that is free to turn: the motion is replayed on it",
-        default=None,
     )
     elements: int = key(
         _count(MOST_ELEMENTS), "", "elements of a link in the full model", default=ELEMENTS
@@ -265,11 +245,8 @@ class BaselinesStudy(StageStudy):
     """An optimum beside each of the paper's laws: `antenna-ocp arm baselines`."""
 
     drive: Drive = key(choice(DRIVES), "", _DRIVE_MEANING, default="torque")
-    latch: float | None = key(
-        optional(positive),
-        "rad",
-        "a joint that misses its end angle by more fails to lock",
-        default=None,
+    latch: float | None = optional_key(
+        positive, "rad", "a joint that misses its end angle by more fails to lock"
     )
 
     @property
@@ -341,14 +318,9 @@ class SequenceStudy:
     )
     total: float = key(positive, "s", "time of both motions", default=PAPER_TOTAL)
     dwell: float = key(positive, "s", "locked time between them, on top", default=OUR_DWELL)
-    torque_cap: float | None = key(
-        optional(positive), "N m", "cap on the torque of both joints", default=None
-    )
-    lock_energy: float | None = key(
-        optional(positive),
-        "J",
-        "also a sequence whose first lock may meet this energy instead of rest",
-        default=None,
+    torque_cap: float | None = optional_key(positive, "N m", "cap on the torque of both joints")
+    lock_energy: float | None = optional_key(
+        positive, "J", "also a sequence whose first lock may meet this energy instead of rest"
     )
     sample_time: float = key(positive, "s", "sample time of the exported profile", default=0.1)
     arm: ArmDescription = key(section(ArmDescription), "", "the arm", factory=ArmDescription)

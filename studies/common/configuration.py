@@ -56,6 +56,11 @@ def key(
     return dataclasses.field(default=default, metadata=about)
 
 
+def optional_key(read: Reader, unit: str, meaning: str) -> Any:
+    """A field that may be left out, and is None then."""
+    return key(optional(read), unit, meaning, default=None)
+
+
 def check(configuration: Any, where: str = "") -> None:
     """Read every field of a new configuration; for its `__post_init__`.
 

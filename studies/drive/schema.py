@@ -15,7 +15,7 @@ from studies.common.configuration import (
     from_mapping,
     key,
     not_negative,
-    optional,
+    optional_key,
     positive,
     read_toml,
     table,
@@ -54,17 +54,14 @@ class Drive:
         Naming the key, its value and the remedy.
     """
 
-    drum_radius: float | None = key(
-        optional(positive), "m", "radius of the drum at the rope's centre line", default=None
+    drum_radius: float | None = optional_key(
+        positive, "m", "radius of the drum at the rope's centre line"
     )
     gear_ratio: float = key(
         positive, "", "turns of the motor a turn of the drum or joint", default=1.0
     )
-    counts: int | None = key(
-        optional(whole(2)),
-        "",
-        "encoder counts a turn of the drum or joint; none: positions are not rounded",
-        default=None,
+    counts: int | None = optional_key(
+        whole(2), "", "encoder counts a turn of the drum or joint; none: positions are not rounded"
     )
     period: float = key(positive, "s", "time between two set-points", default=0.01)
     interpolation: str = key(
@@ -73,33 +70,21 @@ class Drive:
         f"between two points of a table: {', '.join(INTERPOLATIONS)}",
         default="linear",
     )
-    bandwidth: float | None = key(
-        optional(positive),
-        "Hz",
-        "natural frequency of the position loop; none: the rope follows exactly",
-        default=None,
+    bandwidth: float | None = optional_key(
+        positive, "Hz", "natural frequency of the position loop; none: the rope follows exactly"
     )
     damping: float = key(positive, "", "damping ratio of the position loop", default=0.7)
-    buffer: int | None = key(
-        optional(whole(2)), "", "most points that the device holds", default=None
+    buffer: int | None = optional_key(whole(2), "", "most points that the device holds")
+    longest_segment: float | None = optional_key(
+        positive, "s", "longest time between two points of a table"
     )
-    longest_segment: float | None = key(
-        optional(positive), "s", "longest time between two points of a table", default=None
-    )
-    speed: float | None = key(optional(positive), "m/s", "most speed of one rope", default=None)
-    acceleration: float | None = key(
-        optional(positive), "m/s^2", "most acceleration of one rope", default=None
-    )
-    jerk: float | None = key(optional(positive), "m/s^3", "most jerk of one rope", default=None)
-    force: float | None = key(optional(positive), "N", "most pull on one rope", default=None)
-    power: float | None = key(
-        optional(positive), "W", "most power of all motors together", default=None
-    )
-    rope_stiffness: float | None = key(
-        optional(positive),
-        "N/m",
-        "of one rope; its stretch is hauled in as a feed-forward",
-        default=None,
+    speed: float | None = optional_key(positive, "m/s", "most speed of one rope")
+    acceleration: float | None = optional_key(positive, "m/s^2", "most acceleration of one rope")
+    jerk: float | None = optional_key(positive, "m/s^3", "most jerk of one rope")
+    force: float | None = optional_key(positive, "N", "most pull on one rope")
+    power: float | None = optional_key(positive, "W", "most power of all motors together")
+    rope_stiffness: float | None = optional_key(
+        positive, "N/m", "of one rope; its stretch is hauled in as a feed-forward"
     )
     start_dwell: float = key(not_negative, "s", "rest before the motion", default=0.0)
     end_dwell: float = key(not_negative, "s", "rest after the motion", default=0.0)

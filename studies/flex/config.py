@@ -19,7 +19,7 @@ from studies.common.configuration import (
     from_mapping,
     key,
     not_negative,
-    optional,
+    optional_key,
     positive,
     section,
     whole,
@@ -71,31 +71,19 @@ class LinkCase:
     """
 
     length: float = key(LENGTH, "m", "length")
-    diameter: float | None = key(
-        optional(SECTION), "m", "outer one of a tube, with wall", default=None
+    diameter: float | None = optional_key(SECTION, "m", "outer one of a tube, with wall")
+    wall: float | None = optional_key(SECTION, "m", "thickness of the tube's wall; none is a rod")
+    width: float | None = optional_key(
+        SECTION, "m", "of a rectangle, across the plane, with height"
     )
-    wall: float | None = key(
-        optional(SECTION), "m", "thickness of the tube's wall; none is a rod", default=None
+    height: float | None = optional_key(SECTION, "m", "of the rectangle, in the plane of motion")
+    area: float | None = optional_key(AREA, "m^2", "of any section, with second_moment")
+    second_moment: float | None = optional_key(
+        SECOND_MOMENT, "m^4", "of area, about the axis out of the plane"
     )
-    width: float | None = key(
-        optional(SECTION), "m", "of a rectangle, across the plane, with height", default=None
-    )
-    height: float | None = key(
-        optional(SECTION), "m", "of the rectangle, in the plane of motion", default=None
-    )
-    area: float | None = key(
-        optional(AREA), "m^2", "of any section, with second_moment", default=None
-    )
-    second_moment: float | None = key(
-        optional(SECOND_MOMENT), "m^4", "of area, about the axis out of the plane", default=None
-    )
-    material: str | None = key(optional(text), "", "name of a table [material.NAME]", default=None)
-    modulus: float | None = key(
-        optional(MODULUS), "Pa", "Young's modulus, instead of material", default=None
-    )
-    density: float | None = key(
-        optional(DENSITY), "kg/m^3", "density, instead of material", default=None
-    )
+    material: str | None = optional_key(text, "", "name of a table [material.NAME]")
+    modulus: float | None = optional_key(MODULUS, "Pa", "Young's modulus, instead of material")
+    density: float | None = optional_key(DENSITY, "kg/m^3", "density, instead of material")
     end_mass: float = key(limited(not_negative), "kg", "particle at the link's end", default=0.0)
 
     def __post_init__(self) -> None:
@@ -121,6 +109,7 @@ class LinkCase:
                 f"{name} states its section by {which}; give one of diameter (with wall), "
                 "width with height, area with second_moment"
             )
+
         if self.diameter is not None:
             inner = 0.0 if self.wall is None else self.diameter - 2 * self.wall
             if inner < 0:
@@ -142,12 +131,11 @@ class JointCase:
     """One joint, a table `[[joint]]`, at the start of the link of the same place in the list."""
 
     kind: str = key(choice(KINDS), "", "free, locked, driven by angle or by torque", default="free")
-    start_deg: float | None = key(
-        optional(finite),
+    start_deg: float | None = optional_key(
+        finite,
         "deg",
         "angle at the start, from the link before (the x axis at the root), counter-clockwise; 0 "
         "unless stated or given by the law",
-        default=None,
     )
     start_rate: float = key(
         limited(finite),
@@ -155,24 +143,16 @@ class JointCase:
         "rate of that angle at the start, of a free or torque joint",
         default=0.0,
     )
-    law: str | None = key(
-        optional(choice(LAWS)), "", "law of a driven joint, with turn_deg and over", default=None
+    law: str | None = optional_key(
+        choice(LAWS), "", "law of a driven joint, with turn_deg and over"
     )
-    turn_deg: float | None = key(optional(finite), "deg", "turn of that law", default=None)
-    over: float | None = key(
-        optional(TIME), "s", "time of that law; the duration unless stated", default=None
+    turn_deg: float | None = optional_key(finite, "deg", "turn of that law")
+    over: float | None = optional_key(TIME, "s", "time of that law; the duration unless stated")
+    expression: str | None = optional_key(
+        text, "", "instead: angle [rad] or torque [N m] in t [s], such as 0.5*sin(2*pi*t)"
     )
-    expression: str | None = key(
-        optional(text),
-        "",
-        "instead: angle [rad] or torque [N m] in t [s], such as 0.5*sin(2*pi*t)",
-        default=None,
-    )
-    csv: str | None = key(
-        optional(text),
-        "",
-        "instead: a file with columns time [s] and angle or torque",
-        default=None,
+    csv: str | None = optional_key(
+        text, "", "instead: a file with columns time [s] and angle or torque"
     )
     times: tuple[float, ...] = key(numbers(), "s", "instead: times of a table", default=())
     values: tuple[float, ...] = key(
@@ -181,11 +161,9 @@ class JointCase:
     breakpoints: tuple[float, ...] = key(
         numbers(), "s", "times at which an expression or its derivative jumps", default=()
     )
-    lock_time: float | None = key(
-        optional(TIME), "s", "when the joint locks at the angle it has", default=None
-    )
-    latch_deg: float | None = key(
-        optional(finite), "deg", "angle at which a latch catches the joint", default=None
+    lock_time: float | None = optional_key(TIME, "s", "when the joint locks at the angle it has")
+    latch_deg: float | None = optional_key(
+        finite, "deg", "angle at which a latch catches the joint"
     )
 
     def __post_init__(self) -> None:
@@ -198,6 +176,12 @@ class JointCase:
 
     def check_kind(self, name: str) -> None:
         """Raise StudyError unless what is stated fits the kind."""
+        self._check_drive(name)
+        self._check_law(name)
+        self._check_lock(name)
+
+    def _check_drive(self, name: str) -> None:
+        """A driven joint has one law, and no other joint has any."""
         ways = {
             "law": self.law is not None,
             "expression": self.expression is not None,
@@ -206,6 +190,7 @@ class JointCase:
         }
         stated = [way for way, given in ways.items() if given]
         driven = self.kind in ("angle", "torque")
+
         if driven and len(stated) != 1:
             which = " and ".join(stated) or "nothing"
             raise StudyError(
@@ -217,16 +202,23 @@ class JointCase:
                 f'{name} is {self.kind}, but has {stated[0]}; give kind = "angle" '
                 'or "torque", or leave it out'
             )
+
+    def _check_law(self, name: str) -> None:
+        """A law turns by something, and fits what it drives."""
         if self.law is not None and self.turn_deg in (None, 0.0):
             raise StudyError(
                 f"{name} follows the law {self.law}, but turns by nothing; give turn_deg"
             )
         if self.kind == "angle" and self.law == "linear":
             raise StudyError(f'{name}: the law linear is one of the torque; give kind = "torque"')
+
         if self.kind in ("locked", "angle") and self.start_rate:
             raise StudyError(
                 f"{name} is {self.kind}, so its rate is not free; leave start_rate out"
             )
+
+    def _check_lock(self, name: str) -> None:
+        """What locks later moves until then, and a latch catches what is free to come to it."""
         if self.latch_deg is not None and self.latch_deg == (self.start_deg or 0.0):
             raise StudyError(
                 f"{name} starts at its latch, {self.latch_deg:g} deg; give another start_deg, or "
@@ -300,11 +292,10 @@ class FlexStudy:
         not_negative, "1/s", "alpha = beta of (14) for index-1", default=20.0
     )
     tolerance: float = key(positive, "m", "largest local error of a step", default=1e-7)
-    step: float | None = key(
-        optional(positive),
+    step: float | None = optional_key(
+        positive,
         "s",
         "fixed step instead; needed where a torque jumps: it damps modes too fast for it",
-        default=None,
     )
     samples: int = key(whole(11, 100_000), "", "even instants that are put out", default=1001)
     frequencies: int = key(whole(0, 20), "", "natural frequencies that are given", default=4)

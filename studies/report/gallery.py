@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib import import_module
+from typing import Any, Literal
 
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode
@@ -25,72 +27,72 @@ class GalleryEntry:
     ----------
     name : of its folder.
     title : what a visitor reads.
-    solve : gives the result.
+    subject : package of its kind in `studies`.
+    study : what it states.
     """
 
     name: str
     title: str
-    solve: Callable[[Console], Result]
+    subject: Literal["truss", "arm"]
+    study: Mapping[str, Any]
+
+    def solve(self, console: Console) -> Result:
+        """The result of the study."""
+        kind: Any = import_module(f"studies.{self.subject}")
+        result: Result = kind.run(kind.study_from(self.study), console)
+        return result
 
 
-def entries() -> tuple[GalleryEntry, ...]:
-    """All studies of the gallery, the main one first."""
-    return (
-        GalleryEntry("main", "The main study: least acceleration in 140 s", _main),
-        GalleryEntry("force", "Least rope force in 5 s", _force),
-        GalleryEntry("six-modules", "A small antenna of six modules", _small),
-        GalleryEntry("big-arm", "The big arm, left still in 8.6 s", _arm),
-    )
+_COARSE = {"intervals": 12, "starts": ["bezier"]}
+_RUBBING = {"pulley_friction": 0.01}
 
-
-def _truss(console: Console, **changes: object) -> Result:
-    from studies.truss import run, study_from
-
-    solver = {"intervals": 12, "starts": ["bezier"]}
-    return run(study_from({"solver": solver, **changes}), console)
-
-
-def _main(console: Console) -> Result:
-    return _truss(
-        console,
-        minimise="peak-acceleration",
-        duration=140.0,
-        caps={"jerk": "bezier"},
-        truss={"pulley_friction": 0.01},
-    )
-
-
-def _force(console: Console) -> Result:
-    return _truss(
-        console,
-        minimise="peak-force",
-        duration=5.0,
-        caps={"jerk": "200/T^3"},
-        truss={"pulley_friction": 0.01},
-    )
-
-
-def _small(console: Console) -> Result:
-    return _truss(
-        console,
-        minimise="peak-rope-acceleration",
-        duration=60.0,
-        caps={"jerk": "bezier"},
-        truss={"modules": 6},
-    )
-
-
-def _arm(console: Console) -> Result:
-    from studies.arm import ArmStudy, run
-
-    return run(ArmStudy(), console)
+# the main study first
+ENTRIES = (
+    GalleryEntry(
+        "main",
+        "The main study: least acceleration in 140 s",
+        "truss",
+        {
+            "minimise": "peak-acceleration",
+            "duration": 140.0,
+            "caps": {"jerk": "bezier"},
+            "truss": _RUBBING,
+            "solver": _COARSE,
+        },
+    ),
+    GalleryEntry(
+        "force",
+        "Least rope force in 5 s",
+        "truss",
+        {
+            "minimise": "peak-force",
+            "duration": 5.0,
+            "caps": {"jerk": "200/T^3"},
+            "truss": _RUBBING,
+            "solver": _COARSE,
+        },
+    ),
+    GalleryEntry(
+        "six-modules",
+        "A small antenna of six modules",
+        "truss",
+        {
+            "minimise": "peak-rope-acceleration",
+            "duration": 60.0,
+            "caps": {"jerk": "bezier"},
+            "truss": {"modules": 6},
+            "solver": _COARSE,
+        },
+    ),
+    GalleryEntry("big-arm", "The big arm, left still in 8.6 s", "arm", {}),
+)
 
 
 def write_gallery(options: argparse.Namespace, console: Console) -> ExitCode:
     """Solve all studies, write the report of each, and the page that links to them."""
     folder = open_results(options.to, "gallery", options.overwrite)
     cards = []
-    for entry in entries():
+    for entry in ENTRIES:
         console.progress(f"{entry.title} ...")
         result = entry.solve(console)
         place = ResultsFolder(folder.file(entry.name))

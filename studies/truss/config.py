@@ -26,7 +26,7 @@ from studies.common.configuration import (
     from_mapping,
     key,
     not_negative,
-    optional,
+    optional_key,
     positive,
     section,
     table,
@@ -163,22 +163,17 @@ class Caps:
         Naming the key, its value and the remedy.
     """
 
-    speed: float | None = key(
-        optional(positive), "rad/s", "most speed of the deployment angle", default=None
+    speed: float | None = optional_key(positive, "rad/s", "most speed of the deployment angle")
+    acceleration: float | None = optional_key(
+        positive, "rad/s^2", "most acceleration of the deployment angle"
     )
-    acceleration: float | None = key(
-        optional(positive), "rad/s^2", "most acceleration of the deployment angle", default=None
-    )
-    jerk: float | None = key(
-        optional(_jerk),
+    jerk: float | None = optional_key(
+        _jerk,
         "rad/s^3",
         'most jerk of the deployment angle; also "200/T^3", or "bezier" or "step5" for the peak '
         "of that law; without a cap the acceleration is free at the ends",
-        default=None,
     )
-    force: float | None = key(
-        optional(positive), "N", "most force of the motor on each rope", default=None
-    )
+    force: float | None = optional_key(positive, "N", "most force of the motor on each rope")
     least_tension: float = key(
         _tension, "N", "least tension of every rope segment; a rope only pulls", default=0.0
     )
@@ -209,11 +204,8 @@ class SolverOptions:
     starts: tuple[str, ...] = key(
         choices(STARTS), "", "laws to start from, one after the other", default=STARTS
     )
-    seconds: float | None = key(
-        optional(positive),
-        "s",
-        "that the search may take; the best motion until then is kept",
-        default=None,
+    seconds: float | None = optional_key(
+        positive, "s", "that the search may take; the best motion until then is kept"
     )
 
     def __post_init__(self) -> None:
@@ -266,11 +258,8 @@ class TrussStudy:
         default=DYNAMIC_SET,
     )
     solver: SolverOptions = key(section(SolverOptions), "", "how to solve", factory=SolverOptions)
-    drive: Drive | None = key(
-        optional(section(Drive)),
-        "",
-        "the drive that exports are made for; its keys are listed below",
-        default=None,
+    drive: Drive | None = optional_key(
+        section(Drive), "", "the drive that exports are made for; its keys are listed below"
     )
 
     def __post_init__(self) -> None:
