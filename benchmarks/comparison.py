@@ -109,6 +109,7 @@ def record_table(records: Mapping[str, Record]) -> Table:
         )
         for record in everything
     ]
+
     totals = (
         TOTALS,
         "",
@@ -117,6 +118,7 @@ def record_table(records: Mapping[str, Record]) -> Table:
         f"{sum(record.seconds for record in everything):.1f}",
         "",
     )
+
     notes = [
         f"{r.name}, failed checks: {', '.join(r.failed_checks)}"
         for r in everything

@@ -192,6 +192,7 @@ def browser_tab(path: str, flags: Sequence[str] = ()) -> Iterator[Tab]:
         )
         os.close(to_browser[0])
         os.close(from_browser[1])
+
         pipe = _Pipe(to_browser[1], from_browser[0])
         try:
             target = pipe.call("Target.createTarget", {"url": "about:blank"}, None, [])

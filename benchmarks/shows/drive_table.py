@@ -98,6 +98,7 @@ def tables(rows: Sequence[Row]) -> list[Table]:
         ]
         for row in rows
     ]
+
     answered = [row for row in rows if not row["failure"]]
     held = sum(row["filtered"] <= row["filtered_bound"] for row in answered)
     notes = [f"{held} of {len(rows)} peaks are within their bound."]

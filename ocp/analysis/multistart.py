@@ -106,20 +106,16 @@ def audit(
     problem : Problem, optional
         None if each start is a problem.
     starts : int or mapping of name to start
-        A number of starts: the stated guess, then `guesses`, and random ones around the stated
-        guess and inside all bounds for the rest.  Or named starts: a solution or trajectory to
-        start from, a problem (the same statement with a guess of its own), or a function that
-        gives one of these when its turn comes.
-    guesses : sequence of Solution or Trajectory
-        Starts of one's own beside the stated guess, if `starts` is a number.
-    seed : int
-        Of the random starts.
+        A number: the stated guess, then `guesses`, and random ones around the stated guess and
+        inside all bounds for the rest.  Or named starts: a solution or trajectory, a problem (the
+        same statement with a guess of its own), or a function that gives one when its turn comes.
+    guesses, seed : sequence of Solution or Trajectory, and int
+        Starts of one's own and the seed of the random ones, if `starts` is a number.
     processes : int, optional
-        At once.  By default one where a bound may end the audit early, else as many as there are
-        processors for this process.  Where processes are spawned and not forked (Windows, macOS), a
-        script calls this below ``if __name__ == "__main__"``.
-    settings : Settings, optional
-        As of `ocp.solve`.
+        At once.  By default one where a bound may end the audit early, else one a processor.  Where
+        they are spawned (Windows, macOS), a script calls this below ``if __name__ == "__main__"``.
+    settings, progress : optional
+        As of `ocp.solve`; each line of progress names the start that it is about.
     bound : float or function, optional
         A proven bound of the optimum, as of `ocp.solve`.  The first verified value that meets it
         ends the audit.  A function is called after the first solved start; it may return None.
@@ -130,21 +126,16 @@ def audit(
     same : float, optional
         Relative distance of two values within which they count as one optimum.  By default ten
         times the tolerance on the objective, and then the motions have to agree too.
-    enough : function of a sequence of Trial, optional
-        Called after each start with the trials until then; True leaves out the starts that remain.
+    enough, finished : functions of a sequence of Trial and of Trial, optional
+        Called after each start, `enough` with all trials until then: True leaves out the rest.
     failures : tuple of exception classes
         Further errors that count as the failure of a start, for functions that give one.
     seconds : float, optional
-        Budget of all starts together [s].  Each start may take what is left, and those for which
-        nothing is left are left out.  A start that it cuts short gives the best mesh iteration
-        that it finished, if that passes its verification.
+        Budget of all starts together [s].  Those for which nothing is left are left out.  One that
+        is cut short gives the best mesh iteration that it finished, if that passes verification.
     known : mapping of name to Trial, optional
         What came of starts in an earlier run, or functions that give it when its turn comes.
         They are not solved again, but where a function gives None.
-    progress : bool or callable, optional
-        As of `ocp.solve`, each line with the start that it is about.
-    finished : function of Trial, optional
-        Called after each start.
 
     Raises
     ------

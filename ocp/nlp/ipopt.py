@@ -265,6 +265,7 @@ class Ipopt:
             # half of IPOPT's second-order corrections: each costs the rows and a back-substitution
             "ipopt.max_soc": 2,
         }
+
         if self.linear_solver == "mumps":
             options["ipopt.mumps_pivtol"] = self.pivot_tolerance
         return options

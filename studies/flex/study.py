@@ -130,10 +130,12 @@ def result_of(
     columns = [*moved, *swept]
     frequencies, remarks = _frequencies(study, first)
     checks = _checks(study, moved, swept, coarse)
+
     drift = first.motion.drift / first.motion.scale
     said = f"simulated, nothing is optimised; the energy drifts by {drift:.1e} of what moves"
     if len(moved) > 1:
         said += f", both forms agree to {_apart(moved):.1e} m"
+
     return Result(
         kind="flex",
         question=study.question,

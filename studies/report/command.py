@@ -41,6 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--to", type=Path, metavar="DIR", help="where files go; the results folder by default"
     )
+
     parser.add_argument("--no-page", action="store_true", help="print only")
     parser.add_argument(
         "--figures",
@@ -56,6 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="KIND",
         help="also film its motion: gif, mp4 (which needs ffmpeg), or both with a comma",
     )
+
     parser.add_argument("--overwrite", action="store_true", help="replace files that are there")
     parser.add_argument(
         "--partial", action="store_true", help="report what there is of an incomplete result"

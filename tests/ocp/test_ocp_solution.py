@@ -120,6 +120,7 @@ def test_every_public_object_prints_short(found):
         ocp.prepare(found.problem),
         ocp.audit(found.problem, starts=1, settings=FEW),
     ]
+
     for thing in things:
         assert len(repr(thing).splitlines()) <= MOST_LINES, type(thing)
         assert len(repr(thing)) <= MOST_CHARACTERS, type(thing)
@@ -247,6 +248,7 @@ def test_a_statement_prints_as_a_textbook_has_it():
     )
     effort = phase.integral(u**2 / 2, unit="m^2/s^3")
     problem = Problem("hop", phase, minimise=effort, bounds=[phase.end_time <= 1.5])
+
     assert str(problem) == (
         """\
 Problem 'hop'

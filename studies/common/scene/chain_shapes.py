@@ -104,25 +104,19 @@ def read_shapes(result: Result) -> ChainShapes | None:
         },
         key=int,
     )
-    nodes = []
-    for link in links:
-        count = sum(
-            name.startswith(f"{HEAD}{link}/") and name.endswith("_x") for name in result.arrays
-        )
-        nodes.append(
-            np.stack(
-                [
-                    np.stack(
-                        [result.arrays[f"{HEAD}{link}/{node}_{axis}"].values for axis in "xy"],
-                        axis=1,
-                    )
-                    for node in range(count)
-                ],
-                axis=1,
-            )
-        )
+    nodes = tuple(_nodes_of(result, link) for link in links)
     headings = tuple(result.arrays[f"{HEAD}{link}/heading"].values for link in links)
-    return ChainShapes(result.arrays[TIME].values, tuple(nodes), headings)
+    return ChainShapes(result.arrays[TIME].values, nodes, headings)
+
+
+def _nodes_of(result: Result, link: str) -> Array:
+    """Places of the nodes of a link, (m, nodes, 2) [m]."""
+    head = f"{HEAD}{link}/"
+    count = sum(name.startswith(head) and name.endswith("_x") for name in result.arrays)
+    places = [
+        [result.arrays[f"{head}{node}_{axis}"].values for axis in "xy"] for node in range(count)
+    ]
+    return np.moveaxis(np.array(places), 2, 0)
 
 
 def _in_a_row(times: Sequence[Array]) -> Array:

@@ -48,9 +48,11 @@ class TrussTwin:
         left, right = top[i], top[(i + 1) % p.modules]
         down = np.array([0, 0, -1.0])
         low_left, low_right = left + a * down, right + a * down
+
         sink = b * np.cos(alpha)
         upper = (left + right) / 2 + sink * down
         lower = (low_left + low_right) / 2 - sink * down
+
         near = c / b
         crank = {
             7: left + near * (upper - left),
@@ -58,6 +60,7 @@ class TrussTwin:
             9: low_left + near * (lower - low_left),
             11: low_right + near * (lower - low_right),
         }
+
         sideways = c * np.sin(alpha)  # of a crank joint from its column
         reach = c * np.cos(alpha) + np.sqrt(d * d - sideways * sideways)
         return crank | {

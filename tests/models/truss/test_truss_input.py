@@ -80,6 +80,7 @@ def test_accepted_parameters_give_a_truss_that_moves(b, c, ratio, stowed, module
         "modules": modules,
         "spring_free_length": 1.1 * e0,
     }
+
     if c > b:
         with pytest.raises(ModelError, match="crank"):
             dataclasses.replace(truss.DYNAMIC_SET, **values)
@@ -87,10 +88,12 @@ def test_accepted_parameters_give_a_truss_that_moves(b, c, ratio, stowed, module
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         p = dataclasses.replace(truss.DYNAMIC_SET, **values)
+
     for alpha in np.linspace(stowed, math.pi / 2, 7):
         assert truss.inertia(p, alpha) > 0
         assert truss.rope_leverage(p, alpha) > 0
         assert truss.joint_damping(p, alpha) > 0
+
     lengths = [truss.rope_length(p, alpha) for alpha in np.linspace(stowed, math.pi / 2, 7)]
     assert np.all(np.diff(lengths) < 0)
     back = truss.angle_from_rope_length(p, lengths)

@@ -217,6 +217,7 @@ def test_words_of_others_are_only_words(result):
         provenance={evil: evil},
         details={"starts": [{evil: evil}]},
     )
+
     for text in (page(bad, f"{evil}</pre>"), beside([bad, bad], [evil, name])):
         seen = Reader(text)
         assert len(seen.all("script")) == 2
