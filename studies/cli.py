@@ -234,6 +234,9 @@ def stops_heard() -> Iterator[None]:
         return
 
     def as_ctrl_c(number: int, frame: FrameType | None) -> None:
+        # a shell lets what runs in its background ignore Ctrl-C, but this was meant
+        if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+            raise KeyboardInterrupt
         signal.raise_signal(signal.SIGINT)
 
     former = signal.signal(signal.SIGTERM, as_ctrl_c)

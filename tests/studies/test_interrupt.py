@@ -11,10 +11,12 @@ import pytest
 ROOT = Path(__file__).parents[2]
 # every line of progress is shown at once, so that the test knows where the solve stands
 COMMAND = """
-import sys
+import signal, sys
 import studies.cli
 import studies.common.console as console
 console.QUIET = 0.0
+# a shell lets what runs in its background ignore Ctrl-C, and these tests may run there
+signal.signal(signal.SIGINT, signal.default_int_handler)
 sys.exit(studies.cli.main())
 """
 STUDY = ("truss", "--objective", "peak-force", "--duration", "5", "--jerk-cap", "200/T^3")

@@ -20,12 +20,16 @@ STUDY = (
 # The process sends itself the signal as it prints the words. One from outside comes some time
 # later, and a start takes a third of a second: the study may then have ended.
 COMMAND = """
-import os, sys
+import os, signal, sys
 import studies.cli
 import studies.common.console as console
 
 console.QUIET = 0.0  # every line of progress is shown
 number, words = int(sys.argv.pop(1)), sys.argv.pop(1)
+if sys.argv.pop(1) == "background":  # as a shell starts it
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+else:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 write, sent = sys.stderr.write, []
 
 def heard(text):
@@ -41,10 +45,11 @@ sys.exit(studies.cli.main())
 """
 
 
-def stopped_at(words: str, number: int, out: Path) -> tuple[int, str]:
+def stopped_at(words: str, number: int, out: Path, where: str = "foreground") -> tuple[int, str]:
     """Exit code and messages of a study that gets a signal when it first prints `words`."""
+    signalled = [sys.executable, "-c", COMMAND, str(int(number)), words, where]
     done = subprocess.run(
-        [sys.executable, "-c", COMMAND, str(int(number)), words, *STUDY, "--results", str(out)],
+        [*signalled, *STUDY, "--results", str(out)],
         cwd=ROOT,
         stderr=subprocess.PIPE,
         stdout=subprocess.DEVNULL,
@@ -74,14 +79,18 @@ def test_after_kill_finished_starts_are_used(tmp_path: Path, capsys) -> None:
     assert result.bounds["energy"] <= result.value("energy") <= 1.01 * result.bounds["energy"]
 
 
-# between two starts, and while the second is solved
 @pytest.mark.slow
+@pytest.mark.parametrize("where", ["foreground", "background"])
 @pytest.mark.parametrize(
-    "words", ["start 1 of 3 (bezier): energy", "start 2 of 3 (step5): truss: mesh iteration 1"]
+    "words",
+    ["start 1 of 3 (bezier): energy", "start 2 of 3 (step5): truss: mesh iteration 1"],
+    ids=["between two starts", "while one is solved"],
 )
-def test_sigterm_keeps_the_best_and_says_how_to_go_on(words: str, tmp_path: Path) -> None:
+def test_sigterm_keeps_the_best_and_says_how_to_go_on(
+    words: str, where: str, tmp_path: Path
+) -> None:
     out = tmp_path / "out"
-    code, messages = stopped_at(words, signal.SIGTERM, out)
+    code, messages = stopped_at(words, signal.SIGTERM, out, where)
     assert code == ExitCode.INTERRUPTED
     assert "Traceback" not in messages
     assert messages.splitlines()[-1].endswith(f"go on by: antenna-ocp truss --resume {out}")
