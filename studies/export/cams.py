@@ -8,7 +8,7 @@ docs/reference/export-formats.md.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -23,31 +23,28 @@ _XYVA = re.compile(rf"dX := ({_NUMBER}), dY := ({_NUMBER}), dV := ({_NUMBER}), d
 
 def write_codesys_x(points: SetPoints, about: Mapping[str, str], axes: int) -> str:
     """Slave positions at equal distances of the master."""
-    rows = ", ".join(map(_real, points.positions.tolist()))
-    size = points.times.size
-    return _declared(
-        about,
-        points,
-        by_type=1,
-        size=size,
-        kind=f"SMC_CAMTable_LREAL_{size}_1",
-        fields=[f"Table : ARRAY[0..{size - 1}] OF LREAL;"],
-        value=f"(Table := [{rows}])",
-    )
+    return _tabulated(about, points, 1, map(_real, points.positions.tolist()))
 
 
 def write_codesys_xy(points: SetPoints, about: Mapping[str, str], axes: int) -> str:
     """Pairs of master and slave."""
-    rows = ", ".join(f"[{_real(t)}, {_real(x)}]" for t, x in _pairs(points))
+    return _tabulated(about, points, 2, (f"[{_real(t)}, {_real(x)}]" for t, x in _pairs(points)))
+
+
+def _tabulated(
+    about: Mapping[str, str], points: SetPoints, columns: int, rows: Iterable[str]
+) -> str:
+    """A table of numbers, with as many of them in a row as there are columns."""
     size = points.times.size
+    row = "LREAL" if columns == 1 else f"ARRAY[0..{columns - 1}] OF LREAL"
     return _declared(
         about,
         points,
-        by_type=2,
+        by_type=columns,
         size=size,
-        kind=f"SMC_CAMTable_LREAL_{size}_2",
-        fields=[f"Table : ARRAY[0..{size - 1}] OF ARRAY[0..1] OF LREAL;"],
-        value=f"(Table := [{rows}])",
+        kind=f"SMC_CAMTable_LREAL_{size}_{columns}",
+        fields=[f"Table : ARRAY[0..{size - 1}] OF {row};"],
+        value=f"(Table := [{', '.join(rows)}])",
     )
 
 

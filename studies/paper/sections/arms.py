@@ -9,6 +9,7 @@ Symbols: T [s], tip and elbow [m], f frequency [Hz].
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -98,7 +99,7 @@ def _arrival(run: Simulation, joint: int) -> float:
 
 def _big(stage: Stage, locked: LockedRun) -> list[Entry]:
     run = locked.before
-    end, speed = run.position(0), _speed(run, 0)
+    end, speed = run.position(0), _speed_along_x(run, 0)
     swing = vibration(run.times, bent(run, 1))
     span = float(np.ptp(run.position(0)[1]))
     miss = abs(locked.engagement.miss[ROOT])
@@ -124,17 +125,7 @@ def _big(stage: Stage, locked: LockedRun) -> list[Entry]:
                 "arrives without a miss": miss < ARRIVED,
             },
         ),
-        shape(
-            "Fig. 15(b)",
-            "greatest speed of the big arm's end along x",
-            "m/s",
-            float(np.abs(speed[0]).max()),
-            {
-                "starts at rest": abs(speed[0, 0]) < 1e-9,
-                "one hump of one sign": _one_hump(speed[0]),
-                "ends close to rest": abs(speed[0, -1]) < 0.02 * np.abs(speed[0]).max(),
-            },
-        ),
+        _greatest_speed("Fig. 15(b)", "big", speed, {"one hump of one sign": _one_hump(speed)}),
         shape(
             "V-B",
             "amplitude of the antenna's vibration during the big arm's motion",
@@ -154,8 +145,25 @@ def _one_hump(history: Array) -> bool:
     return bool((history * np.sign(peak) > -0.02 * abs(peak)).all())
 
 
-def _speed(run: Simulation, link: int) -> Array:
-    return run.v[list(run.chain.slots(link, -1)[:2])]
+def _speed_along_x(run: Simulation, link: int) -> Array:
+    """Of a link's end, (m,) [m/s]."""
+    return run.v[run.chain.slots(link, -1)[0]]
+
+
+def _greatest_speed(place: str, name: str, speed: Array, between: Mapping[str, bool]) -> Entry:
+    """The speed of an arm's end, with what it does between rest and rest."""
+    greatest = float(np.abs(speed).max())
+    return shape(
+        place,
+        f"greatest speed of the {name} arm's end along x",
+        "m/s",
+        greatest,
+        {
+            "starts at rest": abs(speed[0]) < 1e-9,
+            **between,
+            "ends close to rest": abs(speed[-1]) < 0.02 * greatest,
+        },
+    )
 
 
 def _small(stages: dict[str, tuple[Stage, LockedRun]]) -> list[Entry]:
@@ -172,7 +180,7 @@ def _small(stages: dict[str, tuple[Stage, LockedRun]]) -> list[Entry]:
 def _small_arm_end(locked: LockedRun) -> list[Entry]:
     """Where and how fast the small arm's end moves until the lock."""
     run = locked.before
-    tip, speed = run.position(1), _speed(run, 1)
+    tip, speed = run.position(1), _speed_along_x(run, 1)
     miss = abs(locked.engagement.miss[ELBOW])
 
     return [
@@ -196,16 +204,11 @@ def _small_arm_end(locked: LockedRun) -> list[Entry]:
                 "arrives without a miss": miss < ARRIVED,
             },
         ),
-        shape(
+        _greatest_speed(
             "Fig. 16(b)",
-            "greatest speed of the small arm's end along x",
-            "m/s",
-            float(np.abs(speed[0]).max()),
-            {
-                "starts at rest": abs(speed[0, 0]) < 1e-9,
-                "out and back: both signs": bool(speed[0].max() > 0 > speed[0].min()),
-                "ends close to rest": abs(speed[0, -1]) < 0.02 * np.abs(speed[0]).max(),
-            },
+            "small",
+            speed,
+            {"out and back: both signs": bool(speed.max() > 0 > speed.min())},
         ),
         shape(
             "Fig. 16(c)",
