@@ -245,7 +245,7 @@ def _truss(given: Mapping[str, Any] | None) -> Answer:
     from studies.common.console import silent
     from studies.truss.checks import criteria
     from studies.truss.config import study_from
-    from studies.truss.search import Search
+    from studies.truss.search.motion_search import Search
 
     study = study_from(read_toml(MAIN_STUDY) if given is None else given)
     begin = time.process_time()

@@ -17,7 +17,7 @@ from studies.common.exit_codes import ExitCode
 from studies.truss.bounds import keeps_the_caps
 from studies.truss.command import read_study
 from studies.truss.motions.phase_plane import PhasePlane
-from studies.truss.verdict import AT_LIMIT, BOUND_MET
+from studies.truss.search.verdict import AT_LIMIT, BOUND_MET
 
 LINE = "ten force problems of the truss: what the command says beside the phase plane"
 LIMIT = 900.0  # [s]

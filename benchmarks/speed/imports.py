@@ -22,7 +22,7 @@ STARTS = {
     "antenna-ocp --help": ("-m", "studies.cli", "--help"),
     "antenna-ocp truss --help": ("-m", "studies.cli", "truss", "--help"),
     "import ocp": ("-c", "import ocp"),
-    "truss study, before its solve": ("-c", "import studies.truss.search"),
+    "truss study, before its solve": ("-c", "import studies.truss.search.motion_search"),
     "import casadi": ("-c", "import casadi"),
     "python alone": ("-c", "pass"),
 }

@@ -36,6 +36,11 @@ _MOST_EXTRA = 10
 # the added points over a ridge as steep as that
 _COARSE = 1e-3
 
+# Of the phase: in an interval this narrow a leak is closed without a cut, however large it is.
+# Where a control has a pole, as at the dead point of a mechanism, each half of a cut leaks as much
+# as the whole, and the objective no longer notices.
+NARROW = 1e-4
+
 # A function that rides a limit has a bump between any two of the collocation points, so a dense
 # grid takes several samples for each of these.
 _SAMPLES_PER_POINT = 6
@@ -152,7 +157,7 @@ class MotionErrors:
             return beyond(self._values(motion, constraint.expression, intervals, tau))
 
         extremes = maxima(sampled, beyond(samples), _grid(motion), level=0.0)
-        return Extremes(extremes.values / (size or 1.0), extremes.tau)
+        return Extremes(extremes.values / (size or 1.0), extremes.tau, size or 1.0)
 
     def _equation_error(self, motion: PhaseTrajectory, index: int) -> Array:
         """How far equations are off in each interval, the largest relative to its scale, (N,)."""
@@ -313,6 +318,7 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
         rough = _rough(iterate, index) | ~acting[index]
         excess = motion_errors.excess[index]
         over = [e.values > _COARSE for e in excess]
+        wide = np.diff(motion.fractions) > NARROW
         phases.append(
             PhaseErrors(
                 dynamics=motion_errors.dynamics[index],
@@ -320,8 +326,8 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
                 switching=gain,
                 excess=excess,
                 jumps=tuple(control_jumps(motion)),
-                crowded=_crowded(iterate.mesh.extra[index], excess, rough, accuracy.path),
-                coarse=np.any([np.zeros_like(rough), *over], axis=0),
+                crowded=_crowded(iterate.mesh.extra[index], excess, rough, accuracy.path) & wide,
+                coarse=np.any([np.zeros_like(rough), *over], axis=0) & wide,
             )
         )
     return MeshErrors(
@@ -409,10 +415,13 @@ class Extremes:
     ----------
     values, tau : (N,)
         The value and the local time at which it is taken.
+    size : float
+        By which the values were divided.
     """
 
     values: Array
     tau: Array
+    size: float = 1.0
 
 
 def dense_grid(degree: int) -> Array:

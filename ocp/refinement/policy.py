@@ -7,7 +7,7 @@ A policy of one's own is an object with the members of `RefinementPolicy`, hande
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from numbers import Integral
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, runtime_checkable
@@ -22,6 +22,7 @@ from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.error_estimate import MeshErrors, PhaseErrors
+from ocp.refinement.margins import held_back, without_held
 from ocp.refinement.switch_detection import settled, with_jumps
 
 if TYPE_CHECKING:
@@ -173,15 +174,16 @@ class AdaptiveMesh:
             still._adapted(solved[-1], accuracy, resolve_controls=True) or solved[-1].iterate.mesh
         )
         frozen = tuple(phase.frozen() for phase in following.phases)
-        return still, Mesh(frozen, following.extra)
+        return still, Mesh(frozen, following.extra, following.margins)
 
     def _adapted(
         self, last: SolvedMesh, accuracy: Accuracy, *, resolve_controls: bool
     ) -> Mesh | None:
         """A better mesh, or None when the errors meet all tolerances."""
         least = _least_gain(last.errors, accuracy.objective) if resolve_controls else np.inf
+        held = held_back(last, accuracy)
         steps = [
-            _PhaseStep.of(last, index, self, accuracy, least)
+            _PhaseStep.of(last, index, self, accuracy, least, held[index])
             for index in range(len(last.iterate.mesh.phases))
         ]
         if not any(step.changes for step in steps):
@@ -191,7 +193,11 @@ class AdaptiveMesh:
         if all(_equal(new, old) for new, old in zip(phases, last.iterate.mesh.phases, strict=True)):
             # only points are missing: hold still
             phases = [mesh.frozen() for mesh in phases]
-        return Mesh(tuple(phases), tuple(step.extra_points() for step in steps))
+        return Mesh(
+            tuple(phases),
+            tuple(step.extra_points() for step in steps),
+            tuple(step.margins() for step in steps),
+        )
 
 
 def _controls_converged(
@@ -251,14 +257,23 @@ class _PhaseStep:
     refined: PhaseMesh
     errors: PhaseErrors
     extra: tuple[ExtraPoints, ...]
+    before: Mapping[int, Array]
+    held: Mapping[int, Array]
     tolerance: float
 
     @classmethod
     def of(
-        cls, last: SolvedMesh, index: int, policy: AdaptiveMesh, accuracy: Accuracy, least: float
+        cls,
+        last: SolvedMesh,
+        index: int,
+        policy: AdaptiveMesh,
+        accuracy: Accuracy,
+        least: float,
+        held: Mapping[int, Array],
     ) -> _PhaseStep:
         """The step of phase number `index`; `least` is the gain that an interval is refined for."""
-        mesh, errors = last.iterate.mesh.phases[index], last.errors.phases[index]
+        mesh = last.iterate.mesh.phases[index]
+        errors = without_held(last.errors.phases[index], held, accuracy.path)
         motion = last.iterate.trajectory.phases[index]
         base, pressed = settled(mesh, motion) if mesh.movable else (mesh, False)
 
@@ -273,14 +288,31 @@ class _PhaseStep:
         worth = _worthwhile_jumps(mesh, errors, accuracy.objective)
         bracketed = with_jumps(base, worth, policy.move_breakpoints) or base
         refined = marks.refine(bracketed, base, policy.most_intervals)
-        extra = last.iterate.mesh.extra[index]
-        return cls(mesh, base, pressed, refined, errors, extra, accuracy.path)
+        extra, before = last.iterate.mesh.extra[index], last.iterate.mesh.margins[index]
+        return cls(mesh, base, pressed, refined, errors, extra, before, held, accuracy.path)
 
     @property
     def changes(self) -> bool:
         """Whether there is anything to solve again for."""
         leaks = any(float(e.values.max()) > self.tolerance for e in self.errors.excess)
-        return self.pressed or leaks or not _equal(self.refined, self.base)
+        held = any(margins.any() for margins in self.held.values())
+        return self.pressed or leaks or held or not _equal(self.refined, self.base)
+
+    def margins(self) -> dict[int, Array]:
+        """Old margins and new ones, in the intervals that stay."""
+        same = self.base.intervals == self.mesh.intervals
+        points = self.base.breakpoints if same else self.mesh.breakpoints
+        middle = 0.5 * (self.refined.breakpoints[:-1] + self.refined.breakpoints[1:])
+        parent = np.clip(np.searchsorted(points, middle) - 1, 0, self.mesh.intervals - 1)
+        kept = np.diff(self.refined.breakpoints) >= _WHOLE * np.diff(points)[parent]
+
+        nothing = np.zeros(self.mesh.intervals)
+        return {
+            number: np.where(
+                kept, (self.before.get(number, nothing) + self.held.get(number, nothing))[parent], 0
+            )
+            for number in {*self.before, *self.held}
+        }
 
     def extra_points(self) -> tuple[ExtraPoints, ...]:
         """Old added points, carried over, and new ones wherever a constraint leaks."""

@@ -8,7 +8,7 @@ from studies.common.exit_codes import StudyError
 from studies.truss.checks import broken_caps
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.motions.deployment import Deployment
-from studies.truss.search import Search
+from studies.truss.search.motion_search import Search
 
 OPTIMUM = "optimal"
 

@@ -150,7 +150,7 @@ def law_within(result: Result, limits: RopeLimits) -> Law:
     bounds = _bounds(study, statement, limits)
     try:
         solution = solve(
-            statement.problem(0, bounds), settings=Settings(intervals=study.solver.intervals)
+            statement.problem(bounds), settings=Settings(intervals=study.solver.intervals)
         )
     except OcpError as error:
         stated = ", ".join(

@@ -75,7 +75,7 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
     """Carry out `antenna-ocp truss`."""
     from studies.common.finished import FinishedStarts
     from studies.truss.config import as_dictionary, as_toml
-    from studies.truss.search import Search
+    from studies.truss.search.motion_search import Search
     from studies.truss.study import result_of
 
     _take_up(options)

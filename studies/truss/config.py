@@ -204,8 +204,11 @@ class SolverOptions:
     starts: tuple[str, ...] = key(
         choices(STARTS), "", "laws to start from, one after the other", default=STARTS
     )
-    seconds: float | None = optional_key(
-        positive, "s", "that the search may take; the best motion until then is kept"
+    seconds: float = key(
+        positive,
+        "s",
+        "that the search may take; the best motion until then is kept",
+        default=300.0,
     )
 
     def __post_init__(self) -> None:

@@ -2,7 +2,8 @@
 
 With a cap on jerk the states are angle, speed and acceleration, all zero rates at both ends (45),
 and the jerk is the control. Without one, zero acceleration at the ends means nothing: the states
-are angle and speed, and the control is the rope force where forces matter, else the acceleration.
+are angle and speed. The control is the rope force where the optimum switches it between its bounds,
+else the acceleration: in a slow motion the one is a small difference of large others.
 
 Where forces matter the motion has two phases, before and after the net becomes taut, so that the
 kink of the potential (26) lies on their common end.
@@ -26,13 +27,16 @@ from models.truss import (
     rope_force,
     rope_speed,
 )
-from ocp import Between, Bound, Control, Phase, Problem, State, joined, peak
+from ocp import Between, Bound, Constant, Control, Phase, Problem, State, joined, peak
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.quantities import OBJECTIVES
 
 if TYPE_CHECKING:  # which needs this module
     from studies.truss.motions.starts import StartingMotion
 
+# Times D/T^3: the least root mean square of the jerk of a motion from rest to rest with no
+# acceleration at its ends. The quintic law of (39) has it.
+LEAST_JERK = math.sqrt(720)
 EARLIEST, LATEST = 1e-5, 1 - 1e-5  # of the duration, between which the net becomes taut
 
 
@@ -57,8 +61,9 @@ class Statement:
     nets : the branch of the potential in each phase.
     signals : as above.
     stages : the objectives to minimise, most important first, in units of their references.
-    roughness : mean square of the jerk relative to its cap, from 0 to 1, or None where there is
-        no such cap.
+    roughness : mean square of the jerk relative to the least that a motion of the duration has, or
+        None where the jerk is no signal.
+    price : of the roughness beside the first stage, in units of that stage; None without.
     """
 
     phases: tuple[Phase, ...]
@@ -66,19 +71,17 @@ class Statement:
     signals: Signals
     stages: tuple[Any, ...]
     roughness: Any
+    price: Constant | None
     links: tuple[Bound, ...]
 
-    def problem(
-        self, stage: int = 0, bounds: Sequence[Bound] = (), smoothing: float = 0.0
-    ) -> Problem:
-        """The problem that minimises one stage under further bounds.
+    def problem(self, bounds: Sequence[Bound] = ()) -> Problem:
+        """The problem that minimises the first stage, and the price of the roughness beside it.
 
-        `smoothing`, in units of the stage, weighs the roughness: the law becomes smooth wherever
-        the objective leaves it free, and the objective is at most that much above its minimum.
+        The law becomes smooth wherever the objective leaves it free. `bounds` are further ones.
         """
-        objective = self.stages[stage]
-        if smoothing > 0.0 and self.roughness is not None:
-            objective = objective + smoothing * self.roughness
+        objective = self.stages[0]
+        if self.price is not None:
+            objective = objective + self.price.symbol * self.roughness
         return Problem("truss", self.phases, minimise=objective, bounds=bounds, links=self.links)
 
 
@@ -89,7 +92,11 @@ def needs_forces(study: TrussStudy) -> bool:
 
 
 def state(
-    study: TrussStudy, start: StartingMotion, references: Mapping[str, float], with_forces: bool
+    study: TrussStudy,
+    start: StartingMotion,
+    references: Mapping[str, float],
+    with_forces: bool,
+    price: float = 0.0,
 ) -> Statement:
     """State the study's problem with a start as guess.
 
@@ -99,6 +106,8 @@ def state(
         Sizes by which weighted objectives are divided.
     with_forces : bool
         Whether the rope force is part of the problem: with two phases and T1 >= 0.
+    price : float
+        Of the roughness beside the first stage, in units of that stage.
     """
     signals = _signals(study, with_forces)
     nets: tuple[Net, ...] = ("slack", "taut") if with_forces else ("by angle",)
@@ -112,14 +121,15 @@ def state(
         _sum(weighted(name, weight) for name, weight in stage.items()) for stage in study.minimise
     )
 
-    # the roughness is a part of the cap's own, so that it is between 0 and 1
-    roughness = None
-    if signals.jerk is not None and study.caps.jerk is not None:
-        square = (signals.jerk.symbol / study.caps.jerk) ** 2 / study.duration[1]
+    roughness, priced = None, None
+    if signals.jerk is not None:
+        least = LEAST_JERK * study.stroke / study.duration[1] ** 3
+        square = (signals.jerk.symbol / least) ** 2 / study.duration[1]
         roughness = _sum(phase.integral(square, "roughness") for phase in phases)
+        priced = Constant("price of the roughness", value=price) if price > 0.0 else None
 
     links = joined(*phases) if len(phases) == 2 else ()
-    return Statement(phases, nets, signals, stages, roughness, tuple(links))
+    return Statement(phases, nets, signals, stages, roughness, priced, tuple(links))
 
 
 def _sum(terms: Iterable[Any]) -> Any:
@@ -137,23 +147,28 @@ def _signals(study: TrussStudy, with_forces: bool) -> Signals:
         acceleration = State("acceleration", "rad/s^2", lower=-most, upper=most)
         jerk = Control("jerk", "rad/s^3", lower=-caps.jerk, upper=caps.jerk, shape=shape)
         return Signals(angle, speed, acceleration, jerk, None)
-    if with_forces:
+    if with_forces and shape == "constant":
         force = Control("rope force", "N", lower=0.0, upper=_or_infinity(caps.force), shape=shape)
         return Signals(angle, speed, None, None, force)
     control = Control("acceleration", "rad/s^2", lower=-most, upper=most, shape=shape)
     return Signals(angle, speed, control, None, None)
 
 
-def control_shape(study: TrussStudy) -> Literal["constant", "linear"]:
+def control_shape(study: TrussStudy) -> Literal["constant", "linear", "polynomial"]:
     """How the control varies within an interval.
 
-    Least acceleration, time and (driven by it) force make the control jump between its bounds;
-    an expression that rides its own peak or a cap needs the control to vary.
+    Least acceleration, time and (driven by it) force make the control jump between its bounds. An
+    expression that rides its own peak or a cap needs the control to vary: the jerk linearly, and a
+    control of its own as smoothly as the states.
     """
-    jumping = {"peak-acceleration", "time"}
-    if study.caps.jerk is None:
-        jumping.add("peak-force")
-    elif study.caps.force is not None or study.caps.least_tension > 0:
+    caps, jumping = study.caps, {"peak-acceleration", "time"}
+    if caps.jerk is None:
+        # the force of the phase plane, which knows no other caps
+        if caps.acceleration is None and caps.speed is None:
+            jumping.add("peak-force")
+        return "constant" if set(study.objectives) <= jumping else "polynomial"
+
+    if caps.force is not None or caps.least_tension > 0:
         return "linear"
     return "constant" if set(study.objectives) <= jumping else "linear"
 

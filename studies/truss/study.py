@@ -18,7 +18,8 @@ from studies.truss.checks import criteria, engine_criterion, table_rows, tolerat
 from studies.truss.config import TrussStudy, as_dictionary
 from studies.truss.motions.deployment import COLUMNS, Deployment, how_to_read, profile
 from studies.truss.motions.laws import knots, paper_laws
-from studies.truss.search import BestMotion, Search
+from studies.truss.search.best_motion import BestMotion
+from studies.truss.search.motion_search import Search
 
 KNOTS = {
     "knot": ("s", "time at which two pieces of the law meet"),

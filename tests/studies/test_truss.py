@@ -29,7 +29,7 @@ from studies.truss.config import Caps, TrussStudy, as_dictionary, study_from
 from studies.truss.figures import all_figures, angle_figure
 from studies.truss.motions.deployment import Deployment, profile
 from studies.truss.motions.laws import knots, pinned_bezier, stored_law
-from studies.truss.search import Search
+from studies.truss.search.motion_search import Search
 
 T = 140.0  # s
 D = DEPLOYED - WITH_FRICTION.stowed_angle

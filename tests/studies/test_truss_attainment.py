@@ -11,7 +11,7 @@ from studies.common.exit_codes import ExitCode
 from studies.common.result import Result, Verdict
 from studies.common.writers import exit_code
 from studies.truss.motions.phase_plane import LeastForce
-from studies.truss.verdict import AT_LIMIT, unattained_verdict
+from studies.truss.search.verdict import AT_LIMIT, unattained_verdict
 
 FORCE = ("truss", "--objective", "peak-force", "--duration", "6")
 

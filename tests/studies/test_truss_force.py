@@ -13,7 +13,8 @@ from studies.paper.cases import WITH_FRICTION
 from studies.truss.config import DEPLOYED, study_from
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import pinned_bezier
-from studies.truss.search import BestMotion, Search
+from studies.truss.search.best_motion import BestMotion
+from studies.truss.search.motion_search import Search
 
 D = DEPLOYED - WITH_FRICTION.stowed_angle
 PINNED = pinned_bezier(WITH_FRICTION, 140.0)

@@ -67,9 +67,14 @@ def global_verdict(study: TrussStudy, value: float, bound: float, basin: Basin) 
 
 
 def local_verdict(
-    study: TrussStudy, audit: Audit, value: float, bound: float | None, found: Sequence[Basin]
+    study: TrussStudy,
+    audit: Audit,
+    value: float,
+    bound: float | None,
+    found: Sequence[Basin],
+    late: bool,
 ) -> Verdict:
-    """The verdict on the best of several starts."""
+    """The verdict on the best of several starts; `late` says that the seconds were used up."""
     solved = sum(trial.error is None for trial in audit.trials)
     failed, left_out = len(audit.trials) - solved, len(study.solver.starts) - len(audit.trials)
     kind = f"local: best of {solved} start{'s' * (solved > 1)}"
@@ -77,7 +82,7 @@ def local_verdict(
         kind += f" ({failed} more failed)"
     if audit.interrupted:
         kind += ", then interrupted"
-    elif study.solver.seconds is not None and left_out > 0:
+    elif late and left_out > 0:
         kind += f", {left_out} left out when the {study.solver.seconds:g} s were used up"
 
     listed = "; ".join(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from models.errors import ModelError
@@ -28,7 +28,7 @@ from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.finished import FinishedStarts
 from studies.common.result import Verdict
-from studies.truss.bounds import check_feasible, end_forces, keeps_the_caps, lower_bounds
+from studies.truss.bounds import check_feasible, keeps_the_caps, lower_bounds
 from studies.truss.checks import objective_sizes
 from studies.truss.config import TrussStudy
 from studies.truss.motions.deployment import Deployment
@@ -40,9 +40,10 @@ from studies.truss.motions.starts import (
 )
 from studies.truss.problem import Statement, control_shape, needs_forces, state
 from studies.truss.quantities import OBJECTIVES
-from studies.truss.verdict import (
+from studies.truss.search.best_motion import BestMotion
+from studies.truss.search.smoothness import SHARE, at_a_light_price, first_price, share_of
+from studies.truss.search.verdict import (
     BOUND_MET,
-    Basin,
     basins,
     global_verdict,
     local_verdict,
@@ -55,7 +56,6 @@ if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
     from studies.truss.motions.phase_plane import LeastForce, PhasePlane
     from studies.truss.motions.starts import StartingMotion
 
-SMOOTHING = 3e-5  # of a proven bound of the peak: what smoothness may cost that peak at most
 SAME_BASIN = 1e-4  # relative: optima closer than this are one basin, solved to different meshes
 STOPPED = "interrupted before a motion was found; the inputs are kept"
 LEAST_LEFT = 0.1  # of the seconds, for what has to follow the starts
@@ -66,32 +66,6 @@ OTHER_START = "least force"  # the motion of least force that was found without 
 
 class NoMotionError(Exception):
     """The model takes an unverified answer of the solver for no motion."""
-
-
-@dataclass(frozen=True, eq=False)
-class BestMotion:
-    """The best motion found.
-
-    Attributes
-    ----------
-    deployment : the optimal law on its truss.
-    solution : of the last stage.
-    trials : all starts, those that failed among them.
-    basins : optima found, best first.
-    bounds : lower bounds by quantity.
-    verdict : how sure the result is.
-    remarks : sentences that belong beside it.
-    interrupted : whether the user stopped the search.
-    """
-
-    deployment: Deployment
-    solution: Solution
-    trials: tuple[Trial, ...]
-    basins: tuple[Basin, ...]
-    bounds: Mapping[str, float]
-    verdict: Verdict
-    remarks: tuple[str, ...]
-    interrupted: bool
 
 
 class Search:
@@ -231,7 +205,7 @@ class Search:
             same=SAME_BASIN,
             enough=lambda trials: starts_agree(list(starts), trials, SAME_BASIN),
             failures=(StudyError,),
-            seconds=self._left(),
+            seconds=self._some_left(),
             known={name: functools.partial(self._earlier, name) for name in known},
             progress=self.console.live,
             finished=lambda trial: self._finished(trial, len(starts), trial.name in known),
@@ -239,12 +213,14 @@ class Search:
         self.interrupted = self.interrupted or found.interrupted
         return found
 
-    def _left(self) -> float | None:
-        """What is left of the user's seconds, and a little where nothing is; None without them."""
-        seconds = self.study.solver.seconds
-        if seconds is None:
-            return None
-        return max(seconds - (clock.monotonic() - self._begin), LEAST_LEFT * seconds)
+    @property
+    def _left(self) -> float:
+        """What is left of the seconds that the search may take, negative when they are over."""
+        return self.study.solver.seconds - (clock.monotonic() - self._begin)
+
+    def _some_left(self) -> float:
+        """The same, and a little where nothing is left."""
+        return max(self._left, LEAST_LEFT * self.study.solver.seconds)
 
     @property
     def _kind(self) -> str:
@@ -266,8 +242,9 @@ class Search:
 
     def _stated_from(self, start: StartingMotion) -> Problem:
         """The problem as it is stated for a motion to start from."""
-        statement = state(self.study, start, self._weights(), self._with_forces)
-        problem = statement.problem(0, (), self._smoothing(0))
+        price = first_price(self.study, 0, self._weights())
+        statement = state(self.study, start, self._weights(), self._with_forces, price)
+        problem = statement.problem()
         self._statements[problem] = statement
         return problem
 
@@ -301,21 +278,6 @@ class Search:
         single = all(len(stage) == 1 for stage in self.study.minimise)
         return dict.fromkeys(OBJECTIVES, 1.0) if single else self.references
 
-    def _smoothing(self, stage: int) -> float:
-        """Weight of the roughness beside a stage: only peaks leave the law free elsewhere."""
-        terms = self.study.minimise[stage]
-        peaks = all(OBJECTIVES[name].kind == "peak" for name in terms)
-        if not self.study.smooth or not peaks or set(terms) == {"peak-acceleration"}:
-            return 0.0
-
-        # a share of what the peak is at least, so that it costs no larger share of the peak
-        least = lower_bounds(self.study, None)
-        least["peak-force"] = max(force for _, force, _ in end_forces(self.study.truss))
-        weights = self._weights()
-        return SMOOTHING * sum(
-            weight * least[name] / weights[name] for name, weight in terms.items()
-        )
-
     def _best_of(self, found: Audit) -> BestMotion:
         """The best of an audit, its later stages, and the verdict.
 
@@ -324,9 +286,10 @@ class Search:
         NoMotionError
             If the model takes none of the unverified answers for a motion.
         """
-        optimum, deployment = self._best_motion(found)
+        optima = self._smoothed(found.optima)
+        optimum, deployment = self._best_motion(optima)
         statement = self._statements[optimum.solution.problem]
-        distinct = basins(self.study, found.optima)
+        distinct = basins(self.study, optima)
         solution, verified = optimum.solution, optimum.solution.verification.passed
         if verified and not self.interrupted and len(statement.stages) > 1:
             solution = self._later_stages(statement, solution)
@@ -343,7 +306,9 @@ class Search:
         elif bound is not None and optimum.value <= bound * (1 + BOUND_MET):
             verdict = global_verdict(self.study, optimum.value, bound, distinct[0])
         else:
-            verdict = local_verdict(self.study, found, optimum.value, bound, distinct)
+            verdict = local_verdict(
+                self.study, found, optimum.value, bound, distinct, late=self._left < 0.0
+            )
 
         return BestMotion(
             deployment=deployment,
@@ -356,10 +321,37 @@ class Search:
             interrupted=self.interrupted,
         )
 
-    def _best_motion(self, found: Audit) -> tuple[Optimum, Deployment]:
+    def _smoothed(self, optima: Sequence[Optimum]) -> list[Optimum]:
+        """The optima without what smoothness costs them, the best one first."""
+        smoothed: list[Optimum] = []
+        for optimum in optima:
+            problem, best = optimum.solution.problem, min((o.value for o in smoothed), default=None)
+            statement = self._statements[problem]
+            share = share_of(statement, optimum.solution)
+            verified = optimum.solution.verification.passed
+            beaten = best is not None and optimum.value * (1 - share) > best
+            if share <= SHARE or beaten or not verified or self.interrupted:
+                smoothed.append(optimum)
+                continue
+
+            self.console.progress(f"{', '.join(optimum.starts)}: again at a lighter smoothness")
+            found = at_a_light_price(
+                problem,
+                statement,
+                optimum.solution,
+                self._settings(),
+                self._some_left,
+                self.console.live,
+            )
+            self.interrupted = self.interrupted or found.interrupted
+            value = self._value(problem, found.solution)
+            smoothed.append(replace(optimum, solution=found.solution, value=value))
+        return sorted(smoothed, key=lambda optimum: optimum.value)
+
+    def _best_motion(self, optima: Sequence[Optimum]) -> tuple[Optimum, Deployment]:
         """The best answer that is a motion: unverified ones may be none."""
         reasons = []
-        for optimum in found.optima:
+        for optimum in optima:
             statement = self._statements[optimum.solution.problem]
             try:
                 deployment = self._deployment(statement, optimum.solution)
@@ -382,15 +374,17 @@ class Search:
 
     def _later_stages(self, statement: Statement, solution: Solution) -> Solution:
         """Later objectives, each with the earlier ones held; never a loss."""
-        count = len(statement.stages)
-        roughness = 0.0 if statement.roughness is None else statement.roughness
+        weights, rough = self._weights(), statement.roughness
         found = solve_lexicographic(
             statement.problem(),
             statement.stages,
             slack=self.study.concession,
             first=solution,
-            beside=[self._smoothing(stage) * roughness for stage in range(count)],
-            settings=replace(self._settings(), seconds=self._left()),
+            beside=[
+                0.0 if rough is None else first_price(self.study, stage, weights) * rough
+                for stage in range(len(statement.stages))
+            ],
+            settings=replace(self._settings(), seconds=self._some_left()),
             progress=self.console.live,
         )
 
@@ -449,7 +443,7 @@ class Search:
         A search of its own: `ocp.relaxed` answers at once, but on a fixed mesh it is 0.2 to 1.5 %
         off, and on an adapting one it takes far longer than this.
         """
-        seconds = self._left()
+        seconds = self._some_left()
         if self.study.caps.force is None:
             return None
         self.console.progress("no motion meets the force cap: looking for the least peak instead")

@@ -1,0 +1,116 @@
+"""Margins: limits that hold between the points because the points keep inside them.
+
+A leak that is held at one point moves to the side, and points chase it for many rounds where a
+motion rides its limit. A margin moves the limit at all points of the interval by what leaks between
+them. It costs the objective something, and is kept only where that does not count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ocp.arrays import Array, Flags
+from ocp.optimality.active_set import PRESSING, path_forces
+from ocp.optimality.iterate import Iterate
+from ocp.refinement.accuracy import Accuracy
+from ocp.refinement.error_estimate import NARROW, PhaseErrors
+
+if TYPE_CHECKING:
+    from ocp.refinement.mesh_iteration import SolvedMesh
+
+# A leak is closed by a margin only below this part of the constraint's size, with so much to spare,
+# and where all margins together cost at most this part of the tolerance on the objective. In a
+# narrow interval the leak may be larger: beside a pole of the control nothing else closes it.
+_LARGEST_MARGIN = 1e-3
+_LARGEST_MARGIN_IF_NARROW = 0.3
+_AMPLE = 1.02
+_MARGIN_COST = 0.5
+
+
+def held_back(last: SolvedMesh, accuracy: Accuracy) -> list[dict[int, Array]]:
+    """Margins that close leaks at a cost that the objective does not notice.
+
+    To first order a margin costs its product with the multipliers of the limit. Where all margins
+    together cost more than is allowed, there are none.
+
+    Returns
+    -------
+    list of dict of int to (N,)
+        By phase and number of the path constraint [unit of the constraint].
+    """
+    iterate = last.iterate
+    held: list[dict[int, Array]] = []
+    cost = 0.0
+
+    for index, errors in enumerate(last.errors.phases):
+        constraints = iterate.transcription.constraints[index]
+        pressed = path_forces(iterate, index)
+        closable = _closable(iterate, index, errors, pressed, accuracy.path)
+        held.append(
+            {
+                number: np.where(leaks, _AMPLE * errors.excess[number].values, 0.0)
+                * errors.excess[number].size
+                for number, leaks in closable.items()
+            }
+        )
+        for number, margins in held[index].items():
+            cost += float(pressed[number] @ margins) / constraints[number].scale
+
+    objective = max(abs(iterate.objective) / iterate.scales.objective, 1e-3)
+    if cost > _MARGIN_COST * accuracy.objective * objective:
+        return [{} for _ in held]
+    return held
+
+
+def _closable(
+    iterate: Iterate,
+    index: int,
+    errors: PhaseErrors,
+    pressed: Mapping[int, Array],
+    tolerance: float,
+) -> dict[int, Flags]:
+    """Where a limit of a phase leaks and a margin would close it, by path constraint, (N,)."""
+    narrow = np.diff(iterate.trajectory.phases[index].fractions) < NARROW
+    largest_margin = np.where(narrow, _LARGEST_MARGIN_IF_NARROW, _LARGEST_MARGIN)
+    most = max((float(force.max()) for force in pressed.values()), default=0.0)
+
+    closable = {}
+    for number, constraint in enumerate(iterate.transcription.constraints[index]):
+        excess = errors.excess[number].values
+        leaks = (excess > tolerance) & (excess < largest_margin)
+        if not constraint.sampled or number not in pressed or not leaks.any():
+            continue
+
+        # a limit that does not press would not notice; elsewhere points are tried first
+        tried = narrow | _has_points(iterate, index, number)
+        closable[number] = leaks & tried & (pressed[number] > PRESSING * most)
+    return closable
+
+
+def _has_points(iterate: Iterate, index: int, constraint: int) -> Flags:
+    """Intervals of a phase in which points were added for a constraint already, (N,)."""
+    has = np.zeros(iterate.mesh.phases[index].intervals, dtype=bool)
+    for points in iterate.mesh.extra[index]:
+        if points.constraint == constraint:
+            has[points.intervals] = True
+    return has
+
+
+def without_held(errors: PhaseErrors, held: Mapping[int, Array], tolerance: float) -> PhaseErrors:
+    """The errors but for the leaks that margins close."""
+    if not held:
+        return errors
+    excess = tuple(
+        replace(entry, values=np.where(held[number] > 0, -np.inf, entry.values))
+        if number in held
+        else entry
+        for number, entry in enumerate(errors.excess)
+    )
+    leaks = np.any([entry.values > tolerance for entry in excess], axis=0)
+    return replace(
+        errors, excess=excess, crowded=errors.crowded & leaks, coarse=errors.coarse & leaks
+    )

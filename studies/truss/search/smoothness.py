@@ -1,0 +1,119 @@
+"""Smooth motions wherever the objective leaves them free, at a price that it hardly notices.
+
+A peak says nothing of the motion below it. Many motions then have the same peak, and the solver
+would wander among them. So the roughness of the motion (`studies.truss.problem.Statement`) is
+minimised beside the peak, at a price.
+
+At its first price the smoothest of all motions pays a small share of the peak. It is high enough to
+lead the solver straight to an optimum. A motion that has to be rough pays more than that share.
+Then the price is lowered, and the motion solved again from where it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from ocp import Interrupted, OcpError, Problem, Settings, Solution, solve
+from ocp.progress import Progress
+from studies.truss.bounds import end_forces, lower_bounds
+from studies.truss.config import TrussStudy
+from studies.truss.problem import Statement
+from studies.truss.quantities import OBJECTIVES
+
+# Share of the peak that the roughness may have in what is minimised. What it adds to the peak is a
+# part of that: a third or less in all that was tried.
+SHARE = 2e-5
+
+# What is aimed at when the price is lowered, for the motion becomes rougher with it; in how many
+# steps at most; by how much at once, so that the motion before remains a good start; and how long
+# each may take [s].
+_AIM = 0.5
+_STEPS = 5
+_LARGEST_STEP = 1e-3
+_SECONDS = 15.0
+
+
+def first_price(study: TrussStudy, stage: int, weights: dict[str, float]) -> float:
+    """The price of the roughness that a search begins with, in units of a stage; 0 for none.
+
+    Only peaks leave the motion free elsewhere. The least acceleration is one motion alone.
+    """
+    terms = study.minimise[stage]
+    peaks = all(OBJECTIVES[name].kind == "peak" for name in terms)
+    if not study.smooth or not peaks or set(terms) == {"peak-acceleration"}:
+        return 0.0
+
+    # a share of what the peak is at least, so that it costs no larger share of the peak
+    least = lower_bounds(study, None)
+    least["peak-force"] = max(force for _, force, _ in end_forces(study.truss))
+    return SHARE * sum(weight * least[name] / weights[name] for name, weight in terms.items())
+
+
+@dataclass(frozen=True, eq=False)
+class Smoothed:
+    """A motion and what its smoothness costs.
+
+    Attributes
+    ----------
+    solution : Solution
+    share : share of the peak that the roughness has in what was minimised; 0 without a price.
+    interrupted : whether the user stopped the search for a cheaper one.
+    """
+
+    solution: Solution
+    share: float = 0.0
+    interrupted: bool = False
+
+
+def share_of(statement: Statement, solution: Solution) -> float:
+    """Share of the first stage that the roughness has in what was minimised."""
+    if statement.price is None:
+        return 0.0
+    paid = solution.value(statement.price.symbol * statement.roughness)
+    return paid / abs(solution.value(statement.stages[0], replayed=True))
+
+
+def at_a_light_price(
+    problem: Problem,
+    statement: Statement,
+    solution: Solution,
+    settings: Settings,
+    left: Callable[[], float],
+    progress: Progress | bool | None,
+) -> Smoothed:
+    """Lower the price of the roughness until its share is small; never a loss.
+
+    Parameters
+    ----------
+    left : callable
+        Gives what is left of the seconds that the search may take.
+    """
+    best = Smoothed(solution, share_of(statement, solution))
+    for _ in range(_STEPS):
+        if best.share <= SHARE:
+            break
+        assert statement.price is not None
+        price = best.solution.value(statement.price.symbol)
+        price *= max(_AIM * SHARE / best.share, _LARGEST_STEP)
+        seconds = min(left(), _SECONDS)
+        try:
+            lighter = solve(
+                problem,
+                settings=replace(settings, seconds=seconds),
+                guess=best.solution,
+                constants={statement.price: price},
+                progress=progress,
+            )
+        except Interrupted:
+            return replace(best, interrupted=True)
+        except OcpError:
+            break
+
+        before, after = (
+            found.value(statement.stages[0], replayed=True) for found in (best.solution, lighter)
+        )
+        if after > before:
+            break
+        best = Smoothed(lighter, share_of(statement, lighter))
+    return best

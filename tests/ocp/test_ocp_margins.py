@@ -1,0 +1,77 @@
+"""Margins: limits that are kept between the points because the points keep inside them."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from ocp import (
+    AdaptiveMesh,
+    Bound,
+    Control,
+    FixedMesh,
+    Phase,
+    Problem,
+    Settings,
+    State,
+    peak,
+    solve,
+)
+from ocp.mesh.mesh import Mesh, uniform
+from ocp.refinement import margins, policy
+
+
+def under_a_roof(roof):
+    """Least effort under a roof (Bryson, Denham and Dreyfus 1963), the roof as a path constraint.
+
+    Its optimum is 4 / (9 roof) for a roof of at most 1/6.
+    """
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
+    phase = Phase(
+        "move",
+        {x: v, v: u},
+        {x: 0, v: 1},
+        {x: 0, v: -1},
+        end=1.0,
+        bounds=[Bound("roof", 1.0 * x.symbol, "m", upper=roof)],
+    )
+    return Problem("roof", [phase], minimise=phase.integral(0.5 * u**2))
+
+
+def stiffening():
+    """Least peak of a force whose factor grows along the way, under a cap on the jerk."""
+    x, v, a = State("x", "m"), State("v", "m/s"), State("a", "m/s^2")
+    jerk = Control("jerk", "m/s^3", lower=-60, upper=60, shape="linear")
+    phase = Phase("move", {x: v, v: a, a: jerk}, {x: 0, v: 0, a: 0}, {x: 1, v: 0, a: 0}, end=1.0)
+    force = a.symbol * (1 + ca.sin(3 * x.symbol)) + v.symbol**2
+    return Problem("stiffening", [phase], minimise=peak((phase, force)))
+
+
+def test_a_margin_moves_the_limit_at_the_points():
+    intervals, margin = 12, 0.01
+    settings = Settings(refinement=FixedMesh())
+    plain = Mesh((uniform(intervals, 4),))
+    inside = Mesh(plain.phases, margins=({0: np.full(intervals, margin)},))
+    moved = solve(under_a_roof(0.12), settings=settings, mesh=inside)
+    lower = solve(under_a_roof(0.12 - margin), settings=settings, mesh=plain)
+    assert moved.objective == pytest.approx(lower.objective, rel=1e-9)
+
+
+def test_leaks_that_points_do_not_close_are_closed_by_margins(monkeypatch):
+    with_margins = solve(stiffening())
+    kept = with_margins.mesh.margins[0]
+    assert any(values.any() for values in kept.values())
+    assert with_margins.verification.passed
+
+    # what they cost is below the tolerance on the objective
+    monkeypatch.setattr(policy, "held_back", lambda last, accuracy: [{}])
+    with_points = solve(stiffening())
+    assert not any(values.any() for values in with_points.mesh.margins[0].values())
+    tolerance = Settings().accuracy.objective
+    assert with_margins.objective == pytest.approx(with_points.objective, rel=tolerance)
+
+
+def test_a_margin_that_costs_too_much_is_not_taken(monkeypatch):
+    monkeypatch.setattr(margins, "_MARGIN_COST", 0.0)
+    solution = solve(stiffening(), settings=Settings(refinement=AdaptiveMesh()))
+    assert not any(values.any() for values in solution.mesh.margins[0].values())
+    assert solution.verification.passed
