@@ -22,6 +22,7 @@ To add a scheme, write a subclass of `Scheme` that gives its points and its orde
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache
 from numbers import Integral
@@ -147,7 +148,9 @@ class Scheme:
 
         A rule of fixed degree has the same numbers whatever is asked for.
         """
-        return _collocation(self.name, self.degree if self.fixed_degree else int(degree))
+        return _collocation(
+            self.points_and_order, self.degree if self.fixed_degree else int(degree)
+        )
 
     @classmethod
     def points_and_order(cls, degree: int) -> tuple[Array, int]:
@@ -259,9 +262,8 @@ def scheme_named(name: str, degree: int) -> Scheme:
 
 
 @lru_cache(maxsize=256)
-def _collocation(name: str, degree: int) -> Collocation:
-    scheme = next(scheme for scheme in SCHEMES.values() if scheme.name == name)
-    points, order = scheme.points_and_order(degree)
+def _collocation(points_and_order: Callable[[int], tuple[Array, int]], degree: int) -> Collocation:
+    points, order = points_and_order(degree)
 
     if points[0] == 0.0:
         # a point at 0 adds no unknown: a free support point completes the degree

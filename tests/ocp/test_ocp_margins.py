@@ -13,7 +13,9 @@ from ocp import (
     Problem,
     Settings,
     State,
+    load,
     peak,
+    save,
     solve,
 )
 from ocp.mesh.mesh import Mesh, uniform
@@ -56,11 +58,16 @@ def test_a_margin_moves_the_limit_at_the_points():
     assert moved.objective == pytest.approx(lower.objective, rel=1e-9)
 
 
-def test_leaks_that_points_do_not_close_are_closed_by_margins(monkeypatch):
+def test_leaks_that_points_do_not_close_are_closed_by_margins(monkeypatch, tmp_path):
     with_margins = solve(stiffening())
     kept = with_margins.mesh.margins[0]
     assert any(values.any() for values in kept.values())
     assert with_margins.verification.passed
+
+    file = tmp_path / "stiffening.ocp"
+    save(with_margins, file)
+    loaded = load(file).mesh.margins[0]
+    assert all(np.array_equal(loaded[number], kept[number]) for number in kept)
 
     # what they cost is below the tolerance on the objective
     monkeypatch.setattr(policy, "held_back", lambda last, accuracy: [{}])

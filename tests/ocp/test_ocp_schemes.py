@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ocp import StatementError
+from ocp import Control, Phase, Problem, Settings, State, StatementError, solve
 from ocp.numerics.piecewise_polynomial import derivative_matrix, lagrange, quadrature_weights
 from ocp.numerics.schemes import HermiteSimpson, Lobatto, Radau, Trapezoid, scheme_named
 
@@ -137,3 +137,22 @@ def test_quadrature_on_any_points_integrates_their_polynomials(support):
     for power in range(support.size):
         tolerance = 1e-13 * np.abs(weights).sum()  # round-off times the size of the weights
         assert weights @ support**power == pytest.approx(1 / (power + 1), abs=tolerance)
+
+
+class Chebyshev(Radau):
+    """Points of Chebyshev, the end among them; a user's own scheme."""
+
+    name = "chebyshev"
+
+    @classmethod
+    def points_and_order(cls, degree):
+        points = 0.5 - 0.5 * np.cos(np.pi * np.arange(1, degree + 1) / degree)
+        return points, degree
+
+
+def test_a_scheme_of_ones_own_solves():
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
+    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
+    problem = Problem("effort", [phase], minimise=phase.integral(u**2))
+    # least effort from rest to rest: 12 D^2 / T^3
+    assert solve(problem, settings=Settings(scheme=Chebyshev(4))).objective == pytest.approx(12)
