@@ -18,9 +18,10 @@ extensions = [
     "extensions.gallery",
     "extensions.mathml",
     "extensions.offline",
+    "extensions.reports",
     "extensions.tables",
 ]
-exclude_patterns = ["generated/tables", "build"]
+exclude_patterns = ["generated/tables", "generated/reports/results", "build"]
 nitpicky = True
 # what other packages define has no page here, and their lists of names would have to be fetched
 nitpick_ignore_regex = [

@@ -21,6 +21,7 @@ from sphinx.application import Sphinx
 from sphinx.errors import ExtensionError
 
 PACKAGES = ("ocp", "models", "studies")
+SOURCES = (".py", ".js", ".css", ".toml")
 SECONDS = 300  # for one script; the longest takes some seconds
 ORDER = "ORDER.txt"  # of the scripts: the simplest first
 
@@ -63,11 +64,11 @@ def example_paths(folder: Path) -> list[Path]:
     return [folder / f"{name}.py" for name in names]
 
 
-def run(script: Path, folder: Path, fingerprint: str) -> None:
+def run(script: Path, folder: Path, code: str) -> None:
     """Run a script in `folder` unless what it left there is up to date."""
     name = script.stem
     stamp = folder / f"{name}.stamp"
-    wanted = f"{fingerprint} {hashlib.sha256(script.read_bytes()).hexdigest()}"
+    wanted = f"{code} {hashlib.sha256(script.read_bytes()).hexdigest()}"
     if stamp.exists() and stamp.read_text("utf-8") == wanted:
         return
 
@@ -126,12 +127,13 @@ def index(examples: list[Example]) -> str:
     )
 
 
-def _fingerprint(root: Path) -> str:
-    """Changes with any file of the packages that examples import."""
+def fingerprint(root: Path) -> str:
+    """Changes with any file of the packages that examples import, and of what pages hold."""
     digest = hashlib.sha256()
     for package in PACKAGES:
-        for path in sorted((root / package).rglob("*.py")):
-            digest.update(path.read_bytes())
+        for path in sorted((root / package).rglob("*")):
+            if path.suffix in SOURCES:
+                digest.update(path.read_bytes())
     return digest.hexdigest()
 
 
@@ -141,25 +143,25 @@ def _build(app: Sphinx) -> None:
         "figures": sorted((source / "figures").glob("*.py")),
         "examples": example_paths(source / "examples"),
     }
-    fingerprint = _fingerprint(source.parent)
+    code = fingerprint(source.parent)
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         jobs = []
         for folder, paths in scripts.items():
             target = source / "generated" / folder
             target.mkdir(parents=True, exist_ok=True)
-            jobs += [pool.submit(run, path, target, fingerprint) for path in paths]
+            jobs += [pool.submit(run, path, target, code) for path in paths]
         for job in jobs:
             job.result()
 
     target = source / "generated" / "examples"
     examples = [read_example(path) for path in scripts["examples"]]
     for example in examples:
-        _write(target / f"{example.name}.code", example.code + "\n")
-        _write(target / f"{example.name}.md", page(example))
-    _write(target / "index.md", index(examples))
+        write_if_new(target / f"{example.name}.code", example.code + "\n")
+        write_if_new(target / f"{example.name}.md", page(example))
+    write_if_new(target / "index.md", index(examples))
 
 
-def _write(path: Path, text: str) -> None:
+def write_if_new(path: Path, text: str) -> None:
     """Write unless it says so already: Sphinx reads again what is newer."""
     if not path.exists() or path.read_text("utf-8") != text:
         path.write_text(text, "utf-8")

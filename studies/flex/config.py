@@ -381,8 +381,10 @@ class FlexStudy:
     @property
     def question(self) -> str:
         """What is asked, in one line."""
-        many = f"{len(self.link)} flexible link{'s' * (len(self.link) > 1)}"
         kinds = ", ".join(joint.kind for joint in self.joint)
+        if len(self.link) == 1:
+            return f"1 flexible link in {self.time:g} s, joint {kinds}: how does it move?"
+        many = f"{len(self.link)} flexible links"
         return f"{many} in {self.time:g} s, joints {kinds}: how do they move?"
 
 

@@ -76,9 +76,9 @@ def motion_figure(result: Result) -> Figure:
         panel.plot(*ends, "o", ms=3.5, color=colour)
     panel.plot(0.0, 0.0, "s", ms=6, color="0.2", label="root")
 
-    panel.set_aspect("equal", adjustable="datalim")
+    panel.set_aspect("equal", adjustable="box")
     label_axes(panel, "x [m]", "y [m]", fit=False)
-    panel.legend(frameon=False, fontsize=8)
+    panel.legend(frameon=False, fontsize=8, ncols=2, loc="lower left", bbox_to_anchor=(0, 1))
     figure.colorbar(ScalarMappable(scale, shades), ax=panel, label="time [s]", shrink=0.8)
     figure.suptitle(f"The chain at {SHOWN} times, to scale", fontsize=11)
     return figure
@@ -159,7 +159,7 @@ def energy_figure(result: Result) -> Figure:
     for panel, label in zip(panels, ("energy [J]", "energy that appears [J]"), strict=True):
         label_axes(panel, "time [s]", label)
     _events(result, panels[1:])
-    panels[0].legend(frameon=False, fontsize=8)
+    panels[0].legend(frameon=False, fontsize=8, ncols=3, loc="lower left", bbox_to_anchor=(0, 1))
     return figure
 
 

@@ -16,7 +16,10 @@ from studies.common.writers import write
 from studies.report.command import PAGE, write_page
 from studies.report.html import Element, element
 from studies.report.page import SHARES, Shown, document, page, shown
+from studies.report.pictures import save_strip
 from studies.report.still import chart_picture, snapshots
+
+PICTURE = "motion.png"  # beside each report, for pages that link to it
 
 
 @dataclass(frozen=True)
@@ -33,7 +36,7 @@ class GalleryEntry:
 
     name: str
     title: str
-    subject: Literal["truss", "arm"]
+    subject: Literal["truss", "arm", "flex"]
     study: Mapping[str, Any]
 
     def solve(self, console: Console) -> Result:
@@ -85,11 +88,32 @@ ENTRIES = (
         },
     ),
     GalleryEntry("big-arm", "The big arm, left still in 8.6 s", "arm", {}),
+    GalleryEntry(
+        "pendulum",
+        "The paper's flexible pendulum falls",
+        "flex",
+        {
+            "duration": 1.3,
+            "gravity": [0.0, -9.81],
+            "elements": 6,
+            "frequencies": 3,
+            "link": [
+                {
+                    "length": 1.2,
+                    "area": 0.0018,
+                    "second_moment": 1.215e-8,
+                    "modulus": 2e9,
+                    "density": 5540.0,
+                }
+            ],
+            "joint": [{"kind": "free", "start_deg": 0.0}],
+        },
+    ),
 )
 
 
 def write_gallery(options: argparse.Namespace, console: Console) -> ExitCode:
-    """Solve all studies, write the report of each, and the page that links to them."""
+    """Solve all studies, write report and picture of each, and the page that links to them."""
     folder = open_results(options.to, "gallery", options.overwrite)
     cards = []
     for entry in ENTRIES:
@@ -99,7 +123,10 @@ def write_gallery(options: argparse.Namespace, console: Console) -> ExitCode:
         place.path.mkdir()
         write(result, place)
         write_page(page(result), place.file(PAGE), overwrite=True)
-        cards.append(_card(entry, result, shown(result)))
+        what = shown(result)
+        if what.picture is not None:
+            save_strip(what.picture, place.file(PICTURE), SHARES[1:])
+        cards.append(_card(entry, result, what))
     path = write_page(_page(cards), folder.file("index.html"), overwrite=True)
     folder.complete()
     console.say(f"the gallery is {path}")

@@ -11,6 +11,13 @@ Content = str | Element | None | Iterable["Content"]
 
 SVG = "{http://www.w3.org/2000/svg}"
 _AS_IT_IS = ("pre", "script", "style")
+_SENTENCES = ("h1", "p", "li")
+_NO_BREAK = "\u00a0"
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_POWER = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([-+]?\d+)\b")
+# a number with its unit, such as "12 N m s" or "0.5 rad/s²"
+_UNIT = r"(?:%|(?:mm|m|s|N|J|W|kg|g|rad|deg|Hz|Pa|MPa|GPa)[²³]?(?:/\w+[²³]?)?(?![\w²³]))"
+_QUANTITY = re.compile(rf"\d(?: {_UNIT})+")
 XLINK = "{http://www.w3.org/1999/xlink}"
 
 
@@ -44,19 +51,33 @@ def _fill(parent: Element, content: Content) -> None:
 
 
 def typeset(tree: Element) -> None:
-    """Write squares and cubes of units as such, but in what is to be copied as it is."""
+    """Write squares and cubes of units as such, but in what is to be copied as it is.
+
+    In sentences powers of ten are written as such too, and a number keeps its unit on its line.
+    """
     for node in tree.iter():
         if node.tag in _AS_IT_IS:
             continue
+        change = _sentence if node.tag in _SENTENCES else _superscripts
         if node.text:
-            node.text = _superscripts(node.text)
+            node.text = change(node.text)
         for child in node:
             if child.tail:
-                child.tail = _superscripts(child.tail)
+                child.tail = change(child.tail)
 
 
 def _superscripts(text: str) -> str:
     return re.sub(r"(?<=[A-Za-z])\^([23])(?!\d)", lambda found: "²³"[int(found[1]) - 2], text)
+
+
+def _sentence(text: str) -> str:
+    text = _QUANTITY.sub(lambda found: found[0].replace(" ", _NO_BREAK), _superscripts(text))
+    return _POWER.sub(_power_of_ten, text)
+
+
+def _power_of_ten(found: re.Match[str]) -> str:
+    power = str(int(found[2])).translate(_RAISED)
+    return f"{found[1]}{_NO_BREAK}×{_NO_BREAK}10{power}"
 
 
 def written(tree: Element) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -116,6 +117,19 @@ def _lines(
             colours.append(shades)
             widths.append(np.full(len(tensions), ROPE_WIDTH))
     return np.concatenate(ends), np.concatenate(colours), np.concatenate(widths)
+
+
+def save_strip(picture: MovingPicture, path: Path, shares: Sequence[float]) -> None:
+    """Write the first law's motion at shares of its duration, beside each other, as a picture."""
+    law = picture.laws[0]
+    view = View.flat() if picture.flat else View()
+    frame = outline(picture, view)
+    figure = Figure(figsize=(3.6, 1.6), dpi=200, layout="constrained")
+    for panel, share in zip(figure.subplots(1, len(shares)), shares, strict=True):
+        time = float(share * law.times[-1])
+        draw_instant(panel, picture, law, time, view=view, frame=frame)
+        panel.set_title(f"{time:.4g} s", fontsize=9)
+    figure.savefig(path)
 
 
 def tension_scale(figure: Figure, panels: Any, picture: MovingPicture) -> None:

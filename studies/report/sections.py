@@ -42,7 +42,8 @@ def bullets(sentences: Sequence[str]) -> Element:
 
 def title_of(result: Result) -> str:
     """What the browser calls the page."""
-    return result.question or "A result that is incomplete"
+    question = result.question or "a result that is incomplete"
+    return f"{question[:1].upper()}{question[1:]}"
 
 
 def heading(result: Result) -> Element:
@@ -123,7 +124,9 @@ def requirement(result: Result) -> Element:
     caps = [row for row in result.table if row.cap is not None]
     rows = [(row.title, row.unit, number(row.cap, 6)) for row in caps]
     goals = [row.title for row in result.table if row.minimised]
-    sentences = [result.question + "."] if result.question else ["The question is not recorded."]
+    sentences = ["The question is not recorded."]
+    if result.question:
+        sentences = [title_of(result) + ("" if result.question.endswith("?") else ".")]
     if goals:
         sentences.append(f"To be as small as possible: {', '.join(goals)}.")
     return section(
@@ -160,7 +163,8 @@ def parameters(result: Result) -> Element:
         return section("Parameters", element("p", "See the exact input below."))
     made = table("Parameters of the model", head, rows, key="parameters")
     for row in made.iter("tr"):
-        for cell in row.findall("td")[:1] + row.findall("td")[3:]:
+        cells = list(row)
+        for cell in (cells[1], cells[4]):
             cell.set("class", "text")
     return section("Parameters", made)
 
@@ -282,9 +286,11 @@ def _records(found: Any, title: str, key: str) -> list[Element]:
     if not (isinstance(found, list) and found and all(isinstance(one, Mapping) for one in found)):
         return []
     head = list(dict.fromkeys(name for one in found for name in one))
-    rows = [[_shown(one.get(name)) for name in head] for one in found]
+    rows = [[_shown(one.get(name), 4) for name in head] for one in found]
     numbered = [[str(k), *row] for k, row in enumerate(rows, start=1)]
-    return [table(title, ["", *(name.replace("_", " ") for name in head)], numbered, key=key)]
+    made = table(title, ["", *(name.replace("_", " ") for name in head)], numbered, key=key)
+    made.set("class", "table numbered")
+    return [made]
 
 
 def _leaves(content: Mapping[str, Any], head: str = "") -> list[tuple[str, Any]]:
@@ -295,13 +301,13 @@ def _leaves(content: Mapping[str, Any], head: str = "") -> list[tuple[str, Any]]
     return found
 
 
-def _shown(value: Any) -> str:
+def _shown(value: Any, digits: int = 6) -> str:
     if value is None:
         return "–"
     if isinstance(value, float):
-        return number(value, 6) if math.isfinite(value) else "–"
+        return number(value, digits) if math.isfinite(value) else "–"
     if isinstance(value, list):
-        return ", ".join(_shown(item) for item in value)
+        return ", ".join(_shown(item, digits) for item in value)
     return str(value)
 
 

@@ -108,13 +108,19 @@ def gains(result: Result) -> list[str]:
         ratio, best = _gain(row)
         if ratio > WORSE:
             own = next(iter(row.values))
-            times = f"{ratio:.3g} times {'less' if row.better == 'less' else 'more'}"
+            times = f"{_times(ratio)} times {'less' if row.better == 'less' else 'more'}"
             if ratio < 2 and row.better == "less":
                 times = f"{100 * (1 - 1 / ratio):.0f} % less"
             values = f"{number(row.values[own], 4)} instead of {number(row.values[best], 4)}"
             found.append((ratio, f"{_begun(row.title)}: {times} than {best}, {values}{_unit(row)}"))
     found.sort(key=lambda item: -item[0])
     return [sentence for _, sentence in found[:MOST_GAINS]]
+
+
+def _times(ratio: float) -> str:
+    """A ratio with three digits, and without a power of ten below a million."""
+    text = f"{ratio:.3g}"
+    return f"{float(text):.0f}" if 100 <= ratio < 1e6 else text
 
 
 def _begun(text: str) -> str:

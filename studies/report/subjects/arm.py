@@ -17,6 +17,18 @@ _TITLES = {
     "tip_acceleration": ("acceleration of the antenna", ""),
     "bending_big": ("largest bending moment of the big arm", ""),
     "bending_small": ("largest bending moment of the small arm", ""),
+    "elbow_x": ("place of the elbow, x", ""),
+    "elbow_y": ("place of the elbow, y", ""),
+    "elbow_vx": ("speed of the elbow, x", ""),
+    "elbow_vy": ("speed of the elbow, y", ""),
+    "tip_x": ("place of the antenna, x", ""),
+    "tip_y": ("place of the antenna, y", ""),
+    "tip_vx": ("speed of the antenna, x", ""),
+    "tip_vy": ("speed of the antenna, y", ""),
+    "elbow_off_x": ("elbow after the lock, x", ""),
+    "elbow_off_y": ("elbow after the lock, y", ""),
+    "tip_off_x": ("antenna after the lock, x", ""),
+    "tip_off_y": ("antenna after the lock, y", ""),
 }
 _NAMES = ("big arm", "small arm")
 _LEFT_OUT = {"locked", "node"}

@@ -21,6 +21,7 @@ from studies.common.scene.moving_picture import hermite
 from studies.report import assets
 from studies.report.charts import charts_of_arrays, value_range
 from studies.report.comparison import beside
+from studies.report.html import element, typeset
 from studies.report.page import page
 from studies.truss import study_from
 
@@ -65,6 +66,7 @@ class Reader(HTMLParser):
             pass
 
     def handle_data(self, data):
+        data = data.replace("\u00a0", " ")  # a number keeps its unit on its line
         for one in self._open:
             one["text"] += data
 
@@ -102,8 +104,13 @@ def test_the_page_answers_first_and_keeps_its_order(seen, result):
     assert "20.2 % less than that of Bezier (0.000428384 rad/s²)" in summary["text"]
     assert "this one meets it" in summary["text"]
     for cost in result.costs_elsewhere:
-        sentence = cost.sentence.replace("^2", "²").replace("^3", "³")
-        assert sentence[1:] in summary["text"]
+        assert _typeset(cost.sentence)[1:] in summary["text"]
+
+
+def _typeset(sentence):
+    paragraph = element("p", sentence)
+    typeset(paragraph)
+    return paragraph.text.replace("\u00a0", " ")
 
 
 def test_the_numbers_are_those_of_the_result(seen, result):
@@ -226,6 +233,21 @@ def test_words_of_others_are_only_words(result):
         )
         assert evil in seen.all("title")[0]["text"]
     assert seen.all("pre") == []
+
+
+@pytest.mark.parametrize(
+    ("text", "seen"),
+    [
+        ("1.39e-17 instead of 7.793e-11 J", "1.39_×_10⁻¹⁷ instead of 7.793_×_10⁻¹¹_J"),
+        ("12.3757 N m s and 3 rad/s^2", "12.3757_N_m_s and 3_rad/s²"),
+        ("20 % less; 3 sides, B21 e-3", "20_% less; 3 sides, B21 e-3"),
+    ],
+)
+def test_a_sentence_writes_powers_and_keeps_units_together(text, seen):
+    tree = element("body", element("p", text), element("table", element("td", text)))
+    typeset(tree)
+    assert tree.find("p").text.replace("\u00a0", "_") == seen
+    assert "e-" in tree.find("table/td").text or "e-" not in text  # a table is to be copied
 
 
 def test_what_is_to_be_copied_is_left_as_it_is(seen):
