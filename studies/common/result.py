@@ -369,11 +369,15 @@ def _read_record(folder: Path, partial: bool) -> dict[str, Any]:
         raise _damaged(folder, RESULT_FILE, error) from error
     if not isinstance(record, dict) or record.get("program") != PROGRAM:
         raise StudyError(f"{path} was not written by {PROGRAM}; give a results folder of {PROGRAM}")
-    if record.get("schema") != SCHEMA:
-        raise StudyError(
-            f"{path} has the format {record.get('schema')!r}, this version reads {SCHEMA}; "
-            "run the study again from its input.toml"
+    schema = record.get("schema")
+    if schema != SCHEMA:
+        newer = isinstance(schema, int) and schema > SCHEMA
+        remedy = (
+            f"a newer {PROGRAM} wrote it, so install that"
+            if newer
+            else "run the study again from its input.toml"
         )
+        raise StudyError(f"{path} has the format {schema!r}, this version reads {SCHEMA}; {remedy}")
     return record
 
 
@@ -484,6 +488,8 @@ def _typed(kind: type[Any], record: Any) -> dict[str, Any]:
 
 def _damaged(folder: Path, file: str, error: Exception) -> StudyError:
     reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+    if "allow_pickle" in reason:  # what NumPy says of any file that is no archive, and advises
+        reason = "it is no archive of NumPy"
     return StudyError(
         f"{file} in {folder} is damaged or was changed ({reason}); run the study again"
     )

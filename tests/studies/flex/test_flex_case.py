@@ -59,6 +59,7 @@ def test_the_presets_are_the_papers():
         ({"link": [{**LINK, "length": 0}]}, "link[0].length is 0; give a finite positive number"),
         ({"link": [LINK, {**LINK, "density": -1.0}]}, "link[1].density is -1.0"),
         ({"link": []}, "there is no link"),
+        ({"link": [{**LINK, "length": 0.0}]}, "link[0].length is 0.0; give a finite positive"),
         ({"link": [{"area": 1.0}]}, "link[0] has no length; give one in m"),
         ({"link": [{**LINK, "lenght": 1}]}, "unknown key link[0].lenght; did you mean"),
         ({"joint": [{}, {}]}, "joint[1] has no link"),

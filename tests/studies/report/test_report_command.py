@@ -1,14 +1,16 @@
 """`antenna-ocp report` with good and with bad input."""
 
+import errno
 import json
 import shutil
+from pathlib import Path
 
 import pytest
 from PIL import Image
 
 from studies.cli import main
 from studies.common.result import Result
-from studies.report import pictures
+from studies.report import assets, pictures
 from studies.truss import figures
 from studies.truss.motions.laws import deployments_of
 
@@ -61,7 +63,9 @@ def test_two_folders_share_a_page(folder, tmp_path, capsys):
         (["{tmp}/nothing"], 2, "there is no results folder"),
         (["{tmp}/empty"], 2, "is no results folder of antenna-ocp"),
         (["{tmp}/begun"], 2, "report it with --partial"),
-        (["{tmp}/old"], 2, "has the format 0, this version reads 1"),
+        (["{tmp}/old"], 2, "reads 1; run the study again from its input.toml"),
+        (["{tmp}/newer"], 2, "reads 1; a newer antenna-ocp wrote it, so install that"),
+        (["{tmp}/garbled"], 2, "is damaged or was changed (it is no archive of NumPy); run"),
         ([], 2, "0 results folders are named"),
         (["{main}", "{main}", "{main}"], 2, "3 results folders are named"),
         (["{main}", "--figures", "pictures"], 2, "'pictures' is no kind of file"),
@@ -79,13 +83,46 @@ def test_bad_input_gets_one_sentence(words, code, sentence, folder, tmp_path, ca
     begun.mkdir()
     (begun / "provenance.json").write_text("{}")
     shutil.copytree(folder, tmp_path / "old")
-    record = json.loads((folder / "result.json").read_text()) | {"schema": 0}
-    (tmp_path / "old" / "result.json").write_text(json.dumps(record))
+    shutil.copytree(folder, tmp_path / "newer")
+    record = json.loads((folder / "result.json").read_text())
+    for name, schema in (("old", 0), ("newer", 9)):
+        text = json.dumps(record | {"schema": schema})
+        (tmp_path / name / "result.json").write_text(text)
+    shutil.copytree(folder, tmp_path / "garbled")
+    (tmp_path / "garbled" / "arrays.npz").write_text("these are no arrays")
 
     given = [word.format(tmp=tmp_path, main=folder) for word in words]
     assert main(["report", *given]) == code
     assert sentence in said(capsys)
     assert (tmp_path / "mine" / "report.html").read_text() == "my own notes"
+
+
+def test_a_folder_that_may_not_be_written_is_named(folder, tmp_path, capsys, monkeypatch):
+    def refused(path, *arguments, **given):
+        raise PermissionError(errno.EACCES, "Permission denied", str(path))
+
+    monkeypatch.setattr(Path, "write_text", refused)  # a superuser may write everywhere
+    assert main(["report", str(folder), "--to", str(tmp_path)]) == 6
+    assert said(capsys) == (
+        f"antenna-ocp: {tmp_path / 'report.html'} cannot be written (Permission denied); name a "
+        "folder with --to"
+    )
+
+
+def test_a_missing_asset_is_named(folder, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(assets, "FOLDER", tmp_path)
+    assert main(["report", str(folder), "--to", str(tmp_path / "to")]) == 70
+    assert "install" in said(capsys)
+    assert not (tmp_path / "to").exists()
+
+
+def test_a_folder_with_a_hostile_name_has_a_harmless_page(folder, tmp_path):
+    evil = tmp_path / "<script>alert(1)<"
+    shutil.copytree(folder, evil)
+    assert main(["report", str(evil), str(folder), "--to", str(tmp_path)]) == 0
+    text = (tmp_path / f"report-beside-{folder.name}.html").read_text()
+    assert "&lt;script&gt;alert(1)" in text
+    assert "<script>alert" not in text
 
 
 def test_an_mp4_without_ffmpeg_is_refused_before_any_work(folder, tmp_path, capsys, monkeypatch):
