@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ocp.arrays import Array
+from studies.common.drawing import LAWS
 from studies.common.exit_codes import StudyError
 from studies.common.result import Result
 from studies.common.scene.moving_picture import MovingPicture
@@ -61,7 +62,14 @@ def shown(result: Result) -> Shown:
     named = [curve.law for chart in charts for curve in chart.curves]
     if picture is not None:
         named += [law.name for law in picture.laws]
-    return Shown(tuple(dict.fromkeys((*result.laws, *named))), charts, picture)
+    return Shown(_in_order((*result.laws, *named)), charts, picture)
+
+
+def _in_order(names: Iterable[str]) -> tuple[str, ...]:
+    """The result's own law, then the others as the figures order them: so are their colours."""
+    laws = tuple(dict.fromkeys(names))
+    known = {name: place for place, name in enumerate(LAWS)}
+    return (*laws[:1], *sorted(laws[1:], key=lambda name: known.get(name, len(known))))
 
 
 def page(result: Result, input_text: str = "") -> str:

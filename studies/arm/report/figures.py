@@ -288,7 +288,10 @@ def _bending(panel: Axes, scene: Scene, snapshots: Sequence[Snapshot]) -> None:
     panel.axhline(0.0, color=COLOURS[0], lw=0.8, ls=":")
     panel.set_title(f"bending of the {'small' if small else 'big'} arm", fontsize=9)
     label_axes(panel, "along the straight line between its ends [m]", "off that line [mm]")
-    panel.legend(frameon=False, fontsize=7, ncols=3)
+    # the curves reach into every corner of the panel
+    panel.legend(
+        frameon=False, fontsize=8, ncols=5, loc="upper center", bbox_to_anchor=(0.5, -0.14)
+    )
 
 
 def _row(panels: int, scene: Scene, what: str) -> tuple[Figure, list[Axes]]:

@@ -15,14 +15,14 @@ from models.truss import ring_positions, rope_length
 from models.truss.wireframe import path_lengths
 from studies.common.console import number
 from studies.common.exit_codes import StudyError
-from studies.common.result import Criterion, Result, Series, Verdict
+from studies.common.result import Criterion, Result, Series, TableRow, Verdict
 from studies.common.scene.chain_shapes import read_shapes
 from studies.common.scene.moving_picture import hermite
 from studies.report import assets
 from studies.report.charts import charts_of_arrays, value_range
 from studies.report.comparison import beside
 from studies.report.html import element, typeset
-from studies.report.page import page
+from studies.report.page import page, shown
 from studies.truss import study_from
 
 TYPES = {"f": "<f4", "d": "<f8", "i": "<u2"}
@@ -288,6 +288,19 @@ def test_constants_are_drawn_as_constants():
     assert (low, high) == pytest.approx((4.75, 5.25))
     assert value_range([0.0, 2.0]) == (0.0, 2.0)
     assert value_range([math.nan]) == (-1.0, 1.0)
+
+
+def test_a_law_has_the_same_colour_in_every_report():
+    t = np.linspace(0.0, 1.0, 5)
+    laws = ("optimum", "Step5", "Bezier")
+    arrays = {"time": Series("s", "time", t)}
+    arrays |= {f"{law}/torque": Series("N m", "time", t) for law in laws}
+    row = TableRow("q", "a quantity", "N", dict.fromkeys(laws, 1.0))
+    assert shown(Result("other", "?", {}, arrays=arrays, table=(row,))).laws == (
+        "optimum",
+        "Bezier",
+        "Step5",
+    )
 
 
 def test_two_results_stand_beside_each_other(result):
