@@ -331,9 +331,12 @@ def named(problem: Problem, name: Any, phase: str | None = None) -> Any:
         return problem.minimise if problem.minimise is not None else problem.maximise
     if len(found) != 1:
         known = ", ".join(sorted({f"'{key}'" for key, _ in _all_named(problem, phase)}))
-        raise StatementError(
-            f"{len(found)} things of '{problem.name}' are named '{name}'; named are {known}"
+        how_many = (
+            f"{len(found)} things of '{problem.name}' are"
+            if found
+            else f"nothing of '{problem.name}' is"
         )
+        raise StatementError(f"{how_many} named '{name}'; named are {known}")
     return found[0]
 
 

@@ -37,6 +37,10 @@ if TYPE_CHECKING:  # which needs this module
 # Times D/T^3: the least root mean square of the jerk of a motion from rest to rest with no
 # acceleration at its ends. The quintic law of (39) has it.
 LEAST_JERK = math.sqrt(720)
+
+Drive = Literal["jerk", "acceleration", "force"]
+ControlShape = Literal["constant", "linear", "polynomial"]
+
 EARLIEST, LATEST = 1e-5, 1 - 1e-5  # of the duration, between which the net becomes taut
 
 
@@ -138,39 +142,48 @@ def _sum(terms: Iterable[Any]) -> Any:
 
 
 def _signals(study: TrussStudy, with_forces: bool) -> Signals:
-    caps, stowed, shape = study.caps, study.truss.stowed_angle, control_shape(study)
+    caps, stowed = study.caps, study.truss.stowed_angle
+    drive, shape = control_of(study, with_forces)
     angle = State("angle", "rad", lower=stowed / 2, upper=2.0)
     speed = State("speed", "rad/s", lower=0.0, upper=_or_infinity(caps.speed))
     most = _or_infinity(caps.acceleration)
 
-    if caps.jerk is not None:
+    if drive == "jerk":
+        assert caps.jerk is not None
         acceleration = State("acceleration", "rad/s^2", lower=-most, upper=most)
         jerk = Control("jerk", "rad/s^3", lower=-caps.jerk, upper=caps.jerk, shape=shape)
         return Signals(angle, speed, acceleration, jerk, None)
-    if with_forces and shape == "constant":
+    if drive == "force":
         force = Control("rope force", "N", lower=0.0, upper=_or_infinity(caps.force), shape=shape)
         return Signals(angle, speed, None, None, force)
     control = Control("acceleration", "rad/s^2", lower=-most, upper=most, shape=shape)
     return Signals(angle, speed, control, None, None)
 
 
-def control_shape(study: TrussStudy) -> Literal["constant", "linear", "polynomial"]:
-    """How the control varies within an interval.
+def control_of(study: TrussStudy, with_forces: bool) -> tuple[Drive, ControlShape]:
+    """What drives the motion, and how it varies within an interval.
 
-    Least acceleration, time and (driven by it) force make the control jump between its bounds. An
-    expression that rides its own peak or a cap needs the control to vary: the jerk linearly, and a
-    control of its own as smoothly as the states.
+    Least acceleration, time and force make what they limit jump between its bounds: it is constant
+    within an interval. An expression that rides its own peak or a cap needs a control that varies:
+    the jerk linearly, an acceleration as smoothly as the states.
     """
-    caps, jumping = study.caps, {"peak-acceleration", "time"}
-    if caps.jerk is None:
-        # the force of the phase plane, which knows no other caps
-        if caps.acceleration is None and caps.speed is None:
-            jumping.add("peak-force")
-        return "constant" if set(study.objectives) <= jumping else "polynomial"
+    caps, objectives = study.caps, set(study.objectives)
+    if caps.jerk is not None:
+        rides = caps.force is not None or caps.least_tension > 0
+        jumps = objectives <= {"peak-acceleration", "time"} and not rides
+        return "jerk", "constant" if jumps else "linear"
 
-    if caps.force is not None or caps.least_tension > 0:
-        return "linear"
-    return "constant" if set(study.objectives) <= jumping else "linear"
+    if not with_forces:
+        return "acceleration", "constant" if objectives <= {
+            "peak-acceleration",
+            "time",
+        } else "polynomial"
+
+    # the force of the phase plane, which knows no other caps
+    alone = caps.acceleration is None and caps.speed is None
+    if alone and objectives <= {"peak-force", "time"}:
+        return "force", "constant"
+    return "acceleration", "polynomial"
 
 
 def _or_infinity(cap: float | None) -> float:

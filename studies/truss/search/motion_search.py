@@ -38,7 +38,7 @@ from studies.truss.motions.starts import (
     start_from_law,
     starting_motion,
 )
-from studies.truss.problem import Statement, control_shape, needs_forces, state
+from studies.truss.problem import Statement, control_of, needs_forces, state
 from studies.truss.quantities import OBJECTIVES
 from studies.truss.search.best_motion import BestMotion
 from studies.truss.search.smoothness import SHARE, at_a_light_price, first_price, share_of
@@ -267,7 +267,7 @@ class Search:
         """How the engine solves: the stated intervals, shared out over the phases."""
         phases = 2 if self._with_forces else 1
         # moved to the switches of the jerk; where forces matter, bisection is more robust
-        moving = phases == 1 and control_shape(self.study) == "constant"
+        moving = phases == 1 and control_of(self.study, self._with_forces)[1] == "constant"
         return Settings(
             intervals=max(2, -(-self.study.solver.intervals // phases)),
             refinement=AdaptiveMesh(move_breakpoints=moving),
