@@ -18,7 +18,7 @@ from models.laws import (
     pinned,
 )
 from models.truss import TrussParameters
-from ocp import Solution
+from ocp import Control, Solution
 from ocp.arrays import Array
 from studies.common.exit_codes import StudyError
 from studies.common.result import Result
@@ -68,10 +68,12 @@ def pinned_bezier(truss: TrussParameters, duration: float) -> Bezier:
 def law_of(study: TrussStudy, statement: Statement, solution: Solution) -> Law:
     """The law of a solution.
 
-    With jerk as the control it is the exact integral of that jerk, piecewise linear in time, from
-    rest, whatever the collocation polynomials say; else it is the engine's independent replay.
+    With jerk or acceleration as the control it is the exact integral of that control from rest,
+    whatever the collocation polynomials say; else it is the engine's independent replay.
     """
     jerk = statement.signals.jerk
+    if isinstance(statement.signals.acceleration, Control):
+        return _integrated_law(study, statement.signals.acceleration.name, solution)
     if jerk is None:
         return _replayed_law(study, statement, solution)
 
@@ -87,6 +89,31 @@ def law_of(study: TrussStudy, statement: Statement, solution: Solution) -> Law:
                 edges.append(float(end))
                 ramps.append((float(first), float(last)))
     return linear_jerk(tuple(edges), tuple(ramps), start_angle=study.truss.stowed_angle)
+
+
+def _integrated_law(study: TrussStudy, acceleration: str, solution: Solution) -> Hermite:
+    """The exact integral of an acceleration that is a polynomial in each interval.
+
+    A replay's angles are good to 1e-11, and second differences of close rows would amplify that.
+    """
+    tau = np.linspace(0.0, 1.0, ROWS_AN_INTERVAL + 1)
+    angle, speed = study.truss.stowed_angle, 0.0
+    pieces = []
+    for phase in solution.trajectory.phases:
+        shortest = JOINT * solution.trajectory.phases[-1].end
+        powers = phase.polynomial(acceleration).powers()[:, 0, :]
+        for begin, end, coefficients in zip(
+            phase.breakpoints[:-1], phase.breakpoints[1:], powers, strict=True
+        ):
+            width = end - begin
+            if width <= shortest:
+                continue
+            rate = np.polynomial.Polynomial(coefficients)
+            speeds = speed + width * rate.integ()(tau)
+            angles = angle + width * (speed * tau + width * rate.integ(2)(tau))
+            pieces.append(np.column_stack([begin + width * tau, angles, speeds, rate(tau)]))
+            angle, speed = float(angles[-1]), float(speeds[-1])
+    return _hermite(np.array(pieces))
 
 
 def _replayed_law(study: TrussStudy, statement: Statement, solution: Solution) -> Hermite:
@@ -114,8 +141,12 @@ def _replayed_law(study: TrussStudy, statement: Statement, solution: Solution) -
         times = motion.breakpoints[kept][:, None] + lengths[:, None] * tau
         pieces.append(np.dstack([times, values.reshape(kept.size, tau.size, 3)]))
 
+    return _hermite(np.concatenate(pieces))
+
+
+def _hermite(rows: Array) -> Hermite:
+    """The law through rows of time, angle, speed and acceleration, (N, rows, 4) by interval."""
     # the last row of an interval gives way to the first one of the next, but for the acceleration
-    rows = np.concatenate(pieces)
     after = np.vstack([rows[:, :-1].reshape(-1, 4), rows[-1, -1]])
     before = np.concatenate([rows[:1, 0, 3], rows[:, 1:, 3].ravel()])
     after[0, 0], after[-1, 3] = 0.0, before[-1]
