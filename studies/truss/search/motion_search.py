@@ -58,6 +58,7 @@ if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
 
 SAME_BASIN = 1e-4  # relative: optima closer than this are one basin, solved to different meshes
 STOPPED = "interrupted before a motion was found; the inputs are kept"
+LEAST_OF_A_START = 60.0  # [s] that one start may take, if not more is its share
 LEAST_LEFT = 0.1  # of the seconds, for what has to follow the starts
 RELAXING = 30.0  # [s] that may be spent on what to relax where no motion was found
 RELAXED = Settings(intervals=40, refinement=FixedMesh())  # as `ocp.relaxed` has it by default
@@ -264,13 +265,18 @@ class Search:
         self.console.progress(f"{label}: {of_trial(trial, self.study)}{when}")
 
     def _settings(self) -> Settings:
-        """How the engine solves: the stated intervals, shared out over the phases."""
+        """How the engine solves: the stated intervals, shared out over the phases.
+
+        A start that wanders leaves time for the others.
+        """
+        share = self.study.solver.seconds / len(self.study.solver.starts)
         phases = 2 if self._with_forces else 1
         # moved to the switches of the jerk; where forces matter, bisection is more robust
         moving = phases == 1 and control_of(self.study, self._with_forces)[1] == "constant"
         return Settings(
             intervals=max(2, -(-self.study.solver.intervals // phases)),
             refinement=AdaptiveMesh(move_breakpoints=moving),
+            seconds=max(share, LEAST_OF_A_START),
         )
 
     def _weights(self) -> dict[str, float]:
