@@ -27,7 +27,7 @@ class ParameterLine:
 
 
 def parameter_lines(subject: str, configuration: Mapping[str, Any]) -> list[ParameterLine]:
-    """All parameters of the model of a study; none where its subject is neither truss nor arm."""
+    """All parameters of the model of a study; none where its subject has none."""
     reader = _READERS.get(subject)
     return reader(configuration) if reader else []
 
@@ -91,6 +91,35 @@ def _of_the_arm(configuration: Mapping[str, Any]) -> list[ParameterLine]:
     return lines
 
 
+def _of_the_links(configuration: Mapping[str, Any]) -> list[ParameterLine]:
+    from studies.flex.config import FlexStudy, JointCase, LinkCase, MaterialCase
+
+    lines = _stated(FlexStudy, configuration, "")
+    for name, material in configuration.get("material", {}).items():
+        lines += _stated(MaterialCase, material, f"material {name}: ")
+    for one, kind in (("link", LinkCase), ("joint", JointCase)):
+        for number, values in enumerate(configuration.get(one, ())):
+            lines += _stated(kind, values, f"{one} {number}: ")
+    return lines
+
+
+def _stated(kind: type, values: Mapping[str, Any], prefix: str) -> list[ParameterLine]:
+    """What a case states of one of its tables; tables inside it are left out."""
+    lines = []
+    for field in dataclasses.fields(kind):
+        value, about = values.get(field.name), field.metadata.get("key")
+        if about is None or value is None or isinstance(value, Mapping):
+            continue
+        if isinstance(value, (list, tuple)):
+            if not value or isinstance(value[0], Mapping):
+                continue
+            value = ", ".join(f"{number:g}" for number in value)
+        source = "by default" if value == field.default else "stated in this case"
+        name = prefix + _words(field.name)
+        lines.append(ParameterLine(name, about.meaning, about.unit or "-", value, source))
+    return lines
+
+
 def _line(name: str, text: str, value: Any, source: str) -> ParameterLine:
     units = UNIT.findall(text)
     return ParameterLine(
@@ -109,4 +138,5 @@ def _words(name: str) -> str:
 _READERS: Mapping[str, Callable[[Mapping[str, Any]], list[ParameterLine]]] = {
     "truss": _of_the_truss,
     "arm": _of_the_arm,
+    "flex": _of_the_links,
 }
