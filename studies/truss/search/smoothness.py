@@ -21,8 +21,8 @@ from studies.truss.config import TrussStudy
 from studies.truss.problem import Statement
 from studies.truss.quantities import OBJECTIVES
 
-# Share of the peak that the roughness may have in what is minimised. What it adds to the peak is a
-# part of that: a third or less in all that was tried.
+# Share of the peak that the roughness may have in what is minimised. What it adds to the peak is
+# only a part of that: the rest is what the smoothest motion of the least peak would pay, too.
 SHARE = 2e-5
 
 # What is aimed at when the price is lowered, for the motion becomes rougher with it; in how many
