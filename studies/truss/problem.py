@@ -168,16 +168,12 @@ def control_of(study: TrussStudy, with_forces: bool) -> tuple[Drive, ControlShap
     the jerk linearly, an acceleration as smoothly as the states.
     """
     caps, objectives = study.caps, set(study.objectives)
+    jumps = objectives <= {"peak-acceleration", "time"}
     if caps.jerk is not None:
         rides = caps.force is not None or caps.least_tension > 0
-        jumps = objectives <= {"peak-acceleration", "time"} and not rides
-        return "jerk", "constant" if jumps else "linear"
-
+        return "jerk", "constant" if jumps and not rides else "linear"
     if not with_forces:
-        return "acceleration", "constant" if objectives <= {
-            "peak-acceleration",
-            "time",
-        } else "polynomial"
+        return "acceleration", "constant" if jumps else "polynomial"
 
     # the force of the phase plane, which knows no other caps
     alone = caps.acceleration is None and caps.speed is None
