@@ -34,8 +34,9 @@ _MARGIN_COST = 0.5
 def held_back(last: SolvedMesh, accuracy: Accuracy) -> list[dict[int, Array]]:
     """Margins that close leaks at a cost that the objective does not notice.
 
-    To first order a margin costs its product with the multipliers of the limit. Where all new margins
-    together cost more than is allowed, there are none. Those of earlier rounds are not counted.
+    To first order a margin costs its product with the multipliers of the limit. Where all new
+    margins together cost more than is allowed, there are none. Those of earlier rounds are not
+    counted.
 
     Returns
     -------
