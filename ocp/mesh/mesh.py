@@ -87,14 +87,14 @@ class Mesh:
         One for each phase, in the order of the problem.
     extra : tuple of tuple of ExtraPoints
         By phase and continuous constraint: where it is imposed beside the collocation points.
-    margins : tuple of mapping of int to (N,)
+    back_off : tuple of mapping of int to (N,)
         By phase and number of a continuous constraint: how far inside its limits its points keep in
         each interval, so that it holds between them [unit of the constraint].
     """
 
     phases: tuple[PhaseMesh, ...]
     extra: tuple[tuple[ExtraPoints, ...], ...] = ()
-    margins: tuple[Mapping[int, Array], ...] = ()
+    back_off: tuple[Mapping[int, Array], ...] = ()
     intervals: int = field(init=False, repr=False)
 
     def __repr__(self) -> str:
@@ -103,8 +103,8 @@ class Mesh:
     def __post_init__(self) -> None:
         if not self.extra:
             object.__setattr__(self, "extra", ((),) * len(self.phases))
-        if not self.margins:
-            object.__setattr__(self, "margins", ({},) * len(self.phases))
+        if not self.back_off:
+            object.__setattr__(self, "back_off", ({},) * len(self.phases))
         object.__setattr__(self, "intervals", sum(mesh.intervals for mesh in self.phases))
 
 

@@ -21,8 +21,8 @@ from ocp.mesh.mesh import ExtraPoints, Mesh, PhaseMesh, bisected, distinct
 from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
+from ocp.refinement.back_off import held_back, without_held
 from ocp.refinement.error_estimate import MeshErrors, PhaseErrors
-from ocp.refinement.margins import held_back, without_held
 from ocp.refinement.switch_detection import settled, with_jumps
 
 if TYPE_CHECKING:
@@ -174,7 +174,7 @@ class AdaptiveMesh:
             still._adapted(solved[-1], accuracy, resolve_controls=True) or solved[-1].iterate.mesh
         )
         frozen = tuple(phase.frozen() for phase in following.phases)
-        return still, Mesh(frozen, following.extra, following.margins)
+        return still, Mesh(frozen, following.extra, following.back_off)
 
     def _adapted(
         self, last: SolvedMesh, accuracy: Accuracy, *, resolve_controls: bool
@@ -196,7 +196,7 @@ class AdaptiveMesh:
         return Mesh(
             tuple(phases),
             tuple(step.extra_points() for step in steps),
-            tuple(step.margins() for step in steps),
+            tuple(step.back_off() for step in steps),
         )
 
 
@@ -288,18 +288,18 @@ class _PhaseStep:
         worth = _worthwhile_jumps(mesh, errors, accuracy.objective)
         bracketed = with_jumps(base, worth, policy.move_breakpoints) or base
         refined = marks.refine(bracketed, base, policy.most_intervals)
-        extra, before = last.iterate.mesh.extra[index], last.iterate.mesh.margins[index]
+        extra, before = last.iterate.mesh.extra[index], last.iterate.mesh.back_off[index]
         return cls(mesh, base, pressed, refined, errors, extra, before, held, accuracy.path)
 
     @property
     def changes(self) -> bool:
         """Whether there is anything to solve again for."""
         leaks = any(float(e.values.max()) > self.tolerance for e in self.errors.excess)
-        held = any(margins.any() for margins in self.held.values())
+        held = any(values.any() for values in self.held.values())
         return self.pressed or leaks or held or not _equal(self.refined, self.base)
 
-    def margins(self) -> dict[int, Array]:
-        """Old margins and new ones, in the intervals that stay."""
+    def back_off(self) -> dict[int, Array]:
+        """Old back-offs and new ones, in the intervals that stay."""
         same = self.base.intervals == self.mesh.intervals
         points = self.base.breakpoints if same else self.mesh.breakpoints
         middle = 0.5 * (self.refined.breakpoints[:-1] + self.refined.breakpoints[1:])

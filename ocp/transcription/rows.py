@@ -24,7 +24,7 @@ class Limits:
     def __init__(self, count: int = 0) -> None:
         self.count = count
         self._statements: list[tuple[Integers, Any, Any, float, bool]] = []
-        self._margins: list[tuple[Integers, Array]] = []
+        self._back_offs: list[tuple[Integers, Array]] = []
 
     def take(self, instances: int, limits: list[tuple[Any, Any, float]]) -> Integers:
         """Entries for rows ``(lower, upper, scale)`` repeated; ids of shape (instances, rows)."""
@@ -47,9 +47,9 @@ class Limits:
         """Limits in addition to those set before."""
         self._statements.append((np.asarray(ids).ravel(), lower, upper, scale, True))
 
-    def keep_inside(self, ids: Integers, margins: Array) -> None:
-        """Keep some entries inside their limits, by a scaled margin each."""
-        self._margins.append((ids, margins))
+    def keep_inside(self, ids: Integers, back_off: Array) -> None:
+        """Keep some entries inside their limits, by a scaled back-off each."""
+        self._back_offs.append((ids, back_off))
 
     def at(self, parameters: Parameters) -> tuple[Array, Array]:
         """Scaled lower and upper limits, shape (count,) each, at values of the constants."""
@@ -58,9 +58,9 @@ class Limits:
             least, largest = parameters.limit(low) / scale, parameters.limit(high) / scale
             lower[ids] = np.maximum(lower[ids], least) if narrows else least
             upper[ids] = np.minimum(upper[ids], largest) if narrows else largest
-        for ids, margins in self._margins:
-            lower[ids] += margins
-            upper[ids] -= margins
+        for ids, back_off in self._back_offs:
+            lower[ids] += back_off
+            upper[ids] -= back_off
         return lower, upper
 
 

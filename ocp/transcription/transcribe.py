@@ -105,10 +105,10 @@ def transcribe(
     constraints = tuple(path_constraints(problem, phase, scales) for phase in columns.phases)
 
     blocks, rows = blocks_of(context, mesh.extra, constraints)
-    for phase_rows, margins, of_phase in zip(rows.phases, mesh.margins, constraints, strict=True):
+    for phase_rows, back_off, of_phase in zip(rows.phases, mesh.back_off, constraints, strict=True):
         for path in phase_rows.path:
-            if path.constraint in margins:
-                scaled = margins[path.constraint] / of_phase[path.constraint].scale
+            if path.constraint in back_off:
+                scaled = back_off[path.constraint] / of_phase[path.constraint].scale
                 rows.limits.keep_inside(path.rows, scaled[path.intervals])
     program = Program(blocks, columns.count, rows.limits.count, len(problem.constants))
     return Transcription(

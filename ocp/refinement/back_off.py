@@ -1,8 +1,8 @@
-"""Margins: limits that hold between the points because the points keep inside them.
+"""Back-off: limits that hold between the points because the points keep inside them.
 
 A leak that is held at one point moves to the side, and points chase it for many rounds where a
-motion rides its limit. A margin moves the limit at all points of the interval by what leaks between
-them. It costs the objective something, and is kept only where that does not count.
+motion rides its limit. A back-off moves the limit at all points of the interval by what leaks
+between them. It costs the objective something, and is kept only where that does not count.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ from ocp.refinement.error_estimate import NARROW, PhaseErrors
 if TYPE_CHECKING:
     from ocp.refinement.mesh_iteration import SolvedMesh
 
-# A leak is closed by a margin only below this part of the constraint's size, with so much to spare,
-# and where all margins together cost at most this part of the tolerance on the objective. In a
-# narrow interval the leak may be larger: beside a pole of the control nothing else closes it.
-_LARGEST_MARGIN = 1e-3
-_LARGEST_MARGIN_IF_NARROW = 0.3
+# A leak is closed by a back-off only below this part of the constraint's size, with so much to
+# spare, and where all back-offs together cost at most this part of the tolerance on the objective.
+# In a narrow interval the leak may be larger: beside a pole of the control nothing else closes it.
+_LARGEST_BACK_OFF = 1e-3
+_LARGEST_BACK_OFF_IF_NARROW = 0.3
 _AMPLE = 1.02
-_MARGIN_COST = 0.5
+_BACK_OFF_COST = 0.5
 
 
 def held_back(last: SolvedMesh, accuracy: Accuracy) -> list[dict[int, Array]]:
-    """Margins that close leaks at a cost that the objective does not notice.
+    """Back-offs that close leaks at a cost that the objective does not notice.
 
-    To first order a margin costs its product with the multipliers of the limit. Where all new
-    margins together cost more than is allowed, there are none. Those of earlier rounds are not
+    To first order a back-off costs its product with the multipliers of the limit. Where all new
+    back-offs together cost more than is allowed, there are none. Those of earlier rounds are not
     counted.
 
     Returns
@@ -58,11 +58,11 @@ def held_back(last: SolvedMesh, accuracy: Accuracy) -> list[dict[int, Array]]:
                 for number, leaks in closable.items()
             }
         )
-        for number, margins in held[index].items():
-            cost += float(pressed[number] @ margins) / constraints[number].scale
+        for number, back_off in held[index].items():
+            cost += float(pressed[number] @ back_off) / constraints[number].scale
 
     objective = max(abs(iterate.objective) / iterate.scales.objective, 1e-3)
-    if cost > _MARGIN_COST * accuracy.objective * objective:
+    if cost > _BACK_OFF_COST * accuracy.objective * objective:
         return [{} for _ in held]
     return held
 
@@ -74,15 +74,15 @@ def _closable(
     pressed: Mapping[int, Array],
     tolerance: float,
 ) -> dict[int, Flags]:
-    """Where a limit of a phase leaks and a margin would close it, by path constraint, (N,)."""
+    """Where a limit of a phase leaks and a back-off would close it, by path constraint, (N,)."""
     narrow = np.diff(iterate.trajectory.phases[index].fractions) < NARROW
-    largest_margin = np.where(narrow, _LARGEST_MARGIN_IF_NARROW, _LARGEST_MARGIN)
+    largest_back_off = np.where(narrow, _LARGEST_BACK_OFF_IF_NARROW, _LARGEST_BACK_OFF)
     most = max((float(force.max()) for force in pressed.values()), default=0.0)
 
     closable = {}
     for number, constraint in enumerate(iterate.transcription.constraints[index]):
         excess = errors.excess[number].values
-        leaks = (excess > tolerance) & (excess < largest_margin)
+        leaks = (excess > tolerance) & (excess < largest_back_off)
         if not constraint.sampled or number not in pressed or not leaks.any():
             continue
 
@@ -102,7 +102,7 @@ def _has_points(iterate: Iterate, index: int, constraint: int) -> Flags:
 
 
 def without_held(errors: PhaseErrors, held: Mapping[int, Array], tolerance: float) -> PhaseErrors:
-    """The errors but for the leaks that margins close."""
+    """The errors but for the leaks that back-offs close."""
     if not held:
         return errors
     excess = tuple(

@@ -1,4 +1,4 @@
-"""Margins: limits that are kept between the points because the points keep inside them."""
+"""Back-off: limits that are kept between the points because the points keep inside them."""
 
 import casadi as ca
 import numpy as np
@@ -19,7 +19,7 @@ from ocp import (
     solve,
 )
 from ocp.mesh.mesh import Mesh, uniform
-from ocp.refinement import margins, policy
+from ocp.refinement import back_off, policy
 
 
 def under_a_roof(roof):
@@ -48,37 +48,37 @@ def stiffening():
     return Problem("stiffening", [phase], minimise=peak((phase, force)))
 
 
-def test_a_margin_moves_the_limit_at_the_points():
-    intervals, margin = 12, 0.01
+def test_a_back_off_moves_the_limit_at_the_points():
+    intervals, distance = 12, 0.01
     settings = Settings(refinement=FixedMesh())
     plain = Mesh((uniform(intervals, 4),))
-    inside = Mesh(plain.phases, margins=({0: np.full(intervals, margin)},))
+    inside = Mesh(plain.phases, back_off=({0: np.full(intervals, distance)},))
     moved = solve(under_a_roof(0.12), settings=settings, mesh=inside)
-    lower = solve(under_a_roof(0.12 - margin), settings=settings, mesh=plain)
+    lower = solve(under_a_roof(0.12 - distance), settings=settings, mesh=plain)
     assert moved.objective == pytest.approx(lower.objective, rel=1e-9)
 
 
-def test_leaks_that_points_do_not_close_are_closed_by_margins(monkeypatch, tmp_path):
-    with_margins = solve(stiffening())
-    kept = with_margins.mesh.margins[0]
+def test_leaks_that_points_do_not_close_are_closed_by_back_offs(monkeypatch, tmp_path):
+    with_back_off = solve(stiffening())
+    kept = with_back_off.mesh.back_off[0]
     assert any(values.any() for values in kept.values())
-    assert with_margins.verification.passed
+    assert with_back_off.verification.passed
 
     file = tmp_path / "stiffening.ocp"
-    save(with_margins, file)
-    loaded = load(file).mesh.margins[0]
+    save(with_back_off, file)
+    loaded = load(file).mesh.back_off[0]
     assert all(np.array_equal(loaded[number], kept[number]) for number in kept)
 
     # what they cost is below the tolerance on the objective
     monkeypatch.setattr(policy, "held_back", lambda last, accuracy: [{}])
     with_points = solve(stiffening())
-    assert not any(values.any() for values in with_points.mesh.margins[0].values())
+    assert not any(values.any() for values in with_points.mesh.back_off[0].values())
     tolerance = Settings().accuracy.objective
-    assert with_margins.objective == pytest.approx(with_points.objective, rel=tolerance)
+    assert with_back_off.objective == pytest.approx(with_points.objective, rel=tolerance)
 
 
-def test_a_margin_that_costs_too_much_is_not_taken(monkeypatch):
-    monkeypatch.setattr(margins, "_MARGIN_COST", 0.0)
+def test_a_back_off_that_costs_too_much_is_not_taken(monkeypatch):
+    monkeypatch.setattr(back_off, "_BACK_OFF_COST", 0.0)
     solution = solve(stiffening(), settings=Settings(refinement=AdaptiveMesh()))
-    assert not any(values.any() for values in solution.mesh.margins[0].values())
+    assert not any(values.any() for values in solution.mesh.back_off[0].values())
     assert solution.verification.passed
