@@ -41,7 +41,16 @@ from ocp.problem.bounds import Bound
 from ocp.problem.functionals import Functional
 from ocp.problem.phase import Phase, joined, peak
 from ocp.problem.problem import Problem, with_objective
-from ocp.problem.symbols import TIME, Algebraic, Between, Constant, Control, State, Unknown
+from ocp.problem.symbols import (
+    TIME,
+    Algebraic,
+    Between,
+    ByFraction,
+    Constant,
+    Control,
+    State,
+    Unknown,
+)
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.policy import AdaptiveMesh, FixedMesh, RefinementPolicy
@@ -98,6 +107,7 @@ __all__ = [
     "Between",
     "Bound",
     "BudgetSpent",
+    "ByFraction",
     "Certificate",
     "Collapsed",
     "Constant",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from numbers import Integral
 from typing import Any, get_args
@@ -12,9 +13,12 @@ from ocp.keywords import Remedy, as_written, checked_keywords
 from ocp.nlp.ipopt import Ipopt
 from ocp.nlp.solver import NlpSolver
 from ocp.numerics.schemes import SCHEMES, Radau, Scheme
+from ocp.problem.problem import Problem
 from ocp.problem.symbols import ControlShape, is_real
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.policy import AdaptiveMesh, RefinementPolicy
+
+INTERVALS = 20  # of the first mesh in a phase
 
 _GONE = "leave it out: it is gone, because it saved less than 15 % of the time"
 
@@ -67,8 +71,8 @@ class Settings:
     scheme : Scheme
         Collocation scheme and degree of the first mesh. The degree is raised where a higher one
         integrates the dynamics exactly.
-    intervals : int
-        Of the uniform first mesh, in each phase.
+    intervals : int or mapping of phase name to int
+        Of the uniform first mesh, in each phase, or by phase; 20 in a phase that is not named.
     controls : str
         Shape of controls that do not state their own: "constant", "linear", "polynomial" or
         "automatic".
@@ -93,7 +97,7 @@ class Settings:
     """
 
     scheme: Scheme = field(default_factory=Radau)
-    intervals: int = 20
+    intervals: int | Mapping[str, int] = INTERVALS
     controls: ControlShape = "automatic"
     refinement: RefinementPolicy = field(default_factory=AdaptiveMesh)
     solver: NlpSolver = field(default_factory=Ipopt)
@@ -107,7 +111,9 @@ class Settings:
 
     def __post_init__(self) -> None:
         _check_scheme(self.scheme)
-        _check_count("intervals", self.intervals)
+        by_phase = self.intervals if isinstance(self.intervals, Mapping) else {"": self.intervals}
+        for count in by_phase.values():
+            _check_count("intervals", count)
         _check_choice("controls", self.controls, get_args(ControlShape))
         policies = "AdaptiveMesh() or FixedMesh()"
         _check_kind("refinement", self.refinement, RefinementPolicy, policies)
@@ -116,6 +122,27 @@ class Settings:
         _check_kind("verify", self.verify, bool, "True or False")
         _check_budget("iterations", self.iterations)
         _check_budget("seconds", self.seconds)
+
+
+def first_intervals(settings: Settings, problem: Problem) -> tuple[int, ...]:
+    """Intervals of the first mesh of each phase of a problem.
+
+    Raises
+    ------
+    StatementError
+        When the setting names a phase that the problem does not have.
+    """
+    names = [phase.name for phase in problem.phases]
+    if not isinstance(settings.intervals, Mapping):
+        return (settings.intervals,) * len(names)
+    for name in settings.intervals:
+        if name not in names:
+            known = ", ".join(f"'{known}'" for known in names)
+            raise StatementError(
+                f"the setting 'intervals' names the phase {name!r}, which '{problem.name}' does "
+                f"not have; its phases are {known}"
+            )
+    return tuple(settings.intervals.get(name, INTERVALS) for name in names)
 
 
 def _check_scheme(scheme: Any) -> None:

@@ -22,7 +22,7 @@ from ocp.problem.validation import check_values
 from ocp.progress import Progress, shown
 from ocp.refinement.loop import Refinement, refine
 from ocp.refinement.mesh_iteration import MeshIteration, MeshSolver, Start
-from ocp.settings import Settings
+from ocp.settings import Settings, first_intervals
 from ocp.solution.solution import Solution
 from ocp.transcription.packing import trajectory_of
 from ocp.verification.simulation import SimulatedMotion, replayed, simulate
@@ -214,7 +214,8 @@ def first_mesh(problem: Problem, settings: Settings) -> Mesh:
         first_degree(problem, phase, settings.scheme, settings.controls, highest)
         for phase in problem.phases
     ]
-    return Mesh(tuple(uniform(settings.intervals, degree) for degree in degrees))
+    intervals = first_intervals(settings, problem)
+    return Mesh(tuple(map(uniform, intervals, degrees)))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

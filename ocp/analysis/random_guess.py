@@ -16,7 +16,7 @@ from ocp.problem.parameters import Parameters, parameters_of
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Between, Signal
-from ocp.settings import Settings
+from ocp.settings import Settings, first_intervals
 from ocp.transcription.packing import decision_vector, trajectory_of
 from ocp.transcription.scaling import Scales, scales_of
 from ocp.transcription.transcribe import transcribe
@@ -51,8 +51,8 @@ def random_trajectory(
     }
 
     # as a trajectory it can be sent to another process
-    phase_mesh = uniform(settings.intervals, settings.scheme.degree)
-    mesh = Mesh(tuple(phase_mesh for _ in problem.phases))
+    intervals = first_intervals(settings, problem)
+    mesh = Mesh(tuple(uniform(count, settings.scheme.degree) for count in intervals))
     program = transcribe(problem, mesh, settings.scheme, settings.controls, scales)
     guess, limits = InitialGuess(phases, unknowns), program.limits(parameters)
     x = decision_vector(program, guess, limits, parameters.vector)

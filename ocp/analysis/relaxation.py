@@ -441,6 +441,7 @@ class _Loosening:
             end=phase.end,
             bounds=bounds,
             guess={renamed.get(s, s): (times, values[s.name]) for s in signals},
+            breakpoints=phase.breakpoints,
         )
 
     def _boundary_values(self, phase: Phase, rewritten: Phase) -> Iterator[Bound]:

@@ -35,7 +35,6 @@ from ocp.arrays import Array, Integers
 from ocp.optimality.active_set import MULTIPLIER_FREE, TOUCHED, LimitDistances, limit_distances
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import all_multipliers
-from ocp.problem.functionals import PointValue
 from ocp.problem.parameters import Parameters
 from ocp.problem.phase import Phase
 from ocp.problem.symbols import Between, resolve, scalar
@@ -373,11 +372,10 @@ def _time_slopes(iterate: Iterate) -> Iterator[Slope]:
     In the same program with these times among its unknowns they are columns of the derivatives.
     """
     transcription, problem = iterate.transcription, iterate.problem
-    with_instants = {f.phase for f in problem.functionals if isinstance(f, PointValue)}
     fixed = [
         i
         for i, columns in enumerate(transcription.columns.phases)
-        if columns.ends is None and columns.phase.name not in with_instants
+        if columns.ends is None and not problem.instants[columns.phase.name]
     ]
     if not fixed:
         return

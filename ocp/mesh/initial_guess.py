@@ -16,7 +16,7 @@ from ocp.mesh.trajectory import Trajectory
 from ocp.problem.parameters import Parameters
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import Between, Signal, Unknown
+from ocp.problem.symbols import Between, ByFraction, Signal, Unknown
 
 
 class PhaseGuess(Protocol):
@@ -170,6 +170,8 @@ def _numbers(symbol: Signal | Unknown) -> tuple[float, float]:
 
 def _evaluated(given: Any, fractions: Array, times: Array, what: str) -> Array:
     """A guess in any of the forms that a statement may give, at times (m,)."""
+    if isinstance(given, ByFraction):
+        return _evaluated(given.values, fractions, fractions, f"{what} by fraction")
     if callable(given):
         return _called(given, times, what)
     try:

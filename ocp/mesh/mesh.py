@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from ocp.arrays import Array, Flags, Integers
 from ocp.errors import StatementError
 
+# Of the phase: breakpoints closer than this are one.
+SAME_POINT = 1e-9
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PhaseMesh:
@@ -115,7 +118,7 @@ def uniform(intervals: int, degree: int) -> PhaseMesh:
     return PhaseMesh(np.linspace(0.0, 1.0, int(intervals) + 1), np.array([degree]))
 
 
-def with_points(mesh: PhaseMesh, fractions: Array, closest: float = 1e-9) -> PhaseMesh:
+def with_points(mesh: PhaseMesh, fractions: Array, closest: float = SAME_POINT) -> PhaseMesh:
     """The mesh with further breakpoints; intervals that are cut keep their degree."""
     near = np.abs(mesh.breakpoints[:, None] - np.asarray(fractions)[None, :]).min(axis=0)
     added = distinct(np.asarray(fractions)[near > closest])

@@ -27,6 +27,7 @@ from ocp.problem.functionals import (
     PhaseTime,
     PointValue,
 )
+from ocp.problem.instants import within
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME, Constant, Signal, Time, Unknown, resolve, scalar
 
@@ -219,8 +220,14 @@ class Evaluator:
         motion = trajectory.phase(phase)
         k, tau = np.broadcast_arrays(np.asarray(intervals), np.asarray(tau, dtype=float))
         k, tau = k.ravel(), tau.ravel()
-        times = motion.breakpoints[k] + tau * np.diff(motion.breakpoints)[k]
+        times = self.times(motion, k, tau)
         return self.of_signals(trajectory, phase, expressions, motion.local(k, tau), times)
+
+    def times(self, motion: PhaseTrajectory, intervals: Integers, tau: Array) -> Array:
+        """Times of local times of intervals, (m,) [s]; at a step those of the interval's side."""
+        left, right = motion.breakpoints[intervals], motion.breakpoints[intervals + 1]
+        times = left + tau * (right - left)
+        return within(times, left, right) if self.problem.steps[motion.name] else times
 
     def of_signals(
         self,

@@ -100,7 +100,7 @@ class Hamiltonian:
     ) -> HamiltonianValues:
         """Values at local times of intervals, both (m,)."""
         phase = trajectory.phase(self.phase)
-        times = phase.breakpoints[intervals] + tau * np.diff(phase.breakpoints)[intervals]
+        times = evaluator.times(phase, intervals, tau)
         outputs = self.function(
             phase.local(intervals, tau).T,
             times[None, :],

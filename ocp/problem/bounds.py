@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ocp.errors import StatementError
@@ -17,6 +18,7 @@ from ocp.problem.symbols import (
     check_unit,
     is_limited,
     is_number,
+    is_plain,
     resolve,
     scalar,
 )
@@ -37,8 +39,9 @@ class Bound:
     expression : SX
         Of signals, unknowns and constants in a phase, of functionals, unknowns and constants in a
         problem.
-    lower, upper : number, Constant or expression of constants
-        [unit].
+    lower, upper : number, Constant or expression of constants and unknowns
+        [unit]. A limit that depends on an unknown is brought into the expression where the bound is
+        used: ``u <= p`` becomes ``u - p <= 0``.
     scale : float or None
         Typical size of the expression [unit]. It is derived from the guess if None.
 
@@ -103,7 +106,27 @@ def checked_bounds(bounds: Any, where: str) -> tuple[Bound, ...]:
             f"the bounds of {where} are {bounds!r}; give a list of Bound(...) or of relations such "
             "as [x <= 2]"
         ) from error
-    return tuple(e if isinstance(e, Bound) else _from_relation(e, where) for e in entries)
+    stated = [e if isinstance(e, Bound) else _from_relation(e, where) for e in entries]
+    return tuple(bound for entry in stated for bound in _with_plain_limits(entry))
+
+
+def _with_plain_limits(bound: Bound) -> Iterator[Bound]:
+    """The same bound with limits that hold no unknown: one for each side where one did."""
+    moving = [side for side in (bound.lower, bound.upper) if not is_plain(side)]
+    if not moving:
+        yield bound
+    elif bound.is_equation:
+        yield replace(bound, expression=bound.expression - moving[0], lower=0.0, upper=0.0)
+    else:
+        both = is_limited(bound.lower) and is_limited(bound.upper)
+        for side, limit in (("lower", bound.lower), ("upper", bound.upper)):
+            if not is_limited(limit):
+                continue
+            name = f"{bound.name} {side}" if both else bound.name
+            expression = bound.expression if is_plain(limit) else bound.expression - limit
+            plain = limit if is_plain(limit) else 0.0
+            lower, upper = (plain, math.inf) if side == "lower" else (-math.inf, plain)
+            yield replace(bound, name=name, expression=expression, lower=lower, upper=upper)
 
 
 def _from_relation(relation: Any, where: str) -> Bound:

@@ -24,6 +24,7 @@ from ocp.problem.functionals import (
     PhaseTime,
     PointValue,
 )
+from ocp.problem.instants import checked_breakpoints
 from ocp.problem.symbols import Between, Signal, State, Symbol, check_name, is_real, resolve, scalar
 from ocp.problem.validation import check_mapping, check_phase
 
@@ -44,7 +45,7 @@ _ELSEWHERE = {
     ),
 }
 
-Guess = Any  # number, (first, last), callable of time, or (times, values)
+Guess = Any  # number, (first, last), callable of time, (times, values), or `ByFraction` of these
 
 
 @checked_methods("integral", "misfit")
@@ -66,7 +67,12 @@ class Phase:
         Path constraints. Those whose limits agree are algebraic equations, imposed at the
         collocation points, and the mesh is refined until they hold between these too.
     guess : mapping of Signal to guess
-        A number, a pair (first, last), a callable of time (vectorised), or (times, values).
+        A number, a pair (first, last), a callable of time (vectorised), (times, values), or
+        `ByFraction` of the last two, where the times are fractions of the phase.
+    breakpoints : sequence of number
+        Times at which the mesh has a breakpoint [s], because something steps there. Where an
+        expression compares time with a number, as ``if_else(TIME < 3, ...)`` does, that number is
+        one without being stated. The times of the phase must be fixed.
 
     Attributes
     ----------
@@ -93,6 +99,7 @@ class Phase:
     end: float | Between = field(kw_only=True)
     bounds: Sequence[Bound] = ()
     guess: Mapping[Signal, Guess] = field(default_factory=dict)
+    breakpoints: Sequence[float] = field(default=(), kw_only=True)
 
     states: tuple[State, ...] = field(init=False, repr=False)
     rate_symbols: Mapping[State, tuple[Symbol, ...]] = field(init=False, repr=False)
@@ -117,6 +124,8 @@ class Phase:
             derivatives[state] = scalar(rate, f"the derivative of '{state.name}'")
         object.__setattr__(self, "dynamics", derivatives)
         object.__setattr__(self, "bounds", checked_bounds(self.bounds, f"phase '{self.name}'"))
+        stated = checked_breakpoints(self.breakpoints, self.name, self.start, self.end)
+        object.__setattr__(self, "breakpoints", stated)
 
         # what follows from the statement is worked out once
         free = any(isinstance(time, Between) for time in (self.start, self.end))
@@ -127,6 +136,7 @@ class Phase:
             for state, rate in derivatives.items()
         }
         object.__setattr__(self, "rate_symbols", rate_symbols)
+        object.__setattr__(self, "bounds", (*self.bounds, *self._coupled_limits()))
         object.__setattr__(self, "symbols", self._symbols())
         check_phase(self)
 
@@ -134,6 +144,18 @@ class Phase:
         from ocp.problem.display import phase_summary
 
         return phase_summary(self)
+
+    def _coupled_limits(self) -> list[Bound]:
+        """Limits of signals that depend on unknowns, as bounds; none twice."""
+        stated = {bound.name for bound in self.bounds}
+        limits = []
+        for symbol in self._symbols():
+            for side, limit in symbol.coupled if isinstance(symbol, Signal) else ():
+                name = f"{symbol.name} {side}"
+                sides = {side: 0.0}
+                if name not in stated:
+                    limits.append(Bound(name, symbol.symbol - limit, symbol.unit, **sides))
+        return limits
 
     def _symbols(self) -> tuple[Symbol, ...]:
         """All declared symbols the phase's expressions depend on, in order of appearance."""

@@ -11,10 +11,12 @@ import casadi as ca
 from ocp.errors import StatementError
 from ocp.keywords import checked_keywords
 from ocp.problem.bounds import Bound, checked_bounds
-from ocp.problem.functionals import AnyFunctional, Functional, Integral, Peak
+from ocp.problem.functionals import AnyFunctional, Functional, Integral, Peak, PointValue
+from ocp.problem.instants import stepping_times
 from ocp.problem.phase import Phase
 from ocp.problem.symbols import (
     Algebraic,
+    Between,
     Constant,
     Control,
     Relation,
@@ -75,6 +77,9 @@ class Problem:
         program sums them up in its objective. All others become running totals, which are unknowns.
     symbols, unknowns, constants : tuple of Symbol, of Unknown, of Constant
         All declared symbols in use, and those of two kinds.
+    steps, instants : mapping of phase name to tuple of float
+        Times at which expressions of a phase step or bend, stated or read off them, and these with
+        the instants that `Phase.at` names, in order [s]. Every mesh has a breakpoint there.
     controls, algebraics, signals : mapping of phase name to tuple of Signal
         Controls and algebraic signals of each phase, those of its functionals included, and all
         its signals: states, controls, algebraic signals.
@@ -106,6 +111,8 @@ class Problem:
     symbols: tuple[Symbol, ...] = field(init=False, repr=False)
     unknowns: tuple[Unknown, ...] = field(init=False, repr=False)
     constants: tuple[Constant, ...] = field(init=False, repr=False)
+    steps: Mapping[str, tuple[float, ...]] = field(init=False, repr=False)
+    instants: Mapping[str, tuple[float, ...]] = field(init=False, repr=False)
     controls: Mapping[str, tuple[Control, ...]] = field(init=False, repr=False)
     algebraics: Mapping[str, tuple[Algebraic, ...]] = field(init=False, repr=False)
     signals: Mapping[str, tuple[Signal, ...]] = field(init=False, repr=False)
@@ -150,6 +157,7 @@ class Problem:
             for phase in self.phases
         }
         integrals = _of_kind(Integral, functionals)
+        steps = {phase.name: _steps(phase, functionals) for phase in self.phases}
         return {
             "sense": sense,
             "objective": objective,
@@ -164,6 +172,11 @@ class Problem:
             },
             "summed": _summed(objective, integrals, constraints),
             "symbols": symbols,
+            "steps": steps,
+            "instants": {
+                phase.name: _instants(phase, steps[phase.name], functionals)
+                for phase in self.phases
+            },
             "unknowns": _of_kind(Unknown, symbols),
             "constants": _of_kind(Constant, symbols),
             "controls": controls,
@@ -231,6 +244,26 @@ def _summed(
             if all(isinstance(symbol, Constant) for symbol in symbols):
                 weights[integral] = ca.densify(weight)
     return weights
+
+
+def _steps(phase: Phase, functionals: Iterable[Functional]) -> tuple[float, ...]:
+    """Times inside a phase at which its expressions step or bend; none where its times are free."""
+    start, end = phase.start, phase.end
+    if isinstance(start, Between) or isinstance(end, Between):
+        return ()
+    expressions = [*phase.dynamics.values(), *(bound.expression for bound in phase.bounds)]
+    for functional in functionals:
+        expressions += [e for name, e in functional.pieces if name == phase.name]
+    times = {*phase.breakpoints, *stepping_times(expressions, start, end)}
+    return tuple(sorted(time for time in times if start < time < end))
+
+
+def _instants(
+    phase: Phase, steps: Iterable[float], functionals: Iterable[Functional]
+) -> tuple[float, ...]:
+    """Steps of a phase, and the instants that `Phase.at` names, in order."""
+    named = {f.instant for f in functionals if isinstance(f, PointValue) and f.phase == phase.name}
+    return tuple(sorted({*steps, *named}))
 
 
 def _all_symbols(

@@ -151,12 +151,15 @@ class Signal(Symbol):
     ----------
     name, unit : str
         Name and SI unit, used in every message, table and plot.
-    lower, upper : number, Constant or expression of constants
+    lower, upper : number, Constant or expression of constants and unknowns
         Bounds that hold at all times of a phase.
     scale : float or None
         Typical size; derived from bounds, guess and dynamics if None.
     is_limited : bool
         Whether it has a bound.
+    coupled : tuple of (str, SX)
+        Sides whose limit depends on an unknown, with that limit. Every phase with the signal bounds
+        their difference; the side itself counts as unlimited.
     """
 
     name: str
@@ -166,11 +169,19 @@ class Signal(Symbol):
     scale: float | None = None
     symbol: ca.SX = field(init=False, repr=False)
     is_limited: bool = field(init=False, repr=False)
+    coupled: tuple[tuple[str, ca.SX], ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         self._declare()
         check_interval(self.name, self.lower, self.upper)
         check_scale(self.name, self.scale)
+        coupled = []
+        for side, free in (("lower", -math.inf), ("upper", math.inf)):
+            limit = getattr(self, side)
+            if not is_plain(limit):
+                coupled.append((side, scalar(limit, f"a bound of '{self.name}'")))
+                object.__setattr__(self, side, free)
+        object.__setattr__(self, "coupled", tuple(coupled))
         object.__setattr__(self, "is_limited", is_limited(self.lower, self.upper))
 
     def __repr__(self) -> str:
@@ -185,7 +196,7 @@ class State(Signal):
     ----------
     name, unit : str
         Name and SI unit, used in every message, table and plot.
-    lower, upper : number, Constant or expression of constants
+    lower, upper : number, Constant or expression of constants and unknowns
         Bounds that hold at all times of a phase [unit].
     scale : float or None
         Typical size [unit]. It is derived from guess, bounds or dynamics if None.
@@ -207,7 +218,7 @@ class Algebraic(Signal):
     ----------
     name, unit : str
         Name and SI unit, used in every message, table and plot.
-    lower, upper : number, Constant or expression of constants
+    lower, upper : number, Constant or expression of constants and unknowns
         Bounds that hold at all times of a phase [unit].
     scale : float or None
         Typical size [unit]. It is derived from guess, bounds or dynamics if None.
@@ -230,7 +241,7 @@ class Control(Signal):
     ----------
     name, unit : str
         Name and SI unit, used in every message, table and plot.
-    lower, upper : number, Constant or expression of constants
+    lower, upper : number, Constant or expression of constants and unknowns
         Bounds that hold at all times of a phase [unit].
     scale : float or None
         Typical size [unit]. It is derived from guess, bounds or dynamics if None.
@@ -365,6 +376,21 @@ class Between:
 
 
 @dataclass(frozen=True, eq=False)
+class ByFraction:
+    """A guess along a phase by the fraction of it that has passed, from 0 to 1.
+
+    For phases whose times are free, or when the same guess serves several.
+
+    Parameters
+    ----------
+    values : callable or (fractions, values)
+        A function of fractions (vectorised), or a table of two arrays of the same length.
+    """
+
+    values: Any
+
+
+@dataclass(frozen=True, eq=False)
 class Time(Symbol):
     """The running time of a phase [s]."""
 
@@ -427,6 +453,11 @@ def scalar(expression: Any, where: str) -> ca.SX:
 def is_number(value: Any) -> bool:
     """Whether a bound is a plain number and no expression."""
     return not isinstance(value, (Symbol, ca.SX))
+
+
+def is_plain(limit: Any) -> bool:
+    """Whether a limit depends on no unknown."""
+    return is_number(limit) or not any(isinstance(s, Unknown) for s in resolve(limit, "a limit"))
 
 
 def is_real(value: object) -> bool:

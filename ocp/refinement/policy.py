@@ -286,7 +286,10 @@ class _PhaseStep:
             least_gain=np.inf if pressed else least,
         )
         worth = _worthwhile_jumps(mesh, errors, accuracy.objective)
-        bracketed = with_jumps(base, worth, policy.move_breakpoints) or base
+        phase = last.iterate.problem.phases[index]
+        instants = np.array(last.iterate.problem.instants[phase.name])
+        known = (instants - motion.start) / (motion.end - motion.start)
+        bracketed = with_jumps(base, worth, policy.move_breakpoints, known) or base
         refined = marks.refine(bracketed, base, policy.most_intervals)
         extra, before = last.iterate.mesh.extra[index], last.iterate.mesh.back_off[index]
         return cls(mesh, base, pressed, refined, errors, extra, before, held, accuracy.path)

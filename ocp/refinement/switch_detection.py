@@ -15,7 +15,7 @@ from math import comb
 import numpy as np
 
 from ocp.arrays import Array, Flags, Integers
-from ocp.mesh.mesh import PhaseMesh, distinct
+from ocp.mesh.mesh import SAME_POINT, PhaseMesh, distinct
 from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.numerics.piecewise_polynomial import PiecewisePolynomial
 from ocp.numerics.schemes import Collocation
@@ -40,6 +40,7 @@ _PRESSED = 0.03
 _VANISHED = 1e-7
 # rounding of fractions of the phase
 _SAME = 1e-12
+_NOWHERE = np.empty(0)
 
 
 @dataclass(frozen=True)
@@ -163,11 +164,14 @@ def _located(times: Array, values: Array, breakpoints: Array, size: float) -> Ju
     return Jump(first, last, float(np.clip(at, first, last)), size)
 
 
-def with_jumps(mesh: PhaseMesh, bracketed: Sequence[Jump], move: bool) -> PhaseMesh | None:
+def with_jumps(
+    mesh: PhaseMesh, bracketed: Sequence[Jump], move: bool, known: Array = _NOWHERE
+) -> PhaseMesh | None:
     """The mesh with every jump in a bracket; None if there is nothing new.
 
     A bracket is a pair of breakpoints close on both sides of the located jump. With `move`, a
-    breakpoint that the optimiser may move between them stands at the jump.
+    breakpoint that the optimiser may move between them stands at the jump. A jump at an instant
+    that is `known` (m,), as a fraction of the phase, needs no bracket: a breakpoint stands there.
     """
     points = mesh.breakpoints
     movable = {float(points[i]) for i in mesh.movable}
@@ -177,12 +181,15 @@ def with_jumps(mesh: PhaseMesh, bracketed: Sequence[Jump], move: bool) -> PhaseM
         followed = any(jump.first - _SAME <= p <= jump.last + _SAME for p in movable)
         if followed or not 1e-9 < jump.at < 1 - 1e-9:
             continue
+        if np.any(np.abs(known - jump.at) <= SAME_POINT):
+            continue
         reach = _BRACKET * _uncertainty(points, jump)
         sides = np.array([jump.at - reach, jump.at + reach])
         sides = sides[(sides > 0.0) & (sides < 1.0)]
 
         close = np.abs(points - jump.at) < 1.5 * reach
-        replaced = close & ~np.isin(points, [0.0, 1.0, *movable])
+        kept = np.abs(points[:, None] - known).min(axis=1, initial=np.inf) <= SAME_POINT
+        replaced = close & ~kept & ~np.isin(points, [0.0, 1.0, *movable])
         if replaced.sum() >= 2 and not move:
             # it stands already; a bracket that follows a jump to and fro undoes splits
             continue

@@ -31,7 +31,7 @@ from ocp.numerics.expression_graph import ExpressionGraph, Instruction, graph_of
 from ocp.problem.parameters import parameters_of
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import TIME, Signal, Symbol, Time, resolve
+from ocp.problem.symbols import TIME, ByFraction, Signal, Symbol, Time, resolve
 from ocp.solution.files import read_file, write_file
 from ocp.solution.solution import Solution
 
@@ -336,7 +336,8 @@ def _tabulated(phase: Phase, problem: Problem | None) -> dict[Signal, Any]:
     guess: dict[Signal, Any] = {}
     for signal, given in phase.guess.items():
         guess[signal] = given
-        if callable(given) and problem is not None:
+        of_time = callable(given) or isinstance(given, ByFraction)
+        if of_time and problem is not None:
             stated = StatedGuess(phase, (signal,), parameters_of(problem))
             fractions = np.linspace(0.0, 1.0, _SAMPLES)
             times = stated.start + fractions * (stated.end - stated.start)

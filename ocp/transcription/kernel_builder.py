@@ -15,6 +15,7 @@ import numpy as np
 
 from ocp.arrays import Array, Integers
 from ocp.numerics.piecewise_polynomial import bernstein, lagrange
+from ocp.problem.instants import within
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME
 from ocp.transcription.columns import Columns, IntervalGroup, PhaseColumns
@@ -271,10 +272,12 @@ def _clock(
     left, width = points[intervals], np.diff(points)[intervals]
 
     # all known: plain numbers
+    stepping = bool(context.problem.steps[columns.phase.name])
     if columns.ends is None and not group.moving:
         start, end = columns.fixed_times
         h = width * (end - start)
-        t = start + left * (end - start) + tau * h
+        first = start + left * (end - start)
+        t = within(first + tau * h, first, first + h) if stepping else first + tau * h
         d = builder.data(np.stack([t, h], axis=1))
         return d[0], d[1]
 
@@ -284,6 +287,10 @@ def _clock(
         sides = builder.variables(ids, [1.0, 1.0])
         fraction = sides[0] + builder.data(tau[:, None]) * (sides[1] - sides[0])
         length = sides[1] - sides[0]
+        if stepping:
+            # to the inner side of a breakpoint, wherever it moves
+            inner = within(left + tau * width, left, left + width) - (left + tau * width)
+            fraction += builder.data(inner[:, None])
     else:
         d = builder.data(np.stack([left + tau * width, width], axis=1))
         fraction, length = d[0], d[1]

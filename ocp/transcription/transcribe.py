@@ -10,7 +10,6 @@ import numpy as np
 from ocp.arrays import Array
 from ocp.mesh.mesh import Mesh, with_points
 from ocp.numerics.schemes import Scheme
-from ocp.problem.functionals import PointValue
 from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Between, ControlShape
@@ -138,14 +137,10 @@ def _usable_kernels(
 
 
 def with_instants(problem: Problem, mesh: Mesh) -> Mesh:
-    """The mesh with a breakpoint at every instant that `Phase.at` names."""
+    """The mesh with a breakpoint at every known instant, see `Problem.instants`."""
     phases = []
     for phase, phase_mesh in zip(problem.phases, mesh.phases, strict=True):
-        instants = [
-            f.instant
-            for f in problem.functionals
-            if isinstance(f, PointValue) and f.phase == phase.name
-        ]
+        instants = problem.instants[phase.name]
         if instants and not isinstance(phase.start, Between) and not isinstance(phase.end, Between):
             fractions = (np.array(instants) - phase.start) / (phase.end - phase.start)
             phase_mesh = with_points(phase_mesh, fractions)

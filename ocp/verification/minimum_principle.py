@@ -33,7 +33,6 @@ from ocp.optimality.active_set import (
 from ocp.optimality.hamiltonian import Hamiltonian, HamiltonianValues, hamiltonian_of
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import PhaseCostates
-from ocp.problem.functionals import PointValue
 from ocp.refinement.switch_detection import control_samples, jumps
 from ocp.transcription.columns import PhaseColumns
 
@@ -231,14 +230,10 @@ def _projected(tested: _TestedPhase, slopes: Array) -> Array:
 
 
 def _stretches(iterate: Iterate, phase: PhaseTrajectory) -> Integers:
-    """Number of the stretch between instants that `Phase.at` names, of each interval, (N,)."""
-    instants = {
-        functional.instant
-        for functional in iterate.problem.functionals
-        if isinstance(functional, PointValue) and functional.phase == phase.name
-    }
+    """Number of the stretch between known instants of each interval, (N,)."""
+    instants = iterate.problem.instants[phase.name]
     middle = 0.5 * (phase.breakpoints[:-1] + phase.breakpoints[1:])
-    return np.searchsorted(np.array(sorted(instants), dtype=float), middle)
+    return np.searchsorted(np.array(instants, dtype=float), middle)
 
 
 def _means_of_stretches(means: Array, steps: Array, stretches: Integers) -> Array:

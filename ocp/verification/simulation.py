@@ -24,6 +24,7 @@ from ocp.arrays import Array, Integers
 from ocp.mesh.trajectory import PhaseTrajectory, SignalGroup, Trajectory
 from ocp.numerics.extrapolation import accumulated, driven_step
 from ocp.numerics.piecewise_polynomial import Lagrange, Piece, PiecewisePolynomial
+from ocp.problem.instants import within
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME
@@ -186,9 +187,12 @@ def simulate(
             offset = _passed_on(trajectory.phase(phases[-1].name), phases[-1], phase)
 
         parts = []
+        stepping = bool(problem.steps[statement.name])
         for segment in segments(transition):
             start = offset if segment.start == 0 else np.zeros_like(offset)
-            parts.append(_simulated_segment(rate, phase, segment, start, phase_sizes, tolerance))
+            parts.append(
+                _simulated_segment(rate, phase, segment, start, phase_sizes, tolerance, stepping)
+            )
         joined = _joined(parts)
         restarts = len(parts) - 1 + restarted
         phases.append(replace(joined, amplification=amplification, restarts=restarts))
@@ -219,16 +223,17 @@ def _simulated_segment(
     offset: Array,
     sizes: Array,
     tolerance: float,
+    stepping: bool,
 ) -> SimulatedPhase:
     """Simulate some intervals from the solution's state plus an offset, in steps as needed."""
     intervals = np.arange(segment.start, segment.stop)
     start = phase.state_polynomial.value(intervals[:1], np.array([0.0]))[0] + offset
 
     steps = _SAMPLES
-    states, error = _march(rate, phase, intervals, start, sizes, steps)
+    states, error = _march(rate, phase, intervals, start, sizes, steps, stepping)
     while error > tolerance and 2 * steps <= _MOST_STEPS:
         steps *= 2
-        states, error = _march(rate, phase, intervals, start, sizes, steps)
+        states, error = _march(rate, phase, intervals, start, sizes, steps, stepping)
     states = states[:, :: steps // _SAMPLES]
 
     # beside the solution at the same times
@@ -288,17 +293,27 @@ def _march(
     start: Array,
     sizes: Array,
     steps: int,
+    stepping: bool,
 ) -> tuple[Array, float]:
-    """States (m, steps + 1, n_x) of a march with equal steps in some intervals, and its error."""
+    """States (m, steps + 1, n_x) of a march with equal steps in some intervals, and its error.
+
+    Parameters
+    ----------
+    stepping : bool
+        Whether the dynamics step at a breakpoint, whose sides then have to be told apart.
+    """
     powers, count = _input_powers(phase)[intervals], intervals.size
+    first, last = phase.breakpoints[intervals], phase.breakpoints[intervals + 1]
+    if stepping:
+        first, last = within(first, first, last), within(last, first, last)
     step = driven_step(rate, len(start), *powers.shape[1:])
 
     # one row a step: coefficients of the inputs, start and length of its interval, local times
     data = np.column_stack(
         [
             np.repeat(powers.reshape(count, -1), steps, axis=0),
-            np.repeat(phase.breakpoints[intervals], steps),
-            np.repeat(np.diff(phase.breakpoints)[intervals], steps),
+            np.repeat(first, steps),
+            np.repeat(last - first, steps),
             np.tile(np.arange(steps) / steps, count),
             np.full(count * steps, 1.0 / steps),
         ]

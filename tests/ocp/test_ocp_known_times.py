@@ -1,0 +1,178 @@
+"""Known times, limits of unknowns, guesses by fraction and intervals by phase: what users state."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from ocp import (
+    TIME,
+    Between,
+    Bound,
+    ByFraction,
+    Control,
+    Phase,
+    Problem,
+    Settings,
+    State,
+    StatementError,
+    Unknown,
+    certify,
+    load,
+    save,
+    solve,
+)
+from ocp.problem.instants import stepping_times
+from ocp.solve import first_mesh
+
+EDGES = [1.3, 2.7, 4.1, 5.5, 7.2, 8.9]
+PRICES = [3.0, 1.0, 2.5, 0.7, 4.0, 1.4, 2.2]
+
+
+def charging(price, **options):
+    """A leaky store that is charged while energy has a price that steps."""
+    energy, power = State("energy", "J"), Control("power", "W", lower=0, upper=2)
+    charge = Phase(
+        "charge",
+        dynamics={energy: power - 0.1 * energy},
+        initial={energy: 0},
+        final={energy: 5},
+        end=10.0,
+        **options,
+    )
+    cost = charge.integral(price * power + 0.3 * power**2)
+    return Problem("tariff", charge, minimise=cost)
+
+
+def exact_cost():
+    """The optimum by the minimum principle: power = clip((k e^{t/10} - price) / 0.6, 0, 2)."""
+    t = np.concatenate(
+        [np.linspace(a, b, 20001)[:-1] for a, b in zip([0, *EDGES], [*EDGES, 10], strict=True)]
+    )
+    width = np.diff(np.append(t, 10.0))
+    middle = t + 0.5 * width
+    price = np.array(PRICES)[np.searchsorted(EDGES, middle)]
+
+    def power(k):
+        return np.clip((k * np.exp(0.1 * middle) - price) / 0.6, 0, 2)
+
+    low, high = 0.0, 10.0
+    for _ in range(80):
+        k = 0.5 * (low + high)
+        reached = np.sum(power(k) * np.exp(0.1 * (middle - 10)) * width)
+        low, high = (k, high) if reached < 5 else (low, k)
+    u = power(k)
+    return float(np.sum((price * u + 0.3 * u**2) * width))
+
+
+def test_a_stepping_tariff_takes_two_rounds():
+    problem = charging(ca.pw_const(TIME.symbol, ca.DM(EDGES), ca.DM(PRICES)))
+    assert problem.steps["charge"] == tuple(EDGES)
+    solution = solve(problem)
+    # midpoint rule of 140,000 intervals, its error below 1e-8
+    assert solution.objective == pytest.approx(exact_cost(), rel=1e-6)
+    assert len(solution.mesh_iterations) <= 3
+    assert certify(solution).passed
+
+
+def test_stated_breakpoints_stay_in_every_mesh():
+    problem = charging(1 + 0 * TIME, breakpoints=[4.0, 7.25])
+    solution = solve(problem)
+    points = 10.0 * solution.mesh.phases[0].breakpoints
+    for time in (4.0, 7.25):
+        assert np.abs(points - time).min() < 1e-8
+
+
+def test_smooth_tables_and_free_times_have_no_steps():
+    smooth = charging(2 + ca.sin(TIME))
+    assert smooth.steps["charge"] == ()
+    x = State("x")
+    free = Phase("free", {x: ca.if_else(TIME < 1, 1, 2)}, {x: 0}, {x: 3}, end=Between(0.5, 5, 2))
+    assert Problem("free", free, minimise=free.end_time).steps["free"] == ()
+
+
+def test_steps_are_read_off_expressions_that_are_linear_in_time():
+    t = TIME.symbol
+    several = [
+        ca.if_else(2 * t - 1 < 5, 0, 1),
+        ca.fabs((t - 4) / 2),
+        ca.sign(-t + 1),
+        ca.fmax(t, 0.5),
+        ca.if_else(ca.sin(t) > 0, 1, 0),  # not linear: left to the refinement
+        ca.if_else(t < 20, 1, 0),  # outside
+    ]
+    assert stepping_times(several, 0.0, 10.0) == (0.5, 1.0, 3.0, 4.0)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"breakpoints": [11.0]}, r"breakpoint 11.0 of phase 'charge' is no time between"),
+        ({"breakpoints": ["noon"]}, r"breakpoint 'noon' of phase"),
+    ],
+)
+def test_a_breakpoint_that_is_none_is_refused(options, words):
+    with pytest.raises(StatementError, match=words):
+        charging(1 + 0 * TIME, **options)
+
+
+def test_breakpoints_need_fixed_times():
+    x = State("x")
+    with pytest.raises(StatementError, match="split the phase there"):
+        Phase("free", {x: 1}, {x: 0}, {x: 3}, end=Between(0.5, 5), breakpoints=[1.0])
+
+
+def test_limits_of_signals_and_bounds_may_hold_unknowns():
+    # rest to rest over 1 m in 2 s: the least largest thrust is 4 * 1 / 2^2
+    p = Unknown("p", "N", lower=0, upper=10, guess=5)
+    x, v, u = State("x"), State("v"), Control("u", lower=-p)
+    ends = {"initial": {x: 0, v: 0}, "final": {x: 1, v: 0}}
+    move = Phase("move", {x: v, v: u}, **ends, end=2.0, bounds=[Bound("up", u, upper=p)])
+    assert [bound.name for bound in move.bounds] == ["up", "u lower"]
+    solution = solve(Problem("peak", move, minimise=p))
+    assert solution.objective == pytest.approx(1.0, abs=1e-7)  # the solver's tolerance
+
+
+def test_a_bound_with_two_moving_sides_becomes_two():
+    p = Unknown("p", guess=1.0)
+    x, u = State("x"), Control("u")
+    phase = Phase("a", {x: u}, end=1.0, bounds=[Bound("b", u, lower=-p, upper=2 * p)])
+    assert [bound.name for bound in phase.bounds] == ["b lower", "b upper"]
+
+
+def test_a_guess_by_fraction_serves_phases_of_any_duration(tmp_path):
+    x, u = State("x"), Control("u", lower=-1, upper=1)
+    go = Phase(
+        "go",
+        {x: u},
+        {x: 0},
+        {x: 1},
+        end=Between(0.1, 8, 4),
+        guess={x: ByFraction(lambda s: s**2), u: ByFraction(([0, 1], [0.0, 0.5]))},
+    )
+    problem = Problem("go", go, minimise=go.end_time)
+    from ocp.mesh.initial_guess import initial_guess
+    from ocp.problem.parameters import parameters_of
+
+    values = (
+        initial_guess(problem, parameters_of(problem))
+        .phases["go"]
+        .at_fractions(np.array([0.0, 0.5, 1.0]))
+    )
+    assert values["x"] == pytest.approx([0, 0.25, 1])
+    assert values["u"] == pytest.approx([0, 0.25, 0.5])
+    solution = solve(problem)
+    save(solution, tmp_path / "go.ocp")
+    assert load(tmp_path / "go.ocp").objective == solution.objective
+
+
+def test_first_intervals_by_phase():
+    x, y = State("x"), State("y")
+    a = Phase("a", {x: 1}, {x: 0}, end=1.0)
+    b = Phase("b", {y: 1}, {y: 0}, start=1.0, end=2.0)
+    problem = Problem("two", [a, b], minimise=b.at_end(y) + a.at_end(x))
+    mesh = first_mesh(problem, Settings(intervals={"b": 6}))
+    assert [phase.intervals for phase in mesh.phases] == [20, 6]
+    with pytest.raises(StatementError, match="names the phase 'c'"):
+        first_mesh(problem, Settings(intervals={"c": 6}))
+    with pytest.raises(StatementError, match="give a positive integer"):
+        Settings(intervals={"b": 0})
