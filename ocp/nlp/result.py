@@ -41,6 +41,8 @@ class NlpResult:
         Of the wall clock.
     solver : str
         The one that ran.
+    attempts : int
+        Runs that it took, where there were several.
     """
 
     outcome: Outcome
@@ -53,3 +55,4 @@ class NlpResult:
     iterations: int
     seconds: float
     solver: str = "ipopt"
+    attempts: int = 1

@@ -43,8 +43,9 @@ _LOOSE = 1e-7
 
 # A warm start from the mesh iteration before takes some dozens of iterations. Near a degenerate
 # optimum it can wander from there for a thousand, where another line search or a start without
-# multipliers ends soon.
+# multipliers ends soon. Where that happened on the mesh before, it is not waited for again.
 _PATIENCE = 300
+_PATIENCE_AFTER_RETRIES = 60
 
 
 @dataclass(frozen=True, repr=False)
@@ -75,6 +76,8 @@ class MeshIteration:
         The solver's own word for how it ended.
     solver : str
         The name of the one that ran.
+    attempts : int
+        Runs of the solver that it took.
     """
 
     intervals: int
@@ -88,6 +91,7 @@ class MeshIteration:
     gain: float
     status: str
     solver: str = "ipopt"
+    attempts: int = 1
 
     def __repr__(self) -> str:
         return (
@@ -179,6 +183,7 @@ def record_of(mesh: Mesh, result: NlpResult, solved: SolvedMesh | None) -> MeshI
         gain=errors.gain if errors else math.nan,
         status=result.status,
         solver=result.solver,
+        attempts=result.attempts,
     )
 
 
@@ -328,7 +333,7 @@ class MeshSolver:
             return solver.solve(program.program, point, limits, self.parameters.vector, listener)
 
         point = self.starting_point(program, start, limits)
-        return with_retries(run, solver, point, self.budget, iterations_of(before))
+        return with_retries(run, solver, point, self.budget, before)
 
     def examined(
         self, program: Transcription, result: NlpResult, *, tight: bool, finer: bool
@@ -367,7 +372,11 @@ class MeshSolver:
 
 
 def with_retries(
-    run: Run, solver: NlpSolver, start: StartingPoint, budget: Budget, before: int
+    run: Run,
+    solver: NlpSolver,
+    start: StartingPoint,
+    budget: Budget,
+    before: Sequence[MeshIteration],
 ) -> NlpResult:
     """Solve one program by as many attempts as it takes; what every attempt took is counted.
 
@@ -381,20 +390,22 @@ def with_retries(
         Where the first attempt starts.
     budget : Budget
         Of all attempts, those of earlier mesh iterations included.
-    before : int
-        Iterations of the mesh iterations before this one; 0 for the first.
+    before : sequence of MeshIteration
+        The mesh iterations before this one.
     """
-    iterations, seconds = 0, 0.0
-    for choice, point in _attempts(solver, start, first=before == 0):
-        result = run(budget.within(choice, before + iterations), point)
-        iterations, seconds = iterations + result.iterations, seconds + result.seconds
-        if result.outcome in ("solved", "interrupted") or budget.spent(before + iterations):
+    spent, seconds, attempts = iterations_of(before), 0.0, 0
+    for choice, point in _attempts(solver, start, before):
+        result = run(budget.within(choice, spent), point)
+        spent, seconds, attempts = spent + result.iterations, seconds + result.seconds, attempts + 1
+        if result.outcome in ("solved", "interrupted") or budget.spent(spent):
             break
-    return replace(result, iterations=iterations, seconds=seconds)
+
+    iterations = spent - iterations_of(before)
+    return replace(result, iterations=iterations, seconds=seconds, attempts=attempts)
 
 
 def _attempts(
-    solver: NlpSolver, start: StartingPoint, first: bool
+    solver: NlpSolver, start: StartingPoint, before: Sequence[MeshIteration]
 ) -> Iterator[tuple[NlpSolver, StartingPoint]]:
     """Solvers and starting points of the attempts, in order.
 
@@ -405,15 +416,17 @@ def _attempts(
     """
     bare = StartingPoint(start.x)
 
-    if start.multipliers is not None and first:
+    if start.multipliers is not None and not before:
         yield solver, start
     elif start.multipliers is not None:
+        retried = before[-1].attempts > 1
+        patience = _PATIENCE_AFTER_RETRIES if retried else _PATIENCE
+        yield solver.within(patience, float("inf")), start
         patient = solver.within(_PATIENCE, float("inf"))
-        yield patient, start
         for other in patient.alternatives(warm=True):
             yield other, start
 
-    if not first:
+    if before:
         for other in solver.alternatives(warm=False):
             yield other, bare
     yield solver, bare
