@@ -8,6 +8,7 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import casadi as ca
 import numpy as np
@@ -33,16 +34,18 @@ class TrussMotion:
 
     Attributes
     ----------
+    parameters : of the truss.
     angle, speed, acceleration : alpha [rad] and its time derivatives, as given.
     rope_length, rope_speed, rope_acceleration : of one rope [m, m/s, m/s^2], (20); the speed is
         dL/dt, negative while the rope is hauled in.
     rope_force, far_end_tension : T1 at the motor and T_4n at the fixed end [N], (38), (29).
     motor_power : -2 T1 dL/dt [W], of both ropes.
-    joint_power, pulley_power : dissipated [W]; the pulleys summed one by one.
+    joint_power, pulley_power : dissipated [W].
     kinetic_energy, potential_energy : [J], (22), (26).
     momentum, reaction_force : along the line from the fixed bar to the centre [N s, N].
     """
 
+    parameters: TrussParameters
     angle: Array
     speed: Array
     acceleration: Array
@@ -53,11 +56,18 @@ class TrussMotion:
     far_end_tension: Array
     motor_power: Array
     joint_power: Array
-    pulley_power: Array
     kinetic_energy: Array
     potential_energy: Array
     momentum: Array
     reaction_force: Array
+
+    @cached_property
+    def pulley_power(self) -> Array:
+        """Dissipated at the pulleys, summed one by one [W], (m,).
+
+        It is a check of the closed form that the rope force rests on, and dearer than the rest.
+        """
+        return pulley_loss_by_sum(self.parameters, self.angle, self.speed, self.rope_force)
 
 
 def evaluate_motion(
@@ -83,15 +93,12 @@ def evaluate_motion(
 
     rows = _kernel(parameters, net)(*(values[None, :] for values in (alpha, omega, acc)))
     history = dict(zip(_QUANTITIES, (row.full().ravel() for row in rows), strict=True))
-    force = history["rope_force"]
-
-    # Pulleys are summed one by one: a check of the closed form that the rope force rests on.
     return TrussMotion(
+        parameters=parameters,
         angle=alpha,
         speed=omega,
         acceleration=acc,
-        motor_power=-2 * force * history["rope_speed"],
-        pulley_power=pulley_loss_by_sum(parameters, alpha, omega, force),
+        motor_power=-2 * history["rope_force"] * history["rope_speed"],
         **history,
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Mapping
 
@@ -37,8 +38,12 @@ BEFORE = "angular_acceleration_before"
 JERKS = ("angular_jerk", "angular_jerk_before")
 
 
+@functools.lru_cache(maxsize=8)
 def paper_laws(truss: TrussParameters, duration: float) -> tuple[Deployment, Deployment]:
-    """The paper's Bezier law, its ends pinned to the exact angles, and its Step5."""
+    """The paper's Bezier law, its ends pinned to the exact angles, and its Step5.
+
+    They remember their values, which a study asks for several times.
+    """
     return (
         Deployment("Bezier", pinned_bezier(truss, duration), truss),
         Deployment("Step5", Step5(duration, truss.stowed_angle, DEPLOYED), truss),
