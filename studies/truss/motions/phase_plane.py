@@ -139,7 +139,7 @@ class PhasePlane:
     def limit_force(self) -> float:
         """Largest force [N] with which no motion gets through.
 
-        It is bracketed. The least speed on the way, which falls to zero at the limit, tells where to
+        It is bracketed. The least speed on the way falls to zero at the limit, and tells where to
         look next.
         """
         low = _static(self.parameters, self.parameters.stowed_angle)
