@@ -381,8 +381,8 @@ class _Acceleration:
         self._state, self._force, self._result = np.zeros(2), np.array([force]), np.zeros(1)
         self._buffer, self._evaluate = function.buffer()
         for place, values in enumerate((self._state[:1], self._state[1:], self._force)):
-            self._buffer.set_arg(place, memoryview(values))
-        self._buffer.set_res(0, memoryview(self._result))
+            self._buffer.set_arg(place, values.data)
+        self._buffer.set_res(0, self._result.data)
 
     def __call__(self, state: Array) -> float:
         """The acceleration [rad/s^2] at an angle [rad] and a speed [rad/s]."""
