@@ -256,6 +256,22 @@ def bernstein(count: int, tau: Array) -> Array:
     return np.asarray(binomials * local**i * (1.0 - local) ** (count - 1 - i))
 
 
+def elevation(count: int, higher: int) -> Array:
+    """From Bernstein coefficients to those of the same polynomial in a larger basis.
+
+    Shape (higher, count); see Farouki's review, section 3.2.
+    """
+    n, m = count - 1, higher - 1
+    table = [
+        [
+            math.comb(n, i) * math.comb(m - n, j - i) / math.comb(m, j) if j >= i else 0.0
+            for i in range(count)
+        ]
+        for j in range(higher)
+    ]
+    return np.array(table)
+
+
 def bernstein_slopes(count: int, tau: Array) -> Array:
     """Derivatives of the Bernstein basis by local time, shape ``tau.shape + (count,)``."""
     if count == 1:

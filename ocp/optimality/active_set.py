@@ -124,18 +124,41 @@ def path_forces(iterate: Iterate, index: int) -> dict[int, Array]:
     return forces
 
 
+def saturated_constraints(iterate: Iterate, index: int) -> Flags:
+    """Intervals in which a constraint of controls alone is at its limit all through, (N,)."""
+    transcription = iterate.transcription
+    count = transcription.columns.phases[index].intervals
+    saturated = np.zeros(count, dtype=bool)
+    numbers = [i for i, c in enumerate(transcription.constraints[index]) if c.of_controls]
+    if not numbers:
+        return saturated
+
+    distances = limit_distances(iterate)
+    for number in numbers:
+        for distance in (distances.lower, distances.upper):
+            farthest = np.zeros(count)
+            for path in transcription.rows.of_constraint(index, number):
+                np.maximum.at(farthest, path.intervals, distance[path.rows])
+            saturated |= farthest <= CLOSE
+    return saturated
+
+
 def acting_intervals(iterate: Iterate) -> tuple[Flags, ...]:
     """Intervals of each phase in which a path constraint, a peak or a state's bound acts, (N,).
 
     Their multipliers sit at points, so that the costates between them say little of the controls.
+    Constraints of controls alone are no part of it: like bounds of controls they leave the costates
+    as they are.
     """
     transcription = iterate.transcription
     phases = transcription.columns.phases
     forces = [np.zeros(phase.intervals) for phase in phases]
 
     # rows of paths and peaks
-    for force, rows in zip(forces, transcription.rows.phases, strict=True):
+    for index, (force, rows) in enumerate(zip(forces, transcription.rows.phases, strict=True)):
         for path in rows.path:
+            if transcription.constraints[index][path.constraint].of_controls:
+                continue
             np.maximum.at(force, path.intervals, np.abs(iterate.row_multipliers[path.rows]))
 
     # bounds of the states; multipliers of fixed ones are no densities in time

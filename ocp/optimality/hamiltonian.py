@@ -24,6 +24,7 @@ from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import PhaseCostates, phase_costates
 from ocp.problem.symbols import TIME, Control
+from ocp.transcription.path_constraints import PathConstraint
 from ocp.transcription.transcribe import Transcription
 
 # Gauss points in an interval: twice the usual degree of the controls, whose error oscillates
@@ -212,9 +213,46 @@ def gains(iterate: Iterate, evaluator: Evaluator, index: int) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
         newton = np.where(curvature > 0, 0.5 * values.slope**2 / curvature, np.inf)
 
-    density = np.minimum(to_the_end, newton).sum(axis=1).reshape(phase.intervals, _POINTS)
-    density = np.where(np.isfinite(density), density, 0.0)
+    density = np.minimum(to_the_end, newton).sum(axis=1)
+    density = np.minimum(density, _traded(iterate, hamiltonian, values, (down, up), index))
+    density = np.where(np.isfinite(density), density, 0.0).reshape(phase.intervals, _POINTS)
     return np.asarray((0.5 * density @ weights) * np.diff(phase.breakpoints))
+
+
+def _traded(
+    iterate: Iterate,
+    hamiltonian: Hamiltonian,
+    values: HamiltonianValues,
+    room: tuple[Array, Array],
+    index: int,
+) -> Array:
+    """What controls that share a limit, such as ``u1 + u2 <= F``, can gain at most, (m,).
+
+    By duality: for any multiplier of the shared limit the gain is no more than the multiplier times
+    the slack, and what each control gains alone by its slope with the limit's part added. The best
+    multiplier makes one of these slopes vanish. Infinite where no limit is shared.
+    """
+    peaks = dict(zip(iterate.problem.peaks, iterate.trajectory.peaks, strict=True))
+    least = np.full(values.value.size, np.inf)
+    for i, number in enumerate(hamiltonian.paths):
+        constraint = iterate.transcription.constraints[index][number]
+        shared = values.path_slope[:, i]
+        if not _shares(constraint, shared):
+            continue
+        lower, upper = constraint.limits(iterate.parameters, peaks)
+        to_upper, to_lower = upper - values.path[:, i], values.path[:, i] - lower
+        for j in np.flatnonzero(shared[0]):
+            multiplier = -values.slope[:, j] / shared[:, j]
+            slack = np.maximum(np.where(multiplier > 0, to_upper, to_lower), 0.0)
+            alone = values.slope + multiplier[:, None] * shared
+            gained = np.abs(alone) * np.where(alone > 0, *room)
+            least = np.minimum(least, np.abs(multiplier) * slack + gained.sum(axis=1))
+    return least
+
+
+def _shares(constraint: PathConstraint, slopes: Array) -> bool:
+    """Whether a constraint is shared by several controls and by nothing else."""
+    return constraint.of_controls and bool(np.count_nonzero(slopes[:1]) > 1)
 
 
 def _room(
@@ -242,6 +280,8 @@ def _room(
         constraint = iterate.transcription.constraints[index][number]
         if constraint.is_equation or not hamiltonian.limits_controls[i]:
             continue
+        if _shares(constraint, values.path_slope[:, i]):
+            continue  # one control may move more where another one makes room, see `_traded`
         lower, upper = constraint.limits(parameters, peaks)
         slope, path = values.path_slope[:, i], values.path[:, [i]]
         with np.errstate(divide="ignore", invalid="ignore"):

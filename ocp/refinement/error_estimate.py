@@ -13,7 +13,7 @@ from ocp.arrays import Array, Flags, Integers
 from ocp.mesh.mesh import ExtraPoints
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
 from ocp.numerics.schemes import Collocation, Gauss
-from ocp.optimality.active_set import acting_intervals
+from ocp.optimality.active_set import acting_intervals, saturated_constraints
 from ocp.optimality.hamiltonian import gains
 from ocp.optimality.iterate import Iterate
 from ocp.problem.functionals import Integral, Peak
@@ -362,9 +362,9 @@ def dense_peak(evaluator: Evaluator, trajectory: Trajectory, peak: Peak) -> floa
 def _rough(iterate: Iterate, index: int) -> Flags:
     """Intervals in which a control is not resolved, or stays on a bound that it should leave."""
     motion, mesh = iterate.trajectory.phases[index], iterate.mesh.phases[index]
-    return (control_errors(motion, mesh) >= _SMOOTH) | saturated(
-        motion, iterate.parameters.signal_limits
-    )
+    on_bound = saturated(motion, iterate.parameters.signal_limits)
+    on_bound |= saturated_constraints(iterate, index)
+    return (control_errors(motion, mesh) >= _SMOOTH) | on_bound
 
 
 def _crowded(

@@ -27,11 +27,13 @@ from ocp.problem.functionals import (
     PointValue,
 )
 from ocp.problem.problem import Problem
+from ocp.problem.symbols import resolve
 from ocp.transcription.columns import IntervalGroup, PhaseColumns
 from ocp.transcription.kernel_builder import (
     KernelBuilder,
     KernelContext,
     Point,
+    coefficient_point,
     collocation_point,
     sample_point,
 )
@@ -107,12 +109,8 @@ class PhaseBlocks:
         for group in columns.groups:
             if not group.collocation.ends_on_support:
                 yield self._continuity(group, own)
-        if columns.integrals:
-            yield self._running_totals(own)
-        if columns.ends is not None:
-            yield self._duration(own)
-        if columns.mesh.moving.any():
-            yield self._breakpoints(own)
+        yield from self._all_of_controls(own)
+        yield from self._joints(own)
 
         for points in (*self._ends_of_phase(), *extra):
             for group in columns.groups:
@@ -129,7 +127,7 @@ class PhaseBlocks:
 
         weights = context.problem.summed
         summed = [f for f in weights if f.phase == phase.name]
-        sampled = [c for c in self.constraints if c.sampled]
+        sampled = [c for c in self.constraints if _at_points(c)]
         peaks = [self._peak(c, builder) for c in sampled]
         sizes = context.sizes(columns.states)
         n_x, n_w, n_q = len(columns.states), len(summed), len(columns.integrals)
@@ -167,7 +165,7 @@ class PhaseBlocks:
         intervals = np.repeat(group.intervals, rule.degree)
         tau = np.tile(rule.points, group.intervals.size)
         quadrature = np.tile(rule.weights, group.intervals.size)
-        numbers = [i for i, c in enumerate(self.constraints) if c.sampled]
+        numbers = [i for i, c in enumerate(self.constraints) if _at_points(c)]
         for n, number in enumerate(numbers):
             rows = taken[:, n_x + n]
             self._add(PathRows(self.index, number, rows, intervals, tau, quadrature), own)
@@ -182,6 +180,44 @@ class PhaseBlocks:
             return 0
         column = self.context.columns.peaks[constraint.peak]
         return builder.variables(np.array([[column]]), [constraint.scale])
+
+    def _joints(self, own: PhaseRows) -> Iterator[Block]:
+        """What joins the intervals: running totals, and the order of times and breakpoints."""
+        if self.columns.integrals:
+            yield self._running_totals(own)
+        if self.columns.ends is not None:
+            yield self._duration(own)
+        if self.columns.mesh.moving.any():
+            yield self._breakpoints(own)
+
+    def _all_of_controls(self, own: PhaseRows) -> Iterator[Block]:
+        """The constraints of controls alone, in all groups of intervals."""
+        for number, constraint in enumerate(self.constraints):
+            if constraint.of_controls:
+                for group in self.columns.groups:
+                    yield self._of_controls(group, number, own)
+
+    def _of_controls(self, group: IntervalGroup, number: int, own: PhaseRows) -> Block:
+        """A constraint of controls alone at its Bernstein coefficients, which bound it."""
+        context, columns, constraint = self.context, self.columns, self.constraints[number]
+        symbols = resolve(constraint.expression, constraint.name)
+        builder, point, count = coefficient_point(context, columns, group, set(symbols))
+        peak = self._peak(constraint, builder)
+
+        def build() -> tuple[Any, list[Any]]:
+            (value,) = context.expressions(columns, point, [constraint.expression])
+            return 0, [_path_row(constraint, value, peak)]
+
+        # the integral of each Bernstein polynomial is the same, and so is its weight
+        limits = [(constraint.lower, constraint.upper, constraint.scale)]
+        rows = self.rows.limits.take(builder.instances, limits)
+        tau = np.array([0.5]) if count == 1 else np.arange(count) / (count - 1)
+        intervals = np.repeat(group.intervals, count)
+        places = np.tile(tau, group.intervals.size)
+        weights = np.full(intervals.size, 1.0 / count)
+        self._add(PathRows(self.index, number, rows[:, 0], intervals, places, weights), own)
+        key = (number, "coefficients", group.collocation.degree, count)
+        return _block(context, builder, f"{self.name}: {constraint.name}", key, build, rows)
 
     def _continuity(self, group: IntervalGroup, own: PhaseRows) -> Block:
         """The right ends of intervals whose scheme has no support point there."""
@@ -243,7 +279,7 @@ class PhaseBlocks:
         rule, last = self.columns.groups[0].collocation, self.columns.intervals - 1
         points = []
         for number, constraint in enumerate(self.constraints):
-            if constraint.sampled and not constraint.is_equation:
+            if _at_points(constraint) and not constraint.is_equation:
                 if rule.points[0] != 0.0:
                     points.append(ExtraPoints(number, np.array([0]), np.array([0.0])))
                 if rule.points[-1] != 1.0:
@@ -301,6 +337,11 @@ def _block(
     if whole_key not in context.kernels:
         context.kernels[whole_key] = builder.kernel(*build(), context.constants)
     return builder.block(name, context.kernels[whole_key], rows)
+
+
+def _at_points(constraint: PathConstraint) -> bool:
+    """Whether the rows of a constraint are its values at points."""
+    return constraint.sampled and not constraint.of_controls
 
 
 def _path_row(constraint: PathConstraint, value: ca.SX, peak: Any) -> ca.SX:

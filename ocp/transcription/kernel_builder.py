@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array, Integers
-from ocp.numerics.piecewise_polynomial import bernstein, lagrange
+from ocp.numerics.piecewise_polynomial import bernstein, elevation, lagrange
 from ocp.problem.instants import within
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME
@@ -220,6 +220,43 @@ def sample_point(
     z = interpolated(group.algebraics, columns.algebraics, rule.points)
     t, h = _clock(context, columns, builder, group, intervals, tau)
     return builder, Point(ca.vertcat(x, *controls, z), t, h, context.unknowns(builder))
+
+
+def coefficient_point(
+    context: KernelContext, columns: PhaseColumns, group: IntervalGroup, involved: set[Any]
+) -> tuple[KernelBuilder, Point, int]:
+    """Bernstein coefficients in place of controls; one instance a coefficient of an interval.
+
+    Coefficients of different orders are those of the highest, to which the others are elevated. All
+    signals that are not `involved` are zero.
+
+    Returns
+    -------
+    builder, point
+        Local expressions.
+    count : int
+        Coefficients in an interval.
+    """
+    pairs = list(zip(columns.control_sets, group.controls, strict=True))
+    counts = [table.shape[1] for members, table in pairs if involved & set(members.controls)]
+    count, m = max(counts), group.intervals.size
+    builder = KernelBuilder(m * count)
+    row, place = np.repeat(np.arange(m), count), np.tile(np.arange(count), m)
+
+    controls = []
+    for members, table in pairs:
+        sizes = context.sizes(members.controls)
+        if not involved & set(members.controls):
+            controls.append(ca.SX.zeros(len(sizes)))
+        elif table.shape[1] == count:
+            controls.append(builder.variables(table[row, place], sizes))
+        else:
+            weights = elevation(table.shape[1], count)[place]
+            controls.append(_combined(builder, table[row], sizes, weights))
+
+    nothing = [ca.SX.zeros(len(signals)) for signals in (columns.states, columns.algebraics)]
+    signals = ca.vertcat(nothing[0], *controls, nothing[1])
+    return builder, Point(signals, 0, ca.SX(0), context.unknowns(builder)), count
 
 
 def _controls(

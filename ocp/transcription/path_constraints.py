@@ -12,6 +12,7 @@ import casadi as ca
 from ocp.problem.functionals import Peak
 from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
+from ocp.problem.symbols import Algebraic, State, Time, resolve
 from ocp.transcription.columns import PhaseColumns
 from ocp.transcription.scaling import Scales
 
@@ -27,8 +28,11 @@ class PathConstraint:
     scale : float
         Size by which its rows are divided [unit].
     sampled : bool
-        Whether the collocation points carry a row for it. Bounds of signals are bounds of
-        unknowns there.
+        Whether it has rows. Bounds of signals are bounds of unknowns instead.
+    of_controls : bool
+        Whether it is linear in the controls and depends on no other signal. Then its rows hold its
+        Bernstein coefficients, and with them the constraint at all times, instead of its values at
+        the collocation points.
     peak : Peak or None
         The peak that bounds the expression from above.
     sign : float
@@ -48,6 +52,7 @@ class PathConstraint:
     peak: Peak | None = None
     sign: float = 1.0
     is_equation: bool = False
+    of_controls: bool = False
 
     def limits(self, parameters: Parameters, peaks: Mapping[Peak, float]) -> tuple[float, float]:
         """Lower and upper limit of ``sign * expression``, at given values of the peaks."""
@@ -74,6 +79,7 @@ def path_constraints(
             scale=scales.bounds[phase.name, b.name],
             sampled=True,
             is_equation=b.is_equation,
+            of_controls=not b.is_equation and _is_of_controls(b.expression, problem, phase.name),
         )
         for b in phase.bounds
     ]
@@ -90,6 +96,7 @@ def path_constraints(
             sampled=True,
             peak=peak,
             sign=sign,
+            of_controls=_is_of_controls(expression, problem, phase.name),
         )
         for peak in problem.peaks
         for name, expression in peak.pieces
@@ -113,3 +120,13 @@ def path_constraints(
         if signal.is_limited
     ]
     return tuple(constraints)
+
+
+def _is_of_controls(expression: ca.SX, problem: Problem, phase: str) -> bool:
+    """Whether an expression is linear in controls and depends on no other function of time."""
+    symbols = resolve(expression, "a path constraint")
+    if any(isinstance(s, (State, Algebraic, Time)) for s in symbols):
+        return False
+    controls = ca.vertcat(*[c.symbol for c in problem.controls[phase]], ca.SX(0, 1))
+    slope = ca.jacobian(expression, controls)
+    return slope.nnz() > 0 and not ca.depends_on(slope, controls)

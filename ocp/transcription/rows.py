@@ -77,7 +77,8 @@ class PathRows:
     weights : (m,)
         Quadrature weights on [0, 1]; nan at points added between the collocation points.
     at_collocation_points : bool
-        Whether the points are collocation points, so that multipliers are densities in time.
+        Whether the points are collocation points, or stand for Bernstein coefficients, so that
+        multipliers are densities in time.
     """
 
     phase: int

@@ -49,7 +49,7 @@ def two_phases():
     first = Phase(
         "there", rates, {x: 0, v: 0}, end=Between(0.2, 0.8), bounds=inside, guess={x: lambda t: t}
     )
-    second = Phase("on", rates, final={x: reach, v: 0}, start=Between(0.2, 0.8), end=1.0)
+    second = Phase("on", rates, final={x: reach, v: 0}, start=Between(0.1, 0.9), end=1.0)
     top = peak((first, u), (second, u), absolute=True, name="thrust")
     effort = first.integral(u**2, name="effort")
     return Problem(
