@@ -29,7 +29,9 @@ LITTLE, MUCH = 1e-4, 1e-3  # [rad]: noise up to which a bound may be so wide
 WIDE = {LITTLE: 0.05, MUCH: 0.20}
 # the jerk is told apart: as a third derivative it cannot be known as well
 JUDGED = tuple(
-    key for key, quantity in QUANTITIES.items() if quantity.kind == "peak" and key != "peak-jerk"
+    key
+    for key, quantity in QUANTITIES.items()
+    if quantity.kind == "peak" and not key.endswith("jerk") and not quantity.of_drive
 )
 
 

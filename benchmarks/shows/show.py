@@ -20,6 +20,7 @@ SHOWS = {
     "check-noise": "benchmarks.shows.check_noise",
     "truss-random": "benchmarks.shows.truss_random",
     "truss-words": "benchmarks.shows.truss_words",
+    "mechanism-caps": "benchmarks.shows.mechanism_caps",
     "drive-table": "benchmarks.shows.drive_table",
     "drive-points": "benchmarks.shows.drive_points",
 }

@@ -14,8 +14,8 @@ from benchmarks.shows.truss_random import read_output, run_command
 from studies.cli import parse
 from studies.common.console import Console, Table, number
 from studies.common.exit_codes import ExitCode
-from studies.truss.bounds import keeps_the_caps
 from studies.truss.command import read_study
+from studies.truss.limits.bounds import keeps_the_caps
 from studies.truss.motions.phase_plane import PhasePlane
 from studies.truss.search.verdict import AT_LIMIT, BOUND_MET
 

@@ -38,7 +38,7 @@ from studies.paper.listing import HEAD as ROW_HEAD
 from studies.paper.listing import assumption_rows, cells, errata_rows
 from studies.paper.study import entries_of
 from studies.truss import TrussStudy
-from studies.truss.limits import PLAUSIBLE, VERIFICATION
+from studies.truss.limits.tolerances import PLAUSIBLE, VERIFICATION
 
 SECTION = re.compile(r"^(?:Attributes|Parameters)\n-+\n(.*?)(?=\n\n\S[^\n]*\n-+\n|\Z)", re.M | re.S)
 FIELD = re.compile(r"^(\w+(?:, \w+)*) : (.*(?:\n[ ]+.*)*)", re.M)

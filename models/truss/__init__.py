@@ -6,7 +6,11 @@ Numbers along a motion are in `evaluate` and, for single nodes, in `nodes`. `bou
 least peaks that any motion has.
 """
 
-from models.truss.bounds import least_peak_reaction, least_peak_rope_acceleration
+from models.truss.bounds import (
+    least_peak_reaction,
+    least_peak_rope_acceleration,
+    rope_travel,
+)
 from models.truss.dynamics import (
     ForceCoefficients,
     StaticPeak,
@@ -31,11 +35,13 @@ from models.truss.kinematics import (
     node_position,
     ring_radius,
     rope_acceleration,
+    rope_jerk,
     rope_length,
     rope_speed,
     slider_distance,
     slider_distance_curvature,
     slider_distance_slope,
+    slider_distance_third,
 )
 from models.truss.nodes import NodeMotion, node_motion, ring_positions
 from models.truss.parameters import (
@@ -90,12 +96,15 @@ __all__ = [
     "ring_radius",
     "rope_acceleration",
     "rope_force",
+    "rope_jerk",
     "rope_length",
     "rope_leverage",
     "rope_speed",
+    "rope_travel",
     "slider_distance",
     "slider_distance_curvature",
     "slider_distance_slope",
+    "slider_distance_third",
     "static_force",
     "static_peak",
     "tension_ratios",

@@ -13,10 +13,15 @@ from models.truss.kinematics import ring_radius, rope_length
 from models.truss.parameters import TrussParameters
 
 
+def rope_travel(parameters: TrussParameters) -> float:
+    """Length of one rope that a deployment hauls in [m]: 2 n (e(alpha0) - e(pi/2))."""
+    stowed = rope_length(parameters, parameters.stowed_angle)
+    return float(stowed - rope_length(parameters, math.pi / 2))
+
+
 def least_peak_rope_acceleration(parameters: TrussParameters, duration: float) -> float:
     """Infimum of max |d^2L/dt^2| [m/s^2]: 8 n (e(alpha0) - e(pi/2)) / T^2."""
-    stowed = rope_length(parameters, parameters.stowed_angle)
-    return least_peak_acceleration(stowed - rope_length(parameters, math.pi / 2), duration)
+    return least_peak_acceleration(rope_travel(parameters), duration)
 
 
 def least_peak_reaction(parameters: TrussParameters, duration: float) -> float:

@@ -76,6 +76,16 @@ def slider_distance_curvature(parameters: TrussParameters, alpha: Expression) ->
     return bend - c * ca.cos(alpha) * (1 + g)
 
 
+def slider_distance_third(parameters: TrussParameters, alpha: Expression) -> Expression:
+    """e'''(alpha) [m/rad^3] = s (1 + g) + 3 s g (1 - g^2) (1 + s^2 / height^2), s = c sin(alpha).
+
+    The derivative of e'', in which height' = -s g and g' = -s (1 - g^2) / height.
+    """
+    s, g = parameters.crank * ca.sin(alpha), link_ratio(parameters, alpha)
+    square = (s / _link_height(parameters, alpha)) ** 2
+    return s * (1 + g) + 3 * s * g * (1 - g**2) * (1 + square)
+
+
 def node_position(
     parameters: TrussParameters, node: int, alpha: Expression, *, module: int | None = None
 ) -> Expression:
@@ -126,6 +136,21 @@ def rope_acceleration(
     slope = slider_distance_slope(parameters, alpha)
     curvature = slider_distance_curvature(parameters, alpha)
     return 2 * parameters.modules * (slope * acc + curvature * omega**2)
+
+
+def rope_jerk(
+    parameters: TrussParameters,
+    alpha: Expression,
+    omega: Expression,
+    acc: Expression,
+    jerk: Expression,
+) -> Expression:
+    """d^3L/dt^3 [m/s^3] under an angular jerk [rad/s^3], from (20)."""
+    slope = slider_distance_slope(parameters, alpha)
+    curvature = slider_distance_curvature(parameters, alpha)
+    third = slider_distance_third(parameters, alpha)
+    rate = slope * jerk + 3 * curvature * omega * acc + third * omega**3
+    return 2 * parameters.modules * rate
 
 
 def angle_from_rope_length(parameters: TrussParameters, length: ArrayLike) -> Array:

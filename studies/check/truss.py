@@ -23,10 +23,10 @@ from studies.check.smoothing.recovery import how_smoothed, sure
 from studies.check.truss_profile import TrussProfile, recover_truss
 from studies.common.console import Console, number
 from studies.common.result import Criterion, Result, Series, TableRow, outcome
-from studies.truss.bounds import lower_bounds
 from studies.truss.checks import cap_of, table_rows
 from studies.truss.config import DEPLOYED, TrussStudy, as_dictionary
-from studies.truss.limits import BACKWARD, CAPS, IMBALANCE, REST, TENSION
+from studies.truss.limits.bounds import lower_bounds
+from studies.truss.limits.tolerances import BACKWARD, CAPS, IMBALANCE, REST, TENSION
 from studies.truss.motions.deployment import COLUMNS, Deployment, profile
 from studies.truss.motions.laws import BEFORE, RATES, paper_laws
 from studies.truss.quantities import QUANTITIES
@@ -90,7 +90,7 @@ def check_truss(
         If its columns make no motion of this truss.
     """
     found = recover_truss(measured, study.truss)
-    deployment = Deployment(PROFILE, found.reachable(study.truss), study.truss)
+    deployment = Deployment(PROFILE, found.reachable(study.truss), study.truss, study.drive)
     ranges = peak_ranges(found, deployment)
     beside, remark = _beside(study, measured.duration, console or Console(), optimum)
 
@@ -123,18 +123,19 @@ def _beside(
     """The optimum, where it is asked for and found, and the paper's laws; how sure it is."""
     best, remark = optimum_of(study, console) if optimum else (None, "")
     found = [] if best is None else [best]
-    return [*found, *paper_laws(study.truss, duration)], remark
+    return [*found, *paper_laws(study.truss, duration, study.drive)], remark
 
 
 def peak_ranges(found: TrussProfile, deployment: Deployment) -> dict[str, PeakRange]:
     """Every peak of the profile with its bounds."""
-    truss, recovered = deployment.truss, found.recovered
+    truss, drive, recovered = deployment.truss, deployment.drive, found.recovered
 
     def heights(law: Law, time: Array) -> dict[str, Array]:
-        history = Deployment("", found.reachable(truss, law), truss).histories(time)
+        history = Deployment("", found.reachable(truss, law), truss, drive).histories(time)
         return {key: _sign(key) * values for key, values in history.items()}
 
-    drawn = recovered.ranges(heights)
+    times = np.array([time for _, time in deployment.extremes.values()])
+    drawn = recovered.ranges(heights, times[np.isfinite(times)])
     derivatives = ("peak-speed", "peak-acceleration", "peak-jerk")
     proven = dict(zip(derivatives, recovered.proven, strict=True))
 
@@ -226,7 +227,7 @@ def _at_the_ends(
         limit = MISS + recovered.deviation(time, 0)
         held.append(_at_most(f"miss of the {word} angle", "rad", miss, limit))
     rates = [("speed", 1, "rad/s", ends.speed, "peak-speed")]
-    if study.caps.jerk is not None:  # without a cap on jerk, zero acceleration means nothing
+    if study.jerk_limited:  # else zero acceleration means nothing
         rates.append(("acceleration", 2, "rad/s^2", ends.acceleration, "peak-acceleration"))
     for word, order, unit, values, key in rates:
         place = int(np.argmax(np.abs(values)))

@@ -6,6 +6,7 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,40 @@ from studies.common.exit_codes import StudyError
 INTERPOLATIONS = ("hold", "linear", "hermite", "spline", "quintic")
 FEWEST_COUNTS = 100.0  # over the travel: fewer resolve no motion worth optimising
 
+Corners = tuple[tuple[float, float], ...]
+
+
+def _efficiency(name: str, value: Any) -> float:
+    """A number above zero and at most one."""
+    share = positive(name, value)
+    if share > 1.0:
+        raise StudyError(f"{name} is {share:g}; give a part of at most 1, such as 0.8")
+    return share
+
+
+def _corners(name: str, value: Any) -> Corners:
+    """Corners of a falling torque-speed curve without dents."""
+    pairs = isinstance(value, list | tuple) and len(value) >= 1
+    if not pairs or not all(isinstance(one, list | tuple) and len(one) == 2 for one in value):
+        raise StudyError(f"{name} is {value!r}; give corners such as [[0, 0.5], [300, 0]]")
+    corners = tuple(
+        (not_negative(f"{name} (speed)", speed), not_negative(f"{name} (torque)", torque))
+        for speed, torque in value
+    )
+    if corners[0][1] == 0.0 or corners[-1][0] == 0.0:
+        raise StudyError(f"{name} is {value!r}; its motor has no torque or no speed")
+    slopes = [0.0]
+    for (speed, torque), (faster, less) in pairwise(corners):
+        if faster <= speed:
+            raise StudyError(f"{name} has the speed {faster:g} behind {speed:g}; let speeds rise")
+        slopes.append((less - torque) / (faster - speed))
+        if slopes[-1] > slopes[-2] + 1e-12 * abs(slopes[-2]):
+            raise StudyError(
+                f"{name} rises or has a dent at {speed:g} rad/s; leave that corner out, so that "
+                "the curve falls ever more steeply"
+            )
+    return corners
+
 
 @dataclass(frozen=True, kw_only=True)
 class Drive:
@@ -33,8 +68,11 @@ class Drive:
 
     Attributes
     ----------
-    drum_radius : at the rope's centre line [m]; a joint has no drum.
+    drum_radius : at the rope's centre line in the first layer [m]; a joint has no drum.
+    rope_diameter : by which the radius grows from layer to layer [m]; none is one layer alone.
+    layer_turns : turns of rope in one layer.
     gear_ratio : turns of the motor a turn of the drum or joint.
+    efficiency : of gear and drum, the part of the motor's power that reaches the rope.
     counts : of the encoder a turn of the drum or joint; None is a position that is not rounded.
     period : between two set-points [s].
     interpolation : what the drive does between two points of its table.
@@ -43,7 +81,9 @@ class Drive:
     buffer : the most points, or segments, that the device holds.
     longest_segment : the longest time between two points of a table [s].
     speed, acceleration, jerk : limits of one rope [m/s, m/s^2, m/s^3], or of the joint in rad.
-    force, power : limits of the pull on one rope [N] and of all motors together [W].
+    force, power : limits of the pull on one rope [N] and of all motors together [W], at the rope.
+    motor_speed, motor_torque : limits of one motor's shaft [rad/s, N m]; a rope has a motor.
+    torque_speed : corners (speed, torque) of what one motor can do [rad/s, N m], by rising speed.
     rope_stiffness : of one rope [N/m]; the stretch under its tension is then hauled in beforehand.
     start_dwell, end_dwell : rest before and after the motion [s].
     ropes : axes in one table, which all get the same motion.
@@ -55,10 +95,17 @@ class Drive:
     """
 
     drum_radius: float | None = optional_key(
-        positive, "m", "radius of the drum at the rope's centre line"
+        positive, "m", "radius of the drum at the rope's centre line, in the first layer"
     )
+    rope_diameter: float | None = optional_key(
+        positive, "m", "by which the radius grows from layer to layer; none: one layer"
+    )
+    layer_turns: float | None = optional_key(positive, "", "turns of rope in one layer")
     gear_ratio: float = key(
         positive, "", "turns of the motor a turn of the drum or joint", default=1.0
+    )
+    efficiency: float = key(
+        _efficiency, "", "part of the motor's power that reaches the rope", default=1.0
     )
     counts: int | None = optional_key(
         whole(2), "", "encoder counts a turn of the drum or joint; none: positions are not rounded"
@@ -83,6 +130,11 @@ class Drive:
     jerk: float | None = optional_key(positive, "m/s^3", "most jerk of one rope")
     force: float | None = optional_key(positive, "N", "most pull on one rope")
     power: float | None = optional_key(positive, "W", "most power of all motors together")
+    motor_speed: float | None = optional_key(positive, "rad/s", "most speed of one motor")
+    motor_torque: float | None = optional_key(positive, "N m", "most torque of one motor")
+    torque_speed: Corners | None = optional_key(
+        _corners, "rad/s, N m", "corners [speed, torque] of what one motor can do, by rising speed"
+    )
     rope_stiffness: float | None = optional_key(
         positive, "N/m", "of one rope; its stretch is hauled in as a feed-forward"
     )
@@ -92,6 +144,16 @@ class Drive:
 
     def __post_init__(self) -> None:
         check(self, "drive.")
+        if (self.rope_diameter is None) != (self.layer_turns is None):
+            raise StudyError(
+                "drive.rope_diameter and drive.layer_turns belong together: state both for a drum "
+                "of several layers, or neither"
+            )
+        for name in ("motor_speed", "motor_torque", "torque_speed", "rope_diameter"):
+            if getattr(self, name) is not None and self.drum_radius is None:
+                raise StudyError(
+                    f"drive.{name} is stated without a drum; add drum_radius in metres to the drive"
+                )
 
     def count(self, unit: str) -> float | None:
         """What one count is [m of rope, or rad of a joint]; None if positions are not rounded.
@@ -99,12 +161,17 @@ class Drive:
         Raises
         ------
         StudyError
-            If it is rope and the drum has no radius.
+            If it is rope and the drum has no radius, or more than one.
         """
         if self.counts is None:
             return None
         if unit == "rad":
             return 2 * math.pi / self.counts
+        if self.rope_diameter is not None:
+            raise StudyError(
+                "drive.counts on a drum of several layers is not one length of rope; state the "
+                "encoder of a drum of one layer, or leave counts out and export lengths"
+            )
         return 2 * math.pi * self.radius / self.counts
 
     @property
@@ -141,7 +208,10 @@ class Drive:
 
     def as_dictionary(self) -> dict[str, Any]:
         """What is stated, as TOML holds it: a key that is none has no value there."""
-        return {name: item for name, item in dataclasses.asdict(self).items() if item is not None}
+        stated = {name: item for name, item in dataclasses.asdict(self).items() if item is not None}
+        if self.torque_speed is not None:
+            stated["torque_speed"] = [list(corner) for corner in self.torque_speed]
+        return stated
 
 
 def read_drive(path: Path) -> Drive:

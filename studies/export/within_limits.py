@@ -9,15 +9,14 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
 
 from models.laws import Law
-from models.truss import TrussParameters, force_coefficients, rope_acceleration, rope_speed
-from ocp import Bound, OcpError, Settings, peak, solve
+from models.truss import TrussParameters, force_coefficients, rope_speed
+from ocp import OcpError, Settings, solve
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.result import Result
 from studies.drive.course import Course
@@ -25,6 +24,9 @@ from studies.drive.interpolation import ERROR_CONSTANTS, acceleration_bound
 from studies.drive.playback import loop_of
 from studies.drive.schema import Drive
 from studies.drive.setpoints import SetPoints
+
+if TYPE_CHECKING:
+    from studies.truss.config import TrussStudy
 
 ANGLES = 400  # at which the force that an acceleration of the rope takes is looked at
 KEPT = 1e-5  # of a limit: what the solver may leave beyond it, and the replay of it
@@ -140,18 +142,14 @@ def law_within(result: Result, limits: RopeLimits) -> Law:
     from studies.truss.motions.starts import bezier_start
     from studies.truss.problem import needs_forces, state
 
-    study = study_from(result.configuration)
-    with_forces = needs_forces(study) or min(limits.force, limits.power) < math.inf
+    study = _within(study_from(result.configuration), limits)
     references = {row.key: abs(next(iter(row.values.values()))) for row in result.table}
     single = all(len(stage) == 1 for stage in study.minimise)
     weights = dict.fromkeys(references, 1.0) if single else references
 
-    statement = state(study, bezier_start(study), weights, with_forces)
-    bounds = _bounds(study, statement, limits)
+    statement = state(study, bezier_start(study), weights, needs_forces(study))
     try:
-        solution = solve(
-            statement.problem(bounds), settings=Settings(intervals=study.solver.intervals)
-        )
+        solution = solve(statement.problem(), settings=Settings(intervals=study.solver.intervals))
     except OcpError as error:
         stated = ", ".join(
             f"{name} {value:.4g}"
@@ -166,48 +164,16 @@ def law_within(result: Result, limits: RopeLimits) -> Law:
     return law_of(study, statement, solution)
 
 
-def _bounds(study: Any, statement: Any, limits: RopeLimits) -> list[Bound]:
-    """The peaks of the rope's rates, its force and power, under their limits."""
-    from studies.truss.problem import acceleration_in, force_in
-
-    truss, signals = study.truss, statement.signals
-    alpha, omega = signals.angle.symbol, signals.speed.symbol
-    pairs = tuple(zip(statement.phases, statement.nets, strict=True))
-
-    def turning(net: Any) -> Any:
-        found = acceleration_in(study, signals, net)
-        return getattr(found, "symbol", found)
-
-    def pull(net: Any) -> Any:
-        found = force_in(study, signals, net)
-        return getattr(found, "symbol", found)
-
-    quantities: Mapping[str, tuple[str, float, Any]] = {
-        "rope speed": ("m/s", limits.speed, lambda net: rope_speed(truss, alpha, omega)),
-        "rope acceleration": (
-            "m/s^2",
-            limits.acceleration,
-            lambda net: rope_acceleration(truss, alpha, omega, turning(net)),
-        ),
-        "motor force": ("N", limits.force, pull),
-        "motor power": (
-            "W",
-            limits.power,
-            lambda net: -2 * pull(net) * rope_speed(truss, alpha, omega),
-        ),
-    }
-    return [
-        Bound(
-            name,
-            peak(
-                *((phase, expression(net)) for phase, net in pairs),
-                name=f"peak {name}",
-                unit=unit,
-                absolute=True,
-            ),
-            unit,
-            upper=limit,
-        )
-        for name, (unit, limit, expression) in quantities.items()
-        if math.isfinite(limit)
-    ]
+def _within(study: TrussStudy, limits: RopeLimits) -> TrussStudy:
+    """The study with its caps lowered to the limits."""
+    lowered = {}
+    for cap, limit in (
+        ("rope_speed", limits.speed),
+        ("rope_acceleration", limits.acceleration),
+        ("force", limits.force),
+        ("power", limits.power),
+    ):
+        stated = getattr(study.caps, cap)
+        if math.isfinite(limit):
+            lowered[cap] = limit if stated is None else min(stated, limit)
+    return dataclasses.replace(study, caps=dataclasses.replace(study.caps, **lowered))

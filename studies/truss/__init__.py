@@ -7,12 +7,13 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from studies.truss.config import Caps, SolverOptions, TrussStudy, study_from
+    from studies.truss.config import SolverOptions, TrussStudy, study_from
     from studies.truss.figures import draw
+    from studies.truss.limits.caps import Caps
     from studies.truss.study import run
 
 _MODULES = {
-    "Caps": "config",
+    "Caps": "limits.caps",
     "SolverOptions": "config",
     "TrussStudy": "config",
     "study_from": "config",

@@ -10,7 +10,8 @@ import numpy as np
 from ocp import Solution
 from studies.common.result import Criterion, TableRow
 from studies.truss.config import DEPLOYED, TrussStudy
-from studies.truss.limits import ANGLE_MISS, CAPS, IMBALANCE, LONGER, REST, TENSION
+from studies.truss.limits.caps import cap_on
+from studies.truss.limits.tolerances import ANGLE_MISS, CAPS, IMBALANCE, LONGER, REST, TENSION
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import paper_laws
 from studies.truss.quantities import OBJECTIVES, QUANTITIES, Quantity
@@ -21,11 +22,17 @@ _ORDER = (
     "peak-speed",
     "peak-acceleration",
     "peak-jerk",
+    "peak-rope-speed",
     "peak-rope-acceleration",
+    "peak-rope-jerk",
     "peak-force",
+    "peak-far-end-tension",
     "least-tension",
     "peak-power",
     "energy",
+    "peak-motor-speed",
+    "peak-motor-torque",
+    "peak-motor-load",
     "peak-reaction",
 )
 ROWS = tuple(dict.fromkeys((*_ORDER, *QUANTITIES)))
@@ -51,6 +58,7 @@ def table_rows(
             broken_by=tuple(name for name, excess in broken.items() if key in excess),
         )
         for key in ROWS
+        if key in laws[0].values
     ]
     return (*_weighted_sums(study, laws), *rows)
 
@@ -81,27 +89,20 @@ def _weighted_sums(study: TrussStudy, laws: Sequence[Deployment]) -> list[TableR
 
 def objective_sizes(study: TrussStudy) -> dict[str, float]:
     """Sizes that make weighted objectives comparable: the Bezier law's values."""
-    bezier, _ = paper_laws(study.truss, study.duration[1])
-    return {name: bezier.values[name] for name in OBJECTIVES}
+    bezier, _ = paper_laws(study.truss, study.duration[1], study.drive)
+    return {name: bezier.values[name] for name in OBJECTIVES if name in bezier.values}
 
 
 def cap_of(study: TrussStudy, key: str) -> float | None:
     """The cap that the quantity `key` has to keep, if there is one."""
-    caps = {
-        "peak-speed": study.caps.speed,
-        "peak-acceleration": study.caps.acceleration,
-        "peak-jerk": study.caps.jerk,
-        "peak-force": study.caps.force,
-        "least-tension": study.caps.least_tension,
-    }
-    return caps.get(key)
+    return cap_on(study.caps, study.drive, key)
 
 
 def broken_caps(study: TrussStudy, values: Mapping[str, float]) -> dict[str, float]:
     """Caps that these values break, and by how much, relative."""
     broken = {}
     for key in ROWS:
-        cap, value = cap_of(study, key), values[key]
+        cap, value = cap_of(study, key), values.get(key, math.nan)
         if cap is None or math.isnan(value):
             continue
         # a tension is a small share of the motor's force, and accurate to a share of it
@@ -149,7 +150,7 @@ def _at_the_ends(study: TrussStudy, deployment: Deployment, angle_miss: float) -
     ]
     if duration < low * (1 - LONGER):
         held.append(Criterion("duration (least)", "s", duration, low, False))
-    if study.caps.jerk is not None:  # without a cap on jerk, zero acceleration means nothing
+    if study.jerk_limited:  # else zero acceleration means nothing
         still = REST * deployment.values["peak-acceleration"]
         worst = np.abs(ends.acceleration).max()
         held.append(_at_most("acceleration at the ends", "rad/s^2", worst, still))
@@ -170,7 +171,7 @@ def _under_the_caps(study: TrussStudy, deployment: Deployment) -> list[Criterion
             sentence=_barely(quantity, values[key], cap) if key not in broken else "",
         )
         for key, quantity in QUANTITIES.items()
-        if (cap := cap_of(study, key)) is not None
+        if key in values and (cap := cap_of(study, key)) is not None
     ]
 
 
@@ -193,7 +194,7 @@ def tolerated(study: TrussStudy, deployment: Deployment) -> list[str]:
     sentences = [
         _barely(quantity, values[key], cap)
         for key, quantity in QUANTITIES.items()
-        if key not in broken and (cap := cap_of(study, key)) is not None
+        if key in values and key not in broken and (cap := cap_of(study, key)) is not None
     ]
     return [sentence for sentence in sentences if sentence]
 

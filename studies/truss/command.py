@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import warnings
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from studies.common.console import Console
@@ -32,7 +33,15 @@ FLAGS: Mapping[str, tuple[tuple[str, ...], str]] = {
         "of the angle [rad/s^3], or like 200/T^3, or bezier or step5 for that law's own peak; "
         "without one the acceleration is free at the ends",
     ),
+    "--rope-speed-cap": (("caps", "rope_speed"), "of each rope [m/s]"),
+    "--rope-acceleration-cap": (("caps", "rope_acceleration"), "of each rope [m/s^2]"),
+    "--rope-jerk-cap": (("caps", "rope_jerk"), "of each rope [m/s^3]"),
     "--force-cap": (("caps", "force"), "of the motor on each rope [N]"),
+    "--power-cap": (("caps", "power"), "of both motors together [W]"),
+    "--motor-speed-cap": (("caps", "motor_speed"), "of one motor's shaft [rad/s]"),
+    "--motor-torque-cap": (("caps", "motor_torque"), "of one motor's shaft [N m]"),
+    "--reaction-cap": (("caps", "reaction"), "on the supporting arm [N]"),
+    "--far-end-tension-cap": (("caps", "far_end_tension"), "at the rope's fixed end [N]"),
     "--least-tension": (("caps", "least_tension"), "of every rope segment [N]"),
     "--friction": (("truss", "pulley_friction"), "mu between rope and pulley"),
     "--modules": (("truss", "modules"), "number of modules"),
@@ -47,6 +56,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of `antenna-ocp truss`."""
     add_study_argument(parser)
     add_truss_flags(parser)
+    parser.add_argument(
+        "--drive",
+        type=Path,
+        metavar="FILE",
+        help="drive.toml, whose limits are caps; or [drive] of the study's own file",
+    )
     add_results_flags(parser)
     parser.add_argument(
         "--resume",
@@ -74,12 +89,16 @@ def add_truss_flags(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, console: Console) -> ExitCode:
     """Carry out `antenna-ocp truss`."""
     from studies.common.finished import FinishedStarts
+    from studies.drive.schema import read_drive
     from studies.truss.config import as_dictionary, as_toml
     from studies.truss.search.motion_search import Search
     from studies.truss.study import result_of
 
     _take_up(options)
-    study = read_study(options, console)
+    raw = raw_study(options)
+    if options.drive is not None:
+        raw["drive"] = read_drive(options.drive)
+    study = stated_study(raw, console)
     search = Search(study, console)
 
     def keep_starts(folder: ResultsFolder) -> None:

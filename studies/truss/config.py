@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -25,7 +24,6 @@ from studies.common.configuration import (
     choices,
     from_mapping,
     key,
-    not_negative,
     optional_key,
     positive,
     section,
@@ -35,15 +33,19 @@ from studies.common.configuration import (
 )
 from studies.common.exit_codes import StudyError
 from studies.drive.schema import Drive
-from studies.truss.limits import PLAUSIBLE, check_plausible
+from studies.truss.limits.caps import (
+    MULTIPLE_OF_DURATION,
+    Caps,
+    check_drive_is_enough,
+    within_the_drive,
+)
+from studies.truss.limits.tolerances import PLAUSIBLE, check_plausible
 from studies.truss.quantities import OBJECTIVES
 
 DEPLOYED = math.pi / 2  # [rad]
 PAPER_DURATION = 140.0  # [s], follows from the paper's 5.7e-4 rad/s^2 and (40)
 SETS = {"dynamic": DYNAMIC_SET, "kinematic": KINEMATIC_SET}
 STARTS = ("bezier", "step5", "straight", "dwell", "phase-plane")
-JERK_LAWS = ("bezier", "step5")
-MULTIPLE_OF_DURATION = re.compile(r"\s*([-+.\deE]+)\s*/\s*T\^3\s*")
 
 
 def _stages(name: str, value: Any) -> tuple[dict[str, float], ...]:
@@ -81,18 +83,6 @@ def _duration(name: str, value: Any) -> tuple[float, float]:
     return low, high
 
 
-def _jerk(name: str, value: Any) -> float | str:
-    """A number, or a text that the study turns into one, since it depends on the duration."""
-    if not isinstance(value, str):
-        return positive(name, value)
-    if value not in JERK_LAWS and MULTIPLE_OF_DURATION.fullmatch(value) is None:
-        raise StudyError(
-            f"{name} is {value!r}; give a number in rad/s^3, a multiple like 124.22/T^3, "
-            "bezier or step5 for that law's own peak jerk, or none"
-        )
-    return value
-
-
 def _share(name: str, value: Any) -> float:
     """A number above zero and below one."""
     share = positive(name, value)
@@ -102,11 +92,6 @@ def _share(name: str, value: Any) -> float:
             f"make an earlier one {1 + share:g} times as large"
         )
     return share
-
-
-def _tension(name: str, value: Any) -> float:
-    """A number; "none" takes the limit away, down to the zero at which a rope goes slack."""
-    return 0.0 if value == "none" else not_negative(name, value)
 
 
 def _truss(name: str, value: Any) -> TrussParameters:
@@ -145,41 +130,6 @@ def _joint_masses(name: str, raw: Any) -> JointMasses:
         raise StudyError(f"{name} is {raw!r}; make it a table of masses in kg")
     check_keys(raw, [field.name for field in dataclasses.fields(JointMasses)], f"{name}.")
     return JointMasses(**raw)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Caps:
-    """Limits that hold at all times; None is no limit.
-
-    Attributes
-    ----------
-    speed, acceleration, jerk : of the deployment angle [rad/s], [rad/s^2], [rad/s^3].
-    force : of the motor on each rope [N].
-    least_tension : of every rope segment [N]; a rope only pulls, so at least 0.
-
-    Raises
-    ------
-    StudyError
-        Naming the key, its value and the remedy.
-    """
-
-    speed: float | None = optional_key(positive, "rad/s", "most speed of the deployment angle")
-    acceleration: float | None = optional_key(
-        positive, "rad/s^2", "most acceleration of the deployment angle"
-    )
-    jerk: float | None = optional_key(
-        _jerk,
-        "rad/s^3",
-        'most jerk of the deployment angle; also "200/T^3", or "bezier" or "step5" for the peak '
-        "of that law; without a cap the acceleration is free at the ends",
-    )
-    force: float | None = optional_key(positive, "N", "most force of the motor on each rope")
-    least_tension: float = key(
-        _tension, "N", "least tension of every rope segment; a rope only pulls", default=0.0
-    )
-
-    def __post_init__(self) -> None:
-        check(self, "caps.")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -228,8 +178,9 @@ class TrussStudy:
     duration : shortest and longest duration [s]; equal if it is fixed.
     concession : relative worsening of a stage's optimum that later stages may use.
     smooth : whether the law is made smooth where a peak leaves it free.
-    caps, truss, solver : the rest.
-    drive : that exports are made for; None where it is stated with the export.
+    caps : limits that hold at all times, those of the drive among them.
+    truss, solver : the rest.
+    drive : whose limits are caps, too, and that exports are made for; None where there is none.
 
     Raises
     ------
@@ -262,7 +213,7 @@ class TrussStudy:
     )
     solver: SolverOptions = key(section(SolverOptions), "", "how to solve", factory=SolverOptions)
     drive: Drive | None = optional_key(
-        section(Drive), "", "the drive that exports are made for; its keys are listed below"
+        section(Drive), "", "the drive: its limits are caps, too, and exports are made for it"
     )
 
     def __post_init__(self) -> None:
@@ -274,9 +225,11 @@ class TrussStudy:
                 f"{self.fixed_duration:g} s; give --duration LOW..HIGH or duration = [low, high]"
             )
 
-        # only here all that a jerk in words depends on is known
+        check_drive_is_enough(self.caps, self.objectives, self.drive)
+
+        # only here all that a jerk in words depends on is known, and what the drive can do
         resolved = dataclasses.replace(self.caps, jerk=self._jerk_cap(self.caps.jerk))
-        object.__setattr__(self, "caps", resolved)
+        object.__setattr__(self, "caps", within_the_drive(resolved, self.drive))
 
     def _check_plausible(self) -> None:
         """Refuse numbers beyond the physics of the model, before any work."""
@@ -307,6 +260,12 @@ class TrussStudy:
     def stroke(self) -> float:
         """D [rad]."""
         return DEPLOYED - self.truss.stowed_angle
+
+    @property
+    def jerk_limited(self) -> bool:
+        """Whether the acceleration is continuous, and so zero at both ends."""
+        capped = self.caps.jerk is not None or self.caps.rope_jerk is not None
+        return capped or "peak-rope-jerk" in self.objectives
 
     @property
     def fixed_duration(self) -> float | None:

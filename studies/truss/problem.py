@@ -14,22 +14,22 @@ from __future__ import annotations
 import functools
 import math
 import operator
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-from models.truss import (
-    Net,
-    angular_acceleration,
-    far_end_ratio,
-    reaction_force,
-    rope_acceleration,
-    rope_force,
-    rope_speed,
-)
+from models.truss import Net
 from ocp import Between, Bound, Constant, Control, Phase, Problem, State, joined, peak
 from studies.truss.config import DEPLOYED, TrussStudy
-from studies.truss.quantities import OBJECTIVES
+from studies.truss.expressions import (
+    OF_BOTH_SIGNS,
+    Signals,
+    acceleration_in,
+    expressions,
+    force_in,
+)
+from studies.truss.limits.caps import CAPPED, CURVE, cap_on
+from studies.truss.quantities import OBJECTIVES, QUANTITIES
 
 if TYPE_CHECKING:  # which needs this module
     from studies.truss.motions.starts import StartingMotion
@@ -41,18 +41,9 @@ LEAST_JERK = math.sqrt(720)
 Drive = Literal["jerk", "acceleration", "force"]
 ControlShape = Literal["constant", "linear", "polynomial"]
 
+SIGNAL_CAPS = {"peak-speed", "peak-acceleration", "peak-jerk"}  # bounds of signals, not of formulas
+
 EARLIEST, LATEST = 1e-5, 1 - 1e-5  # of the duration, between which the net becomes taut
-
-
-@dataclass(frozen=True, eq=False)
-class Signals:
-    """The signals of the problem; `jerk` and `force` are None where they are no signals."""
-
-    angle: State
-    speed: State
-    acceleration: Any
-    jerk: Control | None
-    force: Control | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,21 +69,23 @@ class Statement:
     price: Constant | None
     links: tuple[Bound, ...]
 
-    def problem(self, bounds: Sequence[Bound] = ()) -> Problem:
+    def problem(self) -> Problem:
         """The problem that minimises the first stage, and the price of the roughness beside it.
 
-        The law becomes smooth wherever the objective leaves it free. `bounds` are further ones.
+        The law becomes smooth wherever the objective leaves it free.
         """
         objective = self.stages[0]
         if self.price is not None:
             objective = objective + self.price.symbol * self.roughness
-        return Problem("truss", self.phases, minimise=objective, bounds=bounds, links=self.links)
+        return Problem("truss", self.phases, minimise=objective, links=self.links)
 
 
 def needs_forces(study: TrussStudy) -> bool:
     """Whether objective or caps depend on the rope force."""
-    objective = any(OBJECTIVES[name].needs_forces for name in study.objectives)
-    return objective or study.caps.force is not None or study.caps.least_tension > 0
+    if any(OBJECTIVES[name].needs_forces for name in study.objectives):
+        return True
+    capped = [key for key in (*CAPPED, CURVE) if cap_on(study.caps, study.drive, key)]
+    return any(QUANTITIES[key].needs_forces for key in capped)
 
 
 def state(
@@ -149,9 +142,9 @@ def _signals(study: TrussStudy, with_forces: bool) -> Signals:
     most = _or_infinity(caps.acceleration)
 
     if drive == "jerk":
-        assert caps.jerk is not None
         acceleration = State("acceleration", "rad/s^2", lower=-most, upper=most)
-        jerk = Control("jerk", "rad/s^3", lower=-caps.jerk, upper=caps.jerk, shape=shape)
+        steepest = _or_infinity(caps.jerk)
+        jerk = Control("jerk", "rad/s^3", lower=-steepest, upper=steepest, shape=shape)
         return Signals(angle, speed, acceleration, jerk, None)
     if drive == "force":
         force = Control("rope force", "N", lower=0.0, upper=_or_infinity(caps.force), shape=shape)
@@ -168,15 +161,15 @@ def control_of(study: TrussStudy, with_forces: bool) -> tuple[Drive, ControlShap
     the jerk linearly, an acceleration as smoothly as the states.
     """
     caps, objectives = study.caps, set(study.objectives)
-    jumps = objectives <= {"peak-acceleration", "time"}
-    if caps.jerk is not None:
-        rides = caps.force is not None or caps.least_tension > 0
-        return "jerk", "constant" if jumps and not rides else "linear"
+    capped = {key for key in (*CAPPED, CURVE) if cap_on(caps, study.drive, key)}
+    jumps = objectives <= {"peak-acceleration", "time"} and capped <= SIGNAL_CAPS
+    if study.jerk_limited:
+        return "jerk", "constant" if jumps else "linear"
     if not with_forces:
         return "acceleration", "constant" if jumps else "polynomial"
 
     # the force of the phase plane, which knows no other caps
-    alone = caps.acceleration is None and caps.speed is None
+    alone = capped <= {"peak-force", "least-tension"}
     if alone and objectives <= {"peak-force", "time"}:
         return "force", "constant"
     return "acceleration", "polynomial"
@@ -184,23 +177,6 @@ def control_of(study: TrussStudy, with_forces: bool) -> tuple[Drive, ControlShap
 
 def _or_infinity(cap: float | None) -> float:
     return math.inf if cap is None else cap
-
-
-def acceleration_in(study: TrussStudy, signals: Signals, net: Net) -> Any:
-    """Angular acceleration as a signal or, where the rope force drives, as an expression."""
-    if signals.force is None:
-        return signals.acceleration
-    return angular_acceleration(
-        study.truss, signals.angle.symbol, signals.speed.symbol, signals.force.symbol, net
-    )
-
-
-def force_in(study: TrussStudy, signals: Signals, net: Net) -> Any:
-    """Rope force at the motor as a signal or as an expression."""
-    if signals.force is not None:
-        return signals.force
-    acceleration = signals.acceleration.symbol
-    return rope_force(study.truss, signals.angle.symbol, signals.speed.symbol, acceleration, net)
 
 
 def _phases(
@@ -266,23 +242,35 @@ def _phase(
 
 
 def _bounds(study: TrussStudy, signals: Signals, net: Net) -> list[Bound]:
-    """Path constraints on forces, and on the acceleration where it is no signal."""
+    """Path constraints: the pull of the rope, and every cap that is no bound of a signal."""
+    bounds = list(_caps_on_expressions(study, signals, net))
     if net == "by angle":
-        return []
-    caps, bounds = study.caps, []
-    force = force_in(study, signals, net)
+        return bounds
 
+    force, caps = force_in(study, signals, net), study.caps
     if signals.force is None:
         bounds.append(Bound("rope force", force, "N", lower=0.0, upper=_or_infinity(caps.force)))
     elif caps.acceleration is not None:
         acceleration, most = acceleration_in(study, signals, net), caps.acceleration
         bounds.append(Bound("acceleration", acceleration, "rad/s^2", lower=-most, upper=most))
-
-    # tensions fall along the rope, so that the last segment has the least of all
-    if caps.least_tension > 0:
-        far_end = force * far_end_ratio(study.truss, signals.angle.symbol)
-        bounds.append(Bound("far-end tension", far_end, "N", lower=caps.least_tension))
     return bounds
+
+
+def _caps_on_expressions(study: TrussStudy, signals: Signals, net: Net) -> Iterator[Bound]:
+    """Caps on what follows from the signals. Those on forces are for a problem that has them."""
+    formulas = expressions(study, signals, net)
+    for key in (*CAPPED, CURVE):
+        cap, quantity = cap_on(study.caps, study.drive, key), QUANTITIES[key]
+        left_out = key in SIGNAL_CAPS or key == "peak-force"
+        if not cap or left_out or (quantity.needs_forces and net == "by angle"):
+            continue
+        for number, formula in enumerate(formulas[key], start=1):
+            name = quantity.title if len(formulas[key]) == 1 else f"{quantity.title} ({number})"
+            if quantity.kind == "least":
+                yield Bound(name, formula, quantity.unit, lower=cap)
+            else:
+                lower = -cap if key in OF_BOTH_SIGNS else -math.inf
+                yield Bound(name, formula, quantity.unit, lower=lower, upper=cap)
 
 
 def _objective(
@@ -291,35 +279,16 @@ def _objective(
     """An objective as a number of the motion."""
     if name == "time":
         return pairs[-1][0].end_time
-    expression = _expressions(study, signals)[name]
-
     if name == "energy":
-        return _sum(phase.integral(expression(net), "work", "J") for phase, net in pairs)
+        powers = ((phase, expressions(study, signals, net)["peak-power"]) for phase, net in pairs)
+        return _sum(phase.integral(power, "work", "J") for phase, (power,) in powers)
     return peak(
-        *((phase, expression(net)) for phase, net in pairs),
+        *(
+            (phase, expression)
+            for phase, net in pairs
+            for expression in expressions(study, signals, net)[name]
+        ),
         name=OBJECTIVES[name].title,
         unit=OBJECTIVES[name].unit,
-        absolute=name not in ("peak-force", "peak-power"),
+        absolute=name in OF_BOTH_SIGNS,
     )
-
-
-def _expressions(study: TrussStudy, signals: Signals) -> dict[str, Callable[[Net], Any]]:
-    truss, alpha, omega = study.truss, signals.angle.symbol, signals.speed.symbol
-
-    def power(net: Net) -> Any:
-        return -2 * force_in(study, signals, net) * rope_speed(truss, alpha, omega)
-
-    def acceleration(net: Net) -> Any:
-        signal_or_expression = acceleration_in(study, signals, net)
-        return getattr(signal_or_expression, "symbol", signal_or_expression)
-
-    return {
-        "peak-acceleration": acceleration,
-        "peak-rope-acceleration": lambda net: rope_acceleration(
-            truss, alpha, omega, acceleration(net)
-        ),
-        "peak-reaction": lambda net: reaction_force(truss, alpha, omega, acceleration(net)),
-        "peak-force": lambda net: force_in(study, signals, net),
-        "peak-power": power,
-        "energy": power,
-    }

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 Kind = Literal["peak", "least", "integral", "value"]
+Needed = Literal["", "drum_radius", "torque_speed"]
 
 
 @dataclass(frozen=True)
@@ -18,12 +19,14 @@ class Quantity:
     unit : SI unit.
     kind : largest absolute value, least value, integral over time, or a plain value.
     needs_forces : whether it depends on the dynamics.
+    of_drive : key of the drive without which there is no such number; empty where none is needed.
     """
 
     title: str
     unit: str
     kind: Kind
     needs_forces: bool
+    of_drive: Needed = ""
 
     @property
     def better(self) -> Literal["less", "more"]:
@@ -39,11 +42,19 @@ OBJECTIVES = {
     "peak-power": Quantity("peak motor power", "W", "peak", True),
     "energy": Quantity("work of the motor", "J", "integral", True),
     "time": Quantity("duration", "s", "value", False),
+    "peak-rope-speed": Quantity("peak rope speed", "m/s", "peak", False),
+    "peak-rope-jerk": Quantity("peak rope jerk", "m/s^3", "peak", False),
+    "peak-motor-torque": Quantity("peak motor torque", "N m", "peak", True, "drum_radius"),
+    "peak-motor-load": Quantity(
+        "largest share of the torque-speed curve", "1", "peak", True, "torque_speed"
+    ),
 }
 
 QUANTITIES = {
     **OBJECTIVES,
     "peak-speed": Quantity("peak angular speed", "rad/s", "peak", False),
     "peak-jerk": Quantity("peak angular jerk", "rad/s^3", "peak", False),
+    "peak-motor-speed": Quantity("peak motor speed", "rad/s", "peak", False, "drum_radius"),
+    "peak-far-end-tension": Quantity("peak tension at the far end", "N", "peak", True),
     "least-tension": Quantity("least tension of all segments", "N", "least", True),
 }

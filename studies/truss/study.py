@@ -13,9 +13,9 @@ from typing import Any
 from studies.common.console import Console, silent
 from studies.common.folder import provenance
 from studies.common.result import Result, Series, costs_elsewhere
-from studies.truss.bounds import lower_bounds
 from studies.truss.checks import criteria, engine_criterion, table_rows, tolerated
 from studies.truss.config import TrussStudy, as_dictionary
+from studies.truss.limits.bounds import lower_bounds
 from studies.truss.motions.deployment import COLUMNS, Deployment, how_to_read, profile
 from studies.truss.motions.laws import knots, paper_laws
 from studies.truss.search.best_motion import BestMotion
@@ -56,7 +56,8 @@ def run(study: TrussStudy, console: Console | None = None) -> Result:
 
 def result_of(study: TrussStudy, best: BestMotion) -> Result:
     """The result that the best motion of a search gives."""
-    laws = [best.deployment, *paper_laws(study.truss, best.deployment.law.duration)]
+    duration = best.deployment.law.duration
+    laws = [best.deployment, *paper_laws(study.truss, duration, study.drive)]
     bounds, remarks = _bounds_of_the_table(study, best)
     table = table_rows(study, laws, bounds)
 

@@ -24,9 +24,10 @@ from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.result import Result
 from studies.paper.cases import DEPLOYED, WITH_FRICTION
 from studies.truss import figures
-from studies.truss.bounds import least_time, least_work
-from studies.truss.config import Caps, TrussStudy, as_dictionary, study_from
+from studies.truss.config import TrussStudy, as_dictionary, study_from
 from studies.truss.figures import all_figures, angle_figure
+from studies.truss.limits.bounds import least_time, least_work
+from studies.truss.limits.caps import Caps
 from studies.truss.motions.deployment import Deployment, profile
 from studies.truss.motions.laws import knots, pinned_bezier, stored_law
 from studies.truss.search.motion_search import Search

@@ -6,7 +6,7 @@ import pytest
 
 from studies.cli import main
 from studies.common.exit_codes import ExitCode
-from studies.truss.limits import PLAUSIBLE
+from studies.truss.limits.tolerances import PLAUSIBLE
 
 FAST = ("truss", "--objective", "peak-force", "--duration", "5", "--jerk-cap", "200/T^3")
 

@@ -44,6 +44,7 @@ SLOW, GENTLE = 1e-3, 2e-2  # of the peak: speed and acceleration at an end that 
 CERTAIN = 4.0
 DRAWN = 100  # motions by which the scatter of forces is worked out
 INSTANTS = 401  # at which they are compared
+ABOUT = 9  # further ones about each peak, as far as the next even one
 
 Histories = Callable[[Any, Array], dict[str, Array]]
 
@@ -117,17 +118,21 @@ class Recovered:
             return grid, np.zeros_like(grid)
         return self.fit.grid, self.fit.band(order)
 
-    def ranges(self, histories: Histories) -> dict[str, tuple[float, float]]:
+    def ranges(self, histories: Histories, peaks: Array) -> dict[str, tuple[float, float]]:
         """Least and greatest that the peak of each history may be; none where rows are exact.
 
         Parameters
         ----------
         histories : callable
             Maps a law to histories (m,) by name at times (m,); their greatest values are meant.
+        peaks : (n,)
+            Times at which the law itself has them: even instants alone pass by a sharp one [s].
         """
         if self.fit is None:
             return {}
-        grid = np.linspace(0.0, self.law.duration, INSTANTS)
+        even, step = np.linspace(0.0, self.law.duration, INSTANTS, retstep=True)
+        near = (peaks[:, None] + step * np.linspace(-1.0, 1.0, ABOUT)).ravel()
+        grid = np.unique(np.clip(np.concatenate([even, near]), 0.0, self.law.duration))
         centre = histories(self.law, grid)
         curves = self.fit.draws(DRAWN)
         drawn = [histories(SplineLaw(_pieces(curve)), grid) for curve in curves]

@@ -7,17 +7,26 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
+import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
 from models.laws import AngularMotion, Law
 from models.numerics import dense_peak
-from models.truss import TrussMotion, TrussParameters, evaluate_motion
+from models.truss import (
+    TrussMotion,
+    TrussParameters,
+    evaluate_motion,
+    rope_jerk,
+    rope_length,
+)
 from ocp.arrays import Array
+from studies.drive.motor import motor_speed, motor_torque, shares_of_the_curve
+from studies.drive.schema import Drive
 from studies.truss.quantities import QUANTITIES
 
 GRID_POINTS = 4000  # samples of a motion, spread over its pieces, before peaks are refined
@@ -25,6 +34,7 @@ CANDIDATES = 4  # highest samples of a quantity that are refined
 BACKWARD = 1e-6  # of the mean speed: what a bound of an optimiser may leave below zero
 GAUSS_POINTS = 8  # per cell of the energy quadrature
 GAUSS_CELLS = 400  # cells of the energy quadrature, spread over the pieces
+OF_THE_LAW = ("peak-speed", "peak-acceleration", "peak-jerk", "peak-rope-jerk")
 SAMPLES = 2001  # evenly spaced rows of a profile; the times of kinks and denser rows are added
 LARGEST_STEP = 2e-3  # of stroke and peak speed: what changes from row to row of a profile
 JUMP = 1e-6  # of the greatest acceleration: less is rounding
@@ -95,11 +105,13 @@ class Deployment:
     name : how tables and figures call it.
     law : angle over time.
     truss : its parameters.
+    drive : that hauls the ropes in; None where there is none.
     """
 
     name: str
     law: Law
     truss: TrussParameters
+    drive: Drive | None = None
 
     def at(self, time: ArrayLike) -> tuple[AngularMotion, TrussMotion]:
         """Histories at times (m,) in [0, T]."""
@@ -135,7 +147,7 @@ class Deployment:
 
     @cached_property
     def values(self) -> dict[str, float]:
-        """Every quantity of `studies.truss.quantities`."""
+        """Every quantity of `studies.truss.quantities` that truss and drive have."""
         work = float(self.energies.motor[-1])
         extremes = {key: extreme.value for key, extreme in self.extremes.items()}
         return {**extremes, "energy": work, "time": float(self.law.duration)}
@@ -143,32 +155,65 @@ class Deployment:
     @cached_property
     def extremes(self) -> dict[str, Extreme]:
         """Peaks and least values, located between samples, and when they are taken."""
-        grid = np.concatenate([np.linspace(a, b, m) for a, b, m in self._cells(GRID_POINTS, 5)])
-        keys = [key for key, quantity in QUANTITIES.items() if quantity.kind in ("peak", "least")]
+        # with the values before each edge, where a jerk may jump
+        cells = [np.linspace(a, b, m) for a, b, m in self._cells(GRID_POINTS, 5)]
+        before = [np.nextafter(cell[-1:], 0.0) for cell in cells]
+        grid = np.unique(np.concatenate([*cells, *before]))
         histories = self.histories(grid)
-        return {key: self._extreme(key, grid, histories[key]) for key in keys}
+        return {
+            key: self._extreme(key, grid, histories[key]) for key in QUANTITIES if key in histories
+        }
 
     def histories(self, time: Array) -> dict[str, Array]:
         """What the extremes are taken of, at times (m,)."""
-        motion, truss = self.at(time)
+        return {**self._of_the_law(time), **self._of_the_truss(time)}
+
+    def _of_the_law(self, time: Array) -> dict[str, Array]:
+        """What needs no forces, and so takes a fraction of the time."""
+        motion = self.law.motion(time)
+        rows = (motion.angle, motion.speed, motion.acceleration, motion.jerk)
         return {
             "peak-speed": np.abs(motion.speed),
             "peak-acceleration": np.abs(motion.acceleration),
             "peak-jerk": np.abs(motion.jerk),
+            "peak-rope-jerk": np.abs(_rope_jerks(self.truss, *rows)),
+        }
+
+    def _of_the_truss(self, time: Array) -> dict[str, Array]:
+        _, truss = self.at(time)
+        return {
+            "peak-rope-speed": np.abs(truss.rope_speed),
             "peak-rope-acceleration": np.abs(truss.rope_acceleration),
             "peak-force": truss.rope_force,
             "peak-reaction": np.abs(truss.reaction_force),
             "peak-power": truss.motor_power,
+            "peak-far-end-tension": truss.far_end_tension,
             "least-tension": np.minimum(truss.rope_force, truss.far_end_tension),
+            **self._of_the_motor(truss),
         }
+
+    def _of_the_motor(self, truss: TrussMotion) -> dict[str, Array]:
+        """Speed, torque and load of one motor; empty without a drum."""
+        if self.drive is None or self.drive.drum_radius is None:
+            return {}
+        hauled = float(rope_length(self.truss, self.truss.stowed_angle)) - truss.rope_length
+        speed = motor_speed(self.drive, -truss.rope_speed, hauled)
+        torque = motor_torque(self.drive, truss.rope_force, hauled)
+        found = {"peak-motor-speed": speed, "peak-motor-torque": torque}
+        shares = shares_of_the_curve(self.drive, speed, torque)
+        if shares:
+            found["peak-motor-load"] = np.max(shares, axis=0)
+        return found
 
     def _extreme(self, key: str, grid: Array, values: Array) -> Extreme:
         if not np.isfinite(values).all():
             return Extreme(float("nan"), float("nan"))
         sign = -1.0 if QUANTITIES[key].kind == "least" else 1.0
 
+        histories = self._of_the_law if key in OF_THE_LAW else self._of_the_truss
+
         def signed(time: Array) -> Array:
-            return sign * self.histories(time)[key]
+            return sign * histories(time)[key]
 
         brackets = {_bracket(grid, k) for k in np.argsort(-sign * values)[:CANDIDATES]}
         peaks = [_refine(signed, *bracket) for bracket in brackets]
@@ -204,6 +249,18 @@ class Deployment:
             joints=integral(inside.joint_power),
             pulleys=integral(inside.pulley_power),
         )
+
+
+def _rope_jerks(truss: TrussParameters, *motion: Array) -> Array:
+    """Jerk of the rope [m/s^3] along angle, speed, acceleration and jerk, (m,) each."""
+    found: Array = _rope_jerk_kernel(truss)(*(row[None, :] for row in motion)).full().ravel()
+    return found
+
+
+@lru_cache(maxsize=8)
+def _rope_jerk_kernel(truss: TrussParameters) -> ca.Function:
+    symbols = [ca.SX.sym(name) for name in ("alpha", "omega", "acc", "jerk")]
+    return ca.Function("rope_jerk", symbols, [rope_jerk(truss, *symbols)], {"cse": True})
 
 
 def profile(deployment: Deployment, samples: int = SAMPLES) -> dict[str, Array]:

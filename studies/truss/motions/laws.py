@@ -23,9 +23,11 @@ from ocp import Control, Solution
 from ocp.arrays import Array
 from studies.common.exit_codes import StudyError
 from studies.common.result import Result
+from studies.drive.schema import Drive
 from studies.truss.config import DEPLOYED, TrussStudy, study_from
+from studies.truss.expressions import acceleration_in
 from studies.truss.motions.deployment import Deployment
-from studies.truss.problem import Statement, acceleration_in
+from studies.truss.problem import Statement
 
 ROWS_AN_INTERVAL = 16  # of a replay: the force is then good to 1e-8 between them
 JOINT = 1e-9  # of the duration: intervals of a replay that are shorter are left out
@@ -39,14 +41,16 @@ JERKS = ("angular_jerk", "angular_jerk_before")
 
 
 @functools.lru_cache(maxsize=8)
-def paper_laws(truss: TrussParameters, duration: float) -> tuple[Deployment, Deployment]:
+def paper_laws(
+    truss: TrussParameters, duration: float, drive: Drive | None = None
+) -> tuple[Deployment, Deployment]:
     """The paper's Bezier law, its ends pinned to the exact angles, and its Step5.
 
     They remember their values, which a study asks for several times.
     """
     return (
-        Deployment("Bezier", pinned_bezier(truss, duration), truss),
-        Deployment("Step5", Step5(duration, truss.stowed_angle, DEPLOYED), truss),
+        Deployment("Bezier", pinned_bezier(truss, duration), truss, drive),
+        Deployment("Step5", Step5(duration, truss.stowed_angle, DEPLOYED), truss, drive),
     )
 
 
@@ -61,8 +65,9 @@ def deployments_of(result: Result) -> list[Deployment]:
     columns = {name: series.values for name, series in result.arrays.items()}
     if "angle" not in columns:
         raise StudyError("the result has no profile to draw; run its study again")
-    truss, law = study_from(result.configuration).truss, stored_law(columns)
-    return [Deployment(result.laws[0], law, truss), *paper_laws(truss, law.duration)]
+    study, law = study_from(result.configuration), stored_law(columns)
+    own = Deployment(result.laws[0], law, study.truss, study.drive)
+    return [own, *paper_laws(study.truss, law.duration, study.drive)]
 
 
 def pinned_bezier(truss: TrussParameters, duration: float) -> Bezier:

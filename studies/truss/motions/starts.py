@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from models.laws import Dwell, Law, Step5, StraightLine
 from ocp.arrays import Array
-from studies.truss.bounds import least_time
 from studies.truss.config import DEPLOYED, TrussStudy
+from studies.truss.limits.bounds import least_time
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import pinned_bezier
 

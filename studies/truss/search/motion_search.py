@@ -28,9 +28,11 @@ from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.finished import FinishedStarts
 from studies.common.result import Verdict
-from studies.truss.bounds import check_feasible, keeps_the_caps, lower_bounds
 from studies.truss.checks import objective_sizes
 from studies.truss.config import TrussStudy
+from studies.truss.limits.bounds import keeps_the_caps, lower_bounds
+from studies.truss.limits.caps import HARD, cap_on, without_cap
+from studies.truss.limits.feasibility import check_feasible, force_cap
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import law_of
 from studies.truss.motions.starts import (
@@ -39,7 +41,7 @@ from studies.truss.motions.starts import (
     starting_motion,
 )
 from studies.truss.problem import Statement, control_of, needs_forces, state
-from studies.truss.quantities import OBJECTIVES
+from studies.truss.quantities import OBJECTIVES, QUANTITIES
 from studies.truss.search.best_motion import BestMotion
 from studies.truss.search.smoothness import SHARE, at_a_light_price, first_price, share_of
 from studies.truss.search.verdict import (
@@ -62,7 +64,7 @@ LEAST_OF_A_START = 60.0  # [s] that one start may take, if not more is its share
 LEAST_LEFT = 0.1  # of the seconds, for what has to follow the starts
 RELAXING = 30.0  # [s] that may be spent on what to relax where no motion was found
 RELAXED = Settings(intervals=40, refinement=FixedMesh())  # as `ocp.relaxed` has it by default
-OTHER_START = "least force"  # the motion of least force that was found without its cap
+OTHER_START = "without a cap"  # the motion that was found with the least of what the cap is on
 
 
 class NoMotionError(Exception):
@@ -116,14 +118,15 @@ class Search:
     @functools.cached_property
     def bounds(self) -> dict[str, float]:
         """Lower bounds by quantity; the phase plane only where it can matter."""
-        cap = self.study.caps.force
+        cap = force_cap(self.study)
         least_time, force = 0.0, None
         if self.interrupted:  # no more long work
             return lower_bounds(self.study, None)
 
         try:
             least_time = 0.0 if cap is None else self.plane.least_time(cap)
-            force = self.least_force if "peak-force" in self.study.objectives else None
+            of_force = {"peak-force", "peak-motor-torque"}.intersection(self.study.objectives)
+            force = self.least_force if of_force else None
         except KeyboardInterrupt:  # the motions found so far are worth more than this bound
             self.interrupted = True
         except StudyError as error:  # none to be had
@@ -145,7 +148,7 @@ class Search:
         """
         check_feasible(self.study, lambda: self.least_force)
 
-        if self.study.minimise[0].keys() != {"peak-force"} or self.study.caps.jerk is not None:
+        if self.study.minimise[0].keys() != {"peak-force"} or self.study.jerk_limited:
             return
         try:
             least = self.least_force
@@ -369,11 +372,12 @@ class Search:
         raise NoMotionError(reasons[0])
 
     def _deployment(self, statement: Statement, solution: Solution) -> Deployment:
-        return Deployment("optimal", law_of(self.study, statement, solution), self.study.truss)
+        law = law_of(self.study, statement, solution)
+        return Deployment("optimal", law, self.study.truss, self.study.drive)
 
     def _unattained(self, peak_force: float) -> Verdict | None:
         """The verdict on a motion whose force is at a limit that no motion attains."""
-        if self.interrupted or self.study.caps.jerk is not None:
+        if self.interrupted or self.study.jerk_limited:
             return None
         least = self._least_force_or_why
         return None if isinstance(least, StudyError) else unattained_verdict(peak_force, least)
@@ -411,21 +415,25 @@ class Search:
         StudyError
             If that fails too: with the least relaxation found, and the error of the first start.
         """
-        cap, least = self.study.caps.force, self._least_force_found()
+        key = next((key for key in HARD if cap_on(self.study.caps, self.study.drive, key)), "")
         needed = "the relaxed problem was not solved either"
-        if cap is not None and least is not None:
+        least = self._least_found(key) if key else None
+        if least is not None:
+            cap, quantity = cap_on(self.study.caps, self.study.drive, key), QUANTITIES[key]
+            value, name = least.values[key], quantity.title
+            assert cap is not None
             needed = (
-                f"the least peak found under the other caps is {least.values['peak-force']:.6g} N "
-                "(local: from one start): raise the force cap to that, or loosen another one"
+                f"the least {name} found under the other caps is {value:.6g} {quantity.unit} "
+                f"(local: from one start): raise its cap to that, or loosen another one"
             )
-            if least.values["peak-force"] <= cap and not self.interrupted:
+            if value <= cap and not self.interrupted:
                 start = start_from_law(OTHER_START, least.law, self.study)
                 try:
                     again = {OTHER_START: functools.partial(self._stated_from, start)}
                     return self._best_of(self._audited(again))
                 except (OcpError, NoMotionError):
-                    needed = f"one of {least.values['peak-force']:.6g} N meets the caps"
-        elif cap is None:
+                    needed = f"a motion with a {name} of {value:.6g} {quantity.unit} meets the caps"
+        elif not key:
             needed = self._relaxation() or needed
         raise StudyError(
             f"no motion was found from {len(names)} start{'s' * (len(names) > 1)}; the least "
@@ -443,20 +451,18 @@ class Search:
             return ""
         return "; ".join(map(str, found.items)) or "none: on one mesh a motion meets all limits"
 
-    def _least_force_found(self) -> Deployment | None:
-        """The motion of least peak force without its cap, from one start; None without such a cap.
+    def _least_found(self, key: str) -> Deployment | None:
+        """The motion with the least of a capped quantity under the other caps, from one start.
 
         A search of its own: `ocp.relaxed` answers at once, but on a fixed mesh it is 0.2 to 1.5 %
         off, and on an adapting one it takes far longer than this.
         """
         seconds = self._some_left()
-        if self.study.caps.force is None:
-            return None
-        self.console.progress("no motion meets the force cap: looking for the least peak instead")
+        title = QUANTITIES[key].title
+        self.console.progress(f"no motion was found: looking for the least {title} instead")
         uncapped = replace(
-            self.study,
-            minimise="peak-force",
-            caps=replace(self.study.caps, force=None),
+            without_cap(self.study, key),
+            minimise=key,
             solver=replace(self.study.solver, starts=("bezier",), seconds=seconds),
         )
         search = Search(uncapped, self.console)

@@ -16,8 +16,10 @@ from dataclasses import dataclass, replace
 
 from ocp import Interrupted, OcpError, Problem, Settings, Solution, solve
 from ocp.progress import Progress
-from studies.truss.bounds import end_forces, lower_bounds
+from studies.drive.motor import motor_torque, shares_of_the_curve
 from studies.truss.config import TrussStudy
+from studies.truss.limits.bounds import lower_bounds
+from studies.truss.limits.feasibility import end_forces
 from studies.truss.problem import Statement
 from studies.truss.quantities import OBJECTIVES
 
@@ -46,7 +48,11 @@ def first_price(study: TrussStudy, stage: int, weights: dict[str, float]) -> flo
 
     # a share of what the peak is at least, so that it costs no larger share of the peak
     least = lower_bounds(study, None)
-    least["peak-force"] = max(force for _, force, _ in end_forces(study.truss))
+    force = least["peak-force"] = max(force for _, force, _ in end_forces(study.truss))
+    if study.drive is not None and study.drive.drum_radius is not None:
+        torque = float(motor_torque(study.drive, force, 0.0))
+        least["peak-motor-torque"] = torque
+        least["peak-motor-load"] = max(shares_of_the_curve(study.drive, 0.0, torque), default=1.0)
     return SHARE * sum(weight * least[name] / weights[name] for name, weight in terms.items())
 
 

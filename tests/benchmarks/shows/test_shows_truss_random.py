@@ -6,12 +6,11 @@ from pathlib import Path
 import pytest
 
 from benchmarks.shows import truss_random
-from benchmarks.shows.truss_random import answer, question, read_output, tables
+from benchmarks.shows.truss_random import ASKED, answer, question, read_output, tables
 from models.truss import TrussParameters
 from studies.cli import parse
 from studies.common.console import Console
 from studies.truss.command import read_study
-from studies.truss.quantities import OBJECTIVES
 
 QUESTIONS = [question(3, index) for index in range(140)]
 
@@ -25,7 +24,7 @@ def test_questions_are_what_they_promise() -> None:
         assert drawn["jerk_multiple"] is None or 40 <= drawn["jerk_multiple"] <= 1000
         for name, length in drawn["lengths"].items():
             assert math.isclose(length, getattr(paper, name), rel_tol=0.3001)  # four digits
-    assert {drawn["objective"] for drawn in QUESTIONS} == set(OBJECTIVES)
+    assert {drawn["objective"] for drawn in QUESTIONS} == set(ASKED)
     without = sum(drawn["jerk_multiple"] is None for drawn in QUESTIONS)
     assert 0 < without <= len(QUESTIONS) / 3
     assert QUESTIONS[7] == question(3, 7) != question(4, 7)

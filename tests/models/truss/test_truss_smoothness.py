@@ -101,6 +101,7 @@ def test_slopes_are_the_derivatives_of_their_functions():
     pairs = [
         (truss.slider_distance(p, alpha), truss.slider_distance_slope(p, alpha)),
         (truss.slider_distance_slope(p, alpha), truss.slider_distance_curvature(p, alpha)),
+        (truss.slider_distance_curvature(p, alpha), truss.slider_distance_third(p, alpha)),
         (truss.inertia(p, alpha), truss.inertia_slope(p, alpha)),
         (truss.potential(p, alpha), truss.potential_slope(p, alpha)),
     ]
@@ -109,6 +110,17 @@ def test_slopes_are_the_derivatives_of_their_functions():
         for at in np.linspace(0.0768, math.pi / 2, 30):
             gap, size = difference(at)
             assert abs(float(gap)) <= 1e-12 * max(1.0, abs(float(size)))
+
+
+def test_rope_jerk_is_the_rate_of_the_rope_acceleration():
+    symbols = [ca.SX.sym(name) for name in ("alpha", "omega", "acc", "jerk")]
+    p, motion = truss.DYNAMIC_SET, ca.vertcat(*symbols[:3])
+    acceleration = truss.rope_acceleration(p, *symbols[:3])
+    rate = ca.jtimes(acceleration, motion, ca.vertcat(*symbols[1:]))
+    both = ca.Function("f", symbols, [rate, truss.rope_jerk(p, *symbols)])
+    for at in np.linspace(0.0768, math.pi / 2, 30):
+        expected, found = map(float, both(at, 0.3, -0.2, 0.7))
+        assert found == pytest.approx(expected, rel=1e-12)
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.01])
@@ -122,6 +134,7 @@ def test_expressions_do_not_grow_with_the_ring(mu):
             truss.angular_acceleration(p, alpha, omega, acc),
             truss.reaction_force(p, alpha, omega, acc),
             truss.rope_acceleration(p, alpha, omega, acc),
+            truss.rope_jerk(p, alpha, omega, acc, acc),
             truss.pulley_loss(p, alpha, omega, acc),
         )
         sizes.append(graph_size(outputs, alpha, omega, acc))

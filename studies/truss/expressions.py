@@ -1,0 +1,105 @@
+"""Every quantity of a deployment as an expression of the problem's signals.
+
+Objectives take their peaks, and caps bound them. None of them grows with the number of modules.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from models.truss import (
+    Net,
+    angular_acceleration,
+    far_end_ratio,
+    reaction_force,
+    rope_acceleration,
+    rope_force,
+    rope_jerk,
+    rope_length,
+    rope_speed,
+)
+from studies.drive.motor import motor_speed, motor_torque, shares_of_the_curve
+from studies.truss.config import TrussStudy
+
+if TYPE_CHECKING:
+    from ocp import Control, State
+
+# whose greatest modulus counts; all others are never negative in a deployment, or may be
+OF_BOTH_SIGNS = frozenset(
+    ("peak-acceleration", "peak-rope-acceleration", "peak-rope-jerk", "peak-reaction")
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Signals:
+    """The signals of the problem; `jerk` and `force` are None where they are no signals."""
+
+    angle: State
+    speed: State
+    acceleration: Any
+    jerk: Control | None
+    force: Control | None
+
+
+def acceleration_in(study: TrussStudy, signals: Signals, net: Net) -> Any:
+    """Angular acceleration as a signal or, where the rope force drives, as an expression."""
+    if signals.force is None:
+        return signals.acceleration
+    return angular_acceleration(
+        study.truss, signals.angle.symbol, signals.speed.symbol, signals.force.symbol, net
+    )
+
+
+def force_in(study: TrussStudy, signals: Signals, net: Net) -> Any:
+    """Rope force at the motor as a signal or as an expression."""
+    if signals.force is not None:
+        return signals.force
+    acceleration = signals.acceleration.symbol
+    return rope_force(study.truss, signals.angle.symbol, signals.speed.symbol, acceleration, net)
+
+
+def expressions(study: TrussStudy, signals: Signals, net: Net) -> Mapping[str, tuple[Any, ...]]:
+    """What is limited or minimised, by quantity; the largest of several counts.
+
+    Parameters
+    ----------
+    net : the branch of the potential.
+
+    Returns
+    -------
+    mapping of str to tuple
+        Those of the motor only where the drive is stated, the rope's jerk only where it is limited.
+    """
+    truss, drive = study.truss, study.drive
+    alpha, omega = signals.angle.symbol, signals.speed.symbol
+    signal_or_expression = acceleration_in(study, signals, net)
+    acceleration = getattr(signal_or_expression, "symbol", signal_or_expression)
+    force = force_in(study, signals, net)
+    force = getattr(force, "symbol", force)
+    hauling = -rope_speed(truss, alpha, omega)
+
+    found: dict[str, tuple[Any, ...]] = {
+        "peak-acceleration": (acceleration,),
+        "peak-rope-speed": (hauling,),
+        "peak-rope-acceleration": (rope_acceleration(truss, alpha, omega, acceleration),),
+        "peak-reaction": (reaction_force(truss, alpha, omega, acceleration),),
+        "peak-force": (force,),
+        "peak-power": (2 * force * hauling,),
+    }
+    # tensions fall along the rope, so that the last segment has the least of all
+    found["least-tension"] = found["peak-far-end-tension"] = (force * far_end_ratio(truss, alpha),)
+
+    if signals.jerk is not None:
+        jerk = rope_jerk(truss, alpha, omega, acceleration, signals.jerk.symbol)
+        found["peak-rope-jerk"] = (jerk,)
+    if drive is not None and drive.drum_radius is not None:
+        hauled = float(rope_length(truss, truss.stowed_angle)) - rope_length(truss, alpha)
+        speed, torque = motor_speed(drive, hauling, hauled), motor_torque(drive, force, hauled)
+        found |= {
+            "peak-motor-speed": (speed,),
+            "peak-motor-torque": (torque,),
+            "peak-motor-load": shares_of_the_curve(drive, speed, torque),
+        }
+    return found

@@ -1,0 +1,1 @@
+"""What a motion has to keep: caps that a user states, bounds by proof, tolerances of the checks."""

@@ -1,0 +1,176 @@
+"""What no motion beats, in closed form or from the phase plane.
+
+Symbols: D [rad] stroke; T [s] longest duration; v, A, j caps on speed, acceleration and jerk;
+r = 2 |L'| / f the motor's work per work on the truss, at least 1 and falling with the angle.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import casadi as ca
+import numpy as np
+
+from models.laws import least_jerk_cap, least_peak_acceleration
+from models.truss import (
+    TrussParameters,
+    joint_damping,
+    least_peak_reaction,
+    potential_slope,
+    rope_leverage,
+    rope_speed,
+    rope_travel,
+)
+from studies.drive.motor import motor_torque, motor_turn
+from studies.truss.config import DEPLOYED, TrussStudy
+from studies.truss.limits.caps import CAPPED, CURVE, Caps, cap_on
+
+if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
+    from studies.truss.motions.phase_plane import FastestMotion, LeastForce
+
+GAUSS_POINTS = 60
+BETWEEN = 1.01  # what a peak may be above that of the points of a phase plane
+ROUNDING = 1e-12  # relative: a cap set to the printed bound itself passes
+
+
+def least_time(stroke: float, caps: Caps) -> float:
+    """Least time [s] from rest to rest under the caps on speed, acceleration and jerk alone."""
+    if caps.speed is None and caps.acceleration is None and caps.jerk is None:
+        return 0.0
+    speed = _top_speed(stroke, caps)
+    cruise = 0.0 if math.isinf(speed) else (stroke - speed * _ramp_time(speed, caps)) / speed
+    return cruise + 2 * _ramp_time(speed, caps)
+
+
+def _ramp_time(speed: float, caps: Caps) -> float:
+    """Least time from rest to `speed`, the acceleration zero at both ends if jerk is capped."""
+    acceleration, jerk = caps.acceleration, caps.jerk
+    if jerk is None:
+        return 0.0 if acceleration is None else speed / acceleration
+    if acceleration is None or acceleration**2 >= speed * jerk:
+        return 2 * math.sqrt(speed / jerk)
+    return speed / acceleration + acceleration / jerk
+
+
+def _top_speed(stroke: float, caps: Caps) -> float:
+    """Speed reached when the stroke is covered as fast as possible [rad/s]."""
+    cap = math.inf if caps.speed is None else caps.speed
+    if caps.acceleration is None and caps.jerk is None:
+        return cap
+    low, high = 0.0, min(cap, 1e9)
+    if high * _ramp_time(high, caps) <= stroke:
+        return high
+    for _ in range(200):  # bisection of the increasing speed * ramp time
+        middle = (low + high) / 2
+        low, high = (middle, high) if middle * _ramp_time(middle, caps) < stroke else (low, middle)
+    return low
+
+
+def least_work(study: TrussStudy, duration: float) -> float:
+    """Lower bound on the motor's work in `duration` [J].
+
+    The work is the integral over the angle of r (U' + D omega + K'), and that of r K' is not
+    negative because r falls with the angle; the friction term is at least what an angle-wise
+    optimal speed would need (Cauchy and Schwarz).
+    """
+    static, friction = _parts_of_the_work(study.truss)
+    return static + friction / duration
+
+
+def _parts_of_the_work(truss: TrussParameters) -> tuple[float, float]:
+    """What the least work is at rest [J], and what friction adds, times the duration [J s]."""
+    nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+    static, friction = 0.0, 0.0
+    for low, high in ((truss.stowed_angle, truss.net_angle), (truss.net_angle, DEPLOYED)):
+        alpha = ca.DM((low + high) / 2 + (high - low) / 2 * nodes)
+        ratio = (-2 * rope_speed(truss, alpha, 1.0) / rope_leverage(truss, alpha)).full().ravel()
+        slope = potential_slope(truss, alpha).full().ravel()
+        damping = joint_damping(truss, alpha).full().ravel()
+        static += (high - low) / 2 * float(weights @ (ratio * slope))
+        friction += (high - low) / 2 * float(weights @ np.sqrt(ratio * damping))
+    return static, friction**2
+
+
+def least_time_of_the_mechanism(study: TrussStudy) -> float:
+    """Least time [s] under the caps of angle, rope, motors and arm, each kind by itself."""
+    truss, caps, drive = study.truss, study.caps, study.drive
+    travel = rope_travel(truss)
+    speeds = [caps.rope_speed]
+    if caps.motor_speed is not None and drive is not None:  # at the mean radius of the drum
+        speeds.append(caps.motor_speed * travel / motor_turn(drive, travel))
+    of_the_rope = Caps(
+        speed=min((cap for cap in speeds if cap is not None), default=None),
+        acceleration=caps.rope_acceleration,
+        jerk=caps.rope_jerk,
+    )
+    times = [least_time(study.stroke, caps), least_time(travel, of_the_rope)]
+    if caps.reaction is not None:  # 4 M dR / T^2 at least
+        times.append(math.sqrt(least_peak_reaction(truss, 1.0) / caps.reaction))
+    if caps.power is not None:  # static + friction / T = power T
+        static, friction = _parts_of_the_work(truss)
+        root = math.sqrt(static**2 + 4 * caps.power * friction)
+        times.append((static + root) / (2 * caps.power))
+    return max(times)
+
+
+def lower_bounds(
+    study: TrussStudy,
+    force: LeastForce | None,
+    least_time_of_force: float = 0.0,
+    longest: float | None = None,
+) -> dict[str, float]:
+    """What no motion of at most a duration beats, by quantity.
+
+    Parameters
+    ----------
+    force : LeastForce or None
+        The phase-plane bound of the force, where it is known.
+    least_time_of_force : float
+        T_min of the force cap, from the phase plane [s].
+    longest : float, optional
+        The duration [s]; by default the longest one of the study.
+    """
+    caps, drive = study.caps, study.drive
+    duration = study.duration[1] if longest is None else longest
+    work, travel = least_work(study, duration), rope_travel(study.truss)
+
+    bounds = {
+        "peak-acceleration": least_peak_acceleration(study.stroke, duration, jerk=caps.jerk),
+        "peak-rope-speed": travel / duration,
+        "peak-rope-acceleration": _least_rope_acceleration(study, duration),
+        "peak-reaction": least_peak_reaction(study.truss, duration),
+        "peak-speed": study.stroke / duration,
+        "peak-power": work / duration,
+        "energy": work,
+        "time": max(study.duration[0], least_time_of_the_mechanism(study), least_time_of_force),
+    }
+    if study.jerk_limited:
+        bounds["peak-jerk"] = least_jerk_cap(study.stroke, duration)
+        bounds["peak-rope-jerk"] = least_jerk_cap(travel, duration)
+    if force is not None:
+        bounds["peak-force"] = force.force
+    if drive is not None and drive.drum_radius is not None:
+        bounds["peak-motor-speed"] = motor_turn(drive, travel) / duration
+        if force is not None:
+            bounds["peak-motor-torque"] = float(motor_torque(drive, force.force, 0.0))
+    return bounds
+
+
+def _least_rope_acceleration(study: TrussStudy, duration: float) -> float:
+    """4 L/T^2 [m/s^2], or more under a jerk cap that leaves a motion at all."""
+    travel, jerk = rope_travel(study.truss), study.caps.rope_jerk
+    if jerk is not None and jerk < least_jerk_cap(travel, duration):
+        jerk = None
+    return least_peak_acceleration(travel, duration, jerk=jerk)
+
+
+def keeps_the_caps(study: TrussStudy, motion: FastestMotion) -> bool:
+    """Whether a motion of the phase plane, whose force jumps, keeps all caps of a study."""
+    caps = study.caps
+    rates = ((caps.speed, motion.peak_speed), (caps.acceleration, motion.peak_acceleration))
+    kept = all(cap is None or cap > BETWEEN * value for cap, value in rates)
+    in_force = caps.force is None or caps.force >= motion.force
+    known = {"peak-speed", "peak-acceleration", "peak-force"}
+    others = [key for key in (*CAPPED, CURVE) if cap_on(caps, study.drive, key)]
+    return kept and in_force and known.issuperset(others)

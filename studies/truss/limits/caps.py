@@ -1,0 +1,192 @@
+"""Caps: limits that the user states, of the angle's motion, of the rope's and of what moves it.
+
+The limits of a drive are caps as well. Where both are stated the lower one holds.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from studies.common.configuration import check, key, not_negative, optional_key, positive
+from studies.common.exit_codes import StudyError
+from studies.drive.schema import Drive
+from studies.truss.quantities import QUANTITIES
+
+Study = TypeVar("Study", bound=Any)  # the studies that have caps know this module, not it them
+
+JERK_LAWS = ("bezier", "step5")
+MULTIPLE_OF_DURATION = re.compile(r"\s*([-+.\deE]+)\s*/\s*T\^3\s*")
+
+
+def _jerk(name: str, value: Any) -> float | str:
+    """A number, or a text that the study turns into one, since it depends on the duration."""
+    if not isinstance(value, str):
+        return positive(name, value)
+    if value not in JERK_LAWS and MULTIPLE_OF_DURATION.fullmatch(value) is None:
+        raise StudyError(
+            f"{name} is {value!r}; give a number in rad/s^3, a multiple like 124.22/T^3, "
+            "bezier or step5 for that law's own peak jerk, or none"
+        )
+    return value
+
+
+def _tension(name: str, value: Any) -> float:
+    """A number; "none" takes the limit away, down to the zero at which a rope goes slack."""
+    return 0.0 if value == "none" else not_negative(name, value)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Caps:
+    """Limits that hold at all times; None is no limit.
+
+    Attributes
+    ----------
+    speed, acceleration, jerk : of the deployment angle [rad/s], [rad/s^2], [rad/s^3].
+    rope_speed, rope_acceleration, rope_jerk : of each rope [m/s], [m/s^2], [m/s^3].
+    force : of the motor on each rope [N].
+    power : of both motors together, at the ropes [W].
+    motor_speed, motor_torque : of one motor's shaft [rad/s], [N m].
+    reaction : on the supporting arm [N].
+    least_tension : of every rope segment [N]; a rope only pulls, so at least 0.
+    far_end_tension : of the rope's last segment, at its fixed end [N].
+
+    Raises
+    ------
+    StudyError
+        Naming the key, its value and the remedy.
+    """
+
+    speed: float | None = optional_key(positive, "rad/s", "most speed of the deployment angle")
+    acceleration: float | None = optional_key(
+        positive, "rad/s^2", "most acceleration of the deployment angle"
+    )
+    jerk: float | None = optional_key(
+        _jerk,
+        "rad/s^3",
+        'most jerk of the deployment angle; also "200/T^3", or "bezier" or "step5" for the peak '
+        "of that law; without a cap the acceleration is free at the ends",
+    )
+    rope_speed: float | None = optional_key(positive, "m/s", "most speed of one rope")
+    rope_acceleration: float | None = optional_key(
+        positive, "m/s^2", "most acceleration of one rope"
+    )
+    rope_jerk: float | None = optional_key(
+        positive, "m/s^3", "most jerk of one rope; with it the acceleration is zero at the ends"
+    )
+    force: float | None = optional_key(positive, "N", "most force of the motor on each rope")
+    power: float | None = optional_key(positive, "W", "most power of both motors, at the ropes")
+    motor_speed: float | None = optional_key(
+        positive, "rad/s", "most speed of one motor's shaft; needs drive.drum_radius"
+    )
+    motor_torque: float | None = optional_key(
+        positive, "N m", "most torque of one motor's shaft; needs drive.drum_radius"
+    )
+    reaction: float | None = optional_key(positive, "N", "most reaction on the supporting arm")
+    least_tension: float = key(
+        _tension, "N", "least tension of every rope segment; a rope only pulls", default=0.0
+    )
+    far_end_tension: float | None = optional_key(
+        positive, "N", "most tension of the rope's last segment, at its fixed end"
+    )
+
+    def __post_init__(self) -> None:
+        check(self, "caps.")
+
+
+# quantity: the cap on it, but for the least tension the most that is allowed
+CAPPED: Mapping[str, str] = {
+    "peak-speed": "speed",
+    "peak-acceleration": "acceleration",
+    "peak-jerk": "jerk",
+    "peak-rope-speed": "rope_speed",
+    "peak-rope-acceleration": "rope_acceleration",
+    "peak-rope-jerk": "rope_jerk",
+    "peak-force": "force",
+    "peak-power": "power",
+    "peak-motor-speed": "motor_speed",
+    "peak-motor-torque": "motor_torque",
+    "peak-reaction": "reaction",
+    "peak-far-end-tension": "far_end_tension",
+    "least-tension": "least_tension",
+}
+CURVE = "peak-motor-load"  # its cap is the curve itself, the whole of which is 1
+
+# caps whose least value is looked for where no motion was found; the first that is stated
+HARD = (
+    "peak-force",
+    "peak-motor-torque",
+    "peak-motor-load",
+    "peak-power",
+    "peak-rope-jerk",
+    "peak-rope-acceleration",
+    "peak-reaction",
+    "peak-rope-speed",
+)
+
+# limit of a drive: the cap that it is
+OF_THE_DRIVE: Mapping[str, str] = {
+    "speed": "rope_speed",
+    "acceleration": "rope_acceleration",
+    "jerk": "rope_jerk",
+    "force": "force",
+    "power": "power",
+    "motor_speed": "motor_speed",
+    "motor_torque": "motor_torque",
+}
+
+
+def within_the_drive(caps: Caps, drive: Drive | None) -> Caps:
+    """The caps, lowered to the limits of the drive where these are lower."""
+    lowered: dict[str, Any] = {}
+    for limit, cap in OF_THE_DRIVE.items():
+        stated = [getattr(caps, cap), None if drive is None else getattr(drive, limit)]
+        lowered[cap] = min((value for value in stated if value is not None), default=None)
+    return dataclasses.replace(caps, **lowered)
+
+
+def check_drive_is_enough(caps: Caps, objectives: Iterable[str], drive: Drive | None) -> None:
+    """Refuse what needs a drive, or more of it than is stated.
+
+    Raises
+    ------
+    StudyError
+        Naming the key that is missing.
+    """
+    asked = {name: f"the objective {name}" for name in objectives}
+    asked |= {
+        quantity: f"caps.{name}"
+        for quantity, name in CAPPED.items()
+        if getattr(caps, name) is not None
+    }
+    for quantity, words in asked.items():
+        needed = QUANTITIES[quantity].of_drive if quantity in QUANTITIES else ""
+        if needed and (drive is None or getattr(drive, needed) is None):
+            raise StudyError(
+                f"{words} needs the drive; add {needed} to [drive] of the study, or to the file "
+                "of --drive"
+            )
+
+
+def cap_on(caps: Caps, drive: Drive | None, quantity: str) -> float | None:
+    """The cap on a quantity; None where there is none."""
+    if quantity == CURVE:
+        return 1.0 if drive is not None and drive.torque_speed is not None else None
+    name = CAPPED.get(quantity)
+    return None if name is None else getattr(caps, name)
+
+
+def without_cap(study: Study, quantity: str) -> Study:
+    """A study without the cap on a quantity, whether it was stated or is the drive's."""
+    drive = study.drive
+    if quantity == CURVE:
+        return dataclasses.replace(study, drive=dataclasses.replace(drive, torque_speed=None))
+    cap = CAPPED[quantity]
+    for limit in (limit for limit, name in OF_THE_DRIVE.items() if name == cap and drive):
+        drive = dataclasses.replace(drive, **{limit: None})
+    return dataclasses.replace(
+        study, caps=dataclasses.replace(study.caps, **{cap: None}), drive=drive
+    )

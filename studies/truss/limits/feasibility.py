@@ -1,0 +1,195 @@
+"""Caps that no motion meets, by proof: from closed forms or from the phase plane.
+
+Symbols: L [m] rope hauled in; T [s] longest duration; W [J] least work of the motors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from models.laws import least_jerk_cap
+from models.truss import TrussParameters, far_end_ratio, rope_travel, static_force
+from studies.common.exit_codes import ExitCode, StudyError
+from studies.drive.motor import rope_force_of
+from studies.truss.config import DEPLOYED, TrussStudy
+from studies.truss.limits.bounds import (
+    ROUNDING,
+    least_time,
+    least_time_of_the_mechanism,
+    least_work,
+    lower_bounds,
+)
+from studies.truss.limits.caps import cap_on
+from studies.truss.quantities import QUANTITIES
+
+if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
+    from studies.truss.motions.phase_plane import LeastForce
+
+
+def check_feasible(study: TrussStudy, least_force: Callable[[], LeastForce]) -> None:
+    """Raise StudyError if a closed form or the phase plane shows that no motion meets the caps.
+
+    Parameters
+    ----------
+    least_force : callable
+        Computes the phase-plane bound; called only if a force cap makes it matter.
+    """
+    _check_jerk(study)
+    _check_kinematics(study)
+    _check_mechanism(study)
+    _check_tension(study)
+    _check_speed_is_best(study)
+    cap = force_cap(study)
+    if cap is not None:
+        _check_end_forces(study, cap)
+        try:
+            least = least_force()
+        except StudyError:  # no bound to be had
+            return
+        _check_force(study, cap, least)
+
+
+def _infeasible(sentence: str) -> StudyError:
+    return StudyError(sentence, ExitCode.INFEASIBLE)
+
+
+def _check_jerk(study: TrussStudy) -> None:
+    jerk, duration = study.caps.jerk, study.duration[1]
+    least = least_jerk_cap(study.stroke, duration)
+    if jerk is not None and jerk < least * (1 - ROUNDING):
+        raise _infeasible(
+            f"no motion deploys in {duration:g} s with a jerk cap of {jerk:.6g} rad/s^3; "
+            f"the least feasible cap is 32 D/T^3 = {least:.6g} rad/s^3, or lengthen the duration"
+        )
+
+
+def _check_kinematics(study: TrussStudy) -> None:
+    caps, duration = study.caps, study.duration[1]
+    least = least_time(study.stroke, caps)
+    if least > duration * (1 + ROUNDING):
+        # only the caps that are stated are named
+        named = [
+            f"{name} {value:g} {unit}"
+            for name, value, unit in (
+                ("speed", caps.speed, "rad/s"),
+                ("acceleration", caps.acceleration, "rad/s^2"),
+                ("jerk", caps.jerk, "rad/s^3"),
+            )
+            if value is not None
+        ]
+        raise _infeasible(
+            f"no motion deploys in {duration:g} s under the caps on {', '.join(named)}; "
+            f"they need at least {least:.6g} s: lengthen the duration or raise a cap"
+        )
+
+
+def end_forces(truss: TrussParameters) -> tuple[tuple[str, float, float], ...]:
+    """Where the truss stands still, its static rope force [N] and the far end's share of it."""
+    return tuple(
+        (where, float(static_force(truss, angle)), float(far_end_ratio(truss, angle)))
+        for where, angle in (("start", truss.stowed_angle), ("end", DEPLOYED))
+    )
+
+
+# what proves the bound of a quantity, with what goes into it
+_PROOFS = {
+    "peak-rope-speed": "the mean is L/T, with {travel:.6g} m of rope",
+    "peak-rope-acceleration": "4 L/T^2, or more under a jerk cap, with {travel:.6g} m of rope",
+    "peak-rope-jerk": "32 L/T^3, with {travel:.6g} m of rope",
+    "peak-power": "the mean is W/T, and the motors do at least {work:.6g} J",
+    "peak-motor-speed": "the mean of a shaft that hauls in {travel:.6g} m of rope",
+    "peak-reaction": "4 M R/T^2, with the truss's mass M and R, by which its centre moves",
+}
+
+
+def _check_mechanism(study: TrussStudy) -> None:
+    """Caps below what any motion of the duration has."""
+    duration = study.duration[1]
+    bounds = lower_bounds(study, None)
+    words = {"travel": rope_travel(study.truss), "work": least_work(study, duration)}
+    for key, proof in _PROOFS.items():
+        cap, bound = cap_on(study.caps, study.drive, key), bounds.get(key)
+        if cap is None or bound is None or cap >= bound * (1 - ROUNDING):
+            continue
+        quantity = QUANTITIES[key]
+        raise _infeasible(
+            f"no motion deploys in {duration:g} s with a {quantity.title} of at most {cap:.6g} "
+            f"{quantity.unit}; the least possible is {bound:.6g} {quantity.unit} "
+            f"({proof.format(**words)}): raise the cap, or lengthen the duration"
+        )
+
+    together = least_time_of_the_mechanism(study)
+    if together > duration * (1 + ROUNDING):
+        raise _infeasible(
+            f"no motion deploys in {duration:g} s under the caps on speed, acceleration and jerk "
+            f"of rope and motor; they need at least {together:.6g} s: lengthen the duration or "
+            "raise a cap"
+        )
+
+
+# with one of them the rope needs a while to its speed, and a least peak of the speed is attained
+_SLOWING = ("acceleration", "jerk", "rope_acceleration", "rope_jerk", "reaction", "force")
+
+
+def _check_speed_is_best(study: TrussStudy) -> None:
+    """Refuse the least rope speed where none is attained: a jump to the mean speed and back."""
+    caps = study.caps
+    slowed = any(getattr(caps, name) is not None for name in _SLOWING)
+    if study.minimise[0].keys() != {"peak-rope-speed"} or slowed:
+        return
+    mean = rope_travel(study.truss) / study.duration[1]
+    raise _infeasible(
+        f"no motion is best: the least peak rope speed is {mean:.6g} m/s, the mean, a limit that "
+        "no motion attains without jumps; cap the rope's acceleration"
+    )
+
+
+def force_cap(study: TrussStudy) -> float | None:
+    """The most force on a rope [N] that caps on force and torque leave; None for no limit."""
+    caps, drive = study.caps, study.drive
+    stated = [] if caps.force is None else [caps.force]
+    if caps.motor_torque is not None and drive is not None:
+        stated.append(rope_force_of(drive, caps.motor_torque))
+    if drive is not None and drive.torque_speed is not None:
+        stated.append(rope_force_of(drive, drive.torque_speed[0][1]))
+    return min(stated, default=None)
+
+
+def _check_tension(study: TrussStudy) -> None:
+    floor = study.caps.least_tension
+    for where, force, share in end_forces(study.truss):
+        tension = force * share
+
+        if study.jerk_limited and floor > tension * (1 + ROUNDING):
+            raise _infeasible(
+                f"no motion keeps every rope segment above {floor:g} N: at rest at the {where} "
+                f"statics fix the tension of the last one to {tension:.6g} N; lower least_tension "
+                "to that, or remove the jerk cap, with which the acceleration is zero there"
+            )
+        cap = force_cap(study)
+        if cap is not None and floor / share > cap:
+            raise _infeasible(
+                f"a least tension of {floor:g} N needs a motor force of {floor / share:.6g} N at "
+                f"the {where}, above the force cap of {cap:g} N; lower the one or "
+                "raise the other"
+            )
+
+
+def _check_end_forces(study: TrussStudy, cap: float) -> None:
+    where, least, _ = max(end_forces(study.truss), key=lambda end: end[1])
+    if study.jerk_limited and cap < least * (1 - ROUNDING):
+        raise _infeasible(
+            f"no motion meets the force cap of {cap:g} N: at rest at the {where} statics need "
+            f"{least:.6g} N on each rope; raise the cap to more than that, or remove the jerk cap"
+        )
+
+
+def _check_force(study: TrussStudy, cap: float, least: LeastForce) -> None:
+    if cap >= least.force * (1 - ROUNDING) and (least.attained or cap > least.force):
+        return
+    limit = "" if least.attained else ", a limit that no motion attains"
+    raise _infeasible(
+        f"no motion deploys in {study.duration[1]:g} s with at most {cap:g} N on each rope; the "
+        f"least force without other caps is {least.force:.6g} N{limit} (phase plane, global)"
+    )

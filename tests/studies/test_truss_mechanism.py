@@ -1,0 +1,152 @@
+"""Caps in the mechanism's own terms: rope, motor and arm, whoever states them."""
+
+import dataclasses
+import math
+from pathlib import Path
+
+import pytest
+
+from models.truss import DYNAMIC_SET, rope_travel
+from studies.cli import main
+from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.result import Result
+from studies.drive import Drive
+from studies.truss.config import TrussStudy, as_dictionary, study_from
+from studies.truss.limits.bounds import least_time_of_the_mechanism, lower_bounds
+from studies.truss.limits.caps import CAPPED, Caps, without_cap
+from studies.truss.limits.feasibility import check_feasible, force_cap
+from studies.truss.motions.laws import paper_laws
+from studies.truss.quantities import QUANTITIES
+from studies.truss.study import run
+
+T = 10.0
+DRUM = Drive(drum_radius=0.02, gear_ratio=20.0, efficiency=0.8)
+LAWS = paper_laws(DYNAMIC_SET, T, DRUM)  # their values are worked out once
+
+
+def stated(drive: Drive | None = None, minimise: str = "peak-acceleration", **caps: float):
+    return TrussStudy(minimise=minimise, duration=T, caps=Caps(**caps), drive=drive)
+
+
+def nothing() -> None:
+    raise StudyError("no phase plane")
+
+
+def test_limits_of_the_drive_are_caps_and_the_lower_one_holds() -> None:
+    drive = dataclasses.replace(DRUM, speed=1.0, acceleration=2.0, force=50.0, motor_torque=0.05)
+    study = stated(drive, rope_speed=0.8, force=60.0)
+    assert (study.caps.rope_speed, study.caps.rope_acceleration) == (0.8, 2.0)
+    assert (study.caps.force, study.caps.motor_torque) == (50.0, 0.05)
+    assert study_from(as_dictionary(study)) == study
+    assert without_cap(study, "peak-force").caps.force is None
+    # a torque of 0.05 N m pulls with 0.05 * 20 * 0.8 / 0.02 N
+    assert force_cap(study) == pytest.approx(40.0)
+    assert force_cap(without_cap(study, "peak-motor-torque")) == 50.0
+
+
+@pytest.mark.parametrize(
+    ("caps", "minimise", "said"),
+    [
+        ({"motor_torque": 1.0}, "energy", "caps.motor_torque needs the drive; add drum_radius"),
+        ({"motor_speed": 1.0}, "energy", "caps.motor_speed needs the drive; add drum_radius"),
+        ({}, "peak-motor-torque", "the objective peak-motor-torque needs the drive"),
+        ({}, "peak-motor-load", "peak-motor-load needs the drive; add torque_speed"),
+        ({"power": -1.0}, "energy", "caps.power is -1.0; give a finite positive number"),
+    ],
+)
+def test_what_needs_a_drive_says_which_key(caps, minimise, said) -> None:
+    with pytest.raises(StudyError, match=said):
+        stated(None, minimise, **caps)
+
+
+PROVEN = (
+    "peak-rope-speed",
+    "peak-rope-acceleration",
+    "peak-rope-jerk",
+    "peak-power",
+    "peak-motor-speed",
+    "peak-reaction",
+)
+
+
+@pytest.mark.parametrize("key", PROVEN)
+def test_a_cap_below_the_least_possible_is_refused_by_its_proof(key: str) -> None:
+    study = stated(DRUM, **{CAPPED[key]: 1e9})
+    bound = lower_bounds(study, None)[key]
+    check_feasible(stated(DRUM, **{CAPPED[key]: bound}), nothing)
+    with pytest.raises(StudyError, match=f"{QUANTITIES[key].title} of at most") as refused:
+        check_feasible(stated(DRUM, **{CAPPED[key]: 0.999 * bound}), nothing)
+    assert refused.value.exit_code is ExitCode.INFEASIBLE
+    # a bound is one: both laws of the paper are above it
+    assert all(law.values[key] > bound for law in LAWS)
+
+
+@pytest.mark.parametrize("key", PROVEN)
+def test_the_least_time_is_the_duration_at_which_a_cap_is_the_least_possible(key: str) -> None:
+    bound = lower_bounds(stated(DRUM, rope_jerk=1e9), None)[key]
+    study = stated(DRUM, **{CAPPED[key]: bound})
+    assert least_time_of_the_mechanism(study) == pytest.approx(T, rel=1e-9)
+
+
+def test_caps_that_need_more_time_together_are_refused() -> None:
+    mean = rope_travel(DYNAMIC_SET) / T
+    with pytest.raises(StudyError, match="they need at least"):
+        check_feasible(stated(rope_speed=1.05 * mean, rope_acceleration=5 * mean / T), nothing)
+
+
+def test_the_least_rope_speed_alone_is_no_motion() -> None:
+    with pytest.raises(StudyError, match="no motion is best: the least peak rope speed"):
+        check_feasible(stated(minimise="peak-rope-speed"), nothing)
+
+
+def test_a_flag_and_a_drive_reach_the_study(tmp_path: Path, capsys) -> None:
+    drive = tmp_path / "drive.toml"
+    drive.write_text("[drive]\ndrum_radius = 0.02\ngear_ratio = 20.0\nmotor_speed = 600.0\n")
+    words = ["truss", "--objective", "energy", "--duration", "10", "--drive", str(drive)]
+    assert main(words) == ExitCode.INFEASIBLE
+    assert "peak motor speed of at most 600 rad/s; the least possible is 660.987" in (
+        capsys.readouterr().err
+    )
+
+
+def solved(study: TrussStudy) -> dict[str, float]:
+    """Own values of the result, all checks of which have passed."""
+    result: Result = run(study)
+    assert result.passed, [check.sentence for check in result.checks]
+    return {row.key: row.values["optimal"] for row in result.table}
+
+
+def test_a_cap_on_the_rope_is_kept_and_active_between_the_points() -> None:
+    cap = 1.3 * lower_bounds(stated(), None)["peak-rope-acceleration"]
+    study = stated(rope_acceleration=cap)
+    solver = dataclasses.replace(study.solver, starts=("bezier",))
+    values = solved(dataclasses.replace(study, solver=solver))
+    assert values["peak-rope-acceleration"] == pytest.approx(cap, rel=1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("minimise", "caps", "drive", "active"),
+    [
+        ("peak-force", {"power": 14.0, "rope_jerk": 1.0}, DRUM, "peak-power"),
+        ("peak-rope-jerk", {}, None, "peak-rope-jerk"),
+        ("peak-rope-speed", {"rope_acceleration": 0.5}, None, "peak-rope-acceleration"),
+        ("peak-motor-torque", {"jerk": "200/T^3"}, dataclasses.replace(
+            DRUM, rope_diameter=0.003, layer_turns=10
+        ), "peak-motor-torque"),
+        ("energy", {"rope_jerk": 0.5}, dataclasses.replace(
+            DRUM, torque_speed=[[0, 0.04], [1000, 0.02], [1600, 0]]
+        ), "peak-motor-load"),
+    ],
+)  # fmt: skip
+def test_mechanisms_are_solved_and_verified(minimise, caps, drive, active) -> None:
+    study = stated(drive, minimise, **caps)
+    solver = dataclasses.replace(study.solver, starts=("bezier",))
+    values = solved(dataclasses.replace(study, solver=solver))
+    limit = {"peak-power": 14.0, "peak-rope-acceleration": 0.5, "peak-motor-load": 1.0}.get(active)
+    if limit is not None:
+        assert values[active] == pytest.approx(limit, rel=1e-5)
+    if drive is not None and drive.rope_diameter is None:
+        torque = values["peak-force"] * 0.02 / (20 * 0.8)
+        assert values["peak-motor-torque"] == pytest.approx(torque, rel=1e-9)
+    assert math.isfinite(values["peak-rope-jerk"])
