@@ -34,9 +34,11 @@ from studies.truss.quantities import OBJECTIVES, QUANTITIES
 if TYPE_CHECKING:  # which needs this module
     from studies.truss.motions.starts import StartingMotion
 
-# Times D/T^3: the least root mean square of the jerk of a motion from rest to rest with no
-# acceleration at its ends. The quintic law of (39) has it.
+# The least root mean squares that a motion from rest to rest has: of the jerk, with no acceleration
+# at its ends, times D/T^3 (the quintic law of (39) has it), and of the acceleration, times D/T^2
+# (the cubic law).
 LEAST_JERK = math.sqrt(720)
+LEAST_ACCELERATION = math.sqrt(12)
 
 Drive = Literal["jerk", "acceleration", "force"]
 ControlShape = Literal["constant", "linear", "polynomial"]
@@ -119,14 +121,25 @@ def state(
     )
 
     roughness, priced = None, None
-    if signals.jerk is not None:
-        least = LEAST_JERK * study.stroke / study.duration[1] ** 3
-        square = (signals.jerk.symbol / least) ** 2 / study.duration[1]
-        roughness = _sum(phase.integral(square, "roughness") for phase in phases)
+    if (rough := _rough(study, signals)) is not None:
+        roughness = _sum(phase.integral(rough**2 / study.duration[1], "roughness") for phase in phases)
         priced = Constant("price of the roughness", value=price) if price > 0.0 else None
 
     links = joined(*phases) if len(phases) == 2 else ()
     return Statement(phases, nets, signals, stages, roughness, priced, tuple(links))
+
+
+def _rough(study: TrussStudy, signals: Signals) -> Any:
+    """What is small in a smooth motion, as a multiple of the least that any motion has.
+
+    Root mean squares count: of the jerk, or of the acceleration where that may jump.
+    """
+    stroke, duration = study.stroke, study.duration[1]
+    if signals.jerk is not None:
+        return signals.jerk.symbol / (LEAST_JERK * stroke / duration**3)
+    if signals.acceleration is not None:
+        return signals.acceleration.symbol / (LEAST_ACCELERATION * stroke / duration**2)
+    return None
 
 
 def _sum(terms: Iterable[Any]) -> Any:

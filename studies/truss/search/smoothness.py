@@ -27,6 +27,9 @@ from studies.truss.quantities import OBJECTIVES
 # only a part of that: the rest is what the smoothest motion of the least peak would pay, too.
 SHARE = 2e-5
 
+# The same of the work, which tells one slow motion from another so little that less is enough.
+_SHARE_OF_WORK = 2e-6
+
 # What is aimed at when the price is lowered, for the motion becomes rougher with it; in how many
 # steps at most; by how much at once, so that the motion before remains a good start; and how long
 # each may take [s].
@@ -39,11 +42,16 @@ _SECONDS = 15.0
 def first_price(study: TrussStudy, stage: int, weights: dict[str, float]) -> float:
     """The price of the roughness that a search begins with, in units of a stage; 0 for none.
 
-    Only peaks leave the motion free elsewhere. The least acceleration is one motion alone.
+    Peaks leave the motion free elsewhere, but for the least acceleration, which is one motion
+    alone. Without a cap on the jerk they leave less: the solver needs no price. The work of a slow
+    motion hardly depends on it.
     """
     terms = study.minimise[stage]
     peaks = all(OBJECTIVES[name].kind == "peak" for name in terms)
-    if not study.smooth or not peaks or set(terms) == {"peak-acceleration"}:
+    free = peaks and set(terms) != {"peak-acceleration"}
+    if not study.jerk_limited:
+        free = set(terms) == {"energy"}
+    if not study.smooth or not free:
         return 0.0
 
     # a share of what the peak is at least, so that it costs no larger share of the peak
@@ -53,7 +61,8 @@ def first_price(study: TrussStudy, stage: int, weights: dict[str, float]) -> flo
         torque = float(motor_torque(study.drive, force, 0.0))
         least["peak-motor-torque"] = torque
         least["peak-motor-load"] = max(shares_of_the_curve(study.drive, 0.0, torque), default=1.0)
-    return SHARE * sum(weight * least[name] / weights[name] for name, weight in terms.items())
+    share = SHARE if study.jerk_limited else _SHARE_OF_WORK
+    return share * sum(weight * least[name] / weights[name] for name, weight in terms.items())
 
 
 @dataclass(frozen=True, eq=False)
