@@ -58,8 +58,8 @@ class Statement:
     nets : the branch of the potential in each phase.
     signals : as above.
     stages : the objectives to minimise, most important first, in units of their references.
-    roughness : mean square of the jerk relative to the least that a motion of the duration has, or
-        None where the jerk is no signal.
+    roughness : mean square of the jerk, or of an acceleration that may jump, relative to the least
+        that a motion of the duration has; None where the rope force drives.
     price : of the roughness beside the first stage, in units of that stage; None without.
     """
 
