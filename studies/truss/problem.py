@@ -122,7 +122,9 @@ def state(
 
     roughness, priced = None, None
     if (rough := _rough(study, signals)) is not None:
-        roughness = _sum(phase.integral(rough**2 / study.duration[1], "roughness") for phase in phases)
+        roughness = _sum(
+            phase.integral(rough**2 / study.duration[1], "roughness") for phase in phases
+        )
         priced = Constant("price of the roughness", value=price) if price > 0.0 else None
 
     links = joined(*phases) if len(phases) == 2 else ()
