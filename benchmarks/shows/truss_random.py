@@ -66,6 +66,7 @@ PROOFS = {
     "the least feasible cap is 32 D/T^3": "closed form of the least jerk",
     "they need at least": "closed form of the least time",
     "statics": "equilibrium at rest",
+    "its inertia saves no more": "the ridge under capped rates",
     "a least tension of": "equilibrium at rest",
 }
 

@@ -25,6 +25,7 @@ from models.truss import (
 from studies.drive.motor import motor_torque, motor_turn
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.limits.caps import CAPPED, CURVE, Caps, cap_on
+from studies.truss.limits.ridge import ridge_force
 
 if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
     from studies.truss.motions.phase_plane import FastestMotion, LeastForce
@@ -148,12 +149,15 @@ def lower_bounds(
     if study.jerk_limited:
         bounds["peak-jerk"] = least_jerk_cap(study.stroke, duration)
         bounds["peak-rope-jerk"] = least_jerk_cap(travel, duration)
-    if force is not None:
-        bounds["peak-force"] = force.force
+    forces = [] if force is None else [force.force]
+    if (ridge := ridge_force(study.truss, caps)) is not None:
+        forces.append(ridge.force)
+    if forces:
+        bounds["peak-force"] = max(forces)
     if drive is not None and drive.drum_radius is not None:
         bounds["peak-motor-speed"] = motor_turn(drive, travel) / duration
-        if force is not None:
-            bounds["peak-motor-torque"] = float(motor_torque(drive, force.force, 0.0))
+        if forces:
+            bounds["peak-motor-torque"] = float(motor_torque(drive, max(forces), 0.0))
     return bounds
 
 

@@ -1,10 +1,11 @@
-"""Caps that no motion meets, by proof: from closed forms or from the phase plane.
+"""Caps that no motion meets, by proof: from closed forms, the ridge or the phase plane.
 
 Symbols: L [m] rope hauled in; T [s] longest duration; W [J] least work of the motors.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -21,6 +22,7 @@ from studies.truss.limits.bounds import (
     lower_bounds,
 )
 from studies.truss.limits.caps import cap_on
+from studies.truss.limits.ridge import ridge_force
 from studies.truss.quantities import QUANTITIES
 
 if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
@@ -43,6 +45,7 @@ def check_feasible(study: TrussStudy, least_force: Callable[[], LeastForce]) -> 
     cap = force_cap(study)
     if cap is not None:
         _check_end_forces(study, cap)
+        _check_ridge(study, cap)
         try:
             least = least_force()
         except StudyError:  # no bound to be had
@@ -183,6 +186,20 @@ def _check_end_forces(study: TrussStudy, cap: float) -> None:
             f"no motion meets the force cap of {cap:g} N: at rest at the {where} statics need "
             f"{least:.6g} N on each rope; raise the cap to more than that, or remove the jerk cap"
         )
+
+
+def _check_ridge(study: TrussStudy, cap: float) -> None:
+    """A force cap below what inertia can save under the caps on the rates."""
+    ridge = ridge_force(study.truss, study.caps)
+    if ridge is None or cap >= ridge.force * (1 - ROUNDING):
+        return
+    rates = [name for name in ("jerk", "acceleration") if getattr(study.caps, name) is not None]
+    raise _infeasible(
+        f"no motion meets the force cap of {cap:g} N: at {math.degrees(ridge.angle):.2f} deg every "
+        f"motion needs at least {ridge.force:.6g} N on each rope, because under the "
+        f"{' and '.join(rates)} cap its inertia saves no more; raise the force cap to more than "
+        f"that, or loosen the cap on the {' or '.join(rates)}"
+    )
 
 
 def _check_force(study: TrussStudy, cap: float, least: LeastForce) -> None:
