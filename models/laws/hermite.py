@@ -31,6 +31,10 @@ class Hermite:
     angles, speeds : [rad, rad/s], shape (m + 1,).
     accelerations : behind each row [rad/s^2], shape (m + 1,).
     before : accelerations before each row [rad/s^2], shape (m + 1,).
+    gains, turns : what the speed gains from row to row [rad/s], and by how much more the angle
+        turns than at the first row's speed [rad], shape (m,) each; from the rows themselves by
+        default. Between close rows those differences are rounding, so whoever integrates an
+        acceleration states them.
 
     Raises
     ------
@@ -44,6 +48,8 @@ class Hermite:
     speeds: Array
     accelerations: Array
     before: Array
+    gains: Array | None = None
+    turns: Array | None = None
 
     def __post_init__(self) -> None:
         columns = (self.times, self.angles, self.speeds, self.accelerations, self.before)
@@ -112,8 +118,10 @@ class Hermite:
         first, last = h**2 * self.accelerations[:-1], h**2 * self.before[1:]
 
         # what the quadratic from the left end misses at the right end
-        miss = self.angles[1:] - angle - speed - first / 2
-        rate = h * self.speeds[1:] - speed - first
+        turns = self.angles[1:] - angle - speed if self.turns is None else self.turns
+        gains = np.diff(self.speeds) if self.gains is None else self.gains
+        miss = turns - first / 2
+        rate = h * gains - first
         bend = last - first
         cubic = 10 * miss - 4 * rate + bend / 2
         quartic = -15 * miss + 7 * rate - bend
@@ -121,7 +129,7 @@ class Hermite:
 
         # across a short piece the speed alone is interpolated, and the angle is its integral: a
         # speed that jumped between pieces would be kinetic energy from nowhere
-        short = h < _SHORTEST * self.duration
+        short = (h < _SHORTEST * self.duration) & (self.turns is None)
         cubic = np.where(short, rate - bend / 3, cubic)
         quartic = np.where(short, bend / 4 - rate / 2, quartic)
         quintic = np.where(short, 0.0, quintic)

@@ -108,7 +108,7 @@ def _integrated_law(study: TrussStudy, acceleration: str, solution: Solution) ->
     """
     tau = np.linspace(0.0, 1.0, ROWS_AN_INTERVAL + 1)
     angle, speed = study.truss.stowed_angle, 0.0
-    pieces = []
+    pieces, gains, turns = [], [], []
     for phase in solution.trajectory.phases:
         shortest = JOINT * solution.trajectory.phases[-1].end
         powers = phase.polynomial(acceleration).powers()[:, 0, :]
@@ -119,11 +119,14 @@ def _integrated_law(study: TrussStudy, acceleration: str, solution: Solution) ->
             if width <= shortest:
                 continue
             rate = np.polynomial.Polynomial(coefficients)
-            speeds = speed + width * rate.integ()(tau)
-            angles = angle + width * (speed * tau + width * rate.integ(2)(tau))
+            once, twice = rate.integ()(tau), rate.integ(2)(tau)
+            speeds = speed + width * once
+            angles = angle + width * (speed * tau + width * twice)
             pieces.append(np.column_stack([begin + width * tau, angles, speeds, rate(tau)]))
+            gains.append(width * np.diff(once))
+            turns.append(width**2 * (np.diff(twice) - np.diff(tau) * once[:-1]))
             angle, speed = float(angles[-1]), float(speeds[-1])
-    return _hermite(np.array(pieces))
+    return _hermite(np.array(pieces), np.concatenate(gains), np.concatenate(turns))
 
 
 def _replayed_law(study: TrussStudy, statement: Statement, solution: Solution) -> Hermite:
@@ -154,14 +157,14 @@ def _replayed_law(study: TrussStudy, statement: Statement, solution: Solution) -
     return _hermite(np.concatenate(pieces))
 
 
-def _hermite(rows: Array) -> Hermite:
+def _hermite(rows: Array, gains: Array | None = None, turns: Array | None = None) -> Hermite:
     """The law through rows of time, angle, speed and acceleration, (N, rows, 4) by interval."""
     # the last row of an interval gives way to the first one of the next, but for the acceleration
     after = np.vstack([rows[:, :-1].reshape(-1, 4), rows[-1, -1]])
     before = np.concatenate([rows[:1, 0, 3], rows[:, 1:, 3].ravel()])
     after[0, 0], after[-1, 3] = 0.0, before[-1]
     speeds = np.maximum(after[:, 2], 0.0)  # a bound of the solver leaves a little below
-    return Hermite(after[:, 0], after[:, 1], speeds, after[:, 3], before)
+    return Hermite(after[:, 0], after[:, 1], speeds, after[:, 3], before, gains, turns)
 
 
 def knots(law: Law) -> dict[str, Array]:

@@ -69,3 +69,19 @@ def test_columns_that_make_no_law_are_named() -> None:
         Hermite(three + 1, three, three, three, three)
     with pytest.raises(ModelError, match="not finite"):
         Hermite(three, three, three, three, three * np.nan)
+
+
+def test_stated_gains_and_turns_keep_the_acceleration_between_close_rows() -> None:
+    # an angle of 1 rad is rounded by 1e-16 rad: over 5e-5 s that is 1e-6 rad/s^2 after quintics
+    times = 5.0 + np.linspace(0.0, 8e-4, 17)
+    times = np.insert(times, 0, 0.0)
+    steps, rate, start = np.diff(times), 0.03, 0.98
+    angles, speeds = start + rate * times**2 / 2, rate * times
+    constant = np.full(times.size, rate)
+    t = np.linspace(5.0, 5.0008, 1001)
+
+    by_rows = Hermite(times, angles, speeds, constant, constant)
+    stated = Hermite(times, angles, speeds, constant, constant, rate * steps, rate * steps**2 / 2)
+    assert np.abs(by_rows.motion(t).acceleration - rate).max() > 1e-8
+    assert np.abs(stated.motion(t).acceleration - rate).max() < 1e-15
+    assert stated.motion(t).angle == pytest.approx(by_rows.motion(t).angle, abs=1e-14)
