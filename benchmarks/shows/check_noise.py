@@ -31,7 +31,7 @@ WIDE = {LITTLE: 0.05, MUCH: 0.20}
 JUDGED = tuple(
     key
     for key, quantity in QUANTITIES.items()
-    if quantity.kind == "peak" and not key.endswith("jerk") and not quantity.of_drive
+    if quantity.kind == "peak" and not key.endswith("jerk") and not quantity.needs
 )
 
 

@@ -21,6 +21,7 @@ SHOWS = {
     "truss-random": "benchmarks.shows.truss_random",
     "truss-words": "benchmarks.shows.truss_words",
     "mechanism-caps": "benchmarks.shows.mechanism_caps",
+    "factored-force": "benchmarks.shows.factored_force",
     "drive-table": "benchmarks.shows.drive_table",
     "drive-points": "benchmarks.shows.drive_points",
 }

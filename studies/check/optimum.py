@@ -21,7 +21,7 @@ def optimum_of(study: TrussStudy, console: Console) -> tuple[Deployment | None, 
     """
     law = _closed_form(study)
     if law is not None:
-        deployment = Deployment(OPTIMUM, law, study.truss, study.drive)
+        deployment = Deployment(OPTIMUM, law, study.truss, study.drive, study.margin)
         if not broken_caps(study, deployment.values):
             return deployment, "optimum: least peak angular acceleration, in closed form, global"
 

@@ -90,7 +90,8 @@ def check_truss(
         If its columns make no motion of this truss.
     """
     found = recover_truss(measured, study.truss)
-    deployment = Deployment(PROFILE, found.reachable(study.truss), study.truss, study.drive)
+    law = found.reachable(study.truss)
+    deployment = Deployment(PROFILE, law, study.truss, study.drive, study.margin)
     ranges = peak_ranges(found, deployment)
     beside, remark = _beside(study, measured.duration, console or Console(), optimum)
 
@@ -123,15 +124,15 @@ def _beside(
     """The optimum, where it is asked for and found, and the paper's laws; how sure it is."""
     best, remark = optimum_of(study, console) if optimum else (None, "")
     found = [] if best is None else [best]
-    return [*found, *paper_laws(study.truss, duration, study.drive)], remark
+    return [*found, *paper_laws(study.truss, duration, study.drive, study.margin)], remark
 
 
 def peak_ranges(found: TrussProfile, deployment: Deployment) -> dict[str, PeakRange]:
     """Every peak of the profile with its bounds."""
-    truss, drive, recovered = deployment.truss, deployment.drive, found.recovered
+    truss, recovered = deployment.truss, found.recovered
 
     def heights(law: Law, time: Array) -> dict[str, Array]:
-        history = Deployment("", found.reachable(truss, law), truss, drive).histories(time)
+        history = dataclasses.replace(deployment, law=found.reachable(truss, law)).histories(time)
         return {key: _sign(key) * values for key, values in history.items()}
 
     times = np.array([time for _, time in deployment.extremes.values()])

@@ -11,6 +11,7 @@ import dataclasses
 import difflib
 import math
 import numbers
+import re
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -266,11 +267,17 @@ def toml_text(content: Mapping[str, Any], inline: Iterable[str] = ()) -> str:
 
 def _toml_lines(content: Mapping[str, Any], inline: frozenset[str], table: str) -> list[str]:
     tables = {k: v for k, v in content.items() if isinstance(v, Mapping) and k not in inline}
-    lines = [f"{k} = {_toml_value(v)}" for k, v in content.items() if k not in tables]
+    lines = [f"{_toml_key(k)} = {_toml_value(v)}" for k, v in content.items() if k not in tables]
     for name, value in tables.items():
-        full = f"{table}.{name}" if table else name
+        full = f"{table}.{_toml_key(name)}" if table else _toml_key(name)
         lines += ["", f"[{full}]", *_toml_lines(value, inline, full)]
     return lines
+
+
+def _toml_key(name: str) -> str:
+    """A name as a key; one with other signs than letters, digits, - and _ is quoted."""
+    bare = re.fullmatch(r"[A-Za-z0-9_-]+", name) is not None
+    return name if bare else _toml_value(name)
 
 
 def _toml_value(value: Any) -> str:
@@ -281,7 +288,9 @@ def _toml_value(value: Any) -> str:
     if isinstance(value, list | tuple):
         return "[" + ", ".join(map(_toml_value, value)) + "]"
     if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{k} = {_toml_value(v)}" for k, v in value.items()) + " }"
+        return (
+            "{ " + ", ".join(f"{_toml_key(k)} = {_toml_value(v)}" for k, v in value.items()) + " }"
+        )
     return repr(value)
 
 

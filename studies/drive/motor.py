@@ -17,11 +17,14 @@ import math
 from itertools import pairwise
 from typing import Any
 
+import numpy as np
+
+from ocp.arrays import Array
 from studies.drive.schema import Drive
 
 
 def drum_radius(drive: Drive, hauled: Any) -> Any:
-    """R [m] when so much rope is on the drum."""
+    """Radius r [m] when so much rope is on the drum."""
     if drive.rope_diameter is None or drive.layer_turns is None:
         return drive.radius
     growth = drive.rope_diameter / (math.pi * drive.layer_turns)
@@ -50,6 +53,22 @@ def motor_turn(drive: Drive, travel: float) -> float:
 def rope_force_of(drive: Drive, torque: float) -> float:
     """The most tension [N] that a torque of the shaft ever gives, with the least radius."""
     return torque * drive.gear_ratio * drive.efficiency / drive.radius
+
+
+def rope_force_at(drive: Drive, speed: Array, hauled: Array) -> list[Array]:
+    """What the limits of a motor leave for its rope [N], (m,) for each limit on the torque.
+
+    Parameters
+    ----------
+    speed, hauled : of the shaft [rad/s] and rope on the drum [m], (m,) each.
+    """
+    torques = [] if drive.motor_torque is None else [np.full(speed.size, drive.motor_torque)]
+    if drive.torque_speed is not None:
+        corners = np.array(drive.torque_speed)
+        curve = np.interp(speed, *corners.T)
+        torques.append(np.where(speed > corners[-1, 0], 0.0, curve))
+    leverage = drive.gear_ratio * drive.efficiency / drum_radius(drive, hauled)
+    return [torque * leverage for torque in torques]
 
 
 def shares_of_the_curve(drive: Drive, speed: Any, torque: Any) -> tuple[Any, ...]:

@@ -30,6 +30,7 @@ _ORDER = (
     "least-tension",
     "peak-power",
     "energy",
+    "peak-factored-force",
     "peak-motor-speed",
     "peak-motor-torque",
     "peak-motor-load",
@@ -89,7 +90,7 @@ def _weighted_sums(study: TrussStudy, laws: Sequence[Deployment]) -> list[TableR
 
 def objective_sizes(study: TrussStudy) -> dict[str, float]:
     """Sizes that make weighted objectives comparable: the Bezier law's values."""
-    bezier, _ = paper_laws(study.truss, study.duration[1], study.drive)
+    bezier, _ = paper_laws(study.truss, study.duration[1], study.drive, study.margin)
     return {name: bezier.values[name] for name in OBJECTIVES if name in bezier.values}
 
 

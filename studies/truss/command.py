@@ -62,6 +62,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="drive.toml, whose limits are caps; or [drive] of the study's own file",
     )
+    parser.add_argument(
+        "--margin",
+        metavar="X",
+        help="margins of the motor: a preset, as aiaa-s-114, or a TOML file with [margin]",
+    )
     add_results_flags(parser)
     parser.add_argument(
         "--resume",
@@ -90,6 +95,7 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
     """Carry out `antenna-ocp truss`."""
     from studies.common.finished import FinishedStarts
     from studies.drive.schema import read_drive
+    from studies.margin.schema import read_margin
     from studies.truss.config import as_dictionary, as_toml
     from studies.truss.search.motion_search import Search
     from studies.truss.study import result_of
@@ -98,6 +104,8 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
     raw = raw_study(options)
     if options.drive is not None:
         raw["drive"] = read_drive(options.drive)
+    if options.margin is not None:
+        raw["margin"] = read_margin(options.margin)
     study = stated_study(raw, console)
     search = Search(study, console)
 

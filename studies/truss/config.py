@@ -33,10 +33,11 @@ from studies.common.configuration import (
 )
 from studies.common.exit_codes import StudyError
 from studies.drive.schema import Drive
+from studies.margin.schema import MarginRequirements
 from studies.truss.limits.caps import (
     MULTIPLE_OF_DURATION,
     Caps,
-    check_drive_is_enough,
+    check_stated,
     within_the_drive,
 )
 from studies.truss.limits.tolerances import PLAUSIBLE, check_plausible
@@ -180,6 +181,7 @@ class TrussStudy:
     smooth : whether the law is made smooth where a peak leaves it free.
     caps : limits that hold at all times, those of the drive among them.
     truss, solver : the rest.
+    margin : that the motor has to have; None where none are asked for.
     drive : whose limits are caps, too, and that exports are made for; None where there is none.
 
     Raises
@@ -212,6 +214,9 @@ class TrussStudy:
         default=DYNAMIC_SET,
     )
     solver: SolverOptions = key(section(SolverOptions), "", "how to solve", factory=SolverOptions)
+    margin: MarginRequirements | None = optional_key(
+        section(MarginRequirements), "", "margins of the motor; its keys are listed below"
+    )
     drive: Drive | None = optional_key(
         section(Drive), "", "the drive: its limits are caps, too, and exports are made for it"
     )
@@ -225,7 +230,9 @@ class TrussStudy:
                 f"{self.fixed_duration:g} s; give --duration LOW..HIGH or duration = [low, high]"
             )
 
-        check_drive_is_enough(self.caps, self.objectives, self.drive)
+        check_stated(self.caps, self.objectives, self.drive, self.margin)
+        if self.margin is not None:
+            self.margin.load_cases(self.truss)  # said before any work
 
         # only here all that a jerk in words depends on is known, and what the drive can do
         resolved = dataclasses.replace(self.caps, jerk=self._jerk_cap(self.caps.jerk))
@@ -344,6 +351,7 @@ def as_dictionary(study: TrussStudy) -> dict[str, Any]:
         "caps": caps,
         "solver": {name: value for name, value in solver.items() if value is not None},
         "truss": dataclasses.asdict(study.truss),
+        **({} if study.margin is None else {"margin": study.margin.as_dictionary()}),
         **({} if study.drive is None else {"drive": study.drive.as_dictionary()}),
     }
 

@@ -21,6 +21,7 @@ from models.truss import (
     rope_speed,
 )
 from studies.drive.motor import motor_speed, motor_torque, shares_of_the_curve
+from studies.margin.loads import needed_of_the_motor
 from studies.truss.config import TrussStudy
 
 if TYPE_CHECKING:
@@ -72,7 +73,7 @@ def expressions(study: TrussStudy, signals: Signals, net: Net) -> Mapping[str, t
     mapping of str to tuple
         Those of the motor only where the drive is stated, the rope's jerk only where it is limited.
     """
-    truss, drive = study.truss, study.drive
+    truss, drive, margin = study.truss, study.drive, study.margin
     alpha, omega = signals.angle.symbol, signals.speed.symbol
     signal_or_expression = acceleration_in(study, signals, net)
     acceleration = getattr(signal_or_expression, "symbol", signal_or_expression)
@@ -94,6 +95,9 @@ def expressions(study: TrussStudy, signals: Signals, net: Net) -> Mapping[str, t
     if signals.jerk is not None:
         jerk = rope_jerk(truss, alpha, omega, acceleration, signals.jerk.symbol)
         found["peak-rope-jerk"] = (jerk,)
+    if margin is not None:
+        needed = needed_of_the_motor(margin, truss, alpha, omega, acceleration, net)
+        found["peak-factored-force"] = needed
     if drive is not None and drive.drum_radius is not None:
         hauled = float(rope_length(truss, truss.stowed_angle)) - rope_length(truss, alpha)
         speed, torque = motor_speed(drive, hauling, hauled), motor_torque(drive, force, hauled)

@@ -23,9 +23,10 @@ from studies.common.drawing import SHADES, label_axes, legend_below, look, show_
 from studies.common.result import Result
 from studies.common.scene.moving_picture import MovingPicture
 from studies.common.scene.projection import View, outline
+from studies.margin.figures import margin_figure
 from studies.report.pictures import PARTS, draw_instant, tension_scale
 from studies.report.subjects.truss import moving_antenna
-from studies.truss.motions.deployment import Deployment
+from studies.truss.motions.deployment import Deployment, travel_of
 from studies.truss.motions.laws import deployments_of
 
 POINTS = 1201
@@ -64,6 +65,9 @@ def all_figures(
         yield "fig18_energy_with_friction", energy_figure(deployments)
     yield "fig19_motor_force", force_figure(deployments, caps)
     yield "fig20_segment_tensions", tension_figure(deployments)
+    travels = [(one.name, travel) for one in deployments if (travel := travel_of(one)) is not None]
+    if travels:
+        yield "margins", margin_figure(travels)
 
 
 def with_friction(deployment: Deployment, mu: float) -> Deployment:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 Kind = Literal["peak", "least", "integral", "value"]
-Needed = Literal["", "drum_radius", "torque_speed"]
+Needed = Literal["", "drum_radius", "torque_speed", "margin"]
 
 
 @dataclass(frozen=True)
@@ -19,14 +19,14 @@ class Quantity:
     unit : SI unit.
     kind : largest absolute value, least value, integral over time, or a plain value.
     needs_forces : whether it depends on the dynamics.
-    of_drive : key of the drive without which there is no such number; empty where none is needed.
+    needs : key of the drive, or `[margin]`, without which there is no such number; empty for none.
     """
 
     title: str
     unit: str
     kind: Kind
     needs_forces: bool
-    of_drive: Needed = ""
+    needs: Needed = ""
 
     @property
     def better(self) -> Literal["less", "more"]:
@@ -47,6 +47,9 @@ OBJECTIVES = {
     "peak-motor-torque": Quantity("peak motor torque", "N m", "peak", True, "drum_radius"),
     "peak-motor-load": Quantity(
         "largest share of the torque-speed curve", "1", "peak", True, "torque_speed"
+    ),
+    "peak-factored-force": Quantity(
+        "least motor force for the margins", "N", "peak", True, "margin"
     ),
 }
 

@@ -13,10 +13,14 @@ from typing import Any
 from studies.common.console import Console, silent
 from studies.common.folder import provenance
 from studies.common.result import Result, Series, costs_elsewhere
+from studies.margin.travel import criteria as margin_criteria
+from studies.margin.travel import records
+from studies.margin.travel import sentences as margin_sentences
+from studies.margin.travel import series as travel_series
 from studies.truss.checks import criteria, engine_criterion, table_rows, tolerated
 from studies.truss.config import TrussStudy, as_dictionary
 from studies.truss.limits.bounds import lower_bounds
-from studies.truss.motions.deployment import COLUMNS, Deployment, how_to_read, profile
+from studies.truss.motions.deployment import COLUMNS, Deployment, how_to_read, profile, travel_of
 from studies.truss.motions.laws import knots, paper_laws
 from studies.truss.search.best_motion import BestMotion
 from studies.truss.search.motion_search import Search
@@ -57,7 +61,7 @@ def run(study: TrussStudy, console: Console | None = None) -> Result:
 def result_of(study: TrussStudy, best: BestMotion) -> Result:
     """The result that the best motion of a search gives."""
     duration = best.deployment.law.duration
-    laws = [best.deployment, *paper_laws(study.truss, duration, study.drive)]
+    laws = [best.deployment, *paper_laws(study.truss, duration, study.drive, study.margin)]
     bounds, remarks = _bounds_of_the_table(study, best)
     table = table_rows(study, laws, bounds)
 
@@ -66,18 +70,28 @@ def result_of(study: TrussStudy, best: BestMotion) -> Result:
         f"{name}: {epigraph:.9g} in the solver, {dense:.9g} replayed between points"
         for name, epigraph, dense in verification.peaks
     ]
+    arrays, travel = _series(best.deployment), travel_of(best.deployment)
+    details, margins = _details(best), []
+    if travel is not None and study.margin is not None:
+        arrays |= travel_series(travel)
+        margins = margin_sentences(travel)
+        details |= {"margins": records(travel), "margin_numbers": study.margin.sources()}
     return Result(
         kind="truss",
         question=study.question,
         configuration=as_dictionary(study),
-        arrays=_series(best.deployment),
+        arrays=arrays,
         table=table,
         bounds=bounds,
         verdict=best.verdict,
-        checks=(*criteria(study, best.deployment), engine_criterion(best.solution)),
+        checks=(
+            *criteria(study, best.deployment),
+            *([] if travel is None else margin_criteria(travel)),
+            engine_criterion(best.solution),
+        ),
         costs_elsewhere=costs_elsewhere(table),
-        remarks=(*best.remarks, *tolerated(study, best.deployment), *remarks, *peaks),
-        details=_details(best),
+        remarks=(*margins, *best.remarks, *tolerated(study, best.deployment), *remarks, *peaks),
+        details=details,
         provenance=provenance(),
         interrupted=best.interrupted,
     )

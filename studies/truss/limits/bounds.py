@@ -7,6 +7,7 @@ r = 2 |L'| / f the motor's work per work on the truss, at least 1 and falling wi
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import casadi as ca
@@ -23,6 +24,8 @@ from models.truss import (
     rope_travel,
 )
 from studies.drive.motor import motor_torque, motor_turn
+from studies.margin.loads import least_static_need
+from studies.margin.schema import MarginRequirements
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.limits.caps import CAPPED, CURVE, Caps, cap_on
 from studies.truss.limits.ridge import ridge_force
@@ -154,11 +157,28 @@ def lower_bounds(
         forces.append(ridge.force)
     if forces:
         bounds["peak-force"] = max(forces)
+    if study.margin is not None:
+        bounds["peak-factored-force"] = _least_need(study.margin, study.truss, forces)
     if drive is not None and drive.drum_radius is not None:
         bounds["peak-motor-speed"] = motor_turn(drive, travel) / duration
         if forces:
             bounds["peak-motor-torque"] = float(motor_torque(drive, max(forces), 0.0))
     return bounds
+
+
+def _least_need(
+    margin: MarginRequirements, truss: TrussParameters, forces: Sequence[float]
+) -> float:
+    """What the motor must be able to pull whatever the motion [N]: at rest, and in the least force.
+
+    No factor is below one, so that a factored force is at least the force itself.
+    """
+    least = least_static_need(margin, truss)
+    helping = margin.resistance is not None and min(t for _, t in margin.resistance) < 0.0
+    if not forces or helping:
+        return least
+    cases = [case for case in margin.load_cases(truss) if not case.changed]
+    return max([least, *((1 + margin.required[1]) * force.force / c.derating.whole for c in cases)])
 
 
 def _least_rope_acceleration(study: TrussStudy, duration: float) -> float:

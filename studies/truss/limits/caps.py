@@ -14,6 +14,8 @@ from typing import Any, TypeVar
 from studies.common.configuration import check, key, not_negative, optional_key, positive
 from studies.common.exit_codes import StudyError
 from studies.drive.schema import Drive
+from studies.margin.presets import PRESETS
+from studies.margin.schema import MarginRequirements
 from studies.truss.quantities import QUANTITIES
 
 Study = TypeVar("Study", bound=Any)  # the studies that have caps know this module, not it them
@@ -148,8 +150,13 @@ def within_the_drive(caps: Caps, drive: Drive | None) -> Caps:
     return dataclasses.replace(caps, **lowered)
 
 
-def check_drive_is_enough(caps: Caps, objectives: Iterable[str], drive: Drive | None) -> None:
-    """Refuse what needs a drive, or more of it than is stated.
+def check_stated(
+    caps: Caps,
+    objectives: Iterable[str],
+    drive: Drive | None,
+    margin: MarginRequirements | None,
+) -> None:
+    """Refuse what needs a drive or margins, or more of them than is stated.
 
     Raises
     ------
@@ -163,8 +170,14 @@ def check_drive_is_enough(caps: Caps, objectives: Iterable[str], drive: Drive | 
         if getattr(caps, name) is not None
     }
     for quantity, words in asked.items():
-        needed = QUANTITIES[quantity].of_drive if quantity in QUANTITIES else ""
-        if needed and (drive is None or getattr(drive, needed) is None):
+        needed = QUANTITIES[quantity].needs
+        if needed == "margin":
+            if margin is None:
+                raise StudyError(
+                    f"{words} needs the margins; state [margin] in the study, or --margin "
+                    f"{next(iter(PRESETS))}"
+                )
+        elif needed and (drive is None or getattr(drive, needed) is None):
             raise StudyError(
                 f"{words} needs the drive; add {needed} to [drive] of the study, or to the file "
                 "of --drive"

@@ -27,6 +27,8 @@ from models.truss import (
 from ocp.arrays import Array
 from studies.drive.motor import motor_speed, motor_torque, shares_of_the_curve
 from studies.drive.schema import Drive
+from studies.margin.schema import MarginRequirements
+from studies.margin.travel import Travel, along, need_kernel
 from studies.truss.quantities import QUANTITIES
 
 GRID_POINTS = 4000  # samples of a motion, spread over its pieces, before peaks are refined
@@ -106,12 +108,14 @@ class Deployment:
     law : angle over time.
     truss : its parameters.
     drive : that hauls the ropes in; None where there is none.
+    margin : that is asked for; None where there is none.
     """
 
     name: str
     law: Law
     truss: TrussParameters
     drive: Drive | None = None
+    margin: MarginRequirements | None = None
 
     def at(self, time: ArrayLike) -> tuple[AngularMotion, TrussMotion]:
         """Histories at times (m,) in [0, T]."""
@@ -190,6 +194,7 @@ class Deployment:
             "peak-far-end-tension": truss.far_end_tension,
             "least-tension": np.minimum(truss.rope_force, truss.far_end_tension),
             **self._of_the_motor(truss),
+            **self._of_the_margin(truss),
         }
 
     def _of_the_motor(self, truss: TrussMotion) -> dict[str, Array]:
@@ -204,6 +209,14 @@ class Deployment:
         if shares:
             found["peak-motor-load"] = np.max(shares, axis=0)
         return found
+
+    def _of_the_margin(self, truss: TrussMotion) -> dict[str, Array]:
+        """What the motor must be able to pull for its margins; empty where none are asked for."""
+        if self.margin is None:
+            return {}
+        rows = (truss.angle[None], truss.speed[None], truss.acceleration[None])
+        needs = need_kernel(self.margin, self.truss)(*rows).full()
+        return {"peak-factored-force": needs.max(axis=0)}
 
     def _extreme(self, key: str, grid: Array, values: Array) -> Extreme:
         if not np.isfinite(values).all():
@@ -266,6 +279,15 @@ def _rope_jerk_kernel(truss: TrussParameters) -> ca.Function:
 def profile(deployment: Deployment, samples: int = SAMPLES) -> dict[str, Array]:
     """All of `COLUMNS` at even times and at kinks, shape (m,) each."""
     return columns_at(deployment, _profile_times(deployment, samples))
+
+
+def travel_of(deployment: Deployment) -> Travel | None:
+    """The margins along the rows of the profile; None where none are asked for."""
+    if deployment.margin is None:
+        return None
+    rows = profile(deployment)
+    motion = (rows["angle"], rows["angular_speed"], rows["angular_acceleration"])
+    return along(deployment.margin, deployment.truss, deployment.drive, rows["time"], motion)
 
 
 def columns_at(deployment: Deployment, time: Array) -> dict[str, Array]:

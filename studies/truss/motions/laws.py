@@ -24,6 +24,7 @@ from ocp.arrays import Array
 from studies.common.exit_codes import StudyError
 from studies.common.result import Result
 from studies.drive.schema import Drive
+from studies.margin.schema import MarginRequirements
 from studies.truss.config import DEPLOYED, TrussStudy, study_from
 from studies.truss.expressions import acceleration_in
 from studies.truss.motions.deployment import Deployment
@@ -42,15 +43,18 @@ JERKS = ("angular_jerk", "angular_jerk_before")
 
 @functools.lru_cache(maxsize=8)
 def paper_laws(
-    truss: TrussParameters, duration: float, drive: Drive | None = None
+    truss: TrussParameters,
+    duration: float,
+    drive: Drive | None = None,
+    margin: MarginRequirements | None = None,
 ) -> tuple[Deployment, Deployment]:
     """The paper's Bezier law, its ends pinned to the exact angles, and its Step5.
 
     They remember their values, which a study asks for several times.
     """
     return (
-        Deployment("Bezier", pinned_bezier(truss, duration), truss, drive),
-        Deployment("Step5", Step5(duration, truss.stowed_angle, DEPLOYED), truss, drive),
+        Deployment("Bezier", pinned_bezier(truss, duration), truss, drive, margin),
+        Deployment("Step5", Step5(duration, truss.stowed_angle, DEPLOYED), truss, drive, margin),
     )
 
 
@@ -66,8 +70,8 @@ def deployments_of(result: Result) -> list[Deployment]:
     if "angle" not in columns:
         raise StudyError("the result has no profile to draw; run its study again")
     study, law = study_from(result.configuration), stored_law(columns)
-    own = Deployment(result.laws[0], law, study.truss, study.drive)
-    return [own, *paper_laws(study.truss, law.duration, study.drive)]
+    own = Deployment(result.laws[0], law, study.truss, study.drive, study.margin)
+    return [own, *paper_laws(study.truss, law.duration, study.drive, study.margin)]
 
 
 def pinned_bezier(truss: TrussParameters, duration: float) -> Bezier:

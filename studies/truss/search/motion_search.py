@@ -125,7 +125,9 @@ class Search:
 
         try:
             least_time = 0.0 if cap is None else self.plane.least_time(cap)
-            of_force = {"peak-force", "peak-motor-torque"}.intersection(self.study.objectives)
+            of_force = {"peak-force", "peak-motor-torque", "peak-factored-force"}.intersection(
+                self.study.objectives
+            )
             force = self.least_force if of_force else None
         except KeyboardInterrupt:  # the motions found so far are worth more than this bound
             self.interrupted = True
@@ -373,7 +375,7 @@ class Search:
 
     def _deployment(self, statement: Statement, solution: Solution) -> Deployment:
         law = law_of(self.study, statement, solution)
-        return Deployment("optimal", law, self.study.truss, self.study.drive)
+        return Deployment("optimal", law, self.study.truss, self.study.drive, self.study.margin)
 
     def _unattained(self, peak_force: float) -> Verdict | None:
         """The verdict on a motion whose force is at a limit that no motion attains."""

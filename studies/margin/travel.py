@@ -1,0 +1,278 @@
+"""Available over required force along a motion: margins, the case that governs, and where.
+
+A margin is the available force over the required one, less one, at any place of the travel. At
+rest the required force is what holds the truss there against all that resists a standstill. In
+motion it is all of it, inertia and friction included. Derating lowers what is available.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from models.truss import TrussParameters, rope_length, rope_speed
+from ocp.arrays import Array
+from studies.common.result import Criterion, Series
+from studies.drive.motor import motor_speed, rope_force_at
+from studies.drive.schema import Drive
+from studies.margin.loads import (
+    AT_REST,
+    CONTRIBUTIONS,
+    contributions,
+    needed_of_the_motor,
+    required_forces,
+    with_pulleys,
+)
+from studies.margin.resistance import MOST_ROWS, check_covers, thinning_error
+from studies.margin.schema import LoadCase, MarginRequirements
+
+KINDS = ("static", "dynamic")
+WORDS = {name: name.replace("_", " ") for name in CONTRIBUTIONS}
+
+
+@dataclass(frozen=True, eq=False)
+class CaseAlongTheTravel:
+    """One load case along a motion.
+
+    Attributes
+    ----------
+    case : LoadCase
+    required : factored force on each rope by kind, "static" and "dynamic", (m,) each [N].
+    margins : by kind, (m,); empty where nothing is said of the available force.
+    needed : by kind, what the motor must be able to pull (m,) [N].
+    parts : factored contributions by name (m,) [N], pulley friction that of the motion.
+    """
+
+    case: LoadCase
+    required: Mapping[str, Array]
+    margins: Mapping[str, Array]
+    needed: Mapping[str, Array]
+    parts: Mapping[str, Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Travel:
+    """All load cases along a motion.
+
+    Attributes
+    ----------
+    margin : MarginRequirements
+    time, angle : (m,) [s], [rad].
+    available : of the motor for each rope before derating (m,) [N]; None where nothing is said.
+    cases : in the order in which they are stated.
+    """
+
+    margin: MarginRequirements
+    time: Array
+    angle: Array
+    available: Array | None
+    cases: tuple[CaseAlongTheTravel, ...]
+
+    def needed(self) -> Array:
+        """What the motor must be able to pull, the worst of all cases and kinds (m,) [N]."""
+        return np.max([row for case in self.cases for row in case.needed.values()], axis=0)
+
+    def worst(self, kind: str) -> tuple[CaseAlongTheTravel, int]:
+        """The governing case of a kind of margin, and its index along the travel."""
+        case = max(self.cases, key=lambda one: float(one.needed[kind].max()))
+        if self.available is not None:
+            case = min(self.cases, key=lambda one: float(one.margins[kind].min()))
+        return case, _place(case, kind)
+
+
+def _place(case: CaseAlongTheTravel, kind: str) -> int:
+    if kind in case.margins:
+        return int(np.argmin(case.margins[kind]))
+    return int(np.argmax(case.needed[kind]))
+
+
+def along(
+    margin: MarginRequirements,
+    truss: TrussParameters,
+    drive: Drive | None,
+    time: Array,
+    motion: tuple[Array, Array, Array],
+) -> Travel:
+    """The margins along a motion.
+
+    Parameters
+    ----------
+    time : (m,) [s].
+    motion : angle, speed and acceleration (m,) each [rad, rad/s, rad/s^2].
+
+    Raises
+    ------
+    StudyError
+        If a measured curve does not cover the travel.
+    """
+    angle, speed, acceleration = motion
+    if margin.resistance is not None:
+        check_covers(margin.resistance, truss.stowed_angle, math.pi / 2)
+    available = _available(margin, truss, drive, angle, speed)
+    wanted = dict(zip(KINDS, margin.required, strict=True))
+
+    found = []
+    for number, case in enumerate(margin.load_cases(truss)):
+        rows = _kernel(margin, truss, number)(*(row[None] for row in (angle, speed, acceleration)))
+        values = [row.full().ravel() for row in rows]
+        required = dict(zip(KINDS, values, strict=False))
+        parts = dict(zip(CONTRIBUTIONS, values[len(KINDS) :], strict=True))
+        whole = case.derating.whole
+        margins = {}
+        if available is not None:
+            for kind in KINDS:
+                with np.errstate(divide="ignore"):
+                    ratio = available * whole / np.maximum(required[kind], 0.0)
+                margins[kind] = ratio - 1.0
+        needed = {kind: (1 + wanted[kind]) * required[kind] / whole for kind in KINDS}
+        found.append(CaseAlongTheTravel(case, required, margins, needed, parts))
+    return Travel(margin, time, angle, available, tuple(found))
+
+
+@functools.lru_cache(maxsize=32)
+def _kernel(margin: MarginRequirements, truss: TrussParameters, number: int) -> ca.Function:
+    """Static and dynamic force, then all contributions, of one load case."""
+    case = margin.load_cases(truss)[number]
+    symbols = alpha, omega, acc = [ca.SX.sym(name) for name in ("alpha", "omega", "acc")]
+    forces = required_forces(margin, case, *symbols)
+    (static,), dynamic = forces["static"], functools.reduce(ca.fmax, forces["dynamic"])
+    parts = contributions(margin, case, alpha, omega, acc)
+    # inertia that helps is not multiplied
+    parts["inertia"] = ca.fmax(parts["inertia"], parts["inertia"] / case.factors.inertia)
+    before = functools.reduce(lambda a, b: a + b, parts.values())
+    parts["pulley_friction"] = with_pulleys(case, before, alpha) - before
+    outputs = [static, dynamic, *(parts[name] + 0 * alpha for name in CONTRIBUTIONS)]
+    return ca.Function("loads", symbols, outputs, {"cse": True})
+
+
+@functools.lru_cache(maxsize=8)
+def need_kernel(margin: MarginRequirements, truss: TrussParameters) -> ca.Function:
+    """Angle, speed and acceleration to what the motor must be able to pull; the largest counts."""
+    symbols = [ca.SX.sym(name) for name in ("alpha", "omega", "acc")]
+    needs = needed_of_the_motor(margin, truss, *symbols)
+    return ca.Function("needs", symbols, [ca.vertcat(*needs)], {"cse": True})
+
+
+def _available(
+    margin: MarginRequirements,
+    truss: TrussParameters,
+    drive: Drive | None,
+    angle: Array,
+    speed: Array,
+) -> Array | None:
+    """What the motor can pull on each rope before derating (m,) [N]; None where it is not said."""
+    if margin.available is not None:
+        return np.full(angle.size, margin.available)
+    if drive is None:
+        return None
+    stowed = float(rope_length(truss, truss.stowed_angle))
+    hauled = stowed - _row(rope_length(truss, ca.DM(angle)))
+    hauling = -_row(rope_speed(truss, ca.DM(angle), ca.DM(speed)))
+    limits = [] if drive.force is None else [np.full(angle.size, drive.force)]
+    if drive.drum_radius is not None:
+        limits += rope_force_at(drive, motor_speed(drive, hauling, hauled), hauled)
+    return np.min(limits, axis=0) if limits else None
+
+
+def _row(values: Any) -> Array:
+    found: Array = values.full().ravel()
+    return found
+
+
+def records(travel: Travel) -> list[dict[str, Any]]:
+    """The least margins of each case and kind, for tables; the governing ones are marked."""
+    lines = []
+    for place, kind in enumerate(KINDS):
+        governing, _ = travel.worst(kind)
+        for case in travel.cases:
+            k = _place(case, kind)
+            name, share = governing_contribution(case, kind, k)
+            least = float(case.margins[kind][k]) if kind in case.margins else None
+            lines.append(
+                {
+                    "margin": kind,
+                    "case": case.case.name,
+                    "governs": "yes" if case is governing else "no",
+                    "least": least,
+                    "required": travel.margin.required[place],
+                    "angle_deg": math.degrees(float(travel.angle[k])),
+                    "time_s": float(travel.time[k]),
+                    "required_force_N": float(case.required[kind][k]),
+                    "motor_force_N": float(case.needed[kind].max()),
+                    "largest_contribution": WORDS[name],
+                    "its_share": share,
+                }
+            )
+    return lines
+
+
+def governing_contribution(case: CaseAlongTheTravel, kind: str, k: int) -> tuple[str, float]:
+    """The largest contribution to a required force at a place, and its share."""
+    names = AT_REST if kind == "static" else CONTRIBUTIONS
+    values = {name: float(case.parts[name][k]) for name in names}
+    if kind == "static":  # the friction of pulleys on what is there at rest
+        values["pulley_friction"] = float(case.required[kind][k]) - sum(values.values())
+    name = max(values, key=lambda one: values[one])
+    total = float(case.required[kind][k])
+    return name, values[name] / total if total > 0 else math.nan
+
+
+def sentences(travel: Travel) -> list[str]:
+    """What governs, in words; and what was left out of a measured curve."""
+    lines = []
+    for place, kind in enumerate(KINDS):
+        case, k = travel.worst(kind)
+        name, share = governing_contribution(case, kind, k)
+        asked = travel.margin.required[place]
+        where = (
+            f"at {math.degrees(travel.angle[k]):.2f} deg ({travel.time[k]:.4g} s), case "
+            f"'{case.case.name}', {100 * share:.0f} % of it {WORDS[name]}"
+        )
+        need = f"the motor needs {case.needed[kind].max():.6g} N for each rope"
+        if kind in case.margins:
+            least = float(case.margins[kind][k])
+            need = f"least {100 * least:.1f} % (asked for {100 * asked:g} %)"
+        lines.append(f"{kind} margin: {need}, {where}")
+    curve = travel.margin.resistance
+    if curve is not None and len(curve) > MOST_ROWS:
+        lines.append(
+            f"the measured curve of {len(curve)} rows is taken at {MOST_ROWS} angles; that misses "
+            f"its rows by at most {thinning_error(curve):.2g} N m"
+        )
+    return lines
+
+
+def criteria(travel: Travel) -> list[Criterion]:
+    """The margins that are asked for, held against the least ones."""
+    held = []
+    for place, kind in enumerate(KINDS):
+        case, k = travel.worst(kind)
+        if kind not in case.margins:
+            continue
+        least, asked = float(case.margins[kind][k]), travel.margin.required[place]
+        held.append(Criterion(f"{kind} margin (least)", "1", least, asked, least >= asked))
+    return held
+
+
+def series(travel: Travel) -> dict[str, Series]:
+    """Columns beside the profile: what the motor needs, the margins, and the governing loads."""
+    made = {"motor_force_needed": ("N", travel.needed(), "for the margins that are asked for")}
+    for kind in KINDS:
+        case, _ = travel.worst(kind)
+        if kind in case.margins:
+            text = f"{kind} margin of the case '{case.case.name}', which governs; 1 is 100 %"
+            made[f"{kind}_margin"] = ("1", np.minimum(case.margins[kind], 1e9), text)
+    case, _ = travel.worst("dynamic")
+    for name in CONTRIBUTIONS:
+        text = f"{WORDS[name]} on each rope, factored, case '{case.case.name}'"
+        made[f"load_{name}"] = ("N", case.parts[name], text)
+    return {
+        name: Series(unit, "time", values, meaning)
+        for name, (unit, values, meaning) in made.items()
+    }
