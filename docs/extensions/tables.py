@@ -31,6 +31,7 @@ from studies.common.exit_codes import ExitCode
 from studies.drive import Drive
 from studies.flex.config import FlexStudy, JointCase, LinkCase, MaterialCase, SweepCase
 from studies.flex.expressions import FUNCTIONS, NAMES
+from studies.margin import MarginRequirements
 from studies.paper import PaperStudy
 from studies.paper.cases import Cases
 from studies.paper.entries import Entry
@@ -257,6 +258,7 @@ GENERATED = {
     "truss_limits": truss_limits,
     "truss_ranges": truss_ranges,
     "drive_keys": lambda: key_table(Drive),
+    "margin_keys": lambda: key_table(MarginRequirements),
     "commands": commands,
     "exit_codes": exit_code_table,
 }
