@@ -178,7 +178,7 @@ def _least_need(
     if not forces or helping:
         return least
     cases = [case for case in margin.load_cases(truss) if not case.changed]
-    return max([least, *((1 + margin.required[1]) * force.force / c.derating.whole for c in cases)])
+    return max([least, *((1 + margin.required[1]) * max(forces) / c.derating.whole for c in cases)])
 
 
 def _least_rope_acceleration(study: TrussStudy, duration: float) -> float:
