@@ -224,7 +224,7 @@ def governing_contribution(case: CaseAlongTheTravel, kind: str, k: int) -> tuple
 
 
 def sentences(travel: Travel) -> list[str]:
-    """What governs, in words; and what was left out of a measured curve."""
+    """What governs, every number that was asked for, and what a measured curve lost."""
     lines = []
     for place, kind in enumerate(KINDS):
         case, k = travel.worst(kind)
@@ -239,6 +239,11 @@ def sentences(travel: Travel) -> list[str]:
             least = float(case.margins[kind][k])
             need = f"least {100 * least:.1f} % (asked for {100 * asked:g} %)"
         lines.append(f"{kind} margin: {need}, {where}")
+    by_source: dict[str, list[str]] = {}
+    for line in travel.margin.sources():
+        by_source.setdefault(line["of"], []).append(f"{line['number']} {line['value']:g}")
+    lines += [f"{', '.join(numbers)}: {source}" for source, numbers in by_source.items()]
+
     curve = travel.margin.resistance
     if curve is not None and len(curve) > MOST_ROWS:
         lines.append(

@@ -93,6 +93,7 @@ def page(result: Result, input_text: str = "") -> str:
         sections.further(result, "load_cases", "Load cases"),
         sections.section("Results", sections.results(result)),
         sections.further(result, "margins", "Margins"),
+        sections.further(result, "margin_numbers", "Numbers of the margins"),
         sections.verification(result),
         sections.limits(result),
         sections.exact_input(text),
