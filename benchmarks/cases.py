@@ -228,7 +228,7 @@ def _arm(given: Mapping[str, Any]) -> Answer:
     check_study(study)
     with kept_solutions("studies.arm") as solutions:  # the study keeps the trajectory alone
         solved = solve_stage(study.slew, caps=study.caps, objective=study.objective)
-        refined = refine(solved, study.caps, objective=study.objective)
+        refined = refine(solved)
     seconds = time.process_time() - begin
 
     trajectory = refined.motion.trajectory

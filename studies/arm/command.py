@@ -112,7 +112,7 @@ def _draw(result: Any) -> Any:
 
 def _files(result: Any) -> dict[str, str]:
     """What is written beside the files of every study."""
-    if result.kind != "arm":
+    if result.kind not in ("arm", "arm-sequence"):
         return {}
     from studies.arm.report.profile import loads_csv
 

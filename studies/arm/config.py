@@ -186,6 +186,7 @@ class ArmStudy(StageStudy):
         f"what is least: {', '.join(OBJECTIVES)}; time needs both caps",
         default="smoothest",
     )
+    drive: Drive = key(choice(DRIVES), "", _DRIVE_MEANING, default="torque")
     torque_cap: float | None = optional_key(
         positive, "N m", "cap on the torque of each driven joint"
     )
@@ -237,7 +238,8 @@ class ArmStudy(StageStudy):
     def question(self) -> str:
         """What is asked, in one line."""
         time = "" if self.objective == "time" else f" in {self.slew.duration:.6g} s"
-        return f"{self.stage} arm{time}: {OBJECTIVES[self.objective].title}, rest to rest"
+        drive = "" if self.drive == "torque" else f", {self.drive} drive"
+        return f"{self.stage} arm{time}{drive}: {OBJECTIVES[self.objective].title}, rest to rest"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -322,7 +324,14 @@ class SequenceStudy:
     lock_energy: float | None = optional_key(
         positive, "J", "also a sequence whose first lock may meet this energy instead of rest"
     )
-    sample_time: float = key(positive, "s", "sample time of the exported profile", default=0.1)
+    residual_energy: float = key(
+        positive, "J", "energy that each lock may leave on the full model", default=RESIDUAL
+    )
+    sample_time: float | None = optional_key(
+        positive,
+        "s",
+        "sample time of the exported profile; unless stated the longest that keeps the residual",
+    )
     arm: ArmDescription = key(section(ArmDescription), "", "the arm", factory=ArmDescription)
 
     def __post_init__(self) -> None:

@@ -13,8 +13,10 @@ INTERVALS = (150, 200)  # where the root alone turns, and where the elbow does
 Attempt = tuple[float, Literal["monotone", "adaptive"]]
 ATTEMPTS: tuple[Attempt, ...] = ((1.0, "monotone"), (1.5, "adaptive"))  # mesh, IPOPT's barrier
 ITERATIONS = 120  # of IPOPT in each attempt
-ROUNDS = 6  # of a refinement, the last one on a finer mesh not counted
-LIGHTER = 100.0  # by which the smoothness is made lighter at once
+ROUNDS = 7  # of a refinement, that of the finer mesh not counted
+# by which the smoothness is made lighter at once, where the root alone turns and where the elbow
+# does: lightened by 100, the elbow's torque swings the big arm to and fro, which no mesh resolves
+LIGHTER = (100.0, 10.0)
 HOPELESS = 100.0  # times the residual allowed, above which a motion is not aimed anew
 
 # Least time of one stage
@@ -60,6 +62,7 @@ SEQUENCE_ITERATIONS = 400  # where the small arm must calm what the first lock l
 LIGHTER_SMOOTHING = (0.1, 0.01)  # of the smoothness's weight, to see what it costs
 
 # One motion for a spread of arms
+ROBUST_INTERVALS = (100, 120)  # where the root turns, and where the elbow does
 ROBUST_ITERATIONS = 150
 CAP_CORRECTIONS = 3  # solves at most until the cap holds between the points of the mesh too
 

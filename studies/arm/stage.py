@@ -49,7 +49,6 @@ class Stage:
     start, end : (root, elbow) joint angles [rad]; a joint whose angles agree is locked.
     duration : T [s].
     arm : ArmParameters
-    tied : whether the bulges of its reduced model are tied, see `models.arm.bulges`.
 
     Raises
     ------
@@ -62,7 +61,6 @@ class Stage:
     end: tuple[float, float]
     duration: float
     arm: ArmParameters = field(default_factory=ArmParameters)
-    tied: bool = True
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.duration) and self.duration > 0):
@@ -116,7 +114,7 @@ class Stage:
         `tied` ties the bulges as in the modes with the joint free. On a given angle the joint is
         held, its modes are slower, and the links hardly bulge.
         """
-        tied = tied and self.tied and variant == "B21"
+        tied = tied and variant == "B21"
         ties = self._ties if tied else (0.0, 0.0, 0.0)
         return ReducedArm(arm or self.arm, variant, *self._locks, ties)
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, get_args
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from models.ancf.joints import Driven, Joint, Torque
 from models.errors import ModelError
@@ -22,7 +22,14 @@ from studies.arm.config import ArmStudy, as_dictionary, study_from
 from studies.arm.laws.unit_laws import baselines
 from studies.arm.optimal.solve import check_bending, solve_stage
 from studies.arm.questions.baselines import replay_law
-from studies.arm.replay.full_model import Drive, LockedMotion, Motion, replay
+from studies.arm.replay.full_model import (
+    Drive,
+    LockedMotion,
+    Motion,
+    followed,
+    replay,
+    steps_for,
+)
 from studies.arm.replay.loads import loads
 from studies.arm.report.quantities import latched, quantities_of, table_rows
 from studies.arm.report.traces import Trace
@@ -42,6 +49,7 @@ LATCH = 0.01  # [rad], 0.6 deg: what a joint may miss its end by where no latch 
 START = 0.01  # [rad] by which an angle may start off the stage's own; it is shifted by it
 MOVES = 1e-3  # of the largest column: below it a joint counts as still
 TORQUE_NOISE = 1e-3  # of the peak torque, below which rows are taken as exact
+RESOLVED = 0.05  # of the peak torque: with all rows a spline is off by a sixteenth of it
 CAP_EXCESS = 1e-3  # of a cap, relative: what rows between the peaks may hide
 AFTER = 401  # instants of the quarter of a stage that is followed after the lock
 SHAPER = 10.0  # frequency times duration of shapers that nobody asks for here
@@ -113,6 +121,7 @@ def check_arm(
     drive: str | None = None,
     console: Console | None = None,
     optimum: bool = True,
+    still: bool = False,
 ) -> Result:
     """Replay a profile of the arm and hold it against caps, an optimum and the paper's laws.
 
@@ -127,6 +136,8 @@ def check_arm(
         Where progress is said.
     optimum : bool
         Whether the optimum is put beside it.
+    still : bool
+        Whether it may leave no more than the study's `residual_energy`.
 
     Returns
     -------
@@ -160,7 +171,7 @@ def check_arm(
         configuration=as_dictionary(study),
         arrays=arrays,
         table=table,
-        checks=_criteria(study, replayed, driving),
+        checks=_criteria(study, replayed, driving, still),
         size=_size(table),
         remarks=[
             *_noise(driving),
@@ -191,7 +202,9 @@ def _replayed(measured: MeasuredProfile, motion: Motion, study: ArmStudy) -> Loc
     T = motion.stage.duration
     after = np.linspace(T, 1.25 * T, AFTER)
     try:
-        return replay(motion, elements=study.elements, after=after, modes=study.modes)
+        settings = steps_for(study.residual_energy)
+        done = replay(motion, elements=study.elements, settings=settings, modes=study.modes)
+        return followed(done, after)
     except ModelError as error:
         raise StudyError(
             f"the profile {measured.path} cannot be replayed ({error}); look for jumps in it",
@@ -255,9 +268,23 @@ def _is_noisy(found: Recovered, values: Array, kind: Drive) -> bool:
 
 
 def _torque(time: Array, values: Array, found: Recovered | None) -> Torque:
-    """The torque as a drive gives it: monotone between exact rows, smoothed where they scatter."""
-    curve = PchipInterpolator(time, values) if found is None else found.law.spline
+    """The torque as a drive gives it: through exact rows, smoothed where they scatter."""
+    curve = _through(time, values) if found is None else found.law.spline
     return Torque(lambda t: np.asarray(curve(np.clip(t, time[0], time[-1]))))
+
+
+def _through(time: Array, values: Array) -> Any:
+    """A spline as exports state it where the rows resolve the torque; monotone where it jumps."""
+    peak = float(np.abs(values).max())
+    half = np.unique(np.append(np.arange(0, time.size, 2), time.size - 1))
+    if half.size < 4:
+        return PchipInterpolator(time, values)
+    # every other row has to tell the rest
+    misfit = float(np.abs(CubicSpline(time[half], values[half])(time) - values).max())
+    if misfit > RESOLVED * peak:
+        return PchipInterpolator(time, values)
+    at_rest = max(abs(values[0]), abs(values[-1])) <= TORQUE_NOISE * peak
+    return CubicSpline(time, values, bc_type="clamped" if at_rest else "not-a-knot")
 
 
 def _angle(measured: MeasuredProfile, stage: Stage, k: int, found: Recovered) -> Driven:
@@ -306,11 +333,14 @@ def _beside(study: ArmStudy, console: Console, optimum: bool) -> tuple[list[Lock
 
 
 def _criteria(
-    study: ArmStudy, replayed: LockedMotion, driving: DrivingColumns
+    study: ArmStudy, replayed: LockedMotion, driving: DrivingColumns, still: bool
 ) -> tuple[Criterion, ...]:
     caps = {k: study.caps.torque[k] for k in driving.recovered}
+    left, allowed = replayed.residual_energy, study.residual_energy
+    name = "residual energy after the lock"
     return (
         *_latches(study, replayed),
+        *([Criterion(name, "J", left, allowed, left <= allowed)] if still else []),
         *(_torque_cap(k, cap, replayed, driving) for k, cap in caps.items() if cap is not None),
     )
 

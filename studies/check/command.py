@@ -147,6 +147,13 @@ def _ask_arm(
 
     raw = read_toml(options.study) if options.study is not None else {}
     study = arm_study(measured, raw, options.stage, options.torque_cap)
-    result = check_arm(measured, study, options.drive, console, optimum=not options.no_optimum)
+    result = check_arm(
+        measured,
+        study,
+        options.drive or raw.get("drive"),
+        console,
+        optimum=not options.no_optimum,
+        still="residual_energy" in raw,
+    )
     head = f"# Repeats this check: {_command(options)} input.toml\n\n"
     return result, head + toml_text(as_dictionary(study))

@@ -58,6 +58,9 @@ def _add_points(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--signal", metavar="NAME", help="rope (default) or angle; of an arm, root or elbow"
     )
+    parser.add_argument(
+        "--motion", metavar="NAME", help="of several motions of an arm, such as 'beside Bezier'"
+    )
     parser.add_argument("--step", metavar="S", help="time between two points [s]")
     parser.add_argument(
         "--points", metavar="N", help="as many points, on the switches of the motion"
@@ -87,12 +90,13 @@ def _add_stop(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, console: Console) -> ExitCode:
     """Write the motion."""
     from studies.common.result import Result
-    from studies.export.source import source_of
+    from studies.export.source import source_of, with_motion
 
     _refuse_contradictions(options)
     result = Result.load(options.results)
     if not result.arrays:
         raise StudyError(f"the result in {options.results} has no arrays to export")
+    result = with_motion(result, options.motion)
     if _as_stored(options):
         return _hand_over(_columns_of(result, None, options), None, options, console)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -64,6 +65,33 @@ def source_of(result: Result) -> Source:
             "only its stored rows can be exported, with --to csv or json and nothing else"
         )
     return _truss_source(result) if result.kind in ("truss", "check") else _arm_source(result)
+
+
+def with_motion(result: Result, name: str | None) -> Result:
+    """The same result with another of its motions as the main one; none is named for the main.
+
+    Results of the arm may hold several motions, sampled for a drive: `details["profiles"]` says
+    what each is, and its series have its name before their own.
+
+    Raises
+    ------
+    StudyError
+        If there is none of that name.
+    """
+    if name is None:
+        return result
+    motions = result.details.get("profiles", {})
+    if name not in motions:
+        known = ", ".join(repr(one) for one in motions) or "its main motion only"
+        raise StudyError(f"--motion is {name!r}; this result has {known}")
+
+    head = f"{name}/"
+    arrays = {
+        key.removeprefix(head): dataclasses.replace(series, axis="time")
+        for key, series in result.arrays.items()
+        if series.axis == f"{head}time"
+    }
+    return dataclasses.replace(result, arrays=arrays, details={**result.details, **motions[name]})
 
 
 def _truss_source(result: Result) -> Source:

@@ -7,7 +7,6 @@ against the replay on B21.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,11 +15,13 @@ import casadi as ca
 import numpy as np
 from scipy.interpolate import BPoly, PPoly
 
+from models.ancf.integrate import StepControl
 from models.ancf.joints import Driven, Joint, Torque
 from models.arm.reduced import ReducedArm
 from models.arm.reduced_simulation import ReducedMotion, simulate_reduced
-from ocp import PhaseTrajectory, Trajectory
+from ocp import PhaseTrajectory, Solution, Trajectory
 from ocp.arrays import Array
+from studies.arm.optimal.objectives import StatedStage
 from studies.arm.optimal.phase import ArmPhase, slope_unit
 from studies.arm.replay.full_model import ELEMENTS, MODES, Drive, LockedMotion, Motion, replay
 from studies.arm.replay.reduced_model import follow, reduced_residual
@@ -37,19 +38,35 @@ class OptimalMotion:
     Attributes
     ----------
     name : str
-    stage : Stage
-    trajectory : of the solver.
-    arm : the phase with its signals.
-    least : what was minimised, the weighted smoothness included, in units of the rigid arm's.
-    weight : of the smoothness in it.
+    stated : the problem that was solved.
+    solution : of the solver.
+    weight : of the smoothness in what was minimised.
     """
 
     name: str
-    stage: Stage
-    trajectory: Trajectory
-    arm: ArmPhase
-    least: float = math.nan
+    stated: StatedStage
+    solution: Solution
     weight: float = 0.0
+
+    @cached_property
+    def stage(self) -> Stage:
+        """The stage that was stated, in the duration that was found."""
+        return self.stated.stage.lasting(self.trajectory.phases[0].end)
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """Of the solver."""
+        return self.solution.trajectory
+
+    @property
+    def arm(self) -> ArmPhase:
+        """The phase with its signals."""
+        return self.stated.arm
+
+    @property
+    def intervals(self) -> int:
+        """Of the mesh."""
+        return len(self.trajectory.phases[0].breakpoints) - 1
 
     @cached_property
     def torques(self) -> dict[int, PPoly]:
@@ -59,13 +76,15 @@ class OptimalMotion:
 
     @cached_property
     def smoothness_share(self) -> float:
-        """Part of `least` that is weighted smoothness, from 0 to 1."""
-        return self.weight * self._smoothness / self.least if self.weight else 0.0
+        """Part of what was minimised that is weighted smoothness, from 0 to 1."""
+        whole = self.solution.objective
+        return self.weight * self._smoothness / whole if self.weight else 0.0
 
     @property
     def objective(self) -> float:
-        """The objective alone, in units of the rigid arm's."""
-        return self.least - self.weight * self._smoothness
+        """What was asked to be least, in units of the rigid arm's, without the smoothness."""
+        alone = self.solution.objective - self.weight * self._smoothness
+        return float(alone ** (1.0 / self.stated.power))
 
     @cached_property
     def _smoothness(self) -> float:
@@ -74,8 +93,8 @@ class OptimalMotion:
         for k, law in self.torques.items():
             slopes = law.derivative(2)
             square = slopes(slopes.x[:-1]) ** 2 @ np.diff(slopes.x)
-            total += float(square) / slope_unit(self.stage, k) ** 2
-        return total / self.stage.duration
+            total += float(square) / slope_unit(self.stated.stage, k) ** 2
+        return total / self.stated.stage.duration
 
     @property
     def peak_torque(self) -> Array:
@@ -137,11 +156,11 @@ class OptimalMotion:
         drive: Drive = "torque",
         *,
         elements: int = ELEMENTS,
-        after: Array | None = None,
+        settings: StepControl | None = None,
         modes: int = MODES,
     ) -> LockedMotion:
         """On the full model, see `studies.arm.replay.full_model.replay`."""
-        return replay(self.motion(drive), elements=elements, after=after, modes=modes)
+        return replay(self.motion(drive), elements=elements, settings=settings, modes=modes)
 
 
 def polynomial(phase: PhaseTrajectory, state: str) -> PPoly:

@@ -15,7 +15,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from ocp import Between, Functional, Problem, peak
+from ocp import Between, Constant, Functional, Problem, peak
 from ocp.arrays import Array
 from studies.arm.optimal.phase import ArmPhase, arm_phase, column, smoothness, starting_law
 from studies.arm.search_limits import SPARE_DURATION, TIME_WINDOW
@@ -37,11 +37,13 @@ class Objective:
     title : what is least, for a table.
     build : the expression, in units of the rigid arm's, from a phase and its stage.
     smoothing : first weight of the smoothness beside it; refinement makes it lighter.
+    power : of the quantity in the expression: the largest square is least where the largest is.
     """
 
     title: str
     build: Callable[[ArmPhase, Stage], Any]
     smoothing: float = SMOOTHING
+    power: int = 1
 
 
 def peak_torque(arm: ArmPhase, stage: Stage) -> Functional:
@@ -94,24 +96,45 @@ def _second(place: Any, arm: ArmPhase) -> Any:
 OBJECTIVES: dict[str, Objective] = {
     "smoothest": Objective("smoothest torque", smoothness, 0.0),
     "peak-torque": Objective("least peak torque", peak_torque),
-    "peak-tip-acceleration": Objective("least peak acceleration of the tip", tip_acceleration),
+    "peak-tip-acceleration": Objective(
+        "least peak acceleration of the tip", tip_acceleration, power=2
+    ),
     "energy": Objective("least energy (mean square torque)", energy),
     "time": Objective("least time", lambda arm, stage: arm.phase.duration / stage.duration),
-    "peak-root-reaction": Objective("least peak force at the root", root_reaction),
+    "peak-root-reaction": Objective("least peak force at the root", root_reaction, power=2),
     "deflection": Objective("least peak elastic deflection", deflection),
 }
 
 
-def problem(
-    stage: Stage,
-    caps: TorqueCaps,
-    objective: str = "smoothest",
-    weight: float | None = None,
-    aim: Array | None = None,
-) -> tuple[Problem, ArmPhase]:
-    """The best motion of a stage under its caps.
+@dataclass(frozen=True, eq=False)
+class StatedStage:
+    """The problem of a stage, and what its refinement changes: constants of it.
 
-    `weight` is that of the smoothness, the objective's own by default; `aim` as in `arm_phase`.
+    Attributes
+    ----------
+    problem : Problem
+    arm : ArmPhase
+    stage : as it was stated; a least time ends in another duration.
+    objective : what is least.
+    weight : of the smoothness; None where none is to be changed.
+    power : of the quantity in what is least.
+    """
+
+    problem: Problem
+    arm: ArmPhase
+    stage: Stage
+    objective: str
+    weight: Constant | None = None
+    power: int = 1
+
+    def constants(self, weight: float, aim: Array | None) -> dict[Constant, float]:
+        """Values of the constants at a weight and an aim (2 n,) beside rest, see `aim`."""
+        values = {} if aim is None else self.arm.aimed(aim)
+        return values if self.weight is None else values | {self.weight: weight}
+
+
+def problem(stage: Stage, caps: TorqueCaps, objective: str = "smoothest") -> StatedStage:
+    """The best motion of a stage under its caps: the one statement of all questions to the arm.
 
     For least time the stage must last long enough for its caps: the duration is only shortened.
     Left more room, the solver lengthens it first and creeps back.
@@ -121,13 +144,14 @@ def problem(
     if objective == "time":
         shortest, longest = TIME_WINDOW
         end = Between(shortest * duration, longest * duration, duration)
-    arm = arm_phase(stage, caps, law=starting_law(stage, caps), end=end, aim=aim)
+    arm = arm_phase(stage, caps, law=starting_law(stage, caps), end=end)
 
-    least = chosen.build(arm, stage)
-    weight = chosen.smoothing if weight is None else weight
-    if weight:
+    least, weight = chosen.build(arm, stage), None
+    if chosen.smoothing:
+        weight = Constant("weight of the smoothness", "1", chosen.smoothing)
         least = least + weight * smoothness(arm, stage)
-    return Problem(f"{stage.name} arm", [arm.phase], minimise=least, bounds=arm.bounds), arm
+    stated = Problem(f"{stage.name} arm", [arm.phase], minimise=least, bounds=arm.bounds)
+    return StatedStage(stated, arm, stage, objective, weight, chosen.power)
 
 
 def first_duration(stage: Stage, caps: TorqueCaps) -> float:

@@ -22,7 +22,7 @@ import numpy as np
 from models.arm.reduced import ReducedArm, solve_small
 from models.arm.reduced_simulation import reduced_modes
 from models.laws import JerkLimited, Law
-from ocp import Between, Bound, Control, Phase, State
+from ocp import Between, Bound, Constant, Control, Phase, State
 from ocp.arrays import Array
 from studies.arm.laws.rigid import feed_forward, joint_motion
 from studies.arm.laws.unit_laws import quintic
@@ -83,6 +83,7 @@ class ArmPhase:
     drives : Drives
     acceleration : expressions of the rates of `v`.
     bounds : on the end of the phase, of the problem.
+    aims : where q and v end beside rest, in their order; none where their energy is bounded.
     """
 
     phase: Phase
@@ -92,11 +93,16 @@ class ArmPhase:
     drives: Drives
     acceleration: tuple[Any, ...]
     bounds: tuple[Bound, ...] = ()
+    aims: tuple[Constant, ...] = ()
 
     @property
     def torque(self) -> Mapping[int, State]:
         """Torques by driven joint."""
         return self.drives.torque
+
+    def aimed(self, aim: Array) -> dict[Constant, float]:
+        """Values of `aims` that end the phase at an aim (2 n,) beside rest, see `aim`."""
+        return dict(zip(self.aims, map(float, aim), strict=True)) if self.aims else {}
 
 
 def column(signals: Iterable[Any]) -> Any:
@@ -114,9 +120,10 @@ def arm_phase(
     suffix: str = "",
     linked: bool = False,
     left: float | None = None,
-    aim: Array | None = None,
 ) -> ArmPhase:
     """Rest to rest of a stage, torques zero at both ends.
+
+    Where rest is stated by values, constants of the problem move them, see `ArmPhase.aims`.
 
     Parameters
     ----------
@@ -128,7 +135,6 @@ def arm_phase(
     suffix : of the names of the coordinates, where phases must be told apart.
     linked : leave the coordinates at the start to links with the phase before.
     left : energy that the lock may meet instead of rest [J], kinetic and elastic.
-    aim : (2 n,) coordinates and rates beside rest, at which the end is aimed; see `aim`.
     """
     model, duration = stage.model, stage.duration
     law = law or quintic(duration)
@@ -142,11 +148,12 @@ def arm_phase(
     drives = torque_signals(stage, caps)
     acceleration = accelerations(model, q, v, drives)
 
-    initial, final, left = _boundary(stage, q, v, drives.states, left)
-    if aim is not None:
-        for state, beside in zip((*q, *v), aim, strict=True):
-            if state in final:
-                final[state] += float(beside)
+    initial, rest, left = _boundary(stage, q, v, drives.states, left)
+    final: dict[State, Any] = dict(rest)
+    aims: tuple[Constant, ...] = ()
+    if left is None:
+        aims = tuple(Constant(f"aim of {state.name}", state.unit, 0.0) for state in (*q, *v))
+        final |= {state: rest[state] + at for state, at in zip((*q, *v), aims, strict=True)}
     if linked:
         initial = dict.fromkeys(drives.states, 0.0)
 
@@ -167,7 +174,7 @@ def arm_phase(
         guess=guess,
     )
     bounds = () if left is None else (at_rest(phase, model, q, v, left),)
-    return ArmPhase(phase, model, q, v, drives, acceleration, bounds)
+    return ArmPhase(phase, model, q, v, drives, acceleration, bounds, aims)
 
 
 def accelerations(

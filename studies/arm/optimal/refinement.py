@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -18,10 +19,10 @@ from studies.arm.optimal.aim import beside_rest
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.objectives import RESIDUAL
 from studies.arm.optimal.phase import is_slow
-from studies.arm.optimal.solve import solve_stage
-from studies.arm.replay.full_model import LockedMotion
+from studies.arm.optimal.solve import solve_again
+from studies.arm.replay.full_model import Drive, LockedMotion, steps_for
 from studies.arm.search_limits import HOPELESS, LIGHTER, ROUNDS
-from studies.arm.stage import TorqueCaps
+from studies.arm.stage import ELBOW
 from studies.common.exit_codes import StudyError
 
 Progress = Callable[[str], None]
@@ -55,7 +56,7 @@ class Refined:
     Attributes
     ----------
     motion : OptimalMotion
-    replay : on the full model, torque drive.
+    replay : on the full model.
     rounds : all of them, in order.
     residual : that the motion may leave [J].
     change : of the objective by half the weight and half the interval, relative; nan if that
@@ -84,78 +85,158 @@ class Refined:
         return self.still and self.settled
 
 
+class Trial(Protocol):
+    """A motion with its replay, from which the next one is solved."""
+
+    @property
+    def entry(self) -> Round:
+        """What it leaves."""
+
+
+_T = TypeVar("_T", bound=Trial)
+Again = Callable[[_T, float, bool], "_T | None"]
+"""Solve from a trial: with a weight of the smoothness, and with half the interval or the same."""
+
+
+def refined(
+    first: _T, again: Again[_T], residual: float, lighter: float
+) -> tuple[_T, tuple[Round, ...], float]:
+    """Aim, lighten and refine until the full model rests and nothing more is gained.
+
+    Parameters
+    ----------
+    first : Trial
+        Solved on one mesh.
+    again : callable
+        Gives the next trial, None where the solver gives up.
+    residual : float
+        That the full model may be left with [J].
+    lighter : float
+        By which the smoothness is made lighter at once.
+
+    Returns
+    -------
+    best : Trial
+    rounds : all of them, in order.
+    change : of the objective by half the weight and half the interval, see `Refined`.
+    """
+    rounds = [first.entry]
+
+    def noted(from_: _T, weight: float, finer: bool) -> _T | None:
+        found = again(from_, weight, finer)
+        if found is not None:
+            rounds.append(found.entry)
+        return found
+
+    if not first.entry.weight:
+        return _aimed(first, residual, rounds, noted), tuple(rounds), 0.0
+    best = first if _near(first, residual) else _aimed(first, residual, rounds, noted)
+    best, change = _lighter(best, residual, lighter, rounds, noted)
+    return best, tuple(rounds), change
+
+
+def _lighter(
+    heavy: _T, residual: float, lighter: float, rounds: list[Round], again: Again[_T]
+) -> tuple[_T, float]:
+    """The lightest smoothness whose motion leaves the full model still.
+
+    Also what half the weight and half the interval change of the objective, nan if that fails.
+    """
+    weight = heavy.entry.weight / lighter
+    while _near(heavy, residual) and len(rounds) < ROUNDS:
+        found = again(heavy, weight, False)
+        # an aim brings a factor of ten to a hundred, not more
+        if found is not None and _near(found, residual):
+            found = _aimed(found, residual, rounds, again)
+        if found is not None and found.entry.on_full_model <= residual:
+            heavy = found
+            break
+        weight = float(np.sqrt(weight * heavy.entry.weight))
+    heavy = _aimed(heavy, residual, rounds, again)
+
+    finer = again(heavy, 0.5 * heavy.entry.weight, True)
+    if finer is None or not _near(finer, residual):
+        # one after the other is easier
+        first = again(heavy, heavy.entry.weight, True)
+        finer = None if first is None else again(first, 0.5 * first.entry.weight, False)
+    if finer is None or not _near(finer, residual):
+        return heavy, float("nan")
+    change = finer.entry.objective / heavy.entry.objective - 1.0
+
+    finer = _aimed(finer, residual, rounds, again)  # another mesh misses rest by something else
+    return (finer if finer.entry.on_full_model <= residual else heavy), change
+
+
+def _near(found: Trial, residual: float) -> bool:
+    """Whether the full model comes so near to rest that an aim can do the rest.
+
+    What is far from it is a motion that the mesh does not resolve, whatever its objective.
+    """
+    return found.entry.on_full_model <= HOPELESS * residual
+
+
+def _aimed(first: _T, residual: float, rounds: list[Round], again: Again[_T]) -> _T:
+    """The motion aimed anew while that brings the full model nearer to rest."""
+    best = first
+    while best.entry.on_full_model > residual and len(rounds) < ROUNDS:
+        found = again(best, best.entry.weight, False)
+        if found is None:
+            return best
+        if found.entry.on_full_model > 0.5 * best.entry.on_full_model:
+            return min(best, found, key=lambda tried: tried.entry.on_full_model)
+        best = found
+    return best
+
+
 @dataclass(frozen=True, eq=False)
 class _Tried:
-    """A motion with its replay, and where the next one is to be aimed."""
+    """A motion of a stage with its replay, and where the next one is to be aimed."""
 
     motion: OptimalMotion
     replay: LockedMotion
     aim: Array
 
     @property
-    def intervals(self) -> int:
-        return len(self.motion.trajectory.phases[0].breakpoints) - 1
-
-    @property
-    def left(self) -> float:
-        return self.replay.residual_energy
-
-
-_Again = Callable[[_Tried, float, int], _Tried | None]
+    def entry(self) -> Round:
+        motion, left = self.motion, self.replay.residual_energy
+        return Round(motion.intervals, motion.weight, motion.objective, left)
 
 
 def refine(
     motion: OptimalMotion,
-    caps: TorqueCaps,
     *,
-    objective: str = "smoothest",
     residual: float = RESIDUAL,
+    drive: Drive = "torque",
     say: Progress | None = None,
+    live: Progress | None = None,
 ) -> Refined:
     """Refine a motion that was solved on one mesh.
 
     Parameters
     ----------
     motion : OptimalMotion
-    caps : TorqueCaps
-        Those that it was solved under.
-    objective : str
     residual : float
         That the full model may be left with [J].
-    say : callable, optional
-        Receives a line a round.
+    drive : Drive
+        Under which it is replayed.
+    say, live : callable, optional
+        Receive a line a round, and a line now and then.
     """
-    rounds: list[Round] = []
 
     def tried(motion: OptimalMotion, aim: Array) -> _Tried:
-        replayed = motion.replay()
-        entry = _Tried(motion, replayed, aim - beside_rest(replayed))
-        rounds.append(
-            Round(
-                entry.intervals,
-                motion.weight,
-                motion.objective,
-                replayed.residual_energy,
-            )
-        )
+        replayed = motion.replay(drive, settings=steps_for(residual))
+        found = _Tried(motion, replayed, aim - beside_rest(motion.stage, replayed.run.before))
         if say is not None:
-            say(_sentence(rounds[-1], motion.stage.name))
-        return entry
+            say(sentence(found.entry, motion.stage.name))
+        return found
 
-    def again(from_: _Tried, weight: float, intervals: int) -> _Tried | None:
-        """Solve from a motion, aimed anew; None where the solver gives up."""
+    def again(from_: _Tried, weight: float, finer: bool) -> _Tried | None:
         # a slow stage hardly stirs its modes, and states their energy instead of rest
         aim = 0.0 * from_.aim if is_slow(from_.motion.stage) else from_.aim
+        intervals = from_.motion.intervals * (2 if finer else 1)
         try:
-            solved = solve_stage(
-                from_.motion.stage,
-                caps=caps,
-                objective=objective,
-                intervals=intervals,
-                guess=from_.motion.trajectory,
-                name=from_.motion.name,
-                weight=weight,
-                aim=aim,
+            solved = solve_again(
+                from_.motion, weight=weight, aim=aim, intervals=intervals, progress=live
             )
         except StudyError as error:
             if say is not None:
@@ -163,59 +244,17 @@ def refine(
             return None
         return tried(solved, aim)
 
-    best = tried(motion, np.zeros(2 * motion.stage.model.size))
-    best = _aimed(best, residual, rounds, again)
-    change = 0.0
-    if motion.weight:
-        best, change = _lighter(best, residual, rounds, again)
-    return Refined(best.motion, best.replay, tuple(rounds), residual, change)
+    first = tried(motion, np.zeros(2 * motion.stage.model.size))
+    lighter = LIGHTER[ELBOW in motion.stage.moving]
+    best, rounds, change = refined(first, again, residual, lighter)
+    return Refined(best.motion, best.replay, rounds, residual, change)
 
 
-def _lighter(
-    heavy: _Tried, residual: float, rounds: list[Round], again: _Again
-) -> tuple[_Tried, float]:
-    """The lightest smoothness whose motion leaves the full model still.
-
-    Also what half the weight and half the interval change of the objective, nan if that fails.
-    """
-    lighter = heavy.motion.weight / LIGHTER
-    while heavy.left <= residual and len(rounds) < ROUNDS:
-        found = again(heavy, lighter, heavy.intervals)
-        # an aim brings a factor of ten to a hundred, not more
-        if found is not None and found.left <= HOPELESS * residual:
-            found = _aimed(found, residual, rounds, again)
-        if found is not None and found.left <= residual:
-            heavy = found
-            break
-        lighter = float(np.sqrt(lighter * heavy.motion.weight))
-
-    finer = again(heavy, 0.5 * heavy.motion.weight, 2 * heavy.intervals)
-    if finer is None:
-        return heavy, float("nan")
-    change = finer.motion.objective / heavy.motion.objective - 1.0
-    return (finer if finer.left <= residual else heavy), change
-
-
-def _aimed(
-    first: _Tried,
-    residual: float,
-    rounds: list[Round],
-    again: _Again,
-) -> _Tried:
-    """The motion aimed anew while that brings the full model nearer to rest."""
-    best = first
-    while best.left > residual and len(rounds) < ROUNDS:
-        found = again(best, best.motion.weight, best.intervals)
-        if found is None or found.left > 0.5 * best.left:
-            return best if found is None or found.left > best.left else found
-        best = found
-    return best
-
-
-def _sentence(entry: Round, stage: str) -> str:
+def sentence(entry: Round, name: str) -> str:
+    """A line of progress."""
     weight = f", smoothness at {entry.weight:.2g}" if entry.weight else ""
     objective = f", {entry.objective:.5g} of the rigid arm's" if entry.weight else ""
     return (
-        f"{stage}: {entry.intervals} intervals{weight}{objective}: the full model is left with "
+        f"{name}: {entry.intervals} intervals{weight}{objective}: the full model is left with "
         f"{entry.on_full_model:.2e} J"
     )

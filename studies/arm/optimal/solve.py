@@ -8,11 +8,11 @@ from contextlib import suppress
 import numpy as np
 
 from models.arm.reduced_simulation import reduced_modes
-from ocp import OcpError, Trajectory, solve
+from ocp import Interrupted, OcpError, Solution, Trajectory, solve
 from ocp.arrays import Array
 from studies.arm.laws.unit_laws import quintic
 from studies.arm.optimal.motion import OptimalMotion
-from studies.arm.optimal.objectives import OBJECTIVES, first_duration, problem
+from studies.arm.optimal.objectives import OBJECTIVES, StatedStage, first_duration, problem
 from studies.arm.optimal.phase import quasi_static
 from studies.arm.optimal.solver import settings, stage_mesh
 from studies.arm.search_limits import (
@@ -37,15 +37,10 @@ def solve_stage(
     caps: TorqueCaps | None = None,
     objective: str = "smoothest",
     intervals: int | None = None,
-    guess: Trajectory | None = None,
     name: str = "optimum",
-    weight: float | None = None,
-    aim: Array | None = None,
     progress: Progress | None = None,
 ) -> OptimalMotion:
     """Solve one stage on one mesh; the stage solved lasts what the solver chose.
-
-    `weight` and `aim` as in `objectives.problem`.
 
     Raises
     ------
@@ -54,33 +49,81 @@ def solve_stage(
     """
     caps = caps or TorqueCaps()
     intervals = intervals or INTERVALS[ELBOW in stage.moving]
+    guess: Trajectory | None = None
     if objective == "time":
         # least time starts from a motion that is possible and only shortens it
-        guess = guess or in_enough_time(stage, caps, intervals, progress)
+        guess = in_enough_time(stage, caps, intervals, progress)
         stage = stage.lasting(guess.phases[0].end)
     else:
         check_bending(stage)
         check_caps(stage, caps)
 
-    if weight is None:
-        weight = OBJECTIVES[objective].smoothing
-    stated, arm = problem(stage, caps, objective, weight, aim)
+    stated = problem(stage, caps, objective)
+    weight = OBJECTIVES[objective].smoothing
+    return _solved(name, stated, weight, None, intervals, guess, progress)
+
+
+def solve_again(
+    motion: OptimalMotion,
+    *,
+    weight: float,
+    aim: Array,
+    intervals: int,
+    progress: Progress | None = None,
+) -> OptimalMotion:
+    """Solve the problem of a motion again, from it: lighter, aimed elsewhere or on a finer mesh.
+
+    Parameters
+    ----------
+    motion : OptimalMotion
+    weight : float
+        Of the smoothness.
+    aim : (2 n,)
+        Where the end is beside rest, see `aim`.
+    intervals : int
+    progress : callable, optional
+
+    Raises
+    ------
+    StudyError
+        If the solver finds no motion.
+    """
+    # multipliers help where the same weight is asked for again, and mislead where it is another
+    alike = weight > 0.4 * motion.weight
+    start = motion.solution if alike else motion.trajectory
+    return _solved(motion.name, motion.stated, weight, aim, intervals, start, progress)
+
+
+def _solved(
+    name: str,
+    stated: StatedStage,
+    weight: float,
+    aim: Array | None,
+    intervals: int,
+    guess: Solution | Trajectory | None,
+    progress: Progress | None,
+) -> OptimalMotion:
     failure: OcpError | None = None
     for finer, barrier in ATTEMPTS:
-        mesh = stage_mesh(objective, round(finer * intervals))
+        mesh = stage_mesh(stated.objective, round(finer * intervals))
         try:
             solution = solve(
-                stated, settings=settings(barrier), guess=guess, progress=progress, mesh=mesh
+                stated.problem,
+                settings=settings(barrier),
+                guess=guess,
+                constants=stated.constants(weight, aim),
+                progress=progress,
+                mesh=mesh,
             )
+        except Interrupted:
+            raise
         except OcpError as error:
             failure = error
             continue
-        trajectory = solution.trajectory
-        lasting = stage.lasting(trajectory.phases[0].end)
-        return OptimalMotion(name, lasting, trajectory, arm, solution.objective, weight)
+        return OptimalMotion(name, stated, solution, weight)
 
     raise StudyError(
-        f"no motion of the stage '{stage.name}' was found: {failure}", ExitCode.NOT_SOLVED
+        f"no motion of the stage '{stated.stage.name}' was found: {failure}", ExitCode.NOT_SOLVED
     )
 
 

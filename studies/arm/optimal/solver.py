@@ -56,7 +56,7 @@ def settings(
     return Settings(scheme=Radau(DEGREE), refinement=FixedMesh(), solver=solver, verify=False)
 
 
-def robust_settings(intervals: int, degree: int) -> Settings:
+def robust_settings() -> Settings:
     """For many arms at once, whose optima are flat: looser than for one."""
     solver = Ipopt(
         tolerance=1e-7,
@@ -65,4 +65,4 @@ def robust_settings(intervals: int, degree: int) -> Settings:
         max_iterations=ROBUST_ITERATIONS,
         pivot_tolerance=PIVOTS,
     )
-    return Settings(scheme=Radau(degree), intervals=intervals, solver=solver)
+    return Settings(scheme=Radau(DEGREE), refinement=FixedMesh(), solver=solver, verify=False)

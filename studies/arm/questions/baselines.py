@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 
-from models.ancf.integrate import StepControl
 from models.ancf.joints import Joint
 from models.errors import ModelError
 from ocp.arrays import Array
@@ -18,11 +17,23 @@ from studies.arm.config import BaselinesStudy, as_dictionary
 from studies.arm.laws.rigid import angle_drives, torque_drives
 from studies.arm.laws.shapers import baseline_law, baseline_names, shaper_note
 from studies.arm.laws.unit_laws import NamedLaw
+from studies.arm.optimal.objectives import RESIDUAL
 from studies.arm.optimal.phase import is_slow
 from studies.arm.optimal.refinement import FLOOR, Refined, refine
 from studies.arm.optimal.solve import solve_stage
-from studies.arm.replay.full_model import JUMPS, SMOOTH, Drive, LockedMotion, Motion, replay
+from studies.arm.replay.full_model import (
+    JUMPS,
+    QUICK,
+    SMOOTH,
+    Drive,
+    LockedMotion,
+    Motion,
+    followed,
+    replay,
+)
 from studies.arm.replay.numerical_floor import numerical_floor
+from studies.arm.replay.sampled import SampledProfile, sampled_to
+from studies.arm.report.profile import exported_motions, profile_check, profile_series
 from studies.arm.report.quantities import Metric, latch_checks, table_rows
 from studies.arm.report.traces import Trace
 from studies.arm.search_limits import HIGHEST_CAP, JUMP_STEPS
@@ -35,7 +46,6 @@ from studies.common.result import Criterion, Result, Series, Verdict
 Say = Callable[[str], None]
 OPTIMUM = "optimum"
 SHARES = {"big": 0.01, "small": 0.03, "both": 0.03}  # of a baseline's E_res
-QUICK = StepControl(1e-7)
 _SLACK = 0.998  # of a cap, for peaks between the points and a reaction that is not B21's torque
 _ALIKE = 0.97  # of a cap, above which a motion under a tighter one also serves the looser one
 
@@ -46,16 +56,20 @@ class Pair:
 
     Attributes
     ----------
-    baseline, optimum : replays; the optimum None where none was found.
+    baseline : its replay.
     refined : how the optimum was found, None where none was.
     limit : share of the baseline's E_res that the optimum may leave, None where that is so near
         the numerical floor that a ratio means nothing and the optimum has `FLOOR` to stay under.
     """
 
     baseline: LockedMotion
-    optimum: LockedMotion | None
     refined: Refined | None
     limit: float | None
+
+    @property
+    def optimum(self) -> LockedMotion | None:
+        """Its replay, None where none was found."""
+        return None if self.refined is None else self.refined.replay
 
     @property
     def ratio(self) -> float:
@@ -123,24 +137,28 @@ def compare(
         replays.append(replay_law(stage, law, drive, follow=follow))
         say(f"{stage.name}, {drive} drive: {law.name} leaves {replays[-1].residual_energy:.2e} J")
 
+    # still enough for whatever law leaves least
+    least = min(replayed.residual_energy for replayed in replays)
+    residual = max(FLOOR, min(RESIDUAL, least if limit is None else limit * least))
     motions: dict[float, Refined] = {}
     pairs = []
     for baseline in sorted(replays, key=lambda r: -r.peak_torque[stage.moving[0]]):
-        refined = motion_under(stage, baseline, motions, say)
-        if refined is None:
-            pairs.append(Pair(baseline, None, None, limit))
-            continue
-        optimum = refined.replay if drive == "torque" else refined.motion.replay("angle")
-        pairs.append(Pair(baseline, optimum, refined, limit))
+        refined = motion_under(stage, baseline, motions, residual, say)
+        pairs.append(Pair(baseline, refined, limit))
     return pairs
 
 
 def motion_under(
-    stage: Stage, baseline: LockedMotion, motions: dict[float, Refined], say: Say
+    stage: Stage,
+    baseline: LockedMotion,
+    motions: dict[float, Refined],
+    residual: float,
+    say: Say,
 ) -> Refined | None:
     """A refined motion whose peak torque does not exceed the baseline's.
 
-    `motions` are those already found, by cap [J D/T^2]; a new one is added.
+    `motions` are those already found, by cap [J D/T^2]; a new one is added. It may leave a
+    residual [J] on the full model.
     """
     units = stage.torque_units
     cap = min(HIGHEST_CAP, *(float(baseline.peak_torque[k] / units[k]) for k in stage.moving))
@@ -155,7 +173,7 @@ def motion_under(
     except StudyError as error:
         say(f"{stage.name}, at most {cap:.4g} J D/T^2 on joint {stage.moving[0]}: {error}")
         return None
-    motions[cap] = refine(motion, caps, say=say)
+    motions[cap] = refine(motion, residual=residual, drive=baseline.motion.drive, say=say)
     return motions[cap]
 
 
@@ -183,19 +201,28 @@ def compare_baselines(study: BaselinesStudy, console: Console, follow: bool = Tr
 
     # an optimum whose mesh is too coarse may owe its stillness to the mesh
     resolved = all(pair.resolved for pair in pairs)
+    profiles = _profiles(pairs) if follow else {}
     return Result(
         kind="arm-baselines",
         question=study.question,
         configuration=as_dictionary(study),
-        arrays=_arrays(pairs, study.drive if follow else None),
+        arrays=_arrays(pairs, profiles) if follow else {},
         table=table_rows(columns),
         verdict=_verdict(pairs, resolved),
-        checks=(*(_holds(pair) for pair in pairs), *latches),
+        checks=(
+            *(_holds(pair) for pair in pairs),
+            *(
+                profile_check(profile, _allowed(profile), f"the optimum {name}")
+                for name, profile in profiles.items()
+            ),
+            *latches,
+        ),
         remarks=tuple(remarks),
         details={
             "stage": {"duration": stage.duration, "start": stage.start, "end": stage.end},
             "drive": study.drive,
-            "profile_of": f"{OPTIMUM} beside {tightest.baseline.motion.name}",
+            "profile_of": f"{OPTIMUM} {_beside(tightest)}",
+            **exported_motions(profiles),
             "limit": limit,
             "rounds": {
                 pair.baseline.motion.name: [
@@ -276,16 +303,41 @@ def _verdict(pairs: Sequence[Pair], resolved: bool) -> Verdict:
     return Verdict("local", f"local: {kept} optimum is as still as asked, beside its law")
 
 
-def _arrays(pairs: Sequence[Pair], drive: Drive | None) -> dict[str, Series]:
-    """The optimum under the tightest cap and all baselines, if they were followed."""
+def _profiles(pairs: Sequence[Pair]) -> dict[str, SampledProfile]:
+    """The sampled optima by the laws that they stand beside, that of the tightest cap first."""
+    sampled: dict[int, SampledProfile] = {}
+    profiles = {}
+    for pair in reversed(pairs):
+        if pair.refined is None or pair.optimum is None:
+            continue
+        # a motion may stand beside several laws
+        key = id(pair.refined)
+        if key not in sampled:
+            sampled[key] = sampled_to(pair.optimum, pair.refined.residual)
+        profiles[_beside(pair)] = sampled[key]
+    return profiles
+
+
+def _allowed(profile: SampledProfile) -> float:
+    """What a sampled optimum may leave [J]: as much as any motion, or what it leaves itself."""
+    return max(RESIDUAL, profile.exact.residual_energy)
+
+
+def _beside(pair: Pair) -> str:
+    """What an optimum's profile is called."""
+    return f"beside {pair.baseline.motion.name}"
+
+
+def _arrays(pairs: Sequence[Pair], profiles: Mapping[str, SampledProfile]) -> dict[str, Series]:
+    """The profiles of all optima, the motion under the tightest cap, and all baselines."""
     arrays: dict[str, Series] = {}
-    if drive is None:
-        return arrays
+    for number, (name, profile) in enumerate(profiles.items()):
+        arrays |= profile_series(profile, name if number else "")
+
     last = pairs[-1]
-    if last.refined is not None:
+    if last.optimum is not None:
         stage = last.baseline.motion.stage
-        optimum = last.refined.motion.replay(drive, after=after_lock(stage))
-        arrays |= Trace.of(optimum, OPTIMUM).series()
+        arrays |= Trace.of(followed(last.optimum, after_lock(stage)), OPTIMUM).series()
     for pair in pairs:
         arrays |= Trace.of(pair.baseline).series()
     return arrays

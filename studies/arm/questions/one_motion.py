@@ -19,17 +19,24 @@ from studies.arm.optimal.refinement import Refined, refine
 from studies.arm.optimal.rigid_time import least_rigid_duration, quintic_duration
 from studies.arm.optimal.solve import check_bending, check_caps, solve_stage
 from studies.arm.questions.baselines import replay_law
-from studies.arm.replay.full_model import ELEMENTS, MODES, LockedMotion, followed
+from studies.arm.replay.full_model import (
+    ELEMENTS,
+    MODES,
+    Drive,
+    LockedMotion,
+    followed,
+    steps_for,
+)
 from studies.arm.replay.loads import Loads, loads
 from studies.arm.replay.numerical_floor import numerical_floor
+from studies.arm.replay.sampled import sampled_to
 from studies.arm.replay.satellite import free_satellite
 from studies.arm.report.profile import (
-    INTERPOLATION,
+    accuracy,
     load_series,
     profile_check,
     profile_series,
     reduced_series,
-    sampled_to,
 )
 from studies.arm.report.quantities import (
     ASSUMPTIONS,
@@ -105,16 +112,25 @@ def solve_motion(study: ArmStudy, console: Console) -> Result:
     after = np.linspace(stage.duration, 1.25 * stage.duration, _AFTER)
     replayed = refined.replay
     if (study.elements, study.modes) != (ELEMENTS, MODES):
-        replayed = refined.motion.replay(elements=study.elements, modes=study.modes)
+        replayed = refined.motion.replay(
+            study.drive,
+            elements=study.elements,
+            settings=steps_for(study.residual_energy),
+            modes=study.modes,
+        )
     replayed = followed(replayed, after)
     refined = dataclasses.replace(refined, replay=replayed)
     history = loads(replayed)
-    finer = refined.motion.replay(elements=FINER * study.elements // 2)
+    finer = refined.motion.replay(
+        study.drive,
+        elements=FINER * study.elements // 2,
+        settings=steps_for(study.residual_energy),
+    )
 
     # the optimum's own column of the table, then that of the laws beside it
-    entries = quantities_of(
-        replayed, history, study.arm, study.pointing_error, refined.motion.peak_torque
-    )
+    # under angle drive the torque is the reaction that the replay finds
+    peaks = refined.motion.peak_torque if study.drive == "torque" else None
+    entries = quantities_of(replayed, history, study.arm, study.pointing_error, peaks)
     entries += optimum_quantities(refined.motion, replayed)
     entries += _asked_besides(study, refined, history)
     profile = sampled_to(replayed, study.residual_energy, study.sample_time, study.elements)
@@ -122,7 +138,7 @@ def solve_motion(study: ArmStudy, console: Console) -> Result:
     entries.append(Metric("sampled_residual_energy", title, "J", profile.residual_energy))
     laws = {OPTIMUM: entries}
 
-    beside = [_baseline(stage, name, console) for name in LAWS]
+    beside = [_baseline(stage, name, study.drive, console) for name in LAWS]
     for baseline in beside:
         laws[baseline.motion.name] = quantities_of(
             baseline, loads(baseline), study.arm, study.pointing_error
@@ -131,7 +147,7 @@ def solve_motion(study: ArmStudy, console: Console) -> Result:
 
     # all that the figures show: they are drawn from the result alone
     snapshots = snapshots_of(replayed)
-    arrays = profile_series(replayed, profile.step) | load_series(history, replayed)
+    arrays = profile_series(profile) | load_series(history, replayed)
     for motion in (replayed, *beside):
         arrays |= Trace.of(motion).series()
     arrays |= reduced_series(refined.motion.reduced) | snapshot_series(snapshots)
@@ -142,15 +158,11 @@ def solve_motion(study: ArmStudy, console: Console) -> Result:
         "stage": {"duration": stage.duration, "start": stage.start, "end": stage.end},
         "snapshot_times": [snapshot.time for snapshot in snapshots],
         "rounds": [dataclasses.asdict(entry) for entry in refined.rounds],
-        "accuracy": {
-            "residual_energy_of_the_sampled_profile_J": profile.residual_energy,
-            "sample_time_s": profile.step,
-            "interpolation": INTERPOLATION,
-        },
+        "accuracy": accuracy(profile),
     }
     if is_slow(stage):
         # so little is left that rounding may be all of it
-        floor = numerical_floor(refined.motion.motion("torque"))
+        floor = numerical_floor(refined.motion.motion(study.drive))
         details["numerical_floor_J"] = floor.energy
         remarks.append(str(floor))
 
@@ -183,10 +195,10 @@ def _refined(study: ArmStudy, console: Console) -> Refined:
         raise StudyError(f"{error}{hint}", error.exit_code) from error
     return refine(
         motion,
-        study.caps,
-        objective=study.objective,
         residual=study.residual_energy,
+        drive=study.drive,
         say=console.progress,
+        live=console.live,
     )
 
 
@@ -217,10 +229,10 @@ def _asked_besides(study: ArmStudy, refined: Refined, history: Loads) -> list[Me
     return entries
 
 
-def _baseline(stage: Stage, name: str, console: Console) -> LockedMotion:
+def _baseline(stage: Stage, name: str, drive: Drive, console: Console) -> LockedMotion:
     console.live(f"{name} beside the optimum")
     laws = {law.name: law for law in baselines(stage.duration, _SHAPER / stage.duration)}
-    return replay_law(stage, laws[name], "torque")
+    return replay_law(stage, laws[name], drive)
 
 
 def _bounds(study: ArmStudy, stage: Stage) -> dict[str, float]:

@@ -25,6 +25,9 @@ ELEMENTS = 8  # of a link
 MODES = 3  # locked modes that are reported
 SAMPLES = 2001  # even instants of the output, close enough for rates by splines through them
 SMOOTH = StepControl(1e-9)
+CLOSE = StepControl(1e-8)  # what is left is right to a per cent of 1e-6 J, in half the time
+QUICK = StepControl(1e-7)  # right to some per cent of what a law of the paper leaves
+_CLOSE_FROM = 1e-7  # [J], above which `CLOSE` tells what is left
 JUMPS = StepControl(1e-7, fixed_step=0.004)  # modes too fast for the step are damped, see models
 _FEW_EDGES = 50  # breakpoints, up to which both sides of each are put out
 
@@ -148,10 +151,21 @@ def replay(
 def followed(replayed: LockedMotion, after: Array) -> LockedMotion:
     """The same replay, followed beyond its lock at instants (m,) from the lock on [s]."""
     run = replayed.run
+    # a thousandth of the swing; what swings less is followed no finer than the motion was
+    tolerance = float(np.clip(1e-3 * replayed.vibration.tip, SMOOTH.tolerance, QUICK.tolerance))
     swinging = simulate(
-        run.before.chain, run.engagement.joints, run.engagement.state, after, settings=SMOOTH
+        run.before.chain,
+        run.engagement.joints,
+        run.engagement.state,
+        after,
+        settings=StepControl(tolerance),
     )
     return replace(replayed, run=replace(run, after=swinging))
+
+
+def steps_for(residual: float) -> StepControl:
+    """Steps that tell whether no more than an energy [J] is left."""
+    return CLOSE if residual >= _CLOSE_FROM else SMOOTH
 
 
 def sample_times(motion: Motion, end: float) -> Array:

@@ -160,7 +160,7 @@ def robust_torque_figure(result: Result) -> Figure:
     """Torque of all motions on the nominal arm."""
     figure = Figure(figsize=(8, 4.2), dpi=150, layout="constrained")
     panel = figure.subplots()
-    times = result.arrays["time"].values
+    times = result.arrays["figure/time"].values
     for name, colour, style in zip(_motions(result), COLOURS, STYLES, strict=False):
         panel.plot(times, result.arrays[f"{name}: torque"].values, style, color=colour, label=name)
     joint = result.details["stage"]["joint"]

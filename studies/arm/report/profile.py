@@ -1,109 +1,89 @@
-"""The sampled torque profile of a motion, its replay, and the histories that a result holds."""
+"""What a result holds of a motion: its sampled profile, its loads, and its path on B21."""
 
 from __future__ import annotations
 
 import csv
 import io
-from dataclasses import dataclass
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
-from models.ancf.joints import Torque, joint_rates
+from models.ancf.joints import Driven, joint_rates
 from models.arm.reduced_simulation import ReducedMotion
 from ocp.arrays import Array
-from studies.arm.replay.full_model import LockedMotion, Motion, replay
+from studies.arm.replay.full_model import LockedMotion
 from studies.arm.replay.loads import Loads
+from studies.arm.replay.sampled import INTERPOLATION, SampledProfile
 from studies.arm.stage import JOINT_NAMES
 from studies.common.result import Criterion, Result, Series
 
-STEPS = (0.02, 0.005, 0.001)  # [s] sample times tried, the longest first
-INTERPOLATION = "cubic spline through the torques, with no slope at either end"
 LOAD_AXIS = "loads/time"
 _REDUCED_AXIS = "B21/instant"
 
 
-def sampled(replayed: LockedMotion, step: float) -> tuple[Array, dict[int, Array]]:
-    """Times [s] at a sample time, the end included, and the torque of each joint there [N m]."""
-    stage = replayed.motion.stage
-    count = max(2, round(stage.duration / step) + 1)
-    times = np.linspace(0.0, stage.duration, count)
-    drives = replayed.motion.joints
-    torques = {
-        k: np.asarray(drive.torque(times))
-        for k, drive in drives.items()
-        if isinstance(drive, Torque)
-    }
-    return times, torques
+def profile_check(profile: SampledProfile, residual: float, of: str = "") -> Criterion:
+    """Whether a drive that follows the exported samples leaves no more than was allowed.
 
-
-def sampled_motion(replayed: LockedMotion, step: float) -> Motion:
-    """The motion of a drive that interpolates the sampled torques, see `INTERPOLATION`."""
-    times, torques = sampled(replayed, step)
-    joints = {k: _interpolated(times, values) for k, values in torques.items()}
-    name = f"{replayed.motion.name}, sampled every {times[1]:.4g} s"
-    return Motion(name, "torque", replayed.motion.stage, joints)
-
-
-def _interpolated(times: Array, values: Array) -> Torque:
-    # the torque starts and ends with no rate
-    curve = CubicSpline(times, values, bc_type="clamped")
-    return Torque(lambda t: np.asarray(curve(np.clip(t, times[0], times[-1]))))
-
-
-@dataclass(frozen=True, eq=False)
-class SampledProfile:
-    """A sampled torque: its sample time [s], and its replay."""
-
-    step: float
-    replay: LockedMotion
-
-    @property
-    def residual_energy(self) -> float:
-        """What a drive leaves that follows the samples [J]."""
-        return self.replay.residual_energy
-
-
-def sampled_to(
-    replayed: LockedMotion, residual: float, step: float | None, elements: int
-) -> SampledProfile:
-    """The profile at a sample time [s], or at the longest of `STEPS` that keeps a residual [J].
-
-    Where none keeps it, at the shortest.
+    `of` names the motion where there are several.
     """
-    for tried in STEPS if step is None else (step,):
-        motion = sampled_motion(replayed, min(tried, replayed.motion.stage.duration))
-        again = replay(motion, elements=elements)
-        if again.residual_energy <= residual:
-            break
-    return SampledProfile(tried, again)
-
-
-def profile_check(profile: SampledProfile, residual: float) -> Criterion:
-    """Whether a drive that follows the exported samples leaves no more than was allowed."""
     left = profile.residual_energy
     held = left <= residual
     name = (
-        f"the profile sampled every {profile.step:.4g} s leaves no more than the residual allowed"
+        f"the profile{of and f' of {of}'} sampled every {profile.step:.4g} s leaves no more than "
+        "the residual allowed"
     )
     sentence = f"{'verified' if held else 'FAILED'}: {name}"
     return Criterion(name, "J", left, residual, held, sentence)
 
 
-def profile_series(replayed: LockedMotion, step: float) -> dict[str, Series]:
-    """Torque, angle and rate of each driven joint at a sample time: what is handed on."""
-    times, torques = sampled(replayed, step)
-    run = replayed.run.before
+def profile_series(profile: SampledProfile, name: str = "") -> dict[str, Series]:
+    """Torque, angle and rate of each joint that turns, at the sample times: what is handed on.
+
+    Under `name` where the result has several profiles, else as its main one.
+    """
+    times, exact = profile.times, profile.exact
+    run = exact.run.before
     angles, rates = run.joint_angles(), joint_rates(run.chain, run.q, run.v)
 
-    arrays = {"time": Series("s", "time", times, "since the release")}
-    for k, torque in torques.items():
-        name = JOINT_NAMES[k]
-        angle, rate = (np.interp(times, run.times, x[k]) for x in (angles, rates))
-        arrays[f"{name}_torque"] = Series("N m", "time", torque, f"of the {name}'s drive")
-        arrays[f"{name}_angle"] = Series("rad", "time", angle, f"of the {name}")
-        arrays[f"{name}_rate"] = Series("rad/s", "time", rate, f"of the {name}'s angle")
+    head = f"{name}/" if name else ""
+    axis = f"{head}time"
+    arrays = {axis: Series("s", axis, times, "since the release")}
+    for k, joint in exact.motion.joints.items():
+        if isinstance(joint, Driven):
+            angle, rate = profile.values[k], joint.rate(times)
+            torque, source = CubicSpline(run.times, run.torque[k])(times), "reaction at the"
+        else:
+            curve = CubicHermiteSpline(run.times, angles[k], rates[k])
+            angle, rate = curve(times), curve(times, 1)
+            torque, source = profile.values[k], "of the drive at the"
+        where = JOINT_NAMES[k]
+        arrays[f"{head}{where}_torque"] = Series("N m", axis, torque, f"{source} {where}")
+        arrays[f"{head}{where}_angle"] = Series("rad", axis, angle, f"of the {where}")
+        arrays[f"{head}{where}_rate"] = Series("rad/s", axis, rate, f"of the {where}'s angle")
     return arrays
+
+
+def accuracy(profile: SampledProfile) -> dict[str, Any]:
+    """What an export says of its samples."""
+    return {
+        "residual_energy_of_the_sampled_profile_J": profile.residual_energy,
+        "sample_time_s": profile.step,
+        "interpolation": INTERPOLATION[profile.drive],
+    }
+
+
+def exported_motions(profiles: Mapping[str, SampledProfile]) -> dict[str, Any]:
+    """Details of a result with several profiles: the first is its main one, the others have names.
+
+    `antenna-ocp export --motion NAME` takes them.
+    """
+    if not profiles:
+        return {}
+    first, *others = profiles
+    named = {name: {"profile_of": name, "accuracy": accuracy(profiles[name])} for name in others}
+    return {"accuracy": accuracy(profiles[first]), "profiles": named}
 
 
 def load_series(history: Loads, replayed: LockedMotion) -> dict[str, Series]:

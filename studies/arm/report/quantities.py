@@ -340,9 +340,11 @@ def criteria(
         checks += latch_checks(refined.replay, study.latch)
 
     # between the points of the mesh, where the optimiser did not look
+    by_torque = study.drive == "torque"
+    peaks = motion.peak_torque if by_torque else refined.replay.peak_torque
     for k in motion.stage.moving:
         for what, unit, value, cap in (
-            ("torque", "N m", float(motion.peak_torque[k]), study.caps.torque[k]),
+            ("torque", "N m", float(peaks[k]), study.caps.torque[k]),
             ("torque rate", "N m/s", float(motion.peak_rate[k]), study.caps.rate[k]),
         ):
             if cap is not None:

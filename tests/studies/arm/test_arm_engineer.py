@@ -205,9 +205,10 @@ def test_a_latch_missed_beside_baselines_fails_the_command(big, monkeypatch, cap
         (Round(100, 0.0, 0.0, done.residual_energy),),
         1.0,
     )
-    pairs = [Pair(done, done, refined, 1.0)]
+    pairs = [Pair(done, refined, 1.0)]
     monkeypatch.setattr("studies.arm.questions.baselines.compare", lambda *_, **__: pairs)
     monkeypatch.setattr("studies.arm.questions.baselines._arrays", lambda *_: {})
+    monkeypatch.setattr("studies.arm.questions.baselines._profiles", lambda _: {})
     asked = ["arm", "baselines", "--no-figures", "--results"]
     wide, tight = (["--latch", str(share * done.miss)] for share in (1.1, 0.9))
     assert main([*asked, str(tmp_path / "wide"), *wide]) == ExitCode.OK
@@ -228,7 +229,7 @@ def test_at_a_slow_pace_an_optimum_has_a_floor_to_stay_under(big, monkeypatch):
         1.0,
     )
     room = "studies.arm.questions.baselines"
-    monkeypatch.setattr(f"{room}.compare", lambda *_, **__: [Pair(done, done, refined, None)])
+    monkeypatch.setattr(f"{room}.compare", lambda *_, **__: [Pair(done, refined, None)])
     monkeypatch.setattr(f"{room}.is_slow", lambda _: True)
     monkeypatch.setattr(f"{room}.numerical_floor", lambda _: "the floor")
     found = compare_baselines(BaselinesStudy(), silent(), follow=False)

@@ -167,9 +167,7 @@ def test_a_sequence_that_cannot_be_is_refused_at_once(arguments, capsys, tmp_pat
 def test_least_peak_torque_comes_near_the_rigid_bound_and_the_full_model_rests():
     # the rigid arm's is a bound; half the smoothness and half the interval change it by 1 % at most
     stage = big_arm(8.6)
-    found = refine(
-        solve_stage(stage, objective="peak-torque"), TorqueCaps(), objective="peak-torque"
-    )
+    found = refine(solve_stage(stage, objective="peak-torque"))
     assert found.resolved
     assert 1.0 < found.motion.peak_torque[0] / (4.0 * stage.torque_units[0]) < 1.02
     assert found.replay.residual_energy <= 1e-6

@@ -87,7 +87,7 @@ def test_step5_leaves_what_the_reference_left():
 def test_the_optimum_leaves_less_than_a_hundredth_of_step5_under_either_drive():
     stage = big_arm(8.6)
     caps = stage.capped(7.5)
-    found = refine(solve_stage(stage, caps=caps), caps)
+    found = refine(solve_stage(stage, caps=caps))
     assert found.resolved
     assert found.replay.peak_torque[0] <= 7.5 * stage.torque_units[0]
     assert found.replay.residual_energy < 0.01 * STEP5_BIG

@@ -12,32 +12,21 @@ from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
-import numpy as np
 
 from models.arm.driven import DrivenArm
 from models.arm.lock import energy_after_lock, lock_terms
 from models.arm.reduced import ReducedArm
-from models.laws import JerkLimited
 from ocp.arrays import Array
-from studies.arm.laws.rigid import feed_forward
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.phase import (
     Drives,
     accelerations,
     column,
-    drive_signals,
     equations_of_motion,
-    quasi_static,
     reduced_signals,
     sampled_guess,
 )
 from studies.arm.stage import Stage
-from studies.common.exit_codes import StudyError
-
-RATE = 60.0  # cap of the torque's rate in J D / T^3: the quintic step's own peak
-BEND = 20.0  # typical slope of the rate over its cap, times T
-_GRID = 401  # instants of a guess
-_BELOW = 0.95  # of the rate's cap, that the guess uses
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,43 +59,6 @@ class SampledMotion:
     v: Array
     torque: Array
     rate: Array
-
-
-def steepest_rate(stage: Stage) -> float:
-    """Cap of the torque's rate [N m/s]."""
-    return RATE * float(stage.torque_units[stage.moving[0]]) / stage.duration
-
-
-def drives_of(stage: Stage, cap: float = np.inf) -> Drives:
-    """The drive of a stage that turns one joint, with a cap on its torque [N m].
-
-    Raises
-    ------
-    StudyError
-        If the stage turns both.
-    """
-    if len(stage.moving) > 1:
-        raise StudyError("a robust motion takes a stage that turns one joint; give big or small")
-
-    joint = stage.moving[0]
-    torque, rate, bend = drive_signals(
-        stage,
-        joint,
-        torque=cap,
-        rate=steepest_rate(stage),
-        rate_scale=RATE,
-        bend_scale=BEND * RATE,
-    )
-    return Drives(torque={joint: torque}, rate={joint: rate}, bend={joint: bend})
-
-
-def rigid_motion(stage: Stage) -> SampledMotion:
-    """What a rigid arm can follow under the rate cap, links bent as their inertia bends them."""
-    times = np.linspace(0.0, stage.duration, _GRID)
-    law = JerkLimited(stage.duration, 0.0, 1.0, _BELOW * RATE / stage.duration**3)
-    torque = feed_forward(stage, law)(times)[stage.moving[0]]
-    q, v = quasi_static(stage, law, times)
-    return SampledMotion(times, q, v, torque, rate=np.gradient(torque, times))
 
 
 def replayed_motion(motion: OptimalMotion) -> SampledMotion:

@@ -18,7 +18,8 @@ import numpy as np
 from models.arm.lock import kept_by_lock, lock_terms, release
 from models.arm.parameters import ArmParameters
 from models.arm.reduced import ReducedArm, solve_small
-from ocp import Between, Bound, Phase, Problem, State, joined, peak
+from ocp import Between, Bound, Constant, Phase, Problem, State, joined, peak
+from ocp.arrays import Array
 from studies.arm.optimal.phase import (
     ArmPhase,
     Drives,
@@ -94,13 +95,39 @@ def sequence(total: float, dwell: float, arm: ArmParameters | None = None) -> Se
     return Sequence(first.lasting(shares[0]), second.lasting(shares[1]), dwell)
 
 
+@dataclass(frozen=True, eq=False)
+class StatedSequence:
+    """The problem of a sequence, and what its refinement changes: constants of it.
+
+    Attributes
+    ----------
+    problem : Problem
+    case : Sequence
+    phases : SequencePhases
+    least : what is least.
+    weight : of the smoothness of both torques.
+    """
+
+    problem: Problem
+    case: Sequence
+    phases: SequencePhases
+    least: Least
+    weight: Constant
+
+    def constants(self, weight: float, aims: tuple[Array, Array]) -> dict[Constant, float]:
+        """Values of the constants: the weight, and where both motions end beside rest (2 n,)."""
+        values = {self.weight: weight}
+        for arm, aim in zip((self.phases.first, self.phases.second), aims, strict=True):
+            values |= arm.aimed(aim)
+        return values
+
+
 def sequence_problem(
     case: Sequence,
     least: Least = "peak-torque",
     cap: float | None = None,
     left: float | None = None,
-    smoothing: float = SMOOTHING,
-) -> tuple[Problem, SequencePhases]:
+) -> StatedSequence:
     """The three phases, linked, with least common peak torque or least time under a cap [N m].
 
     `left` is the energy [J] that the first lock may meet; None demands rest there too.
@@ -115,16 +142,17 @@ def sequence_problem(
         torques = [(arm.phase, tau) for arm in (big, small) for tau in arm.torque.values()]
         goal = peak(*((phase, tau / case.rigid_bound) for phase, tau in torques), absolute=True)
     smooth = smoothness(big, case.first) + smoothness(small, case.second)
+    weight = Constant("weight of the smoothness", "1", SMOOTHING)
 
     dwell_time = Bound("dwell", dwell.duration, "s", case.dwell, case.dwell)
     stated = Problem(
         "big arm, dwell, small arm",
         [big.phase, dwell, small.phase],
-        minimise=goal + smoothing * smooth,
+        minimise=goal + weight * smooth,
         bounds=[dwell_time, *big.bounds, *small.bounds],
         links=(*lock_links(phases, case), *release_links(phases, case)),
     )
-    return stated, phases
+    return StatedSequence(stated, case, phases, least, weight)
 
 
 def stage_alone(stage: Stage, cap: float, moving_time: float) -> Problem:
@@ -202,12 +230,22 @@ def _dwell(case: Sequence, before: ArmPhase, times: tuple[float, float]) -> Phas
 
 
 def lock_links(phases: SequencePhases, case: Sequence) -> tuple[Bound, ...]:
-    """Jump map of the root's lock: M (v+ - v-) = Phi_q^T Lambda, in the locked coordinates."""
+    """Jump map of the root's lock: M (v+ - v-) = Phi_q^T Lambda, in the locked coordinates.
+
+    B21 is aimed beside rest so that the full model rests. The dwell is the full model's: it begins
+    with what is left without the aim.
+    """
     free = phases.first.model
     q, v = column(phases.first.q), column(phases.first.v)
-    mass, momentum, _ = lock_terms(free, (ROOT,), q, v)
-    positions = [q[k] for k in kept_by_lock(free, (ROOT,))]
-    values = [*positions, *solve_small(mass, momentum)]
+    if phases.first.aims:
+        aims = column(phases.first.aims)
+        q, v = q - aims[: free.size], v - aims[free.size :]
+    # derivatives need symbols: a function takes the arguments that are none
+    place, rate = ca.SX.sym("q", free.size), ca.SX.sym("v", free.size)
+    mass, momentum, _ = lock_terms(free, (ROOT,), place, rate)
+    kept = [place[k] for k in kept_by_lock(free, (ROOT,))]
+    jump = ca.Function("jump", [place, rate], [ca.vertcat(*kept, *solve_small(mass, momentum))])
+    values = ca.vertsplit(jump(q, v))
     return joined(
         phases.first.phase, phases.dwell, dict(zip(phases.dwell.states, values, strict=True))
     )

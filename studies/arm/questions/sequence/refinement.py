@@ -1,0 +1,124 @@
+"""Refine a sequence until both locks leave the full model still."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocp.arrays import Array
+from studies.arm.optimal.aim import beside_rest
+from studies.arm.optimal.objectives import RESIDUAL
+from studies.arm.optimal.phase import is_slow
+from studies.arm.optimal.refinement import SAME, Round, refined, sentence
+from studies.arm.questions.sequence.replay import SequenceReplay, replay_sequence
+from studies.arm.questions.sequence.solve import Aims, OptimalSequence, solved_from
+from studies.arm.replay.full_model import LockedMotion, steps_for
+from studies.arm.search_limits import LIGHTER
+from studies.arm.stage import Stage
+from studies.common.exit_codes import StudyError
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class RefinedSequence:
+    """A sequence that was refined.
+
+    Attributes
+    ----------
+    solved : OptimalSequence
+    replay : on the full model.
+    rounds : all of them, in order.
+    residual : that each lock may leave [J].
+    change : of the objective by half the weight and half the interval, relative; nan if that
+        failed.
+    """
+
+    solved: OptimalSequence
+    replay: SequenceReplay
+    rounds: tuple[Round, ...]
+    residual: float
+    change: float
+
+    @property
+    def still(self) -> bool:
+        """Whether both locks leave no more than was allowed."""
+        return self.replay.left <= self.residual
+
+    @property
+    def settled(self) -> bool:
+        """Whether a finer sequence is no better by more than `SAME`."""
+        return abs(self.change) <= SAME
+
+
+@dataclass(frozen=True, eq=False)
+class _Tried:
+    """A sequence with its replay, and where the next one is to be aimed."""
+
+    solved: OptimalSequence
+    replay: SequenceReplay
+    aims: Aims
+
+    @property
+    def entry(self) -> Round:
+        solved = self.solved
+        return Round(sum(solved.intervals), solved.weight, solved.objective, self.replay.left)
+
+
+def refine_sequence(
+    solved: OptimalSequence,
+    *,
+    residual: float = RESIDUAL,
+    say: Progress | None = None,
+    live: Progress | None = None,
+) -> RefinedSequence:
+    """Refine a sequence as a motion is refined, see `studies.arm.optimal.refinement`.
+
+    Parameters
+    ----------
+    solved : OptimalSequence
+        On one mesh.
+    residual : float
+        That each lock may leave [J].
+    say, live : callable, optional
+        Receive a line a round, and a line now and then.
+    """
+    case = solved.case
+    stages = case.first, case.second
+
+    def tried(solved: OptimalSequence, aims: Aims) -> _Tried:
+        replayed = replay_sequence(solved, settings=steps_for(residual))
+        missed = [
+            _beside(stage, motion)
+            for stage, motion in zip(stages, (replayed.first, replayed.second), strict=True)
+        ]
+        found = _Tried(solved, replayed, (aims[0] - missed[0], aims[1] - missed[1]))
+        if say is not None:
+            say(sentence(found.entry, "sequence"))
+        return found
+
+    def again(from_: _Tried, weight: float, finer: bool) -> _Tried | None:
+        big, dwell, small = from_.solved.intervals
+        intervals = (2 * big, dwell, 2 * small) if finer else (big, dwell, small)
+        alike = weight > 0.4 * from_.solved.weight
+        start = from_.solved.solution if alike else from_.solved.trajectory
+        try:
+            found = solved_from(solved.stated, weight, from_.aims, intervals, start, live)
+        except StudyError as error:
+            if say is not None:
+                say(f"this round was given up: {error}")
+            return None
+        return tried(found, from_.aims)
+
+    none = np.zeros(2 * case.first.model.size), np.zeros(2 * case.second.model.size)
+    best, rounds, change = refined(tried(solved, none), again, residual, LIGHTER[True])
+    return RefinedSequence(best.solved, best.replay, rounds, residual, change)
+
+
+def _beside(stage: Stage, motion: LockedMotion) -> Array:
+    """Where a motion ends beside rest; nowhere in a slow stage, which hardly stirs its modes."""
+    if is_slow(stage):
+        return np.zeros(2 * stage.model.size)
+    return beside_rest(stage, motion.run.before)

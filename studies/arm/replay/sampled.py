@@ -1,0 +1,106 @@
+"""A motion as a drive follows it: sampled, joined by a spline, and replayed on the full model.
+
+What is exported are samples. Between them the drive interpolates, so the arm is left with another
+energy than by the motion itself, and the sample time is chosen by it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from models.ancf.joints import Driven, Joint, Torque
+from ocp.arrays import Array
+from studies.arm.replay.full_model import (
+    ELEMENTS,
+    Drive,
+    LockedMotion,
+    Motion,
+    replay,
+    steps_for,
+)
+
+STEPS = (0.02, 0.005, 0.001)  # [s] sample times tried, the longest first
+INTERPOLATION: dict[Drive, str] = {
+    "torque": "cubic spline through the torques, with no slope at either end",
+    "angle": "cubic spline through the angles, with no slope at either end",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class SampledProfile:
+    """A sampled motion and its replay.
+
+    Attributes
+    ----------
+    exact : replay of the motion that was sampled.
+    times : (m,) even, both ends included [s].
+    values : (m,) of each joint that turns: torques [N m] or angles [rad], by the drive.
+    replay : on the full model, interpolated between the samples.
+    """
+
+    exact: LockedMotion
+    times: Array
+    values: Mapping[int, Array]
+    replay: LockedMotion
+
+    @property
+    def drive(self) -> Drive:
+        """What is sampled."""
+        return self.exact.motion.drive
+
+    @property
+    def step(self) -> float:
+        """Sample time [s]."""
+        return float(self.times[1])
+
+    @property
+    def residual_energy(self) -> float:
+        """What a drive leaves that follows the samples [J]."""
+        return self.replay.residual_energy
+
+
+def sampled_to(
+    replayed: LockedMotion, residual: float, step: float | None = None, elements: int = ELEMENTS
+) -> SampledProfile:
+    """The profile at a sample time [s], or at the longest of `STEPS` that keeps a residual [J].
+
+    Where none keeps it, at the shortest.
+    """
+    motion, settings = replayed.motion, steps_for(residual)
+    for tried in STEPS if step is None else (step,):
+        times = sample_times(motion.stage.duration, tried)
+        values = {k: sampled(joint, times) for k, joint in motion.joints.items()}
+        joints = {k: interpolated(motion.drive, times, x) for k, x in values.items()}
+        name = f"{motion.name}, sampled every {times[1]:.4g} s"
+        follows = Motion(name, motion.drive, motion.stage, joints)
+        again = replay(follows, elements=elements, settings=settings)
+        if again.residual_energy <= residual:
+            break
+    return SampledProfile(replayed, times, values, again)
+
+
+def sample_times(duration: float, step: float) -> Array:
+    """Even times [s] about a step apart, from 0 to the duration."""
+    return np.linspace(0.0, duration, max(2, round(duration / step) + 1))
+
+
+def sampled(joint: Joint, times: Array) -> Array:
+    """What a joint is given at times (m,): a torque [N m] or an angle [rad]."""
+    if not isinstance(joint, Torque | Driven):
+        raise ValueError("sampled: the joint is neither under torque nor on an angle")
+    return np.asarray((joint.torque if isinstance(joint, Torque) else joint.angle)(times))
+
+
+def interpolated(drive: Drive, times: Array, values: Array) -> Joint:
+    """The joint of a drive that interpolates samples, see `INTERPOLATION`."""
+    # torques and angles start and end with no rate
+    curve = CubicSpline(times, values, bc_type="clamped")
+
+    def part(order: int) -> Callable[[Array], Array]:
+        return lambda t: np.asarray(curve(np.clip(t, times[0], times[-1]), order))
+
+    return Torque(part(0)) if drive == "torque" else Driven(part(0), part(1), part(2))
