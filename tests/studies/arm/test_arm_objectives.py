@@ -15,7 +15,8 @@ from studies.arm.optimal.refinement import refine
 from studies.arm.optimal.solve import solve_stage
 from studies.arm.optimal.solver import graded
 from studies.arm.questions.sequence.problem import locked, sequence
-from studies.arm.questions.sequence.solve import replay_sequence, solve_sequence
+from studies.arm.questions.sequence.replay import replay_sequence
+from studies.arm.questions.sequence.solve import solve_sequence
 from studies.arm.replay.full_model import Motion, replay
 from studies.arm.replay.loads import deflections, loads, mean_square
 from studies.arm.report.quantities import latched

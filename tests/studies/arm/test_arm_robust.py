@@ -71,13 +71,13 @@ def test_a_spread_puts_no_design_on_a_grid():
         assert not {tuple(np.round(spread.factors(*d), 9)) for d in spread.design} & points
 
 
-def coarse(drive, stage, copies, mesh, monkeypatch):
+def coarse(drive, stage, copies, intervals, monkeypatch):
     """Nominal peak [N m] and ratios of the robust motion: few copies, coarse mesh, few arms."""
     spread = Spread(drive, SPREADS[drive].axes, copies)
     monkeypatch.setitem(robust_study.SPREADS, drive, spread)
     monkeypatch.setattr(robust_study, "FULL", 2)
     quiet = [lambda _: None] * 2
-    found = robust_study.compare(stage, drive, 4, *quiet, mesh=mesh, shares=(1.1,))
+    found = robust_study.compare(stage, drive, 4, *quiet, intervals=intervals, shares=(1.1,))
     assert found.holds
     assert 1.05 < found.robust[0].peak / found.nominal.peak <= 1.1
     return found.nominal.peak, *found.robust[0].ratios(found.nominal)
@@ -86,7 +86,7 @@ def coarse(drive, stage, copies, mesh, monkeypatch):
 @pytest.mark.slow
 def test_a_coarse_robust_motion_of_the_big_arm_stands_the_spread(monkeypatch):
     copies = ((0.925, 0.925), (1.075, 1.075))
-    peak, reduced, full = coarse("torque", big_arm(4.3), copies, (50, 3), monkeypatch)
+    peak, reduced, full = coarse("torque", big_arm(4.3), copies, 50, monkeypatch)
     assert peak == pytest.approx(16.54, rel=2e-3)  # this command's own
     assert reduced < 0.1  # a flat optimum: the floor of the residual, 0.052 was seen
     assert full == pytest.approx(reduced, rel=0.2)
@@ -95,7 +95,7 @@ def test_a_coarse_robust_motion_of_the_big_arm_stands_the_spread(monkeypatch):
 @pytest.mark.slow
 def test_a_coarse_robust_motion_of_the_small_arm_stands_the_spread(monkeypatch):
     copies = tuple((x, x) for x in (0.91, 0.97, 1.03, 1.09))
-    peak, reduced, full = coarse("torque", small_arm(5.6), copies, (60, 4), monkeypatch)
+    peak, reduced, full = coarse("torque", small_arm(5.6), copies, 60, monkeypatch)
     assert peak == pytest.approx(62.40, rel=2e-3)
     assert reduced < 0.15  # one of several local optima: 0.084 and 0.116 were seen
     assert full == pytest.approx(reduced, rel=0.2)
@@ -127,4 +127,4 @@ def test_one_joint_turns():
     with pytest.raises(ModelError, match="lock one joint"):
         DrivenArm(ReducedArm(big_arm().arm))
     with pytest.raises(StudyError, match="turns one joint"):
-        solve_nominal(both_arms(), (10, 3))
+        solve_nominal(both_arms(), "torque")
