@@ -148,12 +148,23 @@ def _lighter(
         # an aim brings a factor of ten to a hundred, not more
         if found is not None and _near(found, residual):
             found = _aimed(found, residual, rounds, again)
-        if found is not None and found.entry.on_full_model <= residual:
-            heavy = found
-            break
+            if found.entry.on_full_model <= residual:
+                heavy = found
+                break
+            # what no aim takes away, the mesh has left: with half the interval it goes
+            best, change = _finer(found, residual, rounds, again)
+            if best is not found:
+                return best, change
         weight = float(np.sqrt(weight * heavy.entry.weight))
-    heavy = _aimed(heavy, residual, rounds, again)
 
+    return _finer(_aimed(heavy, residual, rounds, again), residual, rounds, again)
+
+
+def _finer(heavy: _T, residual: float, rounds: list[Round], again: Again[_T]) -> tuple[_T, float]:
+    """The motion with half the weight and half the interval, if it leaves the full model still.
+
+    Also the change of the objective, nan if there is no such motion.
+    """
     finer = again(heavy, 0.5 * heavy.entry.weight, True)
     if finer is None or not _near(finer, residual):
         # one after the other is easier
@@ -161,8 +172,8 @@ def _lighter(
         finer = None if first is None else again(first, 0.5 * first.entry.weight, False)
     if finer is None or not _near(finer, residual):
         return heavy, float("nan")
-    change = finer.entry.objective / heavy.entry.objective - 1.0
 
+    change = finer.entry.objective / heavy.entry.objective - 1.0
     finer = _aimed(finer, residual, rounds, again)  # another mesh misses rest by something else
     return (finer if finer.entry.on_full_model <= residual else heavy), change
 
