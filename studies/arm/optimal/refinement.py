@@ -138,7 +138,7 @@ def refined(
 def _lighter(
     heavy: _T, residual: float, lighter: float, rounds: list[Round], again: Again[_T]
 ) -> tuple[_T, float]:
-    """The lightest smoothness whose motion leaves the full model still.
+    """The lightest smoothness whose motion leaves the full model still, as far as it gains.
 
     Also what half the weight and half the interval change of the objective, nan if that fails.
     """
@@ -149,8 +149,11 @@ def _lighter(
         if found is not None and _near(found, residual):
             found = _aimed(found, residual, rounds, again)
             if found.entry.on_full_model <= residual:
-                heavy = found
-                break
+                gained, heavy = _a_halving(heavy.entry, found.entry), found
+                if gained <= SAME:
+                    break
+                weight = heavy.entry.weight / lighter
+                continue
             # what no aim takes away, the mesh has left: with half the interval it goes
             best, change = _finer(found, residual, rounds, again)
             if best is not found:
@@ -176,6 +179,12 @@ def _finer(heavy: _T, residual: float, rounds: list[Round], again: Again[_T]) ->
     change = finer.entry.objective / heavy.entry.objective - 1.0
     finer = _aimed(finer, residual, rounds, again)  # another mesh misses rest by something else
     return (finer if finer.entry.on_full_model <= residual else heavy), change
+
+
+def _a_halving(heavy: Round, light: Round) -> float:
+    """What each halving of the weight gained of the objective, relative."""
+    halvings = np.log2(heavy.weight / light.weight)
+    return float(1.0 - (light.objective / heavy.objective) ** (1.0 / halvings))
 
 
 def _near(found: Trial, residual: float) -> bool:
