@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import itertools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -30,6 +30,7 @@ from studies.truss.expressions import acceleration_in
 from studies.truss.motions.deployment import Deployment
 from studies.truss.problem import Statement
 
+EXACT_DEGREE = 3  # of an acceleration between two rows that give angle, speed and acceleration
 ROWS_AN_INTERVAL = 16  # of a replay: the force is then good to 1e-8 between them
 JOINT = 1e-9  # of the duration: intervals of a replay that are shorter are left out
 SHORTEST = 1e-12  # of the duration: shorter intervals are left out
@@ -108,9 +109,9 @@ def law_of(study: TrussStudy, statement: Statement, solution: Solution) -> Law:
 def _integrated_law(study: TrussStudy, acceleration: str, solution: Solution) -> Hermite:
     """The exact integral of an acceleration that is a polynomial in each interval.
 
-    A replay's angles are good to 1e-11, and second differences of close rows would amplify that.
+    A replay's angles are good to 1e-11, and second differences of close rows would amplify that. So
+    do those of rounded angles: there are no more rows than the polynomials need.
     """
-    tau = np.linspace(0.0, 1.0, ROWS_AN_INTERVAL + 1)
     angle, speed = study.truss.stowed_angle, 0.0
     pieces, gains, turns = [], [], []
     for phase in solution.trajectory.phases:
@@ -123,6 +124,9 @@ def _integrated_law(study: TrussStudy, acceleration: str, solution: Solution) ->
             if width <= shortest:
                 continue
             rate = np.polynomial.Polynomial(coefficients)
+            degree = int(np.flatnonzero(coefficients).max(initial=0))
+            rows = 1 if degree <= EXACT_DEGREE else ROWS_AN_INTERVAL
+            tau = np.linspace(0.0, 1.0, rows + 1)
             once, twice = rate.integ()(tau), rate.integ(2)(tau)
             speeds = speed + width * once
             angles = angle + width * (speed * tau + width * twice)
@@ -130,7 +134,7 @@ def _integrated_law(study: TrussStudy, acceleration: str, solution: Solution) ->
             gains.append(width * np.diff(once))
             turns.append(width**2 * (np.diff(twice) - np.diff(tau) * once[:-1]))
             angle, speed = float(angles[-1]), float(speeds[-1])
-    return _hermite(np.array(pieces), np.concatenate(gains), np.concatenate(turns))
+    return _hermite(pieces, np.concatenate(gains), np.concatenate(turns))
 
 
 def _replayed_law(study: TrussStudy, statement: Statement, solution: Solution) -> Hermite:
@@ -158,14 +162,16 @@ def _replayed_law(study: TrussStudy, statement: Statement, solution: Solution) -
         times = motion.breakpoints[kept][:, None] + lengths[:, None] * tau
         pieces.append(np.dstack([times, values.reshape(kept.size, tau.size, 3)]))
 
-    return _hermite(np.concatenate(pieces))
+    return _hermite([rows for phase in pieces for rows in phase])
 
 
-def _hermite(rows: Array, gains: Array | None = None, turns: Array | None = None) -> Hermite:
-    """The law through rows of time, angle, speed and acceleration, (N, rows, 4) by interval."""
+def _hermite(
+    pieces: Sequence[Array], gains: Array | None = None, turns: Array | None = None
+) -> Hermite:
+    """The law through rows of time, angle, speed and acceleration, (rows, 4) of each interval."""
     # the last row of an interval gives way to the first one of the next, but for the acceleration
-    after = np.vstack([rows[:, :-1].reshape(-1, 4), rows[-1, -1]])
-    before = np.concatenate([rows[:1, 0, 3], rows[:, 1:, 3].ravel()])
+    after = np.vstack([*(rows[:-1] for rows in pieces), pieces[-1][-1]])
+    before = np.concatenate([pieces[0][:1, 3], *(rows[1:, 3] for rows in pieces)])
     after[0, 0], after[-1, 3] = 0.0, before[-1]
     speeds = np.maximum(after[:, 2], 0.0)  # a bound of the solver leaves a little below
     return Hermite(after[:, 0], after[:, 1], speeds, after[:, 3], before, gains, turns)
