@@ -146,9 +146,7 @@ def tables(rows: Sequence[Row]) -> list[Table]:
     of_outcome = ("asked", "T [s]", "mu", "margin", "no law matters", "verdict")
     return [
         Table("least motor for the margins", columns, cells, notes),
-        Table(
-            "what governs", ("asked", "T [s]", "mu", "margin", "no law matters", "verdict"), outcome
-        ),
+        Table("what governs", of_outcome, outcome),
     ]
 
 

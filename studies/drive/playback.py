@@ -30,6 +30,7 @@ from studies.drive.interpolation import (
     second_differences,
 )
 from studies.drive.loop import FINEST, Loop, followed
+from studies.drive.motor import motor_speed, motor_torque, shares_of_the_curve
 from studies.drive.schema import Drive
 from studies.drive.setpoints import SetPoints
 
@@ -243,18 +244,35 @@ def extremes_on_the_truss(
     played: Playback, truss: TrussPlayback
 ) -> Mapping[str, tuple[float, float]]:
     """Peaks on the truss, least tension and their times; nan where the motion has no derivative."""
-
-    def greatest(row: Array, sign: float = 1.0) -> tuple[float, float]:
-        if not np.isfinite(row).all():
-            return math.nan, math.nan
-        k = int(np.argmax(sign * row))
-        return float(row[k]), float(played.time[k])
-
-    return {
-        "peak-acceleration": greatest(np.abs(truss.acceleration)),
-        "peak-speed": greatest(np.abs(truss.speed)),
-        "peak-force": greatest(truss.force),
-        "peak-power": greatest(truss.power),
-        "peak-reaction": greatest(np.abs(truss.reaction)),
-        "least-tension": greatest(np.minimum(truss.force, truss.far_end), -1.0),
+    least, when = _greatest(-np.minimum(truss.force, truss.far_end), played.time)
+    rows = {
+        "peak-acceleration": np.abs(truss.acceleration),
+        "peak-speed": np.abs(truss.speed),
+        "peak-force": truss.force,
+        "peak-power": truss.power,
+        "peak-reaction": np.abs(truss.reaction),
     }
+    peaks = {name: _greatest(row, played.time) for name, row in rows.items()}
+    return {**peaks, "least-tension": (-least, when)}
+
+
+def _greatest(row: Array, time: Array) -> tuple[float, float]:
+    if not np.isfinite(row).all():
+        return math.nan, math.nan
+    k = int(np.argmax(row))
+    return float(row[k]), float(time[k])
+
+
+def motor_peaks(
+    played: Playback, truss: TrussPlayback, drive: Drive
+) -> Mapping[str, tuple[float, float]]:
+    """Greatest speed, torque and share of the curve of one motor, and their times."""
+    hauled, speed = played.motion[0], np.abs(played.motion[1])
+    rows = {
+        "speed": motor_speed(drive, speed, hauled),
+        "torque": motor_torque(drive, truss.force, hauled),
+    }
+    shares = shares_of_the_curve(drive, rows["speed"], rows["torque"])
+    if shares:
+        rows["load"] = np.max(shares, axis=0)
+    return {name: _greatest(row, played.time) for name, row in rows.items()}

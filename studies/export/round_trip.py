@@ -18,6 +18,7 @@ from studies.drive.playback import (
     Playback,
     TrussPlayback,
     extremes_on_the_truss,
+    motor_peaks,
     on_the_truss,
     played,
 )
@@ -165,14 +166,24 @@ def _of_the_truss(
         "energy of that at the end stop [J]": float(replayed.energy[last]),
         "largest angle [deg]": math.degrees(float(replayed.angle.max())),
     }
+    breaches: list[Breach] = []
+    limited = [
+        (extremes["peak-force"], "rope force", "N", drive.force),
+        (extremes["peak-power"], "motor power", "W", drive.power),
+    ]
     if drive.drum_radius is not None:
-        turns = output.peak(1)[0] / (2 * math.pi * drive.drum_radius)
-        values["peak motor speed [1/min]"] = 60 * turns * drive.gear_ratio
-
-    breaches = []
-    limits = (("peak-force", "rope force", "N", drive.force),)
-    for key, name, unit, limit in (*limits, ("peak-power", "motor power", "W", drive.power)):
-        value, time = extremes[key]
+        of_the_motor = motor_peaks(output, replayed, drive)
+        values["peak motor speed [1/min]"] = 60 * of_the_motor["speed"][0] / (2 * math.pi)
+        values["peak motor torque [N m]"] = of_the_motor["torque"][0]
+        limited += [
+            (of_the_motor["speed"], "motor speed", "rad/s", drive.motor_speed),
+            (of_the_motor["torque"], "motor torque", "N m", drive.motor_torque),
+        ]
+        if drive.torque_speed is not None:
+            share = of_the_motor["load"]
+            values["largest share of the torque-speed curve [1]"] = share[0]
+            limited.append((share, "torque-speed curve", "of it", 1.0))
+    for (value, time), name, unit, limit in limited:
         if limit is not None:
             breaches += _breach(name, unit, value, limit, time)
             values[f"margin of the {name} [1]"] = limit / value - 1.0

@@ -21,6 +21,7 @@ from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.result import Result
 from studies.drive.course import Course
 from studies.drive.interpolation import ERROR_CONSTANTS, acceleration_bound
+from studies.drive.motor import rope_force_of
 from studies.drive.playback import loop_of
 from studies.drive.schema import Drive
 from studies.drive.setpoints import SetPoints
@@ -63,6 +64,7 @@ def lowered_limits(
             "--within-limits cannot bound the rope's jerk yet; remove drive.jerk and lower "
             "caps.jerk of the study instead"
         )
+    speed_limit, force_limit = _limits_with_the_motor(drive)
     gain, added = _added_acceleration(course, points, drive, kind)
     speed = added * points.longest if points.count is None else _added_speed(points, drive, added)
     force = _force_per_acceleration(truss) * (added + (gain - 1.0) * course.peaks[1])
@@ -80,13 +82,29 @@ def lowered_limits(
             )
         return kept
 
-    pull = left("rope force", drive.force, force)
+    pull = left("rope force", force_limit, force)
     most_pull = pull if math.isfinite(pull) else (drive.power or 0.0) / max(2 * top, 1e-12)
     return RopeLimits(
-        speed=left("speed", drive.speed, speed),
+        speed=left("speed", speed_limit, speed),
         acceleration=left("acceleration", drive.acceleration, added, gain),
         force=pull,
         power=left("motor power", drive.power, 2 * (top * force + most_pull * speed)),
+    )
+
+
+def _limits_with_the_motor(drive: Drive) -> tuple[float | None, float | None]:
+    """Speed and force of a rope within the limits of rope and shaft; None where there are none.
+
+    A drum of one layer is meant: counts of any other are refused.
+    """
+    speeds, forces = [drive.speed], [drive.force]
+    if drive.motor_speed is not None:
+        speeds.append(drive.motor_speed * drive.radius / drive.gear_ratio)
+    if drive.motor_torque is not None:
+        forces.append(rope_force_of(drive, drive.motor_torque))
+    return (
+        min((limit for limit in speeds if limit is not None), default=None),
+        min((limit for limit in forces if limit is not None), default=None),
     )
 
 

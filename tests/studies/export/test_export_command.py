@@ -125,6 +125,27 @@ def test_a_record_lies_beside_the_table(
     assert file.read_text("utf-8").splitlines()[-1].count(",") == 4  # two ropes
 
 
+@pytest.mark.parametrize(
+    ("limit", "said"),
+    [
+        ("motor_speed = 100.0", "the motor speed is "),
+        ("motor_torque = 0.1", "the motor torque is "),
+        ("torque_speed = [[0, 2.0], [100, 0]]", "the torque-speed curve is "),
+    ],
+)
+def test_limits_of_the_motor_are_held_against_the_played_table(
+    limit: str,
+    said: str,
+    folder: Path,
+    drive_file: Write,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    drive = drive_file(f"bandwidth = 20\ngear_ratio = 2.0\nefficiency = 0.8\n{limit}")
+    assert export(folder, "--to", "pvt", "--drive", drive, "--output", tmp_path / "a.pvt") == 5
+    assert said in complaint(capsys)
+
+
 def test_a_broken_limit_is_refused_with_place_and_amount(
     folder: Path, drive_file: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
