@@ -149,4 +149,5 @@ def test_mechanisms_are_solved_and_verified(minimise, caps, drive, active) -> No
     if drive is not None and drive.rope_diameter is None:
         torque = values["peak-force"] * 0.02 / (20 * 0.8)
         assert values["peak-motor-torque"] == pytest.approx(torque, rel=1e-9)
-    assert math.isfinite(values["peak-rope-jerk"])
+    # without a cap on a jerk the acceleration may jump
+    assert math.isfinite(values["peak-rope-jerk"]) == study.jerk_limited
