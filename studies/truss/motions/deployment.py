@@ -129,10 +129,13 @@ class Deployment:
     def edges(self) -> tuple[float, ...]:
         """Start, end and all times between at which a history has a kink [s]."""
         duration = self.law.duration
-        inner = sorted({*self.law.breakpoints, *self._net_times})
         close = 1e-12 * duration
-        kept = [t for t in inner if close < t < duration - close]
-        return (0.0, *kept, duration)
+        kept = [0.0]
+        for time in sorted({*self.law.breakpoints, *self._net_times}):
+            # one kink, computed twice: rounded angles so close together say nothing of rates
+            if kept[-1] + close < time < duration - close:
+                kept.append(time)
+        return (*kept, duration)
 
     @cached_property
     def _net_times(self) -> tuple[float, ...]:
