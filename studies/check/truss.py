@@ -27,6 +27,7 @@ from studies.truss.checks import cap_of, table_rows
 from studies.truss.config import DEPLOYED, TrussStudy, as_dictionary
 from studies.truss.limits.bounds import lower_bounds
 from studies.truss.limits.tolerances import BACKWARD, CAPS, IMBALANCE, REST, TENSION
+from studies.truss.margins import margins_of
 from studies.truss.motions.deployment import COLUMNS, Deployment, profile
 from studies.truss.motions.laws import BEFORE, RATES, paper_laws
 from studies.truss.quantities import QUANTITIES
@@ -98,6 +99,7 @@ def check_truss(
     bounds = lower_bounds(study, None, longest=measured.duration)
     broken = {key: excess for key in QUANTITIES if (excess := _excess(study, key, ranges)) > 0}
     table = _table(study, [deployment, *beside], bounds, broken)
+    margins = margins_of(deployment)
     return judged(
         measured,
         kind="check",
@@ -107,13 +109,14 @@ def check_truss(
         arrays=_series(found, deployment, beside),
         table=table,
         bounds=bounds,
-        checks=_criteria(study, found, deployment, ranges, broken, stated),
+        checks=(*_criteria(study, found, deployment, ranges, broken, stated), *margins.checks),
         size=_size(ranges, beside),
-        remarks=[*_about(found), remark, *comparison(table, ranges)],
+        remarks=[*margins.sentences, *_about(found), remark, *comparison(table, ranges)],
         details={
             "noise": found.recovered.noise._asdict() | {"of": found.source},
             "bias_of_peak_acceleration_relative": found.recovered.bias,
             "peaks": {key: dataclasses.asdict(peak) for key, peak in ranges.items()},
+            **margins.details,
         },
     )
 

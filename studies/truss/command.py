@@ -94,19 +94,12 @@ def add_truss_flags(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace, console: Console) -> ExitCode:
     """Carry out `antenna-ocp truss`."""
     from studies.common.finished import FinishedStarts
-    from studies.drive.schema import read_drive
-    from studies.margin.schema import read_margin
     from studies.truss.config import as_dictionary, as_toml
     from studies.truss.search.motion_search import Search
     from studies.truss.study import result_of
 
     _take_up(options)
-    raw = raw_study(options)
-    if options.drive is not None:
-        raw["drive"] = read_drive(options.drive)
-    if options.margin is not None:
-        raw["margin"] = read_margin(options.margin)
-    study = stated_study(raw, console)
+    study = read_study(options, console)
     search = Search(study, console)
 
     def keep_starts(folder: ResultsFolder) -> None:
@@ -160,14 +153,22 @@ def _draw(result: Any) -> Any:
 
 
 def read_study(options: argparse.Namespace, console: Console) -> TrussStudy:
-    """The study that TOML and flags state.
+    """The study that TOML, flags, and the files of drive and margins state.
 
     Raises
     ------
     StudyError
         Naming the key or flag, its value and the remedy.
     """
-    return stated_study(raw_study(options), console)
+    from studies.drive.schema import read_drive
+    from studies.margin.schema import read_margin
+
+    raw = raw_study(options)
+    if options.drive is not None:
+        raw["drive"] = read_drive(options.drive)
+    if options.margin is not None:
+        raw["margin"] = read_margin(options.margin)
+    return stated_study(raw, console)
 
 
 def raw_study(options: argparse.Namespace) -> dict[str, Any]:

@@ -13,14 +13,11 @@ from typing import Any
 from studies.common.console import Console, silent
 from studies.common.folder import provenance
 from studies.common.result import Result, Series, costs_elsewhere
-from studies.margin.travel import criteria as margin_criteria
-from studies.margin.travel import records
-from studies.margin.travel import sentences as margin_sentences
-from studies.margin.travel import series as travel_series
 from studies.truss.checks import criteria, engine_criterion, table_rows, tolerated
 from studies.truss.config import TrussStudy, as_dictionary
 from studies.truss.limits.bounds import lower_bounds
-from studies.truss.motions.deployment import COLUMNS, Deployment, how_to_read, profile, travel_of
+from studies.truss.margins import margins_of
+from studies.truss.motions.deployment import COLUMNS, Deployment, how_to_read, profile
 from studies.truss.motions.laws import knots, paper_laws
 from studies.truss.search.best_motion import BestMotion
 from studies.truss.search.motion_search import Search
@@ -70,28 +67,29 @@ def result_of(study: TrussStudy, best: BestMotion) -> Result:
         f"{name}: {epigraph:.9g} in the solver, {dense:.9g} replayed between points"
         for name, epigraph, dense in verification.peaks
     ]
-    arrays, travel = _series(best.deployment), travel_of(best.deployment)
-    details, margins = _details(best), []
-    if travel is not None and study.margin is not None:
-        arrays |= travel_series(travel)
-        margins = margin_sentences(travel)
-        details |= {"margins": records(travel), "margin_numbers": study.margin.sources()}
+    margins = margins_of(best.deployment)
     return Result(
         kind="truss",
         question=study.question,
         configuration=as_dictionary(study),
-        arrays=arrays,
+        arrays={**_series(best.deployment), **margins.arrays},
         table=table,
         bounds=bounds,
         verdict=best.verdict,
         checks=(
             *criteria(study, best.deployment),
-            *([] if travel is None else margin_criteria(travel)),
+            *margins.checks,
             engine_criterion(best.solution),
         ),
         costs_elsewhere=costs_elsewhere(table),
-        remarks=(*margins, *best.remarks, *tolerated(study, best.deployment), *remarks, *peaks),
-        details=details,
+        remarks=(
+            *margins.sentences,
+            *best.remarks,
+            *tolerated(study, best.deployment),
+            *remarks,
+            *peaks,
+        ),
+        details={**_details(best), **margins.details},
         provenance=provenance(),
         interrupted=best.interrupted,
     )

@@ -74,7 +74,10 @@ def test_commands_are_understood(
     line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "mine.toml").write_text(blocks(DOCS / "how-to" / "own-truss.md", "toml")[0])
+    files = {"mine": "own-truss", "drive": "mechanism-limits", "margin": "margins"}
+    for name, page in files.items():
+        text = blocks(DOCS / "how-to" / f"{page}.md", "toml")[0]
+        (tmp_path / f"{name}.toml").write_text(text)
     options, _ = parse(shlex.split(line, comments=True))
     if line.startswith("truss") and "--resume" not in line:
         read_study(options, Console())

@@ -197,6 +197,21 @@ def test_a_study_with_margins_comes_back_from_its_file(tmp_path: Path, capsys) -
     assert "needs the margins; state [margin]" in capsys.readouterr().err
 
 
+def test_a_profile_of_ones_own_is_held_against_the_margins(tmp_path: Path, capsys) -> None:
+    law, _ = paper_laws(TRUSS, 140.0)
+    time = np.linspace(0.0, 140.0, 701)
+    rows = np.column_stack([time, law.law.motion(time).angle])
+    profile = tmp_path / "profile.csv"
+    np.savetxt(profile, rows, "%.17g", ",", header="time [s],angle [rad]", comments="")
+    for available, code in ((80.0, ExitCode.OK), (79.0, ExitCode.NOT_VERIFIED)):
+        study = tmp_path / "study.toml"
+        margin = f'[margin]\npreset = "aiaa-s-114"\navailable = {available}\n'
+        study.write_text(f"[truss]\npulley_friction = 0.01\n{margin}")
+        assert main(["check", str(profile), str(study), "--no-optimum"]) == code
+        # twice the static peak of 39.64 N is asked for
+        assert f"{'passed' if code == 0 else 'FAILED'}: static margin" in capsys.readouterr().out
+
+
 def solved(duration: float, **keys):
     study = TrussStudy(
         minimise="peak-factored-force",
