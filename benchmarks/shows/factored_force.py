@@ -151,14 +151,14 @@ def tables(rows: Sequence[Row]) -> list[Table]:
 
 
 def _of(line: dict[str, Any]) -> tuple[str, str, str, str]:
-    what = f"{line['largest_contribution']}, {100 * line['its_share']:.0f} %"
+    what = f"{line['mostly']}, {100 * line['share']:.0f} %"
     return f"{100 * line['least']:.1f}", f"{line['angle_deg']:.1f}", line["case"], what
 
 
 def _governed_by(row: Row) -> str:
     """The kind of margin that the least motor just meets."""
     law = row["laws"][LEAST]
-    static, dynamic = (float(law[kind]["motor_force_N"]) for kind in ("static", "dynamic"))
+    static, dynamic = (float(law[kind]["motor_N"]) for kind in ("static", "dynamic"))
     return "static" if static >= dynamic * (1 - SAME) else "dynamic"
 
 

@@ -29,15 +29,15 @@ class Preset:
     on_factors: str
 
 
-_BASELINE = "The Aerospace Corporation, Mission Assurance Baseline, task 4.4.4.5-6-1"
+# of The Aerospace Corporation, https://mab.aerospace.org/lvl2/4_4_4_5_4.4.4.5-6
+_BASELINE = "Mission Assurance Baseline 4.4.4.5-6-1"
 
 PRESETS: Mapping[str, Preset] = {
     "aiaa-s-114": Preset(
         title="AIAA S-114-2005 as commonly applied",
         static=1.0,
         dynamic=0.25,
-        source=f"{_BASELINE}, on AIAA S-114-2005: at any position of motion, in the worst "
-        "environment",
-        on_factors=f"{_BASELINE} states none; worst-case values belong into load cases",
+        source=f"{_BASELINE}, on AIAA S-114-2005",
+        on_factors=f"{_BASELINE} states none",
     )
 }

@@ -241,7 +241,8 @@ class MarginRequirements:
         for place, name in enumerate(("static", "dynamic")):
             own = getattr(self, name) is not None or preset is None
             source = "stated" if own or preset is None else preset.source
-            lines.append({"number": f"{name} margin", "value": self.required[place], "of": source})
+            value = self.required[place]
+            lines.append({"number": f"{name} margin", "value": value, "source": source})
         for title, part in (("factor on", self.factors), ("derating", self.derating)):
             for field in dataclasses.fields(part):
                 value = getattr(part, field.name)
@@ -249,7 +250,7 @@ class MarginRequirements:
                 if preset is None and value == 1.0:
                     source = "1.0 where nothing is stated"
                 words = f"{title} {field.name.replace('_', ' ')}"
-                lines.append({"number": words, "value": value, "of": source})
+                lines.append({"number": words, "value": value, "source": source})
         return lines
 
     def as_dictionary(self) -> dict[str, Any]:

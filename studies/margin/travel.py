@@ -200,13 +200,13 @@ def records(travel: Travel) -> list[dict[str, Any]]:
                     "case": case.case.name,
                     "governs": "yes" if case is governing else "no",
                     "least": least,
-                    "required": travel.margin.required[place],
+                    "asked": travel.margin.required[place],
                     "angle_deg": math.degrees(float(travel.angle[k])),
                     "time_s": float(travel.time[k]),
-                    "required_force_N": float(case.required[kind][k]),
-                    "motor_force_N": float(case.needed[kind].max()),
-                    "largest_contribution": WORDS[name],
-                    "its_share": share,
+                    "force_N": float(case.required[kind][k]),
+                    "motor_N": float(case.needed[kind].max()),
+                    "mostly": WORDS[name],
+                    "share": share,
                 }
             )
     return lines
@@ -241,7 +241,7 @@ def sentences(travel: Travel) -> list[str]:
         lines.append(f"{kind} margin: {need}, {where}")
     by_source: dict[str, list[str]] = {}
     for line in travel.margin.sources():
-        by_source.setdefault(line["of"], []).append(f"{line['number']} {line['value']:g}")
+        by_source.setdefault(line["source"], []).append(f"{line['number']} {line['value']:g}")
     lines += [f"{', '.join(numbers)}: {source}" for source, numbers in by_source.items()]
 
     curve = travel.margin.resistance
