@@ -16,6 +16,7 @@ Row = Mapping[str, Any]
 
 # One line a show: its name, and the module that has what a `Show` has.
 SHOWS = {
+    "arm-exports": "benchmarks.shows.arm_exports",
     "arm-random": "benchmarks.shows.arm_random",
     "check-noise": "benchmarks.shows.check_noise",
     "truss-random": "benchmarks.shows.truss_random",

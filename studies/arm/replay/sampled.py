@@ -16,6 +16,7 @@ from models.ancf.joints import Driven, Joint, Torque
 from ocp.arrays import Array
 from studies.arm.replay.full_model import (
     ELEMENTS,
+    SMOOTH,
     Drive,
     LockedMotion,
     Motion,
@@ -80,6 +81,8 @@ def sampled_to(
         again = replay(follows, elements=elements, settings=settings)
         if again.residual_energy <= residual:
             break
+    if settings != SMOOTH:  # what is stated of an export is finer than what chooses its steps
+        again = replay(follows, elements=elements, settings=SMOOTH)
     return SampledProfile(replayed, times, values, again)
 
 
