@@ -163,10 +163,13 @@ def _lighter(
     return _finer(_aimed(heavy, residual, rounds, again), residual, rounds, again)
 
 
-def _finer(heavy: _T, residual: float, rounds: list[Round], again: Again[_T]) -> tuple[_T, float]:
+def _finer(
+    heavy: _T, residual: float, rounds: list[Round], again: Again[_T], more: int = 1
+) -> tuple[_T, float]:
     """The motion with half the weight and half the interval, if it leaves the full model still.
 
-    Also the change of the objective, nan if there is no such motion.
+    Also the change of the objective, nan if there is no such motion. Where that is too much, the
+    same is done again, so many times as `more` says.
     """
     finer = again(heavy, 0.5 * heavy.entry.weight, True)
     if finer is None or not _near(finer, residual):
@@ -178,7 +181,11 @@ def _finer(heavy: _T, residual: float, rounds: list[Round], again: Again[_T]) ->
 
     change = finer.entry.objective / heavy.entry.objective - 1.0
     finer = _aimed(finer, residual, rounds, again)  # another mesh misses rest by something else
-    return (finer if finer.entry.on_full_model <= residual else heavy), change
+    if finer.entry.on_full_model > residual:
+        return heavy, change
+    if abs(change) > SAME and more:
+        return _finer(finer, residual, rounds, again, more - 1)
+    return finer, change
 
 
 def _a_halving(heavy: Round, light: Round) -> float:

@@ -1,0 +1,103 @@
+"""How a motion is refined: what is aimed, made lighter and made finer, on trials that cost nothing.
+
+A trial leaves what a formula says, and its objective is one that the smoothness and the mesh raise.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from studies.arm.optimal.refinement import SAME, Round, refined
+
+RESIDUAL = 1e-6
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A motion: its weight and mesh, and how often it was aimed."""
+
+    weight: float
+    intervals: int
+    aims: int
+    left: float
+    objective: float
+
+    @property
+    def entry(self) -> Round:
+        return Round(self.intervals, self.weight, self.objective, self.left)
+
+
+def solver(left, objective):
+    """`again` of motions that leave `left(weight, intervals, aims)`; and all that were asked."""
+    asked = []
+
+    def trial(weight, intervals, aims):
+        found = Trial(
+            weight,
+            intervals,
+            aims,
+            left(weight, intervals, aims),
+            objective(weight, intervals),
+        )
+        asked.append(found)
+        return found
+
+    def again(from_, weight, finer):
+        alike = weight == from_.weight and not finer
+        return trial(weight, from_.intervals * (2 if finer else 1), from_.aims + 1 if alike else 0)
+
+    return trial(1e-4, 100, 0), again, asked
+
+
+def surcharge(weight, intervals):
+    return 1.0 + 0.3 * weight**0.2
+
+
+def test_a_motion_without_smoothness_is_aimed_as_long_as_that_helps():
+    first, again, _ = solver(lambda w, n, aims: max(1e-3 * 0.01**aims, 3e-8), lambda w, n: 0.5)
+    best, rounds, change = refined(
+        Trial(0.0, first.intervals, 0, first.left, 0.5), again, RESIDUAL, 100.0
+    )
+    assert [entry.on_full_model for entry in rounds] == pytest.approx([1e-3, 1e-5, 1e-7])
+    assert (best.left, change) == (pytest.approx(1e-7), 0.0)
+
+
+def test_the_smoothness_is_made_lighter_and_then_the_mesh_finer():
+    first, again, asked = solver(lambda w, n, aims: 1e-8, surcharge)
+    best, rounds, change = refined(first, again, RESIDUAL, 100.0)
+    assert [(trial.weight, trial.intervals) for trial in asked] == [
+        (1e-4, 100),
+        (1e-6, 100),
+        (5e-7, 200),
+    ]
+    assert best is asked[-1]
+    assert change == pytest.approx(surcharge(5e-7, 0) / surcharge(1e-6, 0) - 1.0)
+    assert len(rounds) == 3
+
+
+def test_what_no_aim_takes_away_a_finer_mesh_does():
+    first, again, _ = solver(
+        lambda w, n, aims: 1e-7 if w > 1e-5 else (2e-5 if n == 100 else 2e-8), surcharge
+    )
+    best, _, _ = refined(first, again, RESIDUAL, 100.0)
+    assert (best.weight, best.intervals, best.left) == (5e-7, 200, 2e-8)
+
+
+def test_a_finer_motion_that_gains_more_than_a_per_cent_is_refined_again():
+    first, again, _ = solver(
+        lambda w, n, aims: 1e-8, lambda w, n: surcharge(w, n) * (1.0 + 200.0 / n**2)
+    )
+    best, _, change = refined(first, again, RESIDUAL, 100.0)
+    assert best.intervals == 400
+    assert abs(change) <= SAME
+
+
+def test_a_motion_that_the_mesh_does_not_resolve_is_no_answer_whatever_its_objective():
+    first, again, _ = solver(
+        lambda w, n, aims: 1e-8 if n == 100 else 1e-2,
+        lambda w, n: surcharge(w, n) if n == 100 else 0.8,
+    )
+    best, _, change = refined(first, again, RESIDUAL, 100.0)
+    assert (best.weight, best.intervals) == (1e-6, 100)
+    assert np.isnan(change)
