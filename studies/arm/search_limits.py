@@ -57,6 +57,7 @@ TRADE_OFF_REDUCED = 161  # durations on B21
 
 # Both stages as one problem
 SEQUENCE_INTERVALS = (150, 10, 200)  # of big arm, dwell and small arm
+LONGEST_DWELL = 1000.0  # [s]; its vibration is resolved by the replays, however little it is
 SEQUENCE_WINDOW = (0.3, 3.0)  # of the guessed durations, between which the optimiser chooses
 SEQUENCE_ITERATIONS = 400  # where the small arm must calm what the first lock leaves
 LIGHTER_SMOOTHING = (0.1, 0.01)  # of the smoothness's weight, to see what it costs

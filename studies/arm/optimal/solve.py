@@ -115,8 +115,8 @@ def _solved(
                 progress=progress,
                 mesh=mesh,
             )
-        except Interrupted:
-            raise
+        except Interrupted as error:
+            raise KeyboardInterrupt from error
         except OcpError as error:
             failure = error
             continue

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from studies.arm.questions.trade_off import Curves, read_curves
 from studies.arm.report.figures import TITLES, Scene, motion_figures
+from studies.arm.report.traces import Trace, traced_laws
 from studies.arm.stage import JOINT_NAMES
 from studies.common.drawing import COLOURS, STYLES, label_axes, legend_below, look
 from studies.common.result import Result
@@ -28,6 +29,8 @@ def draw(result: Result) -> Iterator[tuple[str, Figure]]:
         yield "residual", residual_figure(result)
     elif result.kind == "arm-sequence":
         yield "fig10_torques", sequence_figure(result)
+        if traced_laws(result):
+            yield "fig15_16_arm", sequence_motion_figure(result)
     elif result.kind == "pareto-arm":
         stage, full = result.configuration["stage"], read_curves(result, "full model")
         yield "trade_off", tradeoff_figure(stage, full, read_curves(result, "B21"))
@@ -123,6 +126,26 @@ def sequence_figure(result: Result) -> Figure:
     panel.set_title("Big arm, locked dwell, small arm: joint torques, locks dotted", fontsize=_SIZE)
     label_axes(panel, "time [s]", "torque [N m]")
     legend_below(figure, panel)
+    return figure
+
+
+def sequence_motion_figure(result: Result) -> Figure:
+    """Places of elbow and tip through both motions, the dwell and a quarter of a motion beyond."""
+    big, dwell, small = result.details["durations"]
+    # each motion has a time of its own
+    starts = dict(zip(traced_laws(result), (0.0, big + dwell), strict=True))
+    figure = Figure(figsize=(8.6, 3.8), dpi=150, layout="constrained")
+    for panel, axis in zip(figure.subplots(1, 2), (0, 1), strict=True):
+        for point, colour in zip(("tip", "elbow"), COLOURS, strict=False):
+            for name, start in starts.items():
+                trace = Trace.read(result, name)
+                label = {"tip": "tip", "elbow": "big arm's end"}[point] if start == 0.0 else None
+                panel.plot(trace.times + start, trace.path[point][axis], color=colour, label=label)
+        for lock in (big, big + dwell + small):
+            panel.axvline(lock, color="0.5", lw=0.8, ls=":")
+        label_axes(panel, "time [s]", f"{'xy'[axis]} [m]")
+        panel.legend(frameon=False)
+    figure.suptitle("Big arm, locked dwell, small arm: motion, locks dotted", fontsize=_SIZE)
     return figure
 
 

@@ -15,7 +15,7 @@ from typing import Any
 import casadi as ca
 
 from models.arm.driven import DrivenArm
-from ocp import Bound, OcpError, Phase, Problem, Unknown, solve
+from ocp import Bound, Interrupted, OcpError, Phase, Problem, Unknown, solve
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.objectives import SMOOTHING, StatedStage
 from studies.arm.optimal.phase import ArmPhase, Drives, smoothness, torque_signals
@@ -174,6 +174,8 @@ def solve_robust(
                 mesh=mesh,
                 progress=progress,
             )
+        except Interrupted as error:
+            raise KeyboardInterrupt from error
         except OcpError as error:
             raise StudyError(
                 f"no motion '{name}' of the stage '{nominal.stage.name}' was found: {error}",

@@ -30,7 +30,7 @@ from studies.arm.optimal.phase import (
     smoothness,
     starting_law,
 )
-from studies.arm.search_limits import SEQUENCE_WINDOW
+from studies.arm.search_limits import LONGEST_DWELL, SEQUENCE_WINDOW
 from studies.arm.stage import ROOT, Stage, TorqueCaps, big_arm, small_arm
 from studies.common.exit_codes import StudyError
 
@@ -89,6 +89,8 @@ def sequence(total: float, dwell: float, arm: ArmParameters | None = None) -> Se
     for name, value in (("total time", total), ("dwell", dwell)):
         if not (np.isfinite(value) and value > 0):
             raise StudyError(f"the {name} is {value:g} s; give a positive finite time")
+    if dwell > LONGEST_DWELL:
+        raise StudyError(f"the dwell is {dwell:g} s; give up to {LONGEST_DWELL:g} s")
     first, second = big_arm(arm=arm), small_arm(arm=arm)
     roots = np.sqrt([turning(first), turning(second)])
     shares = total * roots / roots.sum()

@@ -173,8 +173,8 @@ def solved_from(
             constants=stated.constants(weight, aims),
             progress=progress,
         )
-    except Interrupted:
-        raise
+    except Interrupted as error:
+        raise KeyboardInterrupt from error
     except OcpError as error:
         raise StudyError(f"no sequence was found: {error}", ExitCode.NOT_SOLVED) from error
     return OptimalSequence(stated, solution, weight)
