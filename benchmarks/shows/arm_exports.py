@@ -41,7 +41,7 @@ TOLERANCES = (3e-6, 3e-8)  # relative and absolute, of SciPy's Radau method
 MOTIONS = (
     ("big", "torque", "energy"),
     ("big", "angle", "smoothest"),
-    ("small", "torque", "energy"),
+    ("small", "torque", "peak-torque"),
     ("small", "angle", "smoothest"),
     ("big", "torque", "peak-torque"),
 )

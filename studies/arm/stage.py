@@ -49,6 +49,7 @@ class Stage:
     start, end : (root, elbow) joint angles [rad]; a joint whose angles agree is locked.
     duration : T [s].
     arm : ArmParameters
+    tied : whether the bulges of its reduced model are tied, see `reduced`.
 
     Raises
     ------
@@ -61,6 +62,7 @@ class Stage:
     end: tuple[float, float]
     duration: float
     arm: ArmParameters = field(default_factory=ArmParameters)
+    tied: bool = True
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.duration) and self.duration > 0):
@@ -114,7 +116,7 @@ class Stage:
         `tied` ties the bulges as in the modes with the joint free. On a given angle the joint is
         held, its modes are slower, and the links hardly bulge.
         """
-        tied = tied and variant == "B21"
+        tied = tied and self.tied and variant == "B21"
         ties = self._ties if tied else (0.0, 0.0, 0.0)
         return ReducedArm(arm or self.arm, variant, *self._locks, ties)
 
@@ -143,6 +145,10 @@ class Stage:
         units = self.torque_units
         root, elbow = (factor * float(units[k]) if k in self.moving else None for k in (0, 1))
         return TorqueCaps(torque=(root, elbow))
+
+    def under(self, drive: str) -> Stage:
+        """The same stage as B21 is best under a drive: on a given angle its bulges are not tied."""
+        return dataclasses.replace(self, tied=drive == "torque")
 
     def lasting(self, duration: float) -> Stage:
         """The same stage in another time [s]."""

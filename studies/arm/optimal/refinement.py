@@ -129,7 +129,12 @@ def refined(
         return found
 
     if not first.entry.weight:
-        return _aimed(first, residual, rounds, noted), tuple(rounds), 0.0
+        best = _aimed(first, residual, rounds, noted)
+        finer = noted(best, 0.0, True) if best.entry.on_full_model > residual else None
+        if finer is not None:
+            finer = _aimed(finer, residual, rounds, noted)
+            best = min(best, finer, key=lambda tried: tried.entry.on_full_model)
+        return best, tuple(rounds), 0.0
     best = first if _near(first, residual) else _aimed(first, residual, rounds, noted)
     best, change = _lighter(best, residual, lighter, rounds, noted)
     return best, tuple(rounds), change
@@ -251,7 +256,7 @@ def refine(
     """
 
     def tried(motion: OptimalMotion, aim: Array) -> _Tried:
-        replayed = motion.replay(drive, settings=steps_for(residual))
+        replayed = motion.replay(drive, settings=steps_for(residual, drive))
         found = _Tried(motion, replayed, aim - beside_rest(motion.stage, replayed.run.before))
         if say is not None:
             say(sentence(found.entry, motion.stage.name))

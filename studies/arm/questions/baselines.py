@@ -169,7 +169,8 @@ def motion_under(
 
     caps = stage.capped(_SLACK * cap)
     try:
-        motion = solve_stage(stage, caps=caps, name="optimum")
+        drive = baseline.motion.drive
+        motion = solve_stage(stage.under(drive), caps=caps, name="optimum")
     except StudyError as error:
         say(f"{stage.name}, at most {cap:.4g} J D/T^2 on joint {stage.moving[0]}: {error}")
         return None

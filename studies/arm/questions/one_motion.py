@@ -115,7 +115,7 @@ def solve_motion(study: ArmStudy, console: Console) -> Result:
         replayed = refined.motion.replay(
             study.drive,
             elements=study.elements,
-            settings=steps_for(study.residual_energy),
+            settings=steps_for(study.residual_energy, study.drive),
             modes=study.modes,
         )
     replayed = followed(replayed, after)
@@ -124,7 +124,7 @@ def solve_motion(study: ArmStudy, console: Console) -> Result:
     finer = refined.motion.replay(
         study.drive,
         elements=FINER * study.elements // 2,
-        settings=steps_for(study.residual_energy),
+        settings=steps_for(study.residual_energy, study.drive),
     )
 
     # the optimum's own column of the table, then that of the laws beside it
@@ -188,7 +188,10 @@ def solve_motion(study: ArmStudy, console: Console) -> Result:
 def _refined(study: ArmStudy, console: Console) -> Refined:
     try:
         motion = solve_stage(
-            study.slew, caps=study.caps, objective=study.objective, progress=console.live
+            study.slew.under(study.drive),
+            caps=study.caps,
+            objective=study.objective,
+            progress=console.live,
         )
     except StudyError as error:
         hint = duration_to_try(study.slew, study.caps)

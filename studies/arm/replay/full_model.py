@@ -163,9 +163,12 @@ def followed(replayed: LockedMotion, after: Array) -> LockedMotion:
     return replace(replayed, run=replace(run, after=swinging))
 
 
-def steps_for(residual: float) -> StepControl:
-    """Steps that tell whether no more than an energy [J] is left."""
-    return CLOSE if residual >= _CLOSE_FROM else SMOOTH
+def steps_for(residual: float, drive: Drive = "torque") -> StepControl:
+    """Steps that tell whether no more than an energy [J] is left.
+
+    On an angle the steps are long, and fine ones are needed for the energy balance.
+    """
+    return CLOSE if residual >= _CLOSE_FROM and drive == "torque" else SMOOTH
 
 
 def sample_times(motion: Motion, end: float) -> Array:

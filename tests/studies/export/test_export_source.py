@@ -9,7 +9,7 @@ from studies.drive import Drive
 from studies.export.command import _drive
 from studies.export.formats import TABLES, Spacing, tabulated
 from studies.export.round_trip import round_trip
-from studies.export.source import source_of
+from studies.export.source import source_of, with_motion
 from studies.truss.config import as_dictionary, study_from
 
 
@@ -47,6 +47,28 @@ def test_an_arm_found_for_torques_has_a_predicted_angle(drive: str, predicted: b
     most = record.playback.most
     assert most is not None
     assert record.playback.peak(2)[0] <= most
+
+
+def test_another_motion_of_a_result_takes_the_main_ones_place() -> None:
+    main = arm("angle")
+    named = {
+        f"nominal/{name}": Series(series.unit, "nominal/time", 2.0 * series.values)
+        for name, series in main.arrays.items()
+    }
+    result = Result(
+        kind="robust",
+        question="?",
+        configuration={"drive": "angle"},
+        arrays={**main.arrays, **named},
+        details={"profiles": {"nominal": {"profile_of": "nominal"}}},
+    )
+    assert with_motion(result, None) is result
+    chosen = with_motion(result, "nominal")
+    assert chosen.axis == "time"
+    assert chosen.details["profile_of"] == "nominal"
+    assert source_of(chosen).course("elbow", Drive()).duration == 10.0
+    with pytest.raises(StudyError, match="--motion is 'Bezier'; this result has 'nominal'"):
+        with_motion(result, "Bezier")
 
 
 def test_a_result_without_a_motion_is_refused() -> None:

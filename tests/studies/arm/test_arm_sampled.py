@@ -1,0 +1,48 @@
+"""Motions as drives follow them: samples, joined by a spline, leave what the motion leaves."""
+
+import numpy as np
+import pytest
+
+from models.ancf.integrate import StepControl
+from models.ancf.joints import Driven, Torque
+from studies.arm.laws.rigid import angle_drives, torque_drives
+from studies.arm.laws.unit_laws import quintic
+from studies.arm.replay.full_model import Motion, replay
+from studies.arm.replay.sampled import STEPS, interpolated, sample_times, sampled, sampled_to
+from studies.arm.stage import big_arm
+
+STAGE = big_arm(8.6)
+
+
+def exact(drive):
+    """The quintic step, four elements a link."""
+    make = torque_drives if drive == "torque" else angle_drives
+    motion = Motion("quintic", drive, STAGE, dict(make(STAGE, quintic(8.6))))
+    return replay(motion, elements=4, settings=StepControl(1e-8), modes=1)
+
+
+@pytest.mark.parametrize("drive", ["torque", "angle"])
+def test_samples_leave_what_the_motion_leaves(drive):
+    done = exact(drive)
+    profile = sampled_to(done, 2.0 * done.residual_energy, elements=4)
+    assert profile.step == pytest.approx(STEPS[0], rel=1e-3)  # smooth: the longest will do
+    # the torque of the quintic step begins with a slope, which the spline takes away
+    assert profile.residual_energy == pytest.approx(done.residual_energy, rel=0.03)
+
+
+def test_where_no_step_keeps_the_residual_the_shortest_is_taken(monkeypatch):
+    monkeypatch.setattr("studies.arm.replay.sampled.STEPS", (0.2, 0.1))
+    profile = sampled_to(exact("angle"), 1e-30, elements=4)
+    assert profile.step == pytest.approx(0.1, rel=1e-3)
+
+
+def test_a_spline_begins_and_ends_without_slope():
+    times = sample_times(8.6, 0.02)
+    assert (times[0], times[-1]) == (0.0, 8.6)
+    for drive, kind in (("torque", Torque), ("angle", Driven)):
+        law = next(iter(exact(drive).motion.joints.values()))
+        joint = interpolated(drive, times, sampled(law, times))
+        assert isinstance(joint, kind)
+        assert sampled(joint, times) == pytest.approx(sampled(law, times), abs=1e-12)
+    ends = joint.rate(np.array([0.0, 8.6]))
+    assert ends == pytest.approx([0.0, 0.0], abs=1e-12)
