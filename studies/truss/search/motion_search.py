@@ -43,7 +43,13 @@ from studies.truss.motions.starts import (
 from studies.truss.problem import Statement, control_of, needs_forces, state
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
 from studies.truss.search.best_motion import BestMotion
-from studies.truss.search.smoothness import SHARE, at_a_light_price, first_price, share_of
+from studies.truss.search.smoothness import (
+    SHARE,
+    at_a_light_price,
+    first_price,
+    share_is_all,
+    share_of,
+)
 from studies.truss.search.verdict import (
     BOUND_MET,
     basins,
@@ -248,7 +254,7 @@ class Search:
 
     def _stated_from(self, start: StartingMotion) -> Problem:
         """The problem as it is stated for a motion to start from."""
-        price = first_price(self.study, 0, self._weights())
+        price = first_price(self.study, 0, self._weights(), self._with_forces)
         statement = state(self.study, start, self._weights(), self._with_forces, price)
         problem = statement.problem()
         self._statements[problem] = statement
@@ -341,7 +347,8 @@ class Search:
             share = share_of(statement, optimum.solution)
             verified = optimum.solution.verification.passed
             beaten = best is not None and optimum.value * (1 - share) > best
-            if share <= SHARE or beaten or not verified or self.interrupted:
+            light = share <= SHARE and share_is_all(statement)
+            if light or beaten or not verified or self.interrupted:
                 smoothed.append(optimum)
                 continue
 
@@ -393,7 +400,9 @@ class Search:
             slack=self.study.concession,
             first=solution,
             beside=[
-                0.0 if rough is None else first_price(self.study, stage, weights) * rough
+                0.0
+                if rough is None
+                else first_price(self.study, stage, weights, self._with_forces) * rough
                 for stage in range(len(statement.stages))
             ],
             settings=replace(self._settings(), seconds=self._some_left()),

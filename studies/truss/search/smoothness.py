@@ -11,6 +11,7 @@ Then the price is lowered, and the motion solved again from where it is.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -36,21 +37,36 @@ _SHARE_OF_WORK = 2e-6
 _AIM = 0.5
 _STEPS = 5
 _LARGEST_STEP = 1e-3
+_LEAST_STEP = 0.1
 _SECONDS = 15.0
 
+# Relative: a lower price that gains no more than this is low enough.
+_NO_GAIN = 5e-6
 
-def first_price(study: TrussStudy, stage: int, weights: dict[str, float]) -> float:
+
+def first_price(
+    study: TrussStudy, stage: int, weights: dict[str, float], with_forces: bool
+) -> float:
     """The price of the roughness that a search begins with, in units of a stage; 0 for none.
 
     Peaks leave the motion free elsewhere, but for the least acceleration, which is one motion
-    alone. Without a cap on the jerk they leave less: the solver needs no price. The work of a slow
-    motion hardly depends on it.
+    alone. Without a cap on the jerk they leave less, and the solver needs no price, unless springs
+    pull at first: then the start sets the peak, and leaves the rest free. The work of a slow motion
+    hardly depends on it.
+
+    Parameters
+    ----------
+    weights : dict of str to float
+        References by which the objectives are divided.
+    with_forces : bool
+        Whether the rope force is part of the problem.
     """
     terms = study.minimise[stage]
     peaks = all(OBJECTIVES[name].kind == "peak" for name in terms)
     free = peaks and set(terms) != {"peak-acceleration"}
     if not study.jerk_limited:
-        free = set(terms) == {"energy"}
+        (_, first, _), _ = end_forces(study.truss)
+        free = set(terms) == {"energy"} or (free and with_forces and first < 0.0)
     if not study.smooth or not free:
         return 0.0
 
@@ -89,6 +105,11 @@ def share_of(statement: Statement, solution: Solution) -> float:
     return paid / abs(solution.value(statement.stages[0], replayed=True))
 
 
+def share_is_all(statement: Statement) -> bool:
+    """Whether the share of the roughness says what its price costs: where the jerk is capped."""
+    return statement.price is None or statement.signals.jerk is not None
+
+
 def at_a_light_price(
     problem: Problem,
     statement: Statement,
@@ -99,18 +120,22 @@ def at_a_light_price(
 ) -> Smoothed:
     """Lower the price of the roughness until its share is small; never a loss.
 
+    An acceleration that may jump can be as rough as it likes, and the share then says little of
+    what the price costs: it is lowered until that gains nothing more.
+
     Parameters
     ----------
     left : callable
         Gives what is left of the seconds that the search may take.
     """
     best = Smoothed(solution, share_of(statement, solution))
+    gain = 0.0 if share_is_all(statement) else math.inf
     for _ in range(_STEPS):
-        if best.share <= SHARE:
+        if best.share <= SHARE and gain <= _NO_GAIN:
             break
         assert statement.price is not None
         price = best.solution.value(statement.price.symbol)
-        price *= max(_AIM * SHARE / best.share, _LARGEST_STEP)
+        price *= min(max(_AIM * SHARE / best.share, _LARGEST_STEP), _LEAST_STEP)
         seconds = min(left(), _SECONDS)
         try:
             lighter = solve(
@@ -130,5 +155,5 @@ def at_a_light_price(
         )
         if after > before:
             break
-        best = Smoothed(lighter, share_of(statement, lighter))
+        best, gain = Smoothed(lighter, share_of(statement, lighter)), 1.0 - after / before
     return best
