@@ -9,7 +9,7 @@ import pytest
 from ocp import Ipopt
 from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import StartingPoint
-from ocp.refinement.mesh_iteration import Budget, with_retries
+from ocp.refinement.mesh_iteration import Budget, MeshIteration, with_retries
 
 COLD = StartingPoint(np.zeros(2))
 WARM = StartingPoint(np.zeros(2), (np.ones(2), np.ones(1)))
@@ -29,18 +29,24 @@ class Runs:
         return NlpResult(outcome, outcome, start.x, 0.0, nothing, nothing, nothing, 10, 0.5)
 
 
+def solved_before(attempts=1):
+    """One mesh iteration before this one, which took seven iterations."""
+    numbers = (math.nan,) * 4
+    return (MeshIteration(20, 0, 0, 7, 0.1, *numbers, "Solve_Succeeded", attempts=attempts),)
+
+
 USUAL = ("adaptive", "filter", 1000)
 ATTEMPTS = {
-    "a first round without multipliers": (COLD, 0, [(*USUAL, False)]),
-    "a first round with multipliers": (WARM, 0, [(*USUAL, True), (*USUAL, False)]),
+    "a first round without multipliers": (COLD, (), [(*USUAL, False)]),
+    "a first round with multipliers": (WARM, (), [(*USUAL, True), (*USUAL, False)]),
     "a later round without multipliers": (
         COLD,
-        7,
+        solved_before(),
         [("monotone", "filter", 1000, False), (*USUAL, False)],
     ),
     "a later round with multipliers": (
         WARM,
-        7,
+        solved_before(),
         [
             ("adaptive", "filter", 300, True),
             ("adaptive", "cg-penalty", 300, True),
@@ -64,14 +70,25 @@ def test_attempts_in_order(case) -> None:
 @pytest.mark.parametrize("outcome", ["solved", "interrupted"])
 def test_an_attempt_that_is_solved_or_interrupted_is_the_last(outcome) -> None:
     runs = Runs(["failed", outcome, "failed"])
-    result = with_retries(runs, Ipopt(), WARM, Budget(), 7)
+    result = with_retries(runs, Ipopt(), WARM, Budget(), solved_before())
     assert len(runs.notes) == 2
     assert (result.outcome, result.iterations) == (outcome, 20)
 
 
+def test_a_warm_start_that_lost_its_way_before_is_not_waited_for_as_long() -> None:
+    limits = []
+    for attempts in (1, 2):
+        runs = Runs(["failed", "solved"])
+        with_retries(runs, Ipopt(), WARM, Budget(), solved_before(attempts))
+        limits.append([limit for _, _, limit, _ in runs.notes])
+    patient, hasty = limits
+    assert hasty[0] < patient[0] == 300
+    assert hasty[1] == patient[1] == 300
+
+
 def test_a_spent_budget_ends_the_attempts() -> None:
     runs = Runs(["failed"] * 4)
-    with_retries(runs, Ipopt(), WARM, Budget(iterations=25), 7)
+    with_retries(runs, Ipopt(), WARM, Budget(iterations=25), solved_before())
     # 18 iterations are left, then 8, then none
     assert [limit for _, _, limit, _ in runs.notes] == [18, 8]
 
