@@ -7,7 +7,7 @@ between them. It costs the objective something, and is kept only where that does
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -34,9 +34,8 @@ _BACK_OFF_COST = 0.5
 def held_back(last: SolvedMesh, accuracy: Accuracy) -> list[dict[int, Array]]:
     """Back-offs that close leaks at a cost that the objective does not notice.
 
-    To first order a back-off costs its product with the multipliers of the limit. Where all new
-    back-offs together cost more than is allowed, there are none. Those of earlier rounds are not
-    counted.
+    To first order a back-off costs its product with the multipliers of the limit. Those of earlier
+    rounds are counted. Of the new ones the cheapest are taken, as far as what is allowed goes.
 
     Returns
     -------
@@ -44,12 +43,13 @@ def held_back(last: SolvedMesh, accuracy: Accuracy) -> list[dict[int, Array]]:
         By phase and number of the path constraint [unit of the constraint].
     """
     iterate = last.iterate
-    held: list[dict[int, Array]] = []
-    cost = 0.0
+    held, prices = [], []
+    spent = 0.0
 
     for index, errors in enumerate(last.errors.phases):
         constraints = iterate.transcription.constraints[index]
         pressed = path_forces(iterate, index)
+        price = {number: force / constraints[number].scale for number, force in pressed.items()}
         closable = _closable(iterate, index, errors, pressed, accuracy.path)
         held.append(
             {
@@ -58,13 +58,33 @@ def held_back(last: SolvedMesh, accuracy: Accuracy) -> list[dict[int, Array]]:
                 for number, leaks in closable.items()
             }
         )
-        for number, back_off in held[index].items():
-            cost += float(pressed[number] @ back_off) / constraints[number].scale
+        prices.append(price)
+        for number, back_off in iterate.mesh.back_off[index].items():
+            spent += float(price[number] @ back_off) if number in price else 0.0
 
     objective = max(abs(iterate.objective) / iterate.scales.objective, 1e-3)
-    if cost > _BACK_OFF_COST * accuracy.objective * objective:
-        return [{} for _ in held]
-    return held
+    dearest = _dearest(held, prices, _BACK_OFF_COST * accuracy.objective * objective - spent)
+    return [
+        {
+            number: np.where(price[number] * back_off <= dearest, back_off, 0.0)
+            for number, back_off in of_phase.items()
+        }
+        for of_phase, price in zip(held, prices, strict=True)
+    ]
+
+
+def _dearest(
+    held: Sequence[Mapping[int, Array]], prices: Sequence[Mapping[int, Array]], left: float
+) -> float:
+    """Cost of a single back-off up to which all together cost no more than what is left."""
+    costs = [
+        price[number] * back_off
+        for of_phase, price in zip(held, prices, strict=True)
+        for number, back_off in of_phase.items()
+    ]
+    rising = np.sort(np.concatenate([*costs, np.zeros(0)]))
+    within = rising[np.cumsum(rising) <= left]
+    return float(within[-1]) if within.size else -1.0
 
 
 def _closable(
