@@ -138,7 +138,7 @@ def failure(
             iterate,
         )
 
-    free, equations = _counted(limits)
+    free, equations = counted(limits)
     if result.outcome == "overdetermined" or (result.outcome == "infeasible" and equations > free):
         missed = f" and meets not all of them{in_brackets}" if worst else ""
         return Overdetermined(
@@ -150,9 +150,9 @@ def failure(
 
     if result.outcome == "infeasible" and worst:
         return Infeasible(
-            f"no motion was found that meets all constraints of '{name}'; worst: {listed}; "
-            f"{_remedy(worst)} or start from another guess; ocp.relaxed(problem) finds the "
-            "smallest relaxation",
+            "no motion was found from this start that meets all constraints of "
+            f"'{name}'; worst: {listed}; {_remedy(worst)}; this is no proof that there is none: try "
+            "another guess or ocp.audit(problem); ocp.relaxed(problem) finds the smallest relaxation",
             iterate,
         )
 
@@ -171,7 +171,7 @@ def _remedy(worst: list[Violation]) -> str:
     return "relax one of these"
 
 
-def _counted(limits: ProgramLimits) -> tuple[int, int]:
+def counted(limits: ProgramLimits) -> tuple[int, int]:
     """Numbers of free unknowns and of equations."""
     free = limits.columns[0] < limits.columns[1]
     equations = limits.rows[0] == limits.rows[1]

@@ -17,7 +17,7 @@ from ocp.keywords import as_written, checked_keywords
 from ocp.nlp.interrupts import Interrupts, noted_interrupts
 from ocp.nlp.result import NlpResult, Outcome
 from ocp.nlp.solver import Listener, StartingPoint
-from ocp.nlp.standstill import Standstill
+from ocp.nlp.standstill import Divergence, Standstill
 from ocp.transcription.kernels import Program
 from ocp.transcription.transcribe import ProgramLimits
 
@@ -61,6 +61,8 @@ _WARM_START = {
 
 # status of a run that ended at the best point it had come by
 _STOOD_STILL = "Stood_Still_Near_Optimum"
+# and of one that left all motions behind
+_DIVERGED = "Diverged"
 
 # Progress can stall just above the tolerance where an optimum is flat.
 _STALL_FACTOR = 100.0
@@ -193,7 +195,7 @@ class Ipopt:
             standstill = None
             if self.stall:
                 standstill = Standstill(program, limits, parameters, self.tolerance)
-            watch = _Watch(program, interrupts, listener, standstill)
+            watch = _Watch(program, interrupts, listener, standstill, Divergence(limits))
             options["iteration_callback"] = watch
             solver = ca.nlpsol("solver", "ipopt", program.oracle, options)
             solution = solver(
@@ -218,6 +220,8 @@ class Ipopt:
             )
         log.debug("IPOPT: %s after %d iterations", status, count)
 
+        if watch.diverged:
+            status = _DIVERGED
         result = NlpResult(
             outcome="interrupted" if interrupts.asked else _OUTCOMES.get(status, "failed"),
             status=status,
@@ -318,10 +322,12 @@ class _Watch(ca.Callback):
         interrupts: Interrupts,
         listener: Listener | None,
         standstill: Standstill | None,
+        divergence: Divergence,
     ) -> None:
         ca.Callback.__init__(self)
         self.program, self.interrupts, self.listener = program, interrupts, listener
         self.standstill, self.stood_still = standstill, False
+        self.divergence, self.diverged = divergence, False
         self.count = 0
         self.error: BaseException | None = None
         self.construct("watch", {})
@@ -357,6 +363,8 @@ class _Watch(ca.Callback):
                 )
             ):
                 self.stood_still = stop = True
+            if not stop and self.divergence.seen(rows):
+                self.diverged = stop = True
         except BaseException as error:
             # raised after the solver has ended: CasADi would take it for a failure
             self.error, stop = error, True

@@ -27,6 +27,11 @@ _PATIENCE = 15
 _BETTER = 0.5
 _FLAT = 1e-8
 
+# A run has diverged where rows are missed by so many of their sizes, or of the start's violation,
+# for so many iterations in a row.
+_LOST = 1e4
+_LOST_FOR = 20
+
 # So much counts beside a violation. Stationarity may lack as much as IPOPT's own tolerance on it
 # lets it; the sum of all complementary products estimates what the objective may still gain.
 _STATIONARITY = 0.01
@@ -125,3 +130,23 @@ class Standstill:
         dual = float(np.abs(stationarity).max()) / size
         gap = _GAP * float(products.sum()) / max(abs(objective), 1.0)
         return max(float(excess.max(initial=0.0)), _STATIONARITY * dual, gap)
+
+
+class Divergence:
+    """Watches the violation of the rows, which are scaled to the size of one.
+
+    With the adaptive barrier a run can leave all motions behind and wander for a thousand
+    iterations where the constraints are missed by millions of their sizes.
+    """
+
+    def __init__(self, limits: ProgramLimits) -> None:
+        self._lower, self._upper = limits.rows
+        self._far, self._first = 0, 0.0
+
+    def seen(self, rows: Array) -> bool:
+        """Take note of an iterate; whether the run has diverged for long."""
+        violation = float(np.maximum(self._lower - rows, rows - self._upper).max(initial=0.0))
+        self._first = self._first or violation
+        beyond = violation > _LOST * max(1.0, self._first)
+        self._far = self._far + 1 if beyond else 0
+        return self._far >= _LOST_FOR

@@ -327,13 +327,24 @@ class MeshSolver:
     ) -> NlpResult:
         """Solve one program from a start; `before` are the mesh iterations until then."""
         limits = program.limits(self.parameters)
-        listener = self._listener(program, len(before) + 1)
 
         def run(solver: NlpSolver, point: StartingPoint) -> NlpResult:
-            return solver.solve(program.program, point, limits, self.parameters.vector, listener)
+            return self.run(program, solver, point, limits, len(before) + 1)
 
         point = self.starting_point(program, start, limits)
         return with_retries(run, solver, point, self.budget, before)
+
+    def run(
+        self,
+        program: Transcription,
+        solver: NlpSolver,
+        point: StartingPoint,
+        limits: ProgramLimits,
+        number: int,
+    ) -> NlpResult:
+        """One run of a solver in mesh iteration `number`."""
+        listener = self._listener(program, number)
+        return solver.solve(program.program, point, limits, self.parameters.vector, listener)
 
     def examined(
         self, program: Transcription, result: NlpResult, *, tight: bool, finer: bool

@@ -1,0 +1,297 @@
+"""Guesses by simulation: motions that obey the dynamics, under controls that switch at random.
+
+A straight line from start to end obeys nothing, and where the controls are too weak for it, as in
+the swing-up of a pendulum, a solver finds no way from there to a motion. A simulated motion misses
+the end only. Of many draws those that come closest to the prescribed values are kept.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from ocp.arrays import Array
+from ocp.mesh.initial_guess import InitialGuess, PhaseGuess
+from ocp.problem.parameters import Parameters
+from ocp.problem.phase import Phase
+from ocp.problem.problem import Problem
+from ocp.problem.symbols import TIME, Between
+
+# draws, steps of a phase, and the most switches of a control in it
+_DRAWS = 512
+_STEPS = 160
+_MOST_SWITCHES = 8
+# part of the draws whose controls sit on their bounds all the time
+_ON_BOUNDS = 0.7
+# typical sizes of a state beyond which a draw has run away
+_FAR = 1e4
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SimulatedGuess:
+    """One simulated phase.
+
+    Attributes
+    ----------
+    start, end : float
+        Times [s].
+    fractions : (m + 1,)
+        Of the phase.
+    states, controls : mapping of str to (m + 1,), of str to (m,)
+        States at the fractions, controls between them.
+    """
+
+    start: float
+    end: float
+    fractions: Array
+    states: Mapping[str, Array]
+    controls: Mapping[str, Array]
+
+    def at_fractions(self, fractions: Array) -> Mapping[str, Array]:
+        """Signals by name at fractions of the phase."""
+        at = np.asarray(fractions, dtype=float)
+        step = np.clip(np.searchsorted(self.fractions, at, side="right") - 1, 0, None)
+        values = {n: np.interp(at, self.fractions, v) for n, v in self.states.items()}
+        for name, levels in self.controls.items():
+            values[name] = levels[np.minimum(step, levels.size - 1)]
+        return values
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class _Draws:
+    """Many simulated motions of one phase at once.
+
+    Attributes
+    ----------
+    ends : (2, K)
+        Initial and final time of each draw [s].
+    states : (m + 1, n_x, K)
+    controls : (m, n_u, K)
+    last : (K,)
+        The step at which each draw ends.
+    miss : (K,)
+        Distance from the prescribed values and limits, relative to the states' sizes.
+    """
+
+    ends: Array
+    states: Array
+    controls: Array
+    last: Array
+    miss: Array
+
+
+def simulated_guesses(
+    problem: Problem,
+    parameters: Parameters,
+    stated: InitialGuess,
+    sizes: Mapping[str, float],
+    count: int,
+    random: np.random.Generator,
+) -> list[InitialGuess]:
+    """Guesses in the order of how closely they come to the prescribed values.
+
+    None where a phase has algebraic signals, or a motion cannot be simulated from its start.
+
+    Parameters
+    ----------
+    stated : InitialGuess
+        For unknowns, and for initial values that are free.
+    sizes : mapping of str to float
+        Typical sizes of the signals.
+    count : int
+        How many are wanted.
+    """
+    if any(problem.algebraics.values()):
+        return []
+    numbers = [stated.unknowns[u.name] for u in problem.unknowns]
+    numbers += list(parameters.values.values())
+
+    phases: list[_Draws] = []
+    for phase in problem.phases:
+        drawn = _drawn(problem, phase, parameters, stated, sizes, numbers, phases, random)
+        phases.append(drawn)
+    miss = np.max([drawn.miss for drawn in phases], axis=0)
+    order = [int(k) for k in np.argsort(miss)[:count] if np.isfinite(miss[k])]
+    return [
+        InitialGuess(
+            {
+                phase.name: _guess(problem, phase, drawn, k)
+                for phase, drawn in zip(problem.phases, phases, strict=True)
+            },
+            stated.unknowns,
+        )
+        for k in order
+    ]
+
+
+def _guess(problem: Problem, phase: Phase, drawn: _Draws, k: int) -> PhaseGuess:
+    """One of the draws."""
+    last = int(drawn.last[k])
+    start, end = drawn.ends[:, k]
+    names = [control.name for control in problem.controls[phase.name]]
+    return SimulatedGuess(
+        start=float(start),
+        end=float(start + (end - start) * last / _STEPS),
+        fractions=np.linspace(0.0, 1.0, last + 1),
+        states={s.name: drawn.states[: last + 1, i, k] for i, s in enumerate(phase.states)},
+        controls={name: drawn.controls[:last, i, k] for i, name in enumerate(names)},
+    )
+
+
+def _drawn(
+    problem: Problem,
+    phase: Phase,
+    parameters: Parameters,
+    stated: InitialGuess,
+    sizes: Mapping[str, float],
+    numbers: Sequence[float],
+    before: Sequence[_Draws],
+    random: np.random.Generator,
+) -> _Draws:
+    """All draws of a phase, from where the phase before it ended."""
+    own = stated.phases[phase.name]
+    first = before[-1].ends[1] if before else np.full(_DRAWS, _time(phase.start, own.start))
+    ends = np.stack([first, _last_times(phase, first, own, random)])
+    x = _first_states(problem, phase, parameters, own, before)
+    u = _controls(problem, phase, parameters, own, sizes, random)
+
+    rate = _rate(problem, phase)
+    h = (ends[1] - ends[0]) / _STEPS
+    states = [x]
+    # a draw that runs away is infinite, and left out
+    with np.errstate(all="ignore"):
+        for i in range(_STEPS):
+            states.append(_step(rate, states[-1], u[i], ends[0] + i * h, h, numbers))
+    motion = np.stack(states)
+
+    # a value that is none counts as one that has run away
+    scale = np.array([sizes[s.name] for s in phase.states])[None, :, None]
+    away = np.nan_to_num(np.abs(motion) / scale, nan=np.inf).max(axis=1)
+    miss = _misses(phase, parameters, np.nan_to_num(motion), scale)
+    miss[np.maximum.accumulate(away, axis=0) > _FAR] = np.inf
+
+    # a free last time may as well be earlier, where the motion comes closest
+    last = np.full(_DRAWS, _STEPS)
+    if isinstance(phase.end, Between) and phase is problem.phases[-1]:
+        times = ends[0] + np.arange(_STEPS + 1)[:, None] * h
+        late = (times >= phase.end.lower) & (np.arange(_STEPS + 1)[:, None] > 0)
+        last = np.argmin(np.where(late, miss, np.inf), axis=0)
+        last = np.where(last > 0, last, _STEPS)
+    return _Draws(ends, motion, u, last, miss[last, np.arange(_DRAWS)])
+
+
+def _time(stated: float | Between, guess: float) -> float:
+    return guess if isinstance(stated, Between) else float(stated)
+
+
+def _last_times(phase: Phase, first: Array, own: PhaseGuess, random: np.random.Generator) -> Array:
+    """Final times: anywhere within limits that are near, else around the guess."""
+    end = phase.end
+    if not isinstance(end, Between):
+        return np.full(_DRAWS, float(end))
+    duration = (own.end - own.start) * 2.0 ** random.uniform(-1.0, 2.0, _DRAWS)
+    return np.maximum(np.clip(first + duration, end.lower, end.upper), first + 1e-6)
+
+
+def _first_states(
+    problem: Problem,
+    phase: Phase,
+    parameters: Parameters,
+    own: PhaseGuess,
+    before: Sequence[_Draws],
+) -> Array:
+    """Initial states (n_x, K): as prescribed, as the phase before ended, or as guessed."""
+    guessed = own.at_fractions(np.array([0.0]))
+    rows = []
+    for state in phase.states:
+        key = (phase.name, state.name)
+        row = np.full(_DRAWS, float(guessed[state.name][0]))
+        if before:
+            earlier = problem.phases[len(before) - 1]
+            if state in earlier.states:
+                row = before[-1].states[-1, earlier.states.index(state)]
+        elif key in parameters.initial_values:
+            row = np.clip(row, *parameters.initial_values[key])
+        rows.append(row)
+    return np.stack(rows)
+
+
+def _controls(
+    problem: Problem,
+    phase: Phase,
+    parameters: Parameters,
+    own: PhaseGuess,
+    sizes: Mapping[str, float],
+    random: np.random.Generator,
+) -> Array:
+    """Controls (m, n_u, K) that switch at random times between random levels."""
+    centre = own.at_fractions(np.array([0.5]))
+    signals = []
+    for control in problem.controls[phase.name]:
+        lower, upper = parameters.signal_limits[control.name]
+        middle, reach = float(centre[control.name][0]), 2.0 * sizes[control.name]
+        low = lower if math.isfinite(lower) else min(middle, upper) - reach
+        high = upper if math.isfinite(upper) else max(middle, lower) + reach
+
+        # levels of each stretch: on the bounds, or anywhere between them
+        stretches = (_MOST_SWITCHES + 1, _DRAWS)
+        ends = np.where(random.random(stretches) < 0.5, low, high)
+        between = random.uniform(low, high, stretches)
+        level = np.where(random.random(_DRAWS) < _ON_BOUNDS, ends, between)
+
+        switches = np.sort(random.random((_MOST_SWITCHES, _DRAWS)), axis=0)
+        most = random.integers(1, _MOST_SWITCHES + 1, _DRAWS)
+        switches[np.arange(_MOST_SWITCHES)[:, None] >= most] = np.inf
+        at = (np.arange(_STEPS) + 0.5) / _STEPS
+        number = (at[:, None, None] > switches[None]).sum(axis=1)
+        signals.append(np.take_along_axis(level, number, axis=0))
+    return np.stack(signals, axis=1) if signals else np.zeros((_STEPS, 0, _DRAWS))
+
+
+def _rate(problem: Problem, phase: Phase) -> ca.Function:
+    """``(x, u, t, unknowns and constants) -> dx/dt``."""
+    inputs = [
+        ca.vertcat(*[s.symbol for s in phase.states]),
+        ca.vertcat(*[c.symbol for c in problem.controls[phase.name]], ca.SX(0, 1)),
+        TIME.symbol,
+        ca.vertcat(*[s.symbol for s in (*problem.unknowns, *problem.constants)], ca.SX(0, 1)),
+    ]
+    rates = ca.densify(ca.vertcat(*phase.dynamics.values()))
+    return ca.Function("rate", inputs, ca.cse([rates]))
+
+
+def _step(
+    rate: ca.Function, x: Array, u: Array, t: Array, h: Array, numbers: Sequence[float]
+) -> Array:
+    """One step of the classical Runge-Kutta method for all draws."""
+
+    def slope(state: Array, time: Array) -> Array:
+        return np.asarray(rate(state, u, time[None, :], ca.DM(numbers)).full())
+
+    k1 = slope(x, t)
+    k2 = slope(x + 0.5 * h * k1, t + 0.5 * h)
+    k3 = slope(x + 0.5 * h * k2, t + 0.5 * h)
+    k4 = slope(x + h * k3, t + h)
+    return np.asarray(x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4))
+
+
+def _misses(phase: Phase, parameters: Parameters, motion: Array, scale: Array) -> Array:
+    """How far each draw is from the final values, were each step the last, (m + 1, K)."""
+    miss = np.zeros((motion.shape[0], motion.shape[2]))
+    for i, state in enumerate(phase.states):
+        size = scale[0, i, 0]
+        beyond = _beyond(motion[:, i], parameters.signal_limits[state.name]) / size
+        miss += np.maximum.accumulate(beyond, axis=0)
+        values = parameters.final_values.get((phase.name, state.name))
+        if values is not None:
+            miss += _beyond(motion[:, i], values) / size
+    return miss
+
+
+def _beyond(values: Array, limits: tuple[float, float]) -> Array:
+    """By how much values lie outside limits."""
+    return np.maximum(np.maximum(values - limits[1], limits[0] - values), 0.0)

@@ -1,0 +1,93 @@
+"""Where the stated guess leads nowhere: other barriers, and guesses by simulation."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from ocp import Between, Control, Infeasible, Ipopt, Phase, Problem, Settings, State, solve
+from ocp.mesh.initial_guess import initial_guess
+from ocp.mesh.simulated_guess import simulated_guesses
+from ocp.nlp.standstill import Divergence
+from ocp.problem.parameters import parameters_of
+from ocp.transcription.transcribe import ProgramLimits
+
+
+def pendulum(**guess):
+    """A torque of a fifth of the weight's swings a pendulum up, in the least time."""
+    q, w = State("q", "rad"), State("w", "rad/s")
+    u = Control("u", "rad/s^2", lower=-2, upper=2)
+    swing = Phase(
+        "swing",
+        dynamics={q: w, w: u - 9.81 * ca.sin(q)},
+        initial={q: 0, w: 0},
+        final={q: np.pi, w: 0},
+        end=Between(0.5, 10),
+        guess={{"q": q, "w": w, "u": u}[name]: value for name, value in guess.items()},
+    )
+    return Problem("pendulum", swing, minimise=swing.end_time)
+
+
+@pytest.mark.parametrize("guess", [{}, {"q": 0.0, "w": 0.0, "u": 0.0}])
+def test_a_pendulum_is_swung_up_from_a_straight_line_and_from_none(guess):
+    solution = solve(pendulum(**guess))
+    # found by every one of many starts, and by a mesh of 400 intervals; four digits are pinned
+    assert solution.objective == pytest.approx(5.7006, abs=5e-5)
+    assert solution.verification.passed
+
+
+def test_simulated_guesses_obey_the_dynamics_and_come_close():
+    problem = pendulum()
+    parameters = parameters_of(problem)
+    stated = initial_guess(problem, parameters)
+    sizes = {"q": 3.0, "w": 6.0, "u": 2.0}
+    first, again = (
+        simulated_guesses(problem, parameters, stated, sizes, 4, np.random.default_rng(0))
+        for _ in range(2)
+    )
+    assert len(first) == 4
+    at = np.linspace(0, 1, 2001)
+    for guess, same in zip(first, again, strict=True):
+        phase = guess.phases["swing"]
+        values = phase.at_fractions(at)
+        assert 0.5 <= phase.end <= 10
+        assert np.abs(values["u"]).max() <= 2
+        # one of 512 draws misses by less than the whole way, and much less than a straight line
+        assert abs(values["q"][-1] - np.pi) < 1.5
+        # the states follow the rate: trapezoidal sums of interpolated values, not the integrator
+        turned = np.concatenate([[0], np.cumsum(0.5 * (values["w"][1:] + values["w"][:-1]))])
+        assert values["q"] == pytest.approx(turned * phase.end / 2000, abs=0.02)
+        assert np.array_equal(values["q"], same.phases["swing"].at_fractions(at)["q"])
+
+
+def test_what_is_out_of_reach_stays_so_and_is_called_unproven():
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", lower=-1, upper=1)
+    phase = Phase("flight", {x: v, v: u}, {x: 0, v: 0}, {x: 2}, end=1.0)
+    with pytest.raises(Infeasible, match=r"from this start.*no proof that there is none"):
+        solve(Problem("too far", phase, minimise=phase.integral(u**2)))
+
+
+def test_a_phase_with_algebraic_signals_is_not_simulated():
+    from ocp import Algebraic, Bound
+
+    x, z = State("x"), Algebraic("z")
+    phase = Phase("a", {x: z}, {x: 0}, end=1.0, bounds=[Bound("e", z - x, lower=1, upper=1)])
+    problem = Problem("dae", phase, minimise=phase.at_end(x))
+    parameters = parameters_of(problem)
+    stated = initial_guess(problem, parameters)
+    random = np.random.default_rng(0)
+    assert simulated_guesses(problem, parameters, stated, {"x": 1, "z": 1}, 2, random) == []
+
+
+def test_rows_missed_by_thousands_of_sizes_for_long_have_diverged():
+    limits = ProgramLimits((np.zeros(0), np.zeros(0)), (np.zeros(2), np.zeros(2)))
+    watch = Divergence(limits)
+    assert not watch.seen(np.array([1.0, 0.5]))
+    assert not any(watch.seen(np.array([2e4, 0.0])) for _ in range(19))
+    assert not watch.seen(np.array([1.0, 0.0]))  # it came back
+    assert [watch.seen(np.array([2e4, 0.0])) for _ in range(20)] == [False] * 19 + [True]
+
+
+def test_the_monotone_barrier_is_tried_where_the_adaptive_one_ends_without_an_answer():
+    # one iteration is never enough; the attempts after a run this short are not made
+    with pytest.raises(Exception, match="used up its budget of iterations or seconds after 1 "):
+        solve(pendulum(), settings=Settings(solver=Ipopt(max_iterations=1)))
