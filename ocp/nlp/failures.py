@@ -151,8 +151,9 @@ def failure(
     if result.outcome == "infeasible" and worst:
         return Infeasible(
             "no motion was found from this start that meets all constraints of "
-            f"'{name}'; worst: {listed}; {_remedy(worst)}; this is no proof that there is none: try "
-            "another guess or ocp.audit(problem); ocp.relaxed(problem) finds the smallest relaxation",
+            f"'{name}'; worst: {listed}; {_remedy(worst)}; this is no proof that there is none: "
+            "try another guess or ocp.audit(problem); ocp.relaxed(problem) finds the smallest "
+            "relaxation",
             iterate,
         )
 

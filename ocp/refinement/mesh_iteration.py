@@ -25,6 +25,7 @@ from ocp.problem.problem import Problem
 from ocp.progress import Progress
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.error_estimate import MeshErrors, estimate_errors
+from ocp.refinement.unwrapping import unwrapped
 from ocp.settings import Settings
 from ocp.transcription.packing import decision_vector, trajectory_of
 from ocp.transcription.scaling import resized, scales_of
@@ -351,7 +352,7 @@ class MeshSolver:
     ) -> SolvedMesh:
         """A solved program with its errors between the points."""
         trajectory = trajectory_of(program, result.x, self.parameters)
-        iterate = iterate_of(program, result, trajectory)
+        iterate = unwrapped(iterate_of(program, result, trajectory), self.evaluator)
         errors = estimate_errors(iterate, self.evaluator, self.settings.accuracy)
         lower, upper = iterate.limits.rows
         excess = np.maximum(lower - result.rows, result.rows - upper)

@@ -1,0 +1,170 @@
+"""Angles without bounds: controls that a whole turn leaves as they are, made smooth between points.
+
+A steering angle enters by its sine and cosine. A solver may end with the angle on different
+branches at neighbouring points, a turn apart: the points are right, and the polynomial through them
+is nonsense between. No finer mesh mends that. Between two meshes such an angle is unwrapped: its
+values at the collocation points are shifted by whole turns until each is the nearest to the one
+before. The program's rows hold the same values at these points as before, and the multipliers are
+kept.
+
+A control is shifted only where nothing notices: it has no bound, and all dynamics, constraints and
+functionals of the phase are the same a period further, which is tried at random points. A cost on
+the angle itself, a limit of it or a link to another angle then show.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+
+from ocp.arrays import Array, Integers
+from ocp.mesh.trajectory import Evaluator
+from ocp.numerics.expression_graph import Instruction, graph_of
+from ocp.numerics.piecewise_polynomial import bernstein
+from ocp.optimality.iterate import Iterate
+from ocp.problem.parameters import Parameters
+from ocp.problem.problem import Problem
+from ocp.problem.symbols import Control
+from ocp.transcription.packing import trajectory_of
+
+# random points at which a shift must change nothing, and what rounding may change
+_TRIED = 32
+_SAME = 1e-12
+
+_CIRCULAR = {"sin", "cos", "tan"}
+
+
+def periods(problem: Problem, phase: str, parameters: Parameters) -> dict[str, float]:
+    """The period of each control of a phase that a whole turn leaves as it is, by name."""
+    statement = problem.phase(phase)
+    expressions = [*statement.dynamics.values(), *(bound.expression for bound in statement.bounds)]
+    for functional in problem.functionals:
+        expressions += [piece for name, piece in functional.pieces if name == phase]
+
+    found = {}
+    for control in problem.controls[phase]:
+        if control.is_limited or control.coupled or control.shape not in (None, "polynomial"):
+            continue
+        for period in _candidates(expressions, control):
+            if _invariant(expressions, control, period):
+                found[control.name] = period
+                break
+    return found
+
+
+def _candidates(expressions: Sequence[ca.SX], control: Control) -> Iterator[float]:
+    """Periods of the sines and cosines of a control, the longest first."""
+    used = [e for e in expressions if ca.depends_on(e, control.symbol)]
+    if not used:
+        return
+    symbols = ca.symvar(ca.vertcat(*used))
+    hashes = [symbol.element_hash() for symbol in symbols]
+    graph = graph_of(used, symbols)
+
+    # the slope of each result by the control, where it is known to be the same everywhere
+    number = next(i for i, h in enumerate(hashes) if h == control.symbol.element_hash())
+    slopes: list[float | None] = []
+    rates = set()
+    for entry in graph.instructions:
+        slopes.append(_slope(entry, graph.instructions, slopes, number))
+        if entry.operation in _CIRCULAR and (rate := slopes[entry.operands[0]]):
+            rates.add(abs(rate))
+    yield from sorted({2.0 * math.pi / rate for rate in rates}, reverse=True)
+
+
+def _slope(
+    entry: Instruction,
+    instructions: Sequence[Instruction],
+    slopes: Sequence[float | None],
+    number: int,
+) -> float | None:
+    """Slope of the result of an operation by symbol `number`, None where it may vary."""
+    name, operands = entry.operation, entry.operands
+    if name == "symbol":
+        return 1.0 if operands[0] == number else 0.0
+    of = [slopes[i] for i in operands]
+    if all(slope == 0.0 for slope in of):
+        return 0.0
+    if name == "mul":
+        for factor, slope in zip(operands, reversed(of), strict=True):
+            if instructions[factor].operation == "number" and slope is not None:
+                return instructions[factor].number * slope
+    signs = {"add": (1, 1), "sub": (1, -1), "neg": (-1,), "twice": (2,)}.get(name)
+    known = [slope for slope in of if slope is not None]
+    if signs is None or len(known) < len(of):
+        return None
+    return sum(sign * slope for sign, slope in zip(signs, known, strict=True))
+
+
+def _invariant(expressions: Sequence[ca.SX], control: Control, period: float) -> bool:
+    """Whether a shift of a control by a period changes no expression at random points."""
+    used = ca.vertcat(*[e for e in expressions if ca.depends_on(e, control.symbol)])
+    shifted = ca.substitute(used, control.symbol, control.symbol + period)
+    symbols = ca.vertcat(*ca.symvar(used))
+    both = ca.Function("both", [symbols], [used, shifted])
+
+    random = np.random.default_rng(0)
+    points = random.uniform(-2.0, 2.0, (symbols.numel(), _TRIED))
+    here, there = (np.asarray(values.full()) for values in both(points))
+    known = np.isfinite(here) & np.isfinite(there)
+    size = 1.0 + np.abs(np.where(known, here, 0.0))
+    same = np.abs(np.where(known, there - here, 0.0)) <= _SAME * size
+    return bool(known.any(axis=1).all() and same.all())
+
+
+def unwrapped(iterate: Iterate, evaluator: Evaluator) -> Iterate:
+    """An iterate whose free angles go on smoothly from point to point; itself where they do.
+
+    Values at the collocation points are shifted by whole periods only.
+    """
+    x, changed = iterate.x.copy(), False
+    for index, motion in enumerate(iterate.trajectory.phases):
+        key = ("periods", motion.name)
+        if key not in evaluator.compiled:
+            evaluator.compiled[key] = periods(iterate.problem, motion.name, iterate.parameters)
+        for name, period in evaluator.compiled[key].items():
+            changed |= _unwrap(x, iterate, index, name, period)
+    if not changed:
+        return iterate
+    trajectory = trajectory_of(iterate.transcription, x, iterate.parameters)
+    return replace(iterate, x=x, trajectory=trajectory)
+
+
+def _unwrap(x: Array, iterate: Iterate, index: int, name: str, period: float) -> bool:
+    """Shift one control of a phase in `x`; whether anything was shifted."""
+    motion, size = iterate.trajectory.phases[index], iterate.scales.signals[name]
+    control, before, changed = motion.polynomial(name), math.nan, False
+
+    for interval, (ids, tau) in sorted(_determined(iterate, index, name).items()):
+        values = control.value(np.full(tau.size, interval), tau)[:, 0]
+        smooth = values.copy()
+        for j, value in enumerate(values):
+            if math.isfinite(before):
+                smooth[j] -= period * round((value - before) / period)
+            before = float(smooth[j])
+        if np.any(smooth != values):
+            x[ids] = np.linalg.solve(bernstein(tau.size, tau), smooth) / size
+            changed = True
+    return changed
+
+
+def _determined(iterate: Iterate, index: int, name: str) -> dict[int, tuple[Integers, Array]]:
+    """Intervals in which a control's values at the collocation points say all of it.
+
+    Each with the columns of its coefficients, and the points.
+    """
+    columns, found = iterate.transcription.columns.phases[index], {}
+    for group in columns.groups:
+        tau = group.collocation.points
+        for members, table in zip(columns.control_sets, group.controls, strict=True):
+            names = [control.name for control in members.controls]
+            if name not in names or table.shape[1] != tau.size:
+                continue
+            own = table[:, :, names.index(name)]
+            for interval, ids in zip(group.intervals.tolist(), own, strict=True):
+                found[interval] = ids, tau
+    return found
