@@ -221,7 +221,7 @@ def _aimed(first: _T, residual: float, rounds: list[Round], again: Again[_T]) ->
 
 
 @dataclass(frozen=True, eq=False)
-class _Tried:
+class _TriedMotion:
     """A motion of a stage with its replay, and where the next one is to be aimed."""
 
     motion: OptimalMotion
@@ -255,14 +255,14 @@ def refine(
         Receive a line a round, and a line now and then.
     """
 
-    def tried(motion: OptimalMotion, aim: Array) -> _Tried:
+    def tried(motion: OptimalMotion, aim: Array) -> _TriedMotion:
         replayed = motion.replay(drive, settings=steps_for(residual, drive))
-        found = _Tried(motion, replayed, aim - beside_rest(motion.stage, replayed.run.before))
+        found = _TriedMotion(motion, replayed, aim - beside_rest(motion.stage, replayed.run.before))
         if say is not None:
             say(sentence(found.entry, motion.stage.name))
         return found
 
-    def again(from_: _Tried, weight: float, finer: bool) -> _Tried | None:
+    def again(from_: _TriedMotion, weight: float, finer: bool) -> _TriedMotion | None:
         # a slow stage hardly stirs its modes, and states their energy instead of rest
         aim = 0.0 * from_.aim if is_slow(from_.motion.stage) else from_.aim
         intervals = from_.motion.intervals * (2 if finer else 1)

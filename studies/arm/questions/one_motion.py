@@ -109,16 +109,7 @@ def solve_motion(study: ArmStudy, console: Console) -> Result:
     """
     refined = _refined(study, console)
     stage = refined.motion.stage  # least time has its own duration
-    after = np.linspace(stage.duration, 1.25 * stage.duration, _AFTER)
-    replayed = refined.replay
-    if (study.elements, study.modes) != (ELEMENTS, MODES):
-        replayed = refined.motion.replay(
-            study.drive,
-            elements=study.elements,
-            settings=steps_for(study.residual_energy, study.drive),
-            modes=study.modes,
-        )
-    replayed = followed(replayed, after)
+    replayed = _followed_replay(study, refined)
     refined = dataclasses.replace(refined, replay=replayed)
     history = loads(replayed)
     finer = refined.motion.replay(
@@ -183,6 +174,19 @@ def solve_motion(study: ArmStudy, console: Console) -> Result:
         details=details,
         provenance=provenance(),
     )
+
+
+def _followed_replay(study: ArmStudy, refined: Refined) -> LockedMotion:
+    """The motion on the study's own model, and the vibration that follows it."""
+    stage, replayed = refined.motion.stage, refined.replay
+    if (study.elements, study.modes) != (ELEMENTS, MODES):
+        replayed = refined.motion.replay(
+            study.drive,
+            elements=study.elements,
+            settings=steps_for(study.residual_energy, study.drive),
+            modes=study.modes,
+        )
+    return followed(replayed, np.linspace(stage.duration, 1.25 * stage.duration, _AFTER))
 
 
 def _refined(study: ArmStudy, console: Console) -> Refined:

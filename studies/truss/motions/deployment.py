@@ -130,12 +130,11 @@ class Deployment:
         """Start, end and all times between at which a history has a kink [s]."""
         duration = self.law.duration
         close = 1e-12 * duration
-        kept = [0.0]
-        for time in sorted({*self.law.breakpoints, *self._net_times}):
-            # one kink, computed twice: rounded angles so close together say nothing of rates
-            if kept[-1] + close < time < duration - close:
-                kept.append(time)
-        return (*kept, duration)
+        of_law = [time for time in self.law.breakpoints if close < time < duration - close]
+        kinks = [0.0, *of_law, duration]
+        # a law of two phases breaks where the net becomes taut: that is one kink, the law's
+        net = [time for time in self._net_times if min(abs(time - k) for k in kinks) > close]
+        return tuple(sorted({*kinks, *net}))
 
     @cached_property
     def _net_times(self) -> tuple[float, ...]:

@@ -394,16 +394,15 @@ class Search:
     def _later_stages(self, statement: Statement, solution: Solution) -> Solution:
         """Later objectives, each with the earlier ones held; never a loss."""
         weights, rough = self._weights(), statement.roughness
+        rough = 0.0 if rough is None else rough
         found = solve_lexicographic(
             statement.problem(),
             statement.stages,
             slack=self.study.concession,
             first=solution,
             beside=[
-                0.0
-                if rough is None
-                else first_price(self.study, stage, weights, self._with_forces) * rough
-                for stage in range(len(statement.stages))
+                rough * first_price(self.study, place, weights, self._with_forces)
+                for place in range(len(statement.stages))
             ],
             settings=replace(self._settings(), seconds=self._some_left()),
             progress=self.console.live,

@@ -54,7 +54,7 @@ class RefinedSequence:
 
 
 @dataclass(frozen=True, eq=False)
-class _Tried:
+class _TriedSequence:
     """A sequence with its replay, and where the next one is to be aimed."""
 
     solved: OptimalSequence
@@ -88,18 +88,18 @@ def refine_sequence(
     case = solved.case
     stages = case.first, case.second
 
-    def tried(solved: OptimalSequence, aims: Aims) -> _Tried:
+    def tried(solved: OptimalSequence, aims: Aims) -> _TriedSequence:
         replayed = replay_sequence(solved, settings=steps_for(residual))
         missed = [
             _beside(stage, motion)
             for stage, motion in zip(stages, (replayed.first, replayed.second), strict=True)
         ]
-        found = _Tried(solved, replayed, (aims[0] - missed[0], aims[1] - missed[1]))
+        found = _TriedSequence(solved, replayed, (aims[0] - missed[0], aims[1] - missed[1]))
         if say is not None:
             say(sentence(found.entry, "sequence"))
         return found
 
-    def again(from_: _Tried, weight: float, finer: bool) -> _Tried | None:
+    def again(from_: _TriedSequence, weight: float, finer: bool) -> _TriedSequence | None:
         big, dwell, small = from_.solved.intervals
         intervals = (2 * big, dwell, 2 * small) if finer else (big, dwell, small)
         alike = weight > 0.4 * from_.solved.weight
