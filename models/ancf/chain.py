@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import isfinite, pi
+from numbers import Integral, Real
 
 from models.errors import require, require_not_negative, require_positive
 
@@ -82,9 +83,9 @@ class Chain:
     Raises
     ------
     ModelError
-        If there is no link, elements that are no whole number from one on, a gravity that is not
-        finite, a negative mass, inertia or damping
-        ratio, or a number of masses that does not fit.
+        If there is no link, elements that are no whole number from one on, a gravity that is no
+        tuple of two finite numbers, a negative mass, inertia or damping ratio, or a number of
+        masses that does not fit.
     """
 
     links: tuple[Link, ...]
@@ -99,12 +100,15 @@ class Chain:
     def __post_init__(self) -> None:
         require(bool(self.links), "Chain: links is empty; give at least one Link.")
         require(
-            float(self.elements).is_integer() and self.elements >= 1,
-            f"Chain: elements is {self.elements}; give a whole number of 1 or more.",
+            isinstance(self.elements, Integral)
+            and not isinstance(self.elements, bool)
+            and self.elements >= 1,
+            f"Chain: elements is {self.elements!r}; give a whole number of 1 or more.",
         )
         require(
-            len(self.gravity) == 2 and all(map(isfinite, self.gravity)),
-            f"Chain: gravity is {self.gravity}; give two finite accelerations (x, y).",
+            _is_acceleration(self.gravity),
+            f"Chain: gravity is {self.gravity!r}; give a tuple of two finite accelerations (x, y) "
+            "in m/s^2.",
         )
 
         # no masses at all stand for massless joints
@@ -139,3 +143,10 @@ class Chain:
         """Places of `r_x, r_y, r'_x, r'_y` of a node (negative counts from the end) in `q`."""
         start = 4 * (self.nodes * link + node % self.nodes)
         return start, start + 1, start + 2, start + 3
+
+
+def _is_acceleration(value: object) -> bool:
+    """Whether a value is a tuple of two finite numbers; a chain must be hashable to be cached."""
+    if not isinstance(value, tuple) or len(value) != 2:
+        return False
+    return all(isinstance(x, Real) and not isinstance(x, bool) and isfinite(x) for x in value)

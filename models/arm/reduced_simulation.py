@@ -12,7 +12,7 @@ from math import pi
 
 import numpy as np
 
-from models.ancf.joints import Free, Torque
+from models.ancf.joints import Free, Torque, breakpoints, law_values
 from models.arm.reduced import ReducedArm
 from models.arrays import Array
 from models.errors import require
@@ -65,14 +65,20 @@ def simulate_reduced(
     Raises
     ------
     ModelError
-        If the integrator fails.
+        If the times do not increase, a law is not finite or of another shape, or the integrator
+        fails.
     """
     from scipy.integrate import solve_ivp
 
+    times = np.asarray(times, dtype=float)
+    require(
+        times.ndim == 1 and len(times) >= 2 and bool((np.diff(times) > 0).all()),
+        "simulate_reduced: times do not increase; give two or more increasing instants.",
+    )
     laws = [joint if isinstance(joint, Torque) else None for joint in (root, elbow)]
     start, end = float(times[0]), float(times[-1])
-    breaks = {b for law in laws if law for b in law.breakpoints if start < b < end}
-    edges = sorted({start, end} | breaks)
+    # the laws are looked at first: a step across a jump that no one stated meets no tolerance
+    edges = [start, *breakpoints([law or Free() for law in laws], start, end), end]
 
     state = np.concatenate((q, np.zeros(model.size) if v is None else v))
     history = np.empty((2 * model.size, len(times)))
@@ -123,7 +129,9 @@ def _right_hand_side(
         instant = np.array([min(max(t, first), last)])
         for k, law in enumerate(laws):
             if law is not None:
-                torque[k] = law.torque(instant)[0]
+                torque[k] = law_values(
+                    law.torque, instant, f"simulate_reduced: the law of joint {k}"
+                )[0]
         evaluate()
         return np.concatenate((y[n:], acceleration))
 

@@ -149,8 +149,8 @@ def _by_table(study: FlexStudy, case: JointCase, name: str) -> JointLaw:
     needed = min(case.lock_time or study.duration, study.duration)
     if times[-1] < needed:
         raise StudyError(
-            f"{name}: its table ends at {times[-1]:g} s, before {needed:g} s; give more rows, "
-            "less duration or a lock_time"
+            f"{name}: its table ends at {times[-1]:g} s, before {needed:g} s; give rows up to "
+            f"{needed:g} s, or a lock_time"
         )
     spline = make_interp_spline(times, values, k=least - 1)
 

@@ -8,7 +8,15 @@ eliminated from the coordinates (`elimination`).
 
 from models.ancf.joints.angles import joint_angles, joint_rates, quarter, rotate, slope_pair
 from models.ancf.joints.jumps import breakpoints
-from models.ancf.joints.kinds import Driven, Free, Joint, Locked, Torque, check_joints
+from models.ancf.joints.kinds import (
+    Driven,
+    Free,
+    Joint,
+    Locked,
+    Torque,
+    check_joints,
+    law_values,
+)
 
 __all__ = [
     "Driven",
@@ -20,6 +28,7 @@ __all__ = [
     "check_joints",
     "joint_angles",
     "joint_rates",
+    "law_values",
     "quarter",
     "rotate",
     "slope_pair",

@@ -9,9 +9,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from models.ancf.joints.kinds import Driven, Joint, Torque
+from models.ancf.joints.kinds import Driven, Joint, Torque, law_values
 from models.arrays import Array
-from models.errors import require
 
 _SAMPLES = 4001  # instants at which a law is looked at
 _STANDS_OUT = 30.0  # times the typical change from one instant to the next
@@ -53,20 +52,7 @@ def _sampled(
 ) -> tuple[Array, Array]:
     """Instants and values of a law, all of them finite."""
     times = np.linspace(start, end, _SAMPLES)
-    values = np.asarray(law(times), dtype=float)
-    require(
-        values.shape == times.shape,
-        f"simulate: the law of joint {joint} returns {values.shape} values for {len(times)} "
-        "instants; return one for each.",
-    )
-    wrong = np.flatnonzero(~np.isfinite(values))
-    if len(wrong):
-        require(
-            False,
-            f"simulate: the law of joint {joint} is {values[wrong[0]]:g} at t = "
-            f"{times[wrong[0]]:.4g} s; return finite numbers up to {end:.4g} s.",
-        )
-    return times, values
+    return times, law_values(law, times, f"simulate: the law of joint {joint}", end)
 
 
 def _jumps(

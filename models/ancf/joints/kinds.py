@@ -15,7 +15,7 @@ import numpy as np
 
 from models.ancf.chain import Chain
 from models.arrays import Array
-from models.errors import require
+from models.errors import ModelError, require
 
 TimeFunction: TypeAlias = Callable[[Array], Array]
 """Maps times (m,) [s] to values (m,)."""
@@ -93,3 +93,37 @@ def check_joints(chain: Chain, joints: Sequence[Joint]) -> tuple[Joint, ...]:
         "joints: the root flies but is not Free; pin the chain to act on it.",
     )
     return tuple(joints)
+
+
+def law_values(
+    law: TimeFunction, times: Array, name: str = "simulate: the law of a joint", end: float = np.inf
+) -> Array:
+    """Values (m,) of a law at times (m,) [s], one finite number for each.
+
+    `name` begins the sentence of the error, `end` is the end of the motion [s] if it is known.
+
+    Raises
+    ------
+    ModelError
+        If the law returns no numbers, another shape, or a value that is not finite.
+    """
+    returned = law(times)
+    try:
+        values = np.asarray(returned, dtype=float)
+    except (TypeError, ValueError):
+        raise ModelError(
+            f"{name} returns {returned!r}; return a number for each instant."
+        ) from None
+
+    require(
+        values.shape == times.shape,
+        f"{name} returns {values.shape} values for {len(times)} instants; return one for each.",
+    )
+    if not np.isfinite(values).all():
+        wrong = int(np.flatnonzero(~np.isfinite(values))[0])
+        until = f" up to {end:.4g} s" if np.isfinite(end) else ""
+        raise ModelError(
+            f"{name} is {values[wrong]:g} at t = {times[wrong]:.4g} s; return finite "
+            f"numbers{until}."
+        )
+    return values

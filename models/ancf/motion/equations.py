@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from models.ancf.assembly import Assembly
 from models.ancf.chain import Chain
 from models.ancf.element import moment_force
-from models.ancf.joints import Joint, Torque, slope_pair
+from models.ancf.joints import Joint, Torque, law_values, slope_pair
 from models.arrays import Array
 
 
@@ -105,7 +105,7 @@ class Mechanics:
 
         # A torque acts on the slope after its joint, its opposite on the slope before.
         for before, after, joint in self.torques:
-            moment = joint.torque(t)
+            moment = law_values(joint.torque, t)
             _add_moment(balance, x, after, -moment)
             if before is not None:
                 _add_moment(balance, x, before, moment)

@@ -14,6 +14,7 @@ from models.arm.lock import energy_after_lock, lock_reduced, lock_terms, release
 from models.arm.parameters import ArmParameters
 from models.arm.reduced import ReducedArm
 from models.arm.reduced_simulation import simulate_reduced
+from models.errors import ModelError
 
 ARM = ArmParameters(elbow_mass=2.0, hub_inertia=1.5)
 SMALL = st.floats(-0.05, 0.05)
@@ -152,3 +153,32 @@ def test_what_is_released_leads_on_where_the_lock_held_it():
     assert again.elbow_lock == pytest.approx(locked.elbow_lock, abs=1e-14)
     assert same == pytest.approx(z, abs=1e-14)
     assert kept == pytest.approx(rate, rel=1e-10)  # of a mass matrix with condition 5e4
+
+
+@pytest.mark.parametrize(
+    ("law", "words"),
+    [
+        (lambda t: np.where(t > 1.0, np.nan, 0.0), "is nan at t = 1.* s; return finite numbers"),
+        (lambda t: np.zeros(3), "values for 4001 instants; return one for each"),
+        (lambda t: np.zeros(len(t) if len(t) > 1 else 3), "values for 1 instants; return one"),
+    ],
+)
+def test_a_law_that_is_no_number_is_refused(law, words):
+    model = ReducedArm(ARM, "B21", elbow_lock=np.pi)
+    with pytest.raises(ModelError, match=words):
+        simulate_reduced(model, model.at(0.0, np.pi), np.array([0.0, 2.0]), root=Torque(law))
+
+
+def test_the_motion_is_split_where_a_torque_jumps_unstated():
+    model = ReducedArm(ARM, "B21", elbow_lock=np.pi)
+    runs = [
+        simulate_reduced(
+            model,
+            model.at(0.0, np.pi),
+            np.array([0.0, 1.0]),
+            root=Torque(lambda t: np.where(t > 0.7, 1.0, -1.0), stated),
+        )
+        for stated in ((), (0.7,))
+    ]
+    # both are split at 0.7 s to rounding: what differs is far below the tolerance of 1e-9
+    assert np.abs(runs[0].q - runs[1].q).max() < 1e-12

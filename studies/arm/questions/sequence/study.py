@@ -7,9 +7,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from models.arm.reduced_simulation import reduced_modes
 from studies.arm.config import SequenceStudy, as_dictionary
 from studies.arm.optimal.refinement import AGREE, FLOOR, SAME
-from studies.arm.questions.sequence.problem import Sequence, sequence
+from studies.arm.questions.sequence.problem import Sequence, locked, sequence, turning
 from studies.arm.questions.sequence.profile import (
     INTERPOLATION,
     SampledSequence,
@@ -24,6 +25,7 @@ from studies.arm.questions.sequence.solve import OptimalSequence, alone, solve_s
 from studies.arm.replay.full_model import ELEMENTS, followed, steps_for
 from studies.arm.report.quantities import CAP_EXCESS, MISS, Metric, table_rows
 from studies.arm.report.traces import Trace
+from studies.arm.search_limits import SEQUENCE_WINDOW
 from studies.arm.stage import ROOT
 from studies.common.console import Console
 from studies.common.exit_codes import StudyError
@@ -95,6 +97,33 @@ def stated_case(study: SequenceStudy) -> Sequence:
     case = sequence(study.total, study.dwell, study.arm.parameters)
     # the guess moves at the pace of the cap, whatever total time is stated
     return case if study.torque_cap is None else paced(case, study.torque_cap)
+
+
+def check_sequence(study: SequenceStudy, case: Sequence) -> None:
+    """Refuse a dwell that the model cannot tell from none, and an energy that limits nothing.
+
+    Raises
+    ------
+    StudyError
+        With the limit and its reason.
+    """
+    model = locked(case)
+    period = 1.0 / float(reduced_modes(model, model.at(*case.first.end))[0][-1])
+    if study.dwell < period:
+        raise StudyError(
+            f"dwell is {study.dwell:g} s, less than a period of the locked arm's fastest mode; "
+            f"give at least {period:.3g} s"
+        )
+
+    # least torque without rest is constant torque: it ends at twice the mean rate
+    shortest = SEQUENCE_WINDOW[0] * case.first.duration
+    fastest = 2.0 * turning(case.first) * float(abs(case.first.turn[ROOT])) / shortest**2
+    if study.lock_energy is not None and study.lock_energy > fastest:
+        raise StudyError(
+            f"lock_energy is {study.lock_energy:g} J, but a rigid arm that constant torque speeds "
+            f"up until its lock, for the shortest time tried of {shortest:.3g} s, has "
+            f"{fastest:.3g} J; give less"
+        )
 
 
 def paced(case: Sequence, cap: float) -> Sequence:

@@ -183,6 +183,20 @@ def moved(chain: Chain, slot: int, by: float) -> NodalState:
     return NodalState(q, state.v)
 
 
+def simulate_law(law):
+    return simulate(PAIR, [Torque(law), Free()], posed(PAIR), TIMES)
+
+
+def narrow_nan(t):
+    """No number, but only where the integrator asks: laws are looked at in thousands at once."""
+    return np.full_like(t, np.nan if len(t) < 4000 else 0.0)
+
+
+def wrong_shape(t):
+    """Three values whatever is asked, but only where the integrator asks."""
+    return np.zeros(3 if len(t) < 4000 else len(t))
+
+
 @pytest.mark.parametrize(
     ("call", "words"),
     [
@@ -216,7 +230,14 @@ def moved(chain: Chain, slot: int, by: float) -> NodalState:
             ),
             "smaller fixed_step",
         ),
+        (lambda: simulate_law(narrow_nan), r"law of a joint is nan at t = .* s; return finite"),
+        (lambda: simulate_law(wrong_shape), r"returns \(3,\) values for \d+ instants; return one"),
+        (lambda: simulate_law(lambda t: "x"), "returns 'x'; return a number for each instant"),
         (lambda: StepControl(tolerance=0.0), "tolerance is 0"),
+        (
+            lambda: simulate(PAIR, [Free(), Free()], posed(PAIR), TIMES, form="lagrange"),
+            "form is 'lagrange'; choose 'minimal' or 'index-1'",
+        ),
         (
             lambda: simulate(PAIR, [Free(), Free()], posed(PAIR), TIMES, form="minimum"),
             "form is 'minimum'; choose 'minimal' or 'index-1'",
