@@ -100,9 +100,7 @@ class Chain:
     def __post_init__(self) -> None:
         require(bool(self.links), "Chain: links is empty; give at least one Link.")
         require(
-            isinstance(self.elements, Integral)
-            and not isinstance(self.elements, bool)
-            and self.elements >= 1,
+            _is_number(self.elements, Integral) and self.elements >= 1,
             f"Chain: elements is {self.elements!r}; give a whole number of 1 or more.",
         )
         require(
@@ -149,4 +147,9 @@ def _is_acceleration(value: object) -> bool:
     """Whether a value is a tuple of two finite numbers; a chain must be hashable to be cached."""
     if not isinstance(value, tuple) or len(value) != 2:
         return False
-    return all(isinstance(x, Real) and not isinstance(x, bool) and isfinite(x) for x in value)
+    return all(_is_number(x, Real) and isfinite(x) for x in value)
+
+
+def _is_number(value: object, kind: type) -> bool:
+    """Whether a value is a number of a kind; Python counts True and False as whole numbers."""
+    return not isinstance(value, bool) and isinstance(value, kind)
