@@ -17,6 +17,7 @@ import numpy as np
 
 from models.arm.reduced import COORDINATES, ReducedArm, solve_small, tip_turn
 from models.arrays import Array
+from models.errors import require
 
 ROOT, ELBOW = 0, 1
 _ANGLES = ("theta1", "theta2")  # what a lock of the root, of the elbow takes away
@@ -78,9 +79,20 @@ def energy_after_lock(mass: Any, momentum: Any, strain: Any) -> Any:
 def lock_reduced(
     model: ReducedArm, q: Array, v: Array, *, root: bool = False, elbow: bool = False
 ) -> tuple[ReducedArm, Array, Array]:
-    """Lock joints at the angles reached: the locked model, its coordinates and its rates."""
+    """Lock joints at the angles reached: the locked model, its coordinates and its rates.
+
+    Raises
+    ------
+    ModelError
+        If the motion ends in what is no number.
+    """
     from scipy.linalg import solve
 
+    require(
+        bool(np.isfinite(q).all() and np.isfinite(v).all()),
+        "the reduced model ends in values that are no numbers, so that nothing can be locked; the "
+        "arm is too stiff for its steps: give a lower modulus or thinner tubes.",
+    )
     joints = tuple(joint for joint, locks in ((ROOT, root), (ELBOW, elbow)) if locks)
     mass, momentum = (term.full() for term in _lock_function(model, joints)(q, v))
 

@@ -122,7 +122,10 @@ def solve_motion(study: ArmStudy, console: Console) -> Result:
     # under angle drive the torque is the reaction that the replay finds
     peaks = refined.motion.peak_torque if study.drive == "torque" else None
     entries = quantities_of(replayed, history, study.arm, study.pointing_error, peaks)
-    entries += optimum_quantities(refined.motion, replayed)
+    try:
+        entries += optimum_quantities(refined.motion, replayed)
+    except ModelError as error:
+        raise StudyError(str(error)) from error
     entries += _asked_besides(study, refined, history)
     profile = sampled_to(replayed, study.residual_energy, study.sample_time, study.elements)
     title = f"residual energy of the profile sampled every {profile.step:.4g} s"

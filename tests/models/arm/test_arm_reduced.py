@@ -182,3 +182,11 @@ def test_the_motion_is_split_where_a_torque_jumps_unstated():
     ]
     # both are split at 0.7 s to rounding: what differs is far below the tolerance of 1e-9
     assert np.abs(runs[0].q - runs[1].q).max() < 1e-12
+
+
+def test_a_motion_that_ends_in_no_number_is_not_locked() -> None:
+    model = ReducedArm(ARM)
+    still, lost = np.zeros(model.size), np.full(model.size, np.nan)
+    for q, v in ((still, lost), (lost, still)):
+        with pytest.raises(ModelError, match="give a lower modulus"):
+            lock_reduced(model, q, v, root=True)
