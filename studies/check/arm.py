@@ -153,7 +153,7 @@ def check_arm(
     stage = study.slew
     check_bending(stage)
     driving = _driving(measured, stage, drive)
-    motion = _motion(measured, stage, driving)
+    motion = _motion(measured, stage, driving, exported=still)
 
     console.progress(f"replaying {measured.path.name} on the full model")
     replayed = _replayed(measured, motion, study)
@@ -249,12 +249,15 @@ def _columns(
     )
 
 
-def _motion(measured: MeasuredProfile, stage: Stage, driving: DrivingColumns) -> Motion:
+def _motion(
+    measured: MeasuredProfile, stage: Stage, driving: DrivingColumns, *, exported: bool
+) -> Motion:
     joints: dict[int, Joint] = {}
     for k, found in driving.recovered.items():
         if driving.kind == "torque":
             rows = driving.values[k]
-            joints[k] = _torque(measured.time, rows, found if driving.smoothed[k] else None)
+            smoothed = found if driving.smoothed[k] else None
+            joints[k] = _torque(measured.time, rows, smoothed, exported)
         else:
             joints[k] = _angle(measured, stage, k, found)
     return Motion(PROFILE, driving.kind, stage, joints)
@@ -267,14 +270,17 @@ def _is_noisy(found: Recovered, values: Array, kind: Drive) -> bool:
     return found.fit is not None
 
 
-def _torque(time: Array, values: Array, found: Recovered | None) -> Torque:
+def _torque(time: Array, values: Array, found: Recovered | None, exported: bool) -> Torque:
     """The torque as a drive gives it: through exact rows, smoothed where they scatter."""
-    curve = _through(time, values) if found is None else found.law.spline
+    curve = _through(time, values, exported) if found is None else found.law.spline
     return Torque(lambda t: np.asarray(curve(np.clip(t, time[0], time[-1]))))
 
 
-def _through(time: Array, values: Array) -> Any:
-    """A spline as exports state it where the rows resolve the torque; monotone where it jumps."""
+def _through(time: Array, values: Array, exported: bool) -> Any:
+    """A spline where the rows resolve the torque, monotone where it jumps.
+
+    An export of ours states that it has no slope at either end. Other files say nothing of that.
+    """
     peak = float(np.abs(values).max())
     half = np.unique(np.append(np.arange(0, time.size, 2), time.size - 1))
     if half.size < 4:
@@ -283,8 +289,7 @@ def _through(time: Array, values: Array) -> Any:
     misfit = float(np.abs(CubicSpline(time[half], values[half])(time) - values).max())
     if misfit > RESOLVED * peak:
         return PchipInterpolator(time, values)
-    at_rest = max(abs(values[0]), abs(values[-1])) <= TORQUE_NOISE * peak
-    return CubicSpline(time, values, bc_type="clamped" if at_rest else "not-a-knot")
+    return CubicSpline(time, values, bc_type="clamped" if exported else "not-a-knot")
 
 
 def _angle(measured: MeasuredProfile, stage: Stage, k: int, found: Recovered) -> Driven:

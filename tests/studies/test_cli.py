@@ -78,7 +78,7 @@ def test_a_force_cap_below_the_least_found_says_so(
     arguments += ["--force-cap", "43", "--starts", "bezier", "--results", str(tmp_path / "out")]
     assert main(arguments) == ExitCode.NOT_SOLVED  # nothing proves that there is none
     last = capsys.readouterr().err.strip().splitlines()[-1]
-    assert "the least peak found under the other caps is 44.53" in last
+    assert "the least peak rope force found under the other caps is 44.53" in last, last
     assert "local" in last
     assert (tmp_path / "out" / "failure.json").is_file()
 

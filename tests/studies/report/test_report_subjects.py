@@ -19,8 +19,10 @@ from benchmarks.page.chromium import browser_tab, find_chromium
 from models.ancf.integrate import StepControl
 from studies.arm import ArmStudy, SequenceStudy
 from studies.arm import run as run_arm
-from studies.arm.questions.sequence import solve as sequence_solve
-from studies.arm.questions.sequence import study as sequence_study
+from studies.arm.questions.sequence import profile, study
+from studies.arm.questions.sequence import replay as sequence_replay
+from studies.arm.questions.sequence.refinement import RefinedSequence
+from studies.arm.questions.sequence.solve import solve_sequence
 from studies.common.console import Console
 from studies.report.page import page, shown
 from studies.truss import run as run_truss
@@ -55,16 +57,20 @@ def arm():
 
 def sequence():
     """In a tenth of the paper's time, on a coarse mesh, with a coarse replay."""
-    module, study = sequence_solve, sequence_study
-    coarse = partial(module.solve_sequence, intervals=(40, 5, 50))
+    coarse = StepControl(1e-5)
+    replayed = partial(sequence_replay.replay_sequence, elements=3, settings=coarse)
+
+    def refined(solved, *, residual, **_):
+        return RefinedSequence(solved, replayed(solved), (), residual, 0.0)
+
     with (
-        mock.patch.object(module, "SMOOTH", StepControl(1e-5)),
-        mock.patch.object(module, "_TOLERANCE", 1e-5),
-        mock.patch.object(module, "LIGHTER_SMOOTHING", ()),
-        mock.patch.object(study, "solve_sequence", coarse),
-        mock.patch.object(study, "replay_sequence", partial(module.replay_sequence, elements=2)),
+        mock.patch.object(study, "solve_sequence", partial(solve_sequence, intervals=(40, 5, 50))),
+        mock.patch.object(study, "refine_sequence", refined),
+        mock.patch.object(study, "replay_sequence", lambda solved, *_: replayed(solved)),
+        mock.patch.object(profile, "steps_for", return_value=coarse),
     ):
-        return study.find_sequence(SequenceStudy(total=19.8, dwell=1.0), Console())
+        question = SequenceStudy(total=19.8, dwell=1.0, sample_time=0.05)
+        return study.find_sequence(question, Console())
 
 
 def pendulum():
