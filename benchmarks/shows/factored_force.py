@@ -120,6 +120,7 @@ def tables(rows: Sequence[Row]) -> list[Table]:
         for row in answered
         for name, law in row["laws"].items()
     ]
+
     head = ("asked", "T [s]", "mu", "motion", "peak force [N]", "motor needed [N]")
     of_each = ("[%]", "at [deg]", "case", "most of it")
     columns = (

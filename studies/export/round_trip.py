@@ -166,6 +166,7 @@ def _of_the_truss(
         "energy of that at the end stop [J]": float(replayed.energy[last]),
         "largest angle [deg]": math.degrees(float(replayed.angle.max())),
     }
+
     breaches: list[Breach] = []
     limited = [
         (extremes["peak-force"], "rope force", "N", drive.force),

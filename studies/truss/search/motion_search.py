@@ -393,8 +393,9 @@ class Search:
 
     def _later_stages(self, statement: Statement, solution: Solution) -> Solution:
         """Later objectives, each with the earlier ones held; never a loss."""
-        weights, rough = self._weights(), statement.roughness
-        rough = 0.0 if rough is None else rough
+        weights = self._weights()
+        rough = 0.0 if statement.roughness is None else statement.roughness
+
         found = solve_lexicographic(
             statement.problem(),
             statement.stages,

@@ -24,8 +24,8 @@ from studies.truss.limits.feasibility import end_forces
 from studies.truss.problem import Statement
 from studies.truss.quantities import OBJECTIVES
 
-# Share of the peak that the roughness may have in what is minimised. What it adds to the peak is
-# only a part of that: the rest is what the smoothest motion of the least peak would pay, too.
+# Share of the peak that the roughness may have in what is minimised. It is no bound on what the
+# roughness adds to the peak: an optimum that is rougher than what was found would pay more.
 SHARE = 2e-5
 
 # The same of the work, which tells one slow motion from another so little that less is enough.
