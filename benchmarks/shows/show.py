@@ -25,6 +25,7 @@ SHOWS = {
     "factored-force": "benchmarks.shows.factored_force",
     "drive-table": "benchmarks.shows.drive_table",
     "drive-points": "benchmarks.shows.drive_points",
+    "families": "benchmarks.shows.families.show",
 }
 
 

@@ -1,0 +1,87 @@
+"""Families: both statements of a benchmark are the benchmark's; what is said of an answer."""
+
+import math
+
+import numpy as np
+import pytest
+
+from benchmarks.shows.families.engine_problem import problem_of
+from benchmarks.shows.families.plain import DEGREE, Plain, crude_start, radau
+from benchmarks.shows.families.show import _kind, compared, question
+from benchmarks.shows.families.variant import Variant, catalogue
+from ocp import solve
+from studies.benchmarks.problems import CATALOGUE
+
+# what 200 plain intervals of degree 3 are off by: hardly anything where all is smooth, a part of a
+# switch's interval where not, and more where terrain and stiffness need a finer mesh
+PLAIN = {"alp_rider": 2e-2, "hypersensitive_50": 1e-4}
+SENSE = {"goddard_vmax": -1, "shuttle": -1, "goddard_betts_3ph": -1}  # those that are maximised
+
+
+def test_the_points_are_those_of_radau() -> None:
+    points, slopes, weights = radau()
+    # (4 -+ sqrt 6)/10 and 1: Hairer and Wanner, Solving Ordinary Differential Equations II, IV.5
+    assert points == pytest.approx([(4 - math.sqrt(6)) / 10, (4 + math.sqrt(6)) / 10, 1])
+    nodes = np.concatenate([[0], points])
+    for power in range(2 * DEGREE - 1):
+        assert weights @ points**power == pytest.approx(1 / (power + 1))
+    for power in range(1, DEGREE + 1):
+        assert nodes**power @ slopes == pytest.approx(power * points ** (power - 1))
+
+
+def test_every_benchmark_has_a_family() -> None:
+    assert list(catalogue()) == list(CATALOGUE)
+    for name in catalogue():
+        varied = Variant.nominal(name).stated["vary"]
+        nominal = Variant.nominal(name).numbers
+        for key, (_, low, high) in varied.items():
+            assert (
+                Variant.nominal(name).value(low)
+                <= nominal[key]
+                <= Variant.nominal(name).value(high)
+            )
+
+
+def test_a_question_can_be_asked_again() -> None:
+    assert question(3, 17) == question(3, 17)
+    assert question(3, 17)["problem"] == list(catalogue())[2]
+    assert question(3, 17)["numbers"] != question(3, 32)["numbers"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", list(catalogue()))
+def test_plain_and_engine_state_the_benchmark(name: str) -> None:
+    variant, benchmark = Variant.nominal(name), CATALOGUE[name]()
+    value = Plain(variant, 200).solve(crude_start(variant)).objective
+    wanted = SENSE.get(name, 1) * benchmark.optimum
+    assert value == pytest.approx(wanted, rel=PLAIN.get(name, 1e-5))
+    if name != "shuttle":  # longitude has no effect there: the engine warns, and the show says why
+        found = solve(problem_of(variant, True)).objective
+        assert found == pytest.approx(wanted, rel=2 * benchmark.tolerance)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("index", range(15))
+def test_no_draw_of_any_family_is_wrong_and_called_right(index: int) -> None:
+    drawn = Variant.drawn(question(100, index)["problem"], np.random.default_rng([100, index]))
+    row = compared(drawn, random_starts=0)
+    assert all(own["kind"] in ("right", "none exists") for own in row["answers"].values())
+
+
+def test_an_answer_is_judged_by_what_the_plain_collocation_finds() -> None:
+    jerk = Variant.nominal("peak_accel_jerk")
+    assert not jerk.proven_without_motion
+    far = Variant(jerk.name, jerk.stated, {**jerk.numbers, "distance": 1.6})
+    assert far.proven_without_motion  # 6 * 2^3/32 = 1.5 m is the farthest
+
+    def kind(variant: Variant, value: float | None, *plain: float) -> str:
+        return _kind(variant, {"value": value}, plain, min(plain, default=math.nan), 1e-3)
+
+    assert kind(jerk, 1.0, 1.0005, 2.0) == "right"
+    assert kind(jerk, 2.0, 1.0, 2.0) == "other optimum"
+    assert kind(jerk, 1.5, 1.0, 2.0) == "wrong"
+    assert kind(jerk, 0.9, 1.0, 2.0) == "wrong"
+    assert kind(jerk, None, 1.0) == "honest failure"
+    assert kind(jerk, None) == "none found"
+    assert kind(far, None) == "none exists"
+    assert kind(far, 1.0, 1.0) == "wrong"
