@@ -211,9 +211,10 @@ def _first_states(
         key = (phase.name, state.name)
         row = np.full(_DRAWS, float(guessed[state.name][0]))
         if before:
-            earlier = problem.phases[len(before) - 1]
-            if state in earlier.states:
-                row = before[-1].states[-1, earlier.states.index(state)]
+            # by name: symbols that are compared make a relation
+            earlier = [s.name for s in problem.phases[len(before) - 1].states]
+            if state.name in earlier:
+                row = before[-1].states[-1, earlier.index(state.name)]
         elif key in parameters.initial_values:
             row = np.clip(row, *parameters.initial_values[key])
         rows.append(row)

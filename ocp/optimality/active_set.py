@@ -154,16 +154,22 @@ def acting_intervals(iterate: Iterate) -> tuple[Flags, ...]:
     phases = transcription.columns.phases
     forces = [np.zeros(phase.intervals) for phase in phases]
 
+    # Where no limit acts at all, the largest multiplier is what the barrier leaves, too.
+    distances = limit_distances(iterate)
+    touched = np.minimum(distances.lower, distances.upper) <= TOUCHED
+    of_rows, of_columns = np.split(touched, [iterate.row_multipliers.size])
+
     # rows of paths and peaks
+    pushes = np.where(of_rows, np.abs(iterate.row_multipliers), 0.0)
     for index, (force, rows) in enumerate(zip(forces, transcription.rows.phases, strict=True)):
         for path in rows.path:
             if transcription.constraints[index][path.constraint].of_controls:
                 continue
-            np.maximum.at(force, path.intervals, np.abs(iterate.row_multipliers[path.rows]))
+            np.maximum.at(force, path.intervals, pushes[path.rows])
 
     # bounds of the states; multipliers of fixed ones are no densities in time
     lower, upper = iterate.limits.columns
-    bounds = np.where(lower < upper, np.abs(iterate.bound_multipliers), 0.0)
+    bounds = np.where((lower < upper) & of_columns, np.abs(iterate.bound_multipliers), 0.0)
     for force, phase in zip(forces, phases, strict=True):
         for group in phase.groups:
             held = bounds[group.support].max(axis=(1, 2))

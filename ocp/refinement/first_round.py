@@ -5,6 +5,9 @@ where the violation of the constraints cannot be made smaller by small changes. 
 the problem. Here the solver starts anew: with the barrier that strays less, and from motions that
 are simulated under controls drawn at random (`ocp.mesh.simulated_guess`). The best of the first few
 that it finds is the answer of the round. The draws are the same in every run.
+
+Controls of a few intervals may also be too coarse for any motion, where the limits leave little
+room. So the same is tried on a finer mesh.
 """
 
 from __future__ import annotations
@@ -17,6 +20,7 @@ from math import inf
 import numpy as np
 
 from ocp.mesh.initial_guess import initial_guess
+from ocp.mesh.mesh import Mesh, uniform
 from ocp.mesh.simulated_guess import simulated_guesses
 from ocp.nlp.failures import counted
 from ocp.nlp.result import NlpResult
@@ -30,6 +34,11 @@ _PATIENCE = 300
 _GUESSES = 8
 _ANSWERS = 3
 
+# Times as many intervals where a mesh has led to nothing, and the most that such a mesh may have.
+# Controls of so many pieces are within a percent of any that switches now and then.
+_FINER = 4
+_FINEST = 400
+
 # outcomes after which another start may do better, the last one if the run was long
 _HOPEFUL = {"infeasible", "failed", "budget"}
 
@@ -40,8 +49,8 @@ def sought(
     solver: NlpSolver,
     failed: NlpResult,
     rounds: Sequence[MeshIteration],
-) -> NlpResult:
-    """The first mesh from other starts; the failed result where none of them leads to an answer.
+) -> tuple[Transcription, NlpResult]:
+    """The first mesh from other starts, then a finer one; what failed where none leads anywhere.
 
     Parameters
     ----------
@@ -52,12 +61,40 @@ def sought(
     rounds : sequence of MeshIteration
         Before this one.
     """
-    limits, answers = program.limits(meshes.parameters), list[NlpResult]()
-    free, equations = counted(limits)
+    free, equations = counted(program.limits(meshes.parameters))
     short = failed.outcome == "budget" and failed.iterations < _PATIENCE
     if failed.outcome not in _HOPEFUL or short or equations > free:
-        return failed
+        return program, failed
 
+    result = _from_other_starts(meshes, program, solver, failed, rounds)
+    finer = _finer(meshes, program.mesh)
+    if result.outcome not in _HOPEFUL or finer is None:
+        return program, result
+
+    again = meshes.first_program(None, finer)
+    second = _from_other_starts(meshes, again, solver, result, rounds)
+    solved = second.outcome in ("solved", "interrupted")
+    return again if solved else program, second
+
+
+def _finer(meshes: MeshSolver, mesh: Mesh) -> Mesh | None:
+    """A mesh of `_FINER` times as many intervals, if the mesh may change and be that fine."""
+    policy = meshes.settings.refinement
+    if not policy.adapts or _FINER * mesh.intervals > _FINEST:
+        return None
+    phases = tuple(uniform(_FINER * p.intervals, int(p.degrees.max())) for p in mesh.phases)
+    return Mesh(phases)
+
+
+def _from_other_starts(
+    meshes: MeshSolver,
+    program: Transcription,
+    solver: NlpSolver,
+    failed: NlpResult,
+    rounds: Sequence[MeshIteration],
+) -> NlpResult:
+    """The best answer of one program from other starts, or what failed before."""
+    limits, answers = program.limits(meshes.parameters), list[NlpResult]()
     before, iterations, seconds = iterations_of(rounds), failed.iterations, failed.seconds
     for choice, point in _attempts(meshes, program, solver, limits):
         if meshes.budget.spent(before + iterations):

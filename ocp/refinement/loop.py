@@ -123,7 +123,7 @@ def _refine(
         solver = meshes.rough_solver if loose else asked
         result = meshes.solve(program, start, solver, rounds)
         if result.outcome != "solved" and start is None and not solved:
-            result = sought(meshes, program, solver, result, rounds)
+            program, result = sought(meshes, program, solver, result, rounds)
 
         if result.outcome == "solved":
             last = meshes.examined(program, result, tight=solver is asked, finer=finer)
