@@ -14,7 +14,7 @@ from studies.common.exit_codes import StudyError
 Question = Mapping[str, Any]  # as JSON holds it
 Row = Mapping[str, Any]
 
-# One line a show: its name, and the module that has what a `Show` has.
+# One line a show: its name, and the module, or the object of a module, that has what a `Show` has.
 SHOWS = {
     "arm-exports": "benchmarks.shows.arm_exports",
     "arm-random": "benchmarks.shows.arm_random",
@@ -25,7 +25,11 @@ SHOWS = {
     "factored-force": "benchmarks.shows.factored_force",
     "drive-table": "benchmarks.shows.drive_table",
     "drive-points": "benchmarks.shows.drive_points",
-    "families": "benchmarks.shows.families.show",
+    "engine-families": "benchmarks.shows.engine.families",
+    "engine-headings": "benchmarks.shows.engine.stated:HEADINGS",
+    "engine-singular": "benchmarks.shows.engine.stated:SINGULAR",
+    "engine-swings": "benchmarks.shows.engine.stated:SWINGS",
+    "engine-shared": "benchmarks.shows.engine.stated:SHARED",
 }
 
 
@@ -67,4 +71,6 @@ def show(name: str) -> Show:
     """
     if name not in SHOWS:
         raise StudyError(f"there is no show {name!r}; {closest(name, SHOWS)}")
-    return cast(Show, importlib.import_module(SHOWS[name]))
+    module, _, attribute = SHOWS[name].partition(":")
+    found = importlib.import_module(module)
+    return cast(Show, getattr(found, attribute) if attribute else found)

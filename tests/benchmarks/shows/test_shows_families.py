@@ -5,10 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks.shows.families.engine_problem import problem_of
-from benchmarks.shows.families.plain import DEGREE, Plain, crude_start, radau
-from benchmarks.shows.families.show import _kind, compared, question
-from benchmarks.shows.families.variant import Variant, catalogue
+from benchmarks.shows.engine.comparison import Reference, _kind, compared
+from benchmarks.shows.engine.engine_problem import problem_of
+from benchmarks.shows.engine.families import question
+from benchmarks.shows.engine.plain import DEGREE, Plain, crude_start, radau
+from benchmarks.shows.engine.variant import Variant, catalogue
 from ocp import solve
 from studies.benchmarks.problems import CATALOGUE
 
@@ -64,7 +65,7 @@ def test_plain_and_engine_state_the_benchmark(name: str) -> None:
 @pytest.mark.parametrize("index", range(15))
 def test_no_draw_of_any_family_is_wrong_and_called_right(index: int) -> None:
     drawn = Variant.drawn(question(100, index)["problem"], np.random.default_rng([100, index]))
-    row = compared(drawn, random_starts=0)
+    row = compared(drawn, Reference(random_starts=0))
     assert all(own["kind"] in ("right", "none exists") for own in row["answers"].values())
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any
 
-from benchmarks.shows.families.variant import Variant, evaluated
+from benchmarks.shows.engine.variant import Variant, evaluated
 from ocp import (
     TIME,
     Between,

@@ -1,8 +1,7 @@
-"""The show "families": random variants of the fifteen benchmarks beside a plain collocation.
+"""An answer of the engine beside those of the plain collocation, and what that makes of it.
 
-Case `15 k + i` is draw k of problem i. The engine solves it with its defaults, from a crude guess
-and from none. A plain collocation on 200 intervals (`plain.py`) solves it from several starts, and
-from the engine's answers. What the engine says is then one of these:
+The plain collocation (`plain.py`) solves a problem from several starts, and from where the engine
+ended. What the engine says is then one of these:
 
 right               no start of the plain collocation is better, and one of them agrees
 other optimum       the plain collocation stays there, but knows a better one
@@ -17,62 +16,56 @@ from __future__ import annotations
 import math
 import time
 import warnings
-from collections import Counter
 from collections.abc import Sequence
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from benchmarks.shows.families.engine_problem import problem_of
-from benchmarks.shows.families.plain import Plain, Start, crude_start
-from benchmarks.shows.families.variant import Variant, catalogue
-from benchmarks.shows.show import Question, Row
-from ocp import Settings, Solution, audit, solve
+from benchmarks.shows.engine.engine_problem import problem_of
+from benchmarks.shows.engine.plain import Plain, Start, crude_start
+from benchmarks.shows.engine.variant import Variant
+from ocp import Settings, Solution, audit, certify, solve
 from ocp.errors import OcpError, StatementWarning
-from studies.common.console import Table, number
-
-LINE = "random variants of the fifteen benchmarks beside a plain collocation"
-LIMIT = 900.0  # [s]
+from studies.common.console import number
 
 SECONDS = 120.0  # that the engine has for one answer
-INTERVALS = 200
-RANDOM_STARTS = 3
 AUDITED = 8  # starts where another optimum was found
 # Relative difference of two values of one optimum: this, or three times what halving the plain
 # mesh changes, whichever is more.
 SAME, COARSER = 1e-5, 3.0
 GUESSES = ("crude", "none")
 KINDS = ("right", "other optimum", "honest failure", "none found", "none exists", "wrong")
+HEAD = ("guess", "kind", "value", "plain", "rounds", "its", "CPU [s]", "not certified", "words")
 
 
-def question(seed: int, index: int) -> Question:
-    """Draw the numbers of a variant."""
-    names = list(catalogue())
-    name, draw = names[index % len(names)], index // len(names)
-    variant = Variant.drawn(name, np.random.default_rng([seed, index]))
-    return {"problem": name, "draw": draw, "numbers": dict(variant.numbers), "drawn": [seed, index]}
+@dataclass(frozen=True)
+class Reference:
+    """What an answer is held against.
+
+    Attributes
+    ----------
+    intervals : of the plain collocation.
+    random_starts : beside the crude one and the engine's answers.
+    """
+
+    intervals: int = 200
+    random_starts: int = 3
 
 
-def answer(question: Question, folder: Path) -> Row:
-    """Solve it both ways and compare."""
-    del folder
-    return compared(Variant.drawn(question["problem"], np.random.default_rng(question["drawn"])))
-
-
-def compared(variant: Variant, random_starts: int = RANDOM_STARTS) -> dict[str, Any]:
+def compared(variant: Variant, reference: Reference) -> dict[str, Any]:
     """The answers of the engine beside those of the plain collocation."""
-    plain, half = Plain(variant, INTERVALS), Plain(variant, INTERVALS // 2)
+    plain, half = (Plain(variant, reference.intervals // part) for part in (1, 2))
     starts = {"crude": crude_start(variant)} | {
         f"random {k}": crude_start(variant, np.random.default_rng(k))
-        for k in range(1, random_starts + 1)
+        for k in range(1, reference.random_starts + 1)
     }
     values = {name: plain.solve(start).objective for name, start in starts.items()}
     coarse = {"crude": half.solve(starts["crude"]).objective}
 
     answers: dict[str, dict[str, Any]] = {}
     for guess in GUESSES:
-        answers[guess], solution = _by_engine(variant, guess)
+        answers[guess], solution = by_engine(variant, guess, Settings(seconds=SECONDS))
         if solution is not None:
             start = _start_from(solution)
             values[f"engine, {guess}"] = plain.solve(start, close=True).objective
@@ -91,21 +84,25 @@ def compared(variant: Variant, random_starts: int = RANDOM_STARTS) -> dict[str, 
     return {
         "best": None if math.isnan(best) else best,
         "same": same,
+        "change": change,
         "plain": {k: None if math.isnan(v) else v for k, v in values.items()},
         "answers": answers,
     }
 
 
-def _by_engine(variant: Variant, guess: str) -> tuple[dict[str, Any], Solution | None]:
+def by_engine(
+    variant: Variant, guess: str, settings: Settings
+) -> tuple[dict[str, Any], Solution | None]:
+    """What the engine says, and its solution if there is one."""
     begin = time.process_time()
-    row: dict[str, Any] = {"value": None, "words": "", "rounds": 0, "iterations": 0}
+    row: dict[str, Any] = {"value": None, "words": "", "rounds": 0, "iterations": 0, "open": ""}
     solution = None
     try:
         with warnings.catch_warnings():
             # a state that nothing depends on is stated as the benchmark has it
             warnings.simplefilter("ignore", StatementWarning)
             problem = problem_of(variant, guess == "crude")
-            solution = solve(problem, settings=Settings(seconds=SECONDS))
+            solution = solve(problem, settings=settings)
     except OcpError as error:
         row["words"] = f"{type(error).__name__}: {error}"
     else:
@@ -115,7 +112,10 @@ def _by_engine(variant: Variant, guess: str) -> tuple[dict[str, Any], Solution |
             "rounds": len(solution.mesh_iterations),
             "iterations": sum(entry.iterations for entry in solution.mesh_iterations),
         }
-    return {**row, "processor": time.process_time() - begin}, solution
+    row["processor"] = time.process_time() - begin
+    if solution is not None:
+        row["open"] = ", ".join(c.name for c in certify(solution).checks if not c.passed)
+    return row, solution
 
 
 def _start_from(solution: Solution) -> Start:
@@ -151,52 +151,20 @@ def _audited(variant: Variant, guess: str, best: float, same: float) -> bool:
     return found.best.objective <= best + same
 
 
-def tables(rows: Sequence[Row]) -> list[Table]:
-    """Each answer in a row, how many are of each kind, and the median effort of each problem."""
-    head = (
-        "case",
-        "problem",
-        "guess",
-        "kind",
-        "value",
-        "plain",
-        "rounds",
-        "its",
-        "CPU [s]",
-        "words",
-    )
-    cells = [line for row in rows for line in _cells(row)]
-    answered = [row for row in rows if not row["failure"]]
-
-    counts = []
-    for guess in GUESSES:
-        kinds = Counter(row["answers"][guess]["kind"] for row in answered)
-        counts.append((guess, *(str(kinds[kind]) for kind in KINDS), str(len(answered))))
-    notes = tuple(
-        f"another optimum that an audit of {AUDITED} starts resolves, guess {guess}: "
-        f"{sum(bool(row['answers'][guess]['audited']) for row in answered)}"
-        for guess in GUESSES
-    )
-    return [
-        Table("Variants of the benchmarks", head, cells),
-        Table("What the answers are", ("guess", *KINDS, "cases"), counts, notes),
-    ]
-
-
-def _cells(row: Row) -> list[tuple[str, ...]]:
+def cells(row: Any) -> list[tuple[str, ...]]:
+    """A line of a table for each guess, below `HEAD`."""
     if row["failure"]:
-        return [(str(row["index"]), row["problem"], *7 * ("-",), row["failure"][:60])]
+        return [("-",) * (len(HEAD) - 1) + (row["failure"][:60],)]
     return [
         (
-            str(row["index"]),
-            row["problem"],
             guess,
             own["kind"] if own["kind"] != "wrong" else "WRONG",
-            number(own["value"], 8),
-            number(row["best"], 8),
+            number(own["value"], 9),
+            number(row["best"], 9),
             str(own["rounds"]),
             str(own["iterations"]),
             f"{own['processor']:.1f}",
+            own["open"],
             own["words"][:90],
         )
         for guess, own in row["answers"].items()

@@ -1,4 +1,4 @@
-"""Variants of the problems in `problems.toml`: numbers drawn at random, expressions evaluated."""
+"""Problems of the files in `problems/`: numbers drawn at random, expressions evaluated."""
 
 from __future__ import annotations
 
@@ -12,12 +12,14 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-FILE = Path(__file__).with_name("problems.toml")
+FOLDER = Path(__file__).with_name("problems")
+FAMILIES = "families"
 
 _FUNCTIONS: dict[str, Any] = {
     "sin": ca.sin,
     "cos": ca.cos,
     "exp": ca.exp,
+    "log": ca.log,
     "sqrt": ca.sqrt,
     "pi": math.pi,
 }
@@ -31,9 +33,9 @@ def evaluated(expression: Any, names: Mapping[str, Any]) -> Any:
     return expression
 
 
-def catalogue() -> dict[str, Any]:
-    """What the file says of each problem, by name."""
-    return tomllib.loads(FILE.read_text("utf-8"))
+def catalogue(file: str = FAMILIES) -> dict[str, Any]:
+    """What a file says of each problem, by name."""
+    return tomllib.loads((FOLDER / f"{file}.toml").read_text("utf-8"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,10 +59,10 @@ class Variant:
     samples: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
     @classmethod
-    def nominal(cls, name: str) -> Variant:
+    def nominal(cls, name: str, file: str = FAMILIES) -> Variant:
         """The problem as it is known."""
-        stated = catalogue()[name]
-        numbers = {key: _number(entry[0]) for key, entry in stated["vary"].items()}
+        stated = catalogue(file)[name]
+        numbers = {key: _number(entry[0]) for key, entry in stated.get("vary", {}).items()}
         samples = {k: v for k, v in stated.get("samples", {}).items() if k != "scatter"}
         return cls(name, stated, numbers, samples)
 

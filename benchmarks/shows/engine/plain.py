@@ -20,7 +20,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.polynomial.legendre import Legendre
 
-from benchmarks.shows.families.variant import Variant, evaluated
+from benchmarks.shows.engine.variant import Variant, evaluated
 
 DEGREE = 3
 ITERATIONS = 600
