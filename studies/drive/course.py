@@ -1,4 +1,4 @@
-"""The position that a drive has to follow: rope hauled in, or the angle of a joint, over time."""
+"""The position that a drive has to follow over time: rope, turn of a drum, or angle of a joint."""
 
 from __future__ import annotations
 
@@ -20,12 +20,14 @@ from models.truss import (
     slider_distance_slope,
 )
 from ocp.arrays import Array
+from studies.drive.drum import Drum
 
 JUMP = 1e-3  # of the peak: a step of jerk or acceleration that is a switch, not a mesh point
 SAMPLES = 4001  # of a course, for its peaks
 ANGLE_STEP = 1e-4  # [rad], half width of the difference that gives a third derivative to 1e-8
 TENSION_STEP = 1e-6  # of the duration: half width of the difference that gives a tension's rate
 
+DRUM = "drum"  # the signal of a course that is the turn of a drum
 PREDICTED = "predicted angle: the motion was found for a torque, and its angle follows the model"
 
 
@@ -35,7 +37,7 @@ class Course:
 
     Attributes
     ----------
-    signal : what moves, such as "rope" or "elbow".
+    signal : what moves, such as "rope", "drum" or "elbow".
     unit : "m" or "rad".
     duration : [s].
     switches : times from 0 to the duration between which the third derivative is smooth [s].
@@ -183,6 +185,35 @@ def switch_times(law: Law) -> tuple[float, ...]:
     largest = max(float(np.abs(row).max(initial=0.0)) for row in (after, before))
     kept = inner[np.abs(after - before) > JUMP * largest]
     return (0.0, *kept.tolist(), law.duration)
+
+
+def drum_course(course: Course, drum: Drum) -> Course:
+    """The turn of the drum that hauls a rope in as a course says.
+
+    Where a climb begins or ends the drum's acceleration jumps: these times are switches, too.
+    """
+    from scipy.optimize import brentq
+
+    first, last = course.derivatives(np.array([0.0, course.duration]))[0].tolist()
+    ends = sorted((first, last))
+    met = [
+        brentq(
+            lambda t, corner=corner: float(course.derivatives(np.array([t]))[0, 0]) - corner,
+            0.0,
+            course.duration,
+            xtol=1e-14 * course.duration,
+        )
+        for corner in drum.corners(ends[1])
+        if corner > ends[0]
+    ]
+    return Course(
+        signal=DRUM,
+        unit="rad",
+        duration=course.duration,
+        switches=tuple(sorted({*course.switches, *met})),
+        derivatives=lambda time: drum.turned(course.derivatives(time)),
+        note=course.note,
+    )
 
 
 def joint_course(

@@ -27,22 +27,36 @@ class ErrorConstants:
     jump : of a jump of the acceleration, that it adds to the acceleration.
     rounding : of a count over the step squared, that rounded positions add to the acceleration.
     position : of a count, that rounded positions add to the position.
+    rounded_speed : of a count over the step, that they add to the speed.
+    rounded_jerk : of a count over the step cubed, that they add to the jerk.
     """
 
     jerk: float
     jump: float
     rounding: float
     position: float
+    rounded_speed: float
+    rounded_jerk: float
 
 
 ERROR_CONSTANTS = {
     # of the second difference, not between the points
-    "linear": ErrorConstants(0.0, 0.0, 2.0, 0.5),
-    "hermite": ErrorConstants(8 / 27, 1.0, 6.0, 1.39),
-    "spline": ErrorConstants(4 / math.sqrt(27), 2.0, 6.0, 1.39),
-    "quintic": ErrorConstants(5 / 24, 1.0, 23.1, 1.44),
+    "linear": ErrorConstants(0.0, 0.0, 2.0, 0.5, 1.0, math.inf),
+    "hermite": ErrorConstants(8 / 27, 1.0, 6.0, 1.39, 3.0, 12.0),
+    "spline": ErrorConstants(4 / math.sqrt(27), 2.0, 6.0, 1.39, 3.0, 12.0),
+    "quintic": ErrorConstants(5 / 24, 1.0, 23.1, 1.44, 4.5, 240.0),
 }
-VELOCITY = 3.0  # of a rounded velocity's step over the step in time, in a cubic Hermite segment
+# of a rounded velocity's step: over the step in time, in a cubic Hermite segment, that it adds to
+VELOCITY = 3.0  # the acceleration,
+VELOCITY_JERK = 6.0  # and, over the step squared, the jerk
+PROJECTION = 2.18  # norm of the projection on quadratics: what a quintic makes of a jerk
+
+
+def jerk_gain(points: SetPoints, kind: str) -> float:
+    """How many times the peak jerk of a course an interpolation of exact points may have."""
+    if kind == "spline":  # two ends of a segment, whose accelerations are off by a step's worth
+        return 1.0 + 2 * ERROR_CONSTANTS[kind].jerk * points.longest / points.shortest
+    return {"hermite": 1.0, "quintic": PROJECTION}.get(kind, math.inf)
 
 
 def interpolated(points: SetPoints, kind: str) -> Any:

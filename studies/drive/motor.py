@@ -1,19 +1,15 @@
 """What a motor does for a rope: its speed and torque, and what its curve leaves of them.
 
 Symbols: s [m] rope hauled in, v [m/s] its speed, F [N] its tension at the drum; r [m] radius of
-the drum at the rope's centre line; N gear ratio, eta efficiency.
+the drum at the rope's centre line, as `studies.drive.drum` has it; N gear ratio, eta efficiency.
 
     motor speed = N v / r        motor torque = F r / (N eta)
-
-A drum of several layers is taken as a spiral: w turns of a rope of diameter d raise the radius by
-d, so that r^2 = r0^2 + s d / (pi w). The steps of a real drum lie within d of that.
 
 Every function takes numbers, arrays or CasADi expressions.
 """
 
 from __future__ import annotations
 
-import math
 from itertools import pairwise
 from typing import Any
 
@@ -23,31 +19,19 @@ from ocp.arrays import Array
 from studies.drive.schema import Drive
 
 
-def drum_radius(drive: Drive, hauled: Any) -> Any:
-    """Radius r [m] when so much rope is on the drum."""
-    if drive.rope_diameter is None or drive.layer_turns is None:
-        return drive.radius
-    growth = drive.rope_diameter / (math.pi * drive.layer_turns)
-    return (drive.radius**2 + growth * hauled) ** 0.5
-
-
 def motor_speed(drive: Drive, speed: Any, hauled: Any) -> Any:
     """Speed of the shaft [rad/s]."""
-    return drive.gear_ratio * speed / drum_radius(drive, hauled)
+    return drive.gear_ratio * speed / drive.drum.radius_at(hauled)
 
 
 def motor_torque(drive: Drive, force: Any, hauled: Any) -> Any:
     """Torque of the shaft [N m], without that which the inertia of the motor itself takes."""
-    return force * drum_radius(drive, hauled) / (drive.gear_ratio * drive.efficiency)
+    return force * drive.drum.radius_at(hauled) / (drive.gear_ratio * drive.efficiency)
 
 
 def motor_turn(drive: Drive, travel: float) -> float:
     """Angle [rad] by which the shaft turns for a travel of rope."""
-    first = drive.radius
-    if drive.rope_diameter is None or drive.layer_turns is None:
-        return drive.gear_ratio * travel / first
-    growth = drive.rope_diameter / (math.pi * drive.layer_turns)  # integral of ds / r
-    return drive.gear_ratio * 2 * (float(drum_radius(drive, travel)) - first) / growth
+    return drive.gear_ratio * float(drive.drum.turn_at(travel))
 
 
 def rope_force_of(drive: Drive, torque: float) -> float:
@@ -67,7 +51,7 @@ def rope_force_at(drive: Drive, speed: Array, hauled: Array) -> list[Array]:
         corners = np.array(drive.torque_speed)
         curve = np.interp(speed, *corners.T)
         torques.append(np.where(speed > corners[-1, 0], 0.0, curve))
-    leverage = drive.gear_ratio * drive.efficiency / drum_radius(drive, hauled)
+    leverage = drive.gear_ratio * drive.efficiency / drive.drum.radius_at(hauled)
     return [torque * leverage for torque in torques]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
 from collections.abc import Mapping
@@ -22,6 +23,7 @@ from models.truss import (
 )
 from ocp.arrays import Array
 from studies.drive.course import Course, rope_slopes
+from studies.drive.drum import Drum
 from studies.drive.interpolation import (
     ERROR_CONSTANTS,
     AccelerationBound,
@@ -100,6 +102,14 @@ def played(course: Course, points: SetPoints, drive: Drive, kind: str | None = N
     time = _samples(output.edges, FINEST / loop.frequency)
     most = filtered_bound(course, points, kind, loop)
     return Playback(time, output.derivatives(time), raw, bound, most, end)
+
+
+def hauled(played: Playback, drum: Drum) -> Playback:
+    """The same with the motion of the rope, of a table that turns a drum.
+
+    What is said of the table itself stays that of the drum's turn.
+    """
+    return dataclasses.replace(played, motion=drum.hauled(played.motion))
 
 
 def loop_of(drive: Drive) -> Loop | None:

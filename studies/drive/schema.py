@@ -23,6 +23,7 @@ from studies.common.configuration import (
     whole,
 )
 from studies.common.exit_codes import StudyError
+from studies.drive.drum import Drum
 
 INTERPOLATIONS = ("hold", "linear", "hermite", "spline", "quintic")
 FEWEST_COUNTS = 100.0  # over the travel: fewer resolve no motion worth optimising
@@ -36,6 +37,14 @@ def _efficiency(name: str, value: Any) -> float:
     if share > 1.0:
         raise StudyError(f"{name} is {share:g}; give a part of at most 1, such as 0.8")
     return share
+
+
+def _layer_turns(name: str, value: Any) -> float:
+    """A number of at least one: within its last turn a layer climbs to the next."""
+    turns = positive(name, value)
+    if turns < 1.0:
+        raise StudyError(f"{name} is {turns:g}; a layer has at least 1 turn, which is a spiral")
+    return turns
 
 
 def _corners(name: str, value: Any) -> Corners:
@@ -70,7 +79,7 @@ class Drive:
     ----------
     drum_radius : at the rope's centre line in the first layer [m]; a joint has no drum.
     rope_diameter : by which the radius grows from layer to layer [m]; none is one layer alone.
-    layer_turns : turns of rope in one layer.
+    layer_turns : turns of rope in one layer, at least 1; on its last one the rope climbs.
     gear_ratio : turns of the motor a turn of the drum or joint.
     efficiency : of gear and drum, the part of the motor's power that reaches the rope.
     counts : of the encoder a turn of the drum or joint; None is a position that is not rounded.
@@ -100,7 +109,9 @@ class Drive:
     rope_diameter: float | None = optional_key(
         positive, "m", "by which the radius grows from layer to layer; none: one layer"
     )
-    layer_turns: float | None = optional_key(positive, "", "turns of rope in one layer")
+    layer_turns: float | None = optional_key(
+        _layer_turns, "", "turns of rope in one layer, at least 1; on the last one the rope climbs"
+    )
     gear_ratio: float = key(
         positive, "", "turns of the motor a turn of the drum or joint", default=1.0
     )
@@ -154,6 +165,12 @@ class Drive:
                 raise StudyError(
                     f"drive.{name} is stated without a drum; add drum_radius in metres to the drive"
                 )
+        if self.rope_diameter is not None and self.rope_diameter > 2 * self.radius:
+            raise StudyError(
+                f"drive.rope_diameter is {self.rope_diameter:g} m, but drive.drum_radius "
+                f"{self.radius:g} m is measured to the rope's centre line; give a radius of at "
+                "least half the diameter"
+            )
 
     def count(self, unit: str) -> float | None:
         """What one count is [m of rope, or rad of a joint]; None if positions are not rounded.
@@ -169,8 +186,8 @@ class Drive:
             return 2 * math.pi / self.counts
         if self.rope_diameter is not None:
             raise StudyError(
-                "drive.counts on a drum of several layers is not one length of rope; state the "
-                "encoder of a drum of one layer, or leave counts out and export lengths"
+                "drive.counts on a drum of several layers is not one length of rope; export the "
+                "drum's turn with --signal drum, or leave counts out"
             )
         return 2 * math.pi * self.radius / self.counts
 
@@ -183,6 +200,13 @@ class Drive:
                 "add drum_radius in metres to the drive"
             )
         return self.drum_radius
+
+    @property
+    def drum(self) -> Drum:
+        """Of each rope; StudyError where its radius is not stated."""
+        if self.rope_diameter is None or self.layer_turns is None:
+            return Drum(self.radius)
+        return Drum(self.radius, self.rope_diameter, self.layer_turns)
 
     @property
     def natural_frequency(self) -> float | None:

@@ -12,6 +12,8 @@ from ocp.arrays import Array
 from studies.common.exit_codes import StudyError
 from studies.drive.course import Course
 
+CLOSEST = 0.5  # of an even segment, between two switches of a rounded table
+
 
 @dataclass(frozen=True, eq=False)
 class SetPoints:
@@ -67,7 +69,11 @@ def uniform_times(course: Course, step: float) -> Array:
 
 
 def switch_point_times(
-    course: Course, segments: int, grid: float | None = None, longest: float | None = None
+    course: Course,
+    segments: int,
+    grid: float | None = None,
+    longest: float | None = None,
+    rounded: bool = False,
 ) -> Array:
     """Times on all switches, with as many segments in all, shared out by length.
 
@@ -76,6 +82,9 @@ def switch_point_times(
     segments : the most segments.
     grid : whole multiple of which each time has to be [s], as of a controller's sample.
     longest : the longest segment [s].
+    rounded : whether positions are. Then a switch closer than `CLOSEST` to the one before gets no
+        time of its own: what rounding adds grows with the square of a short segment, and more than
+        what such a switch inside of a segment costs.
 
     Raises
     ------
@@ -83,6 +92,8 @@ def switch_point_times(
         If the switches alone need more segments, or none may be as long as they would have to be.
     """
     edges = np.array(course.switches)
+    if rounded and edges.size <= segments + 1:
+        edges = _apart(edges, CLOSEST * course.duration / segments)
     if grid is not None:
         edges = grid * np.rint(edges / grid)
         edges[-1] = grid * math.ceil(course.duration / grid - 1e-9)
@@ -105,6 +116,15 @@ def switch_point_times(
             f"a buffer of {math.ceil(course.duration / longest) + lengths.size} would do"
         )
     return times
+
+
+def _apart(edges: Array, closest: float) -> Array:
+    """The first edge, the last one, and of those between what is no closer to its neighbours."""
+    kept = [float(edges[0])]
+    for edge in edges[1:-1].tolist():
+        if edge - kept[-1] >= closest and edges[-1] - edge >= closest:
+            kept.append(edge)
+    return np.array([*kept, float(edges[-1])])
 
 
 def _shares(lengths: Array, segments: int) -> list[int]:

@@ -25,6 +25,7 @@ FORMATS = (
     *("codesys-x", "codesys-xy", "codesys-xyva", "beckhoff", "sew", "sew-spline", "ethercat"),
     *("segments", "c99"),
 )
+ROUNDS = 3  # of optimising again inside lower limits
 RECORD = ".record.json"  # behind the name of the file that it belongs to
 
 
@@ -56,7 +57,9 @@ def _add_points(parser: argparse.ArgumentParser) -> None:
         "--drive", type=Path, metavar="FILE", help="drive.toml; or [drive] of the study's own file"
     )
     parser.add_argument(
-        "--signal", metavar="NAME", help="rope (default) or angle; of an arm, root or elbow"
+        "--signal",
+        metavar="NAME",
+        help="rope, drum (default with several layers) or angle; of an arm, root or elbow",
     )
     parser.add_argument(
         "--motion", metavar="NAME", help="of several motions of an arm, such as 'beside Bezier'"
@@ -72,7 +75,11 @@ def _add_writing(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--separator", metavar="SIGN", default=",", help="of CSV cells: , ; or tab")
     parser.add_argument("--decimal", metavar="SIGN", default=".", help="of CSV decimals: . or ,")
     parser.add_argument("--no-header", action="store_true", help="CSV of numbers alone")
-    parser.add_argument("--error", metavar="E", help="of polynomial segments [m or rad]; 1e-9")
+    parser.add_argument(
+        "--error",
+        metavar="E",
+        help="of polynomial segments [m or rad]; 1e-9, of rope on a drum, too",
+    )
     parser.add_argument(
         "--real", choices=("double", "float"), default="double", help="numbers of c99"
     )
@@ -149,16 +156,25 @@ def _drive(result: Result, options: argparse.Namespace) -> tuple[Drive, bool]:
 
 
 def _course(source: Source, drive: Drive, options: argparse.Namespace) -> Course:
-    """The whole motion, or its stop, or what follows the stop; between the drive's dwells."""
-    from studies.drive.course import with_dwells
+    """The whole motion, or its stop, or what follows the stop; between the drive's dwells.
+
+    Rope on a drum of several layers is no multiple of the drum's turn. What is exported is the
+    turn then, unless the user names a signal.
+    """
+    from studies.drive.course import DRUM, drum_course, with_dwells
     from studies.drive.stopping import resume_course, stop_course
 
-    course = source.course(options.signal, drive)
+    layered = drive.rope_diameter is not None and source.truss is not None
+    signal = options.signal or (DRUM if layered else None)
+    hauling = signal == DRUM and source.truss is not None
+    course = source.course("rope" if hauling else signal, drive)
     within = _positive("--stop-within", options.stop_within)
     if options.stop_at is not None:
         course = stop_course(course, _number("--stop-at", options.stop_at), drive, within)
     elif options.resume_at is not None:
         course = resume_course(course, _number("--resume-at", options.resume_at), drive, within)
+    if hauling:
+        course = drum_course(course, drive.drum)
     return with_dwells(course, drive.start_dwell, drive.end_dwell)
 
 
@@ -171,24 +187,25 @@ def _table(
         return content, record
     if not options.within_limits:
         raise _refusal(record, "; --within-limits optimises the motion again inside the limits")
-    if source.truss is None or course.signal != "rope":
+    if source.truss is None or course.signal == "angle":
         raise _refusal(record, "; --within-limits is for the rope of a truss only")
 
     from studies.export.formats import TABLES, tabulated
     from studies.export.source import with_law
-    from studies.export.within_limits import law_within, lowered_limits
+    from studies.export.within_limits import law_within, lowered
 
     kind = TABLES[options.to].interpolation or drive.interpolation
-    points = tabulated(course, options.to, drive, _spacing(options))
-    limits = lowered_limits(course, points, drive, kind, source.truss)
-    console.progress(f"broken: {record.breaches[0].sentence}; optimising again")
-    source = with_law(source, law_within(source.result, limits))
+    for _ in range(ROUNDS):  # what a table adds depends on its motion
+        points = tabulated(course, options.to, drive, _spacing(options))
+        limits = lowered(course, points, drive, kind)
+        console.progress(f"broken: {record.breaches[0].sentence}; optimising again")
+        source = with_law(source, law_within(source.result, drive, limits))
 
-    course = _course(source, drive, options)
-    content, record = _written(source, course, drive, options)
-    if record.breaches:
-        raise _refusal(record, ", even after the motion was optimised inside the lowered limits")
-    return content, record
+        course = _course(source, drive, options)
+        content, record = _written(source, course, drive, options)
+        if not record.breaches:
+            return content, record
+    raise _refusal(record, ", even after the motion was optimised inside the lowered limits")
 
 
 def _written(
@@ -223,13 +240,15 @@ def _curve(
     source: Source, course: Course, drive: Drive, options: argparse.Namespace
 ) -> tuple[str, RoundTrip]:
     """Polynomial segments, played from their own values at the drive's period."""
-    from studies.drive.course import polynomial_course
+    from studies.drive.course import DRUM, polynomial_course
     from studies.drive.setpoints import sampled, uniform_times
     from studies.export import c99, polynomials
     from studies.export.round_trip import round_trip
 
     whole = not (_partial(options) or drive.start_dwell or drive.end_dwell)
-    error = _positive("--error", options.error) or polynomials.ERROR
+    error = _positive("--error", options.error)
+    if error is None:  # of a drum it is that of its rope
+        error = polynomials.ERROR / (drive.radius if course.signal == DRUM else 1.0)
     if options.signal == "angle" and source.law is not None and whole:
         segments = polynomials.exact_segments(source.law)
     else:

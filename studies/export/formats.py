@@ -32,6 +32,7 @@ class TableFormat:
     most : points that the device holds where the drive states no buffer; None is any number.
     sample : of which all times are multiples [s]; None is any time.
     segments : whether its limit is of segments, which are one fewer than the points.
+    holds : derivatives in it, the position among them: 1 is positions alone.
     """
 
     write: Callable[[SetPoints, Mapping[str, str], int], str]
@@ -42,6 +43,7 @@ class TableFormat:
     most: int | None = None
     sample: float | None = None
     segments: bool = False
+    holds: int = 2
 
 
 TABLES: Mapping[str, TableFormat] = {
@@ -56,16 +58,21 @@ TABLES: Mapping[str, TableFormat] = {
         sample=pvt.GALIL_SAMPLE,
         segments=True,
     ),
-    "codesys-x": TableFormat(cams.write_codesys_x, cams.read_codesys_x, None, even=True),
-    "codesys-xy": TableFormat(cams.write_codesys_xy, cams.read_codesys_xy, None),
-    "codesys-xyva": TableFormat(cams.write_codesys_xyva, cams.read_codesys_xyva, "quintic"),
-    "beckhoff": TableFormat(cams.write_beckhoff, cams.read_beckhoff, None),
-    "sew": TableFormat(cams.write_sew, cams.read_sew, None, most=cams.SEW_POINTS),
-    "sew-spline": TableFormat(cams.write_sew, cams.read_sew, "spline", most=cams.SEW_SPLINE_POINTS),
+    "codesys-x": TableFormat(cams.write_codesys_x, cams.read_codesys_x, None, even=True, holds=1),
+    "codesys-xy": TableFormat(cams.write_codesys_xy, cams.read_codesys_xy, None, holds=1),
+    "codesys-xyva": TableFormat(
+        cams.write_codesys_xyva, cams.read_codesys_xyva, "quintic", holds=3
+    ),
+    "beckhoff": TableFormat(cams.write_beckhoff, cams.read_beckhoff, None, holds=1),
+    "sew": TableFormat(cams.write_sew, cams.read_sew, None, most=cams.SEW_POINTS, holds=1),
+    "sew-spline": TableFormat(
+        cams.write_sew, cams.read_sew, "spline", most=cams.SEW_SPLINE_POINTS, holds=1
+    ),
     "ethercat": TableFormat(
-        fieldbus.write_ethercat, fieldbus.read_ethercat, None, even=True, counts=True
+        fieldbus.write_ethercat, fieldbus.read_ethercat, None, even=True, counts=True, holds=1
     ),
 }
+NEEDED = {"hermite": 2, "quintic": 3}  # derivatives at each point; of the others positions do
 FORMATS = (*COLUMNS, *TABLES, *CURVES)
 
 
@@ -102,6 +109,12 @@ def tabulated(course: Course, name: str, drive: Drive, spacing: Spacing) -> SetP
         If the device cannot hold the motion, or the encoder cannot resolve it.
     """
     form = TABLES[name]
+    kind = form.interpolation or drive.interpolation
+    if NEEDED.get(kind, 1) > form.holds:
+        raise StudyError(
+            f"drive.interpolation is {kind!r}, which needs velocities, but a table of {name} holds "
+            "positions alone; state spline, linear or hold, or export as pvt or codesys-xyva"
+        )
     count = drive.count(course.unit) if form.counts else None
     if count is not None:
         drive.check_travel(course.travel, course.unit)
@@ -139,4 +152,5 @@ def _times(
         return uniform_times(course, step)
     if segments is None:
         segments = max(1, round(course.duration / drive.period))
-    return switch_point_times(course, segments, form.sample, drive.longest_segment)
+    rounded = form.counts and drive.counts is not None
+    return switch_point_times(course, segments, form.sample, drive.longest_segment, rounded)

@@ -20,7 +20,7 @@ from studies.common.exit_codes import StudyError
 from studies.drive.course import Course
 
 DEGREE = 7  # of a segment that approximates
-ERROR = 1e-9  # [m or rad], unless another one is stated
+ERROR = 1e-9  # [m of rope, or rad of a joint], unless another one is stated
 MOST_HALVINGS = 30
 CHECKS = 64  # points of a segment at which its error is looked at
 

@@ -13,11 +13,12 @@ from models.errors import ModelError
 from models.truss import TrussParameters
 from studies.common.exit_codes import StudyError
 from studies.common.result import Result
-from studies.drive.course import Course
+from studies.drive.course import DRUM, Course
 from studies.drive.playback import (
     Playback,
     TrussPlayback,
     extremes_on_the_truss,
+    hauled,
     motor_peaks,
     on_the_truss,
     played,
@@ -108,10 +109,13 @@ def round_trip(
         If the motion leaves the reach of the mechanism.
     """
     output = played(course, points, drive, kind)
-    values = _of_the_rope(course, points, output)
-    replayed, breaches = None, _against_limits(output, drive, course.unit)
+    values, unit, replayed = _of_the_axis(course, points, output), course.unit, None
+    if course.signal == DRUM:
+        output, unit = hauled(output, drive.drum), "m"
+        values |= _of_the_rope(output)
+    breaches = _against_limits(output, drive, unit)
 
-    if truss is not None and course.signal == "rope":
+    if truss is not None and course.signal in ("rope", DRUM):
         try:
             replayed = on_the_truss(output.motion, truss)
         except ModelError as error:
@@ -124,7 +128,8 @@ def round_trip(
     return RoundTrip(output, replayed, values, tuple(breaches))
 
 
-def _of_the_rope(course: Course, points: SetPoints, output: Playback) -> dict[str, Any]:
+def _of_the_axis(course: Course, points: SetPoints, output: Playback) -> dict[str, Any]:
+    """What the table and the loop make of the axis that is driven: rope, drum or joint."""
     unit, (_, exact, _) = course.unit, course.peaks
     end = float(course.derivatives(np.array([course.duration]))[0, 0])
     values: dict[str, Any] = {
@@ -143,6 +148,15 @@ def _of_the_rope(course: Course, points: SetPoints, output: Playback) -> dict[st
         f"miss of the last position [{unit}]": float(points.positions[-1]) - end,
     }
     return values
+
+
+def _of_the_rope(output: Playback) -> dict[str, Any]:
+    """What the rope does that a drum hauls in."""
+    return {
+        "peak rope speed [m/s]": output.peak(1)[0],
+        "peak rope acceleration [m/s^2]": output.peak(2)[0],
+        "peak rope jerk [m/s^3]": output.peak(3)[0],
+    }
 
 
 def _of_the_truss(

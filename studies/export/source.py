@@ -13,7 +13,7 @@ from models.truss import TrussParameters
 from ocp.arrays import Array
 from studies.common.exit_codes import StudyError
 from studies.common.result import Result
-from studies.drive.course import Course, joint_course, rope_course
+from studies.drive.course import DRUM, Course, joint_course, rope_course
 from studies.drive.schema import Drive
 
 
@@ -45,7 +45,8 @@ class Source:
         """
         name = signal or next(iter(self.courses))
         if name not in self.courses:
-            raise StudyError(f"--signal is {name!r}; this result has {', '.join(self.courses)}")
+            known = [*self.courses, *([] if self.truss is None else [DRUM])]
+            raise StudyError(f"--signal is {name!r}; this result has {', '.join(known)}")
         return self.courses[name](drive)
 
 

@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 from models.truss import (
     Net,
+    TrussParameters,
     angular_acceleration,
     far_end_ratio,
+    force_coefficients,
     reaction_force,
     rope_acceleration,
     rope_force,
@@ -31,6 +33,19 @@ if TYPE_CHECKING:
 OF_BOTH_SIGNS = frozenset(
     ("peak-acceleration", "peak-rope-acceleration", "peak-rope-jerk", "peak-reaction")
 )
+
+
+@dataclass(frozen=True)
+class Reserve:
+    """What a rope may do beside a motion: limits of force, power and motor hold with it, too.
+
+    Attributes
+    ----------
+    speed, acceleration : more of them, at any time [m/s, m/s^2].
+    """
+
+    speed: float = 0.0
+    acceleration: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,12 +76,20 @@ def force_in(study: TrussStudy, signals: Signals, net: Net) -> Any:
     return rope_force(study.truss, signals.angle.symbol, signals.speed.symbol, acceleration, net)
 
 
-def expressions(study: TrussStudy, signals: Signals, net: Net) -> Mapping[str, tuple[Any, ...]]:
+def force_of_acceleration(truss: TrussParameters, alpha: Any) -> Any:
+    """Force on each rope for a unit of the rope's acceleration [N s^2/m]."""
+    return -force_coefficients(truss, alpha).inertial / rope_speed(truss, alpha, 1.0)
+
+
+def expressions(
+    study: TrussStudy, signals: Signals, net: Net, reserve: Reserve | None = None
+) -> Mapping[str, tuple[Any, ...]]:
     """What is limited or minimised, by quantity; the largest of several counts.
 
     Parameters
     ----------
     net : the branch of the potential.
+    reserve : in force and power of the rope and in what the motor does.
 
     Returns
     -------
@@ -79,15 +102,19 @@ def expressions(study: TrussStudy, signals: Signals, net: Net) -> Mapping[str, t
     acceleration = getattr(signal_or_expression, "symbol", signal_or_expression)
     force = force_in(study, signals, net)
     force = getattr(force, "symbol", force)
-    hauling = -rope_speed(truss, alpha, omega)
+    speed = -rope_speed(truss, alpha, omega)
+    hauling, pull = speed, force
+    if reserve is not None:
+        hauling = speed + reserve.speed
+        pull = force + reserve.acceleration * force_of_acceleration(truss, alpha)
 
     found: dict[str, tuple[Any, ...]] = {
         "peak-acceleration": (acceleration,),
-        "peak-rope-speed": (hauling,),
+        "peak-rope-speed": (speed,),
         "peak-rope-acceleration": (rope_acceleration(truss, alpha, omega, acceleration),),
         "peak-reaction": (reaction_force(truss, alpha, omega, acceleration),),
-        "peak-force": (force,),
-        "peak-power": (2 * force * hauling,),
+        "peak-force": (pull,),
+        "peak-power": (2 * pull * hauling,),
     }
     # tensions fall along the rope, so that the last segment has the least of all
     found["least-tension"] = found["peak-far-end-tension"] = (force * far_end_ratio(truss, alpha),)
@@ -100,10 +127,10 @@ def expressions(study: TrussStudy, signals: Signals, net: Net) -> Mapping[str, t
         found["peak-factored-force"] = needed
     if drive is not None and drive.drum_radius is not None:
         hauled = float(rope_length(truss, truss.stowed_angle)) - rope_length(truss, alpha)
-        speed, torque = motor_speed(drive, hauling, hauled), motor_torque(drive, force, hauled)
+        shaft, torque = motor_speed(drive, hauling, hauled), motor_torque(drive, pull, hauled)
         found |= {
-            "peak-motor-speed": (speed,),
+            "peak-motor-speed": (shaft,),
             "peak-motor-torque": (torque,),
-            "peak-motor-load": shares_of_the_curve(drive, speed, torque),
+            "peak-motor-load": shares_of_the_curve(drive, shaft, torque),
         }
     return found

@@ -23,6 +23,7 @@ from ocp import Between, Bound, Constant, Control, Phase, Problem, State, joined
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.expressions import (
     OF_BOTH_SIGNS,
+    Reserve,
     Signals,
     acceleration_in,
     expressions,
@@ -96,6 +97,7 @@ def state(
     references: Mapping[str, float],
     with_forces: bool,
     price: float = 0.0,
+    reserve: Reserve | None = None,
 ) -> Statement:
     """State the study's problem with a start as guess.
 
@@ -107,10 +109,12 @@ def state(
         Whether the rope force is part of the problem: with two phases and T1 >= 0.
     price : float
         Of the roughness beside the first stage, in units of that stage.
+    reserve : Reserve, optional
+        With which limits of rope and motor hold, too.
     """
     signals = _signals(study, with_forces)
     nets: tuple[Net, ...] = ("slack", "taut") if with_forces else ("by angle",)
-    phases = _phases(study, start, signals, nets)
+    phases = _phases(study, start, signals, nets, reserve)
     pairs = tuple(zip(phases, nets, strict=True))
 
     def weighted(name: str, weight: float) -> Any:
@@ -195,7 +199,11 @@ def _or_infinity(cap: float | None) -> float:
 
 
 def _phases(
-    study: TrussStudy, start: StartingMotion, signals: Signals, nets: tuple[Net, ...]
+    study: TrussStudy,
+    start: StartingMotion,
+    signals: Signals,
+    nets: tuple[Net, ...],
+    reserve: Reserve | None,
 ) -> tuple[Phase, ...]:
     angle = signals.angle
     low, high = study.duration
@@ -208,16 +216,20 @@ def _phases(
     first = {angle: study.truss.stowed_angle, **rest}
     last = {angle: DEPLOYED, **rest}
     if len(nets) == 1:
-        return (_phase("deployment", study, signals, nets[0], start, 0.0, end, first, last),)
+        bounds = _bounds(study, signals, nets[0], reserve)
+        return (
+            _phase("deployment", study, signals, nets[0], start, 0.0, end, first, last, bounds),
+        )
 
     # two phases that meet where the net becomes taut
     earliest, latest = EARLIEST * low, LATEST * high
     net_time = min(max(start.net_time, earliest), latest)
     taut_from = Between(earliest, latest, guess=net_time)
     passing = {angle: study.truss.net_angle}
+    slack, taut = (_bounds(study, signals, net, reserve) for net in nets)
     return (
-        _phase("net slack", study, signals, "slack", start, 0.0, taut_from, first, passing),
-        _phase("net taut", study, signals, "taut", start, taut_from, end, passing, last),
+        _phase("net slack", study, signals, "slack", start, 0.0, taut_from, first, passing, slack),
+        _phase("net taut", study, signals, "taut", start, taut_from, end, passing, last, taut),
     )
 
 
@@ -231,6 +243,7 @@ def _phase(
     end: Any,
     initial: Mapping[State, float],
     final: Mapping[State, float],
+    bounds: Sequence[Bound],
 ) -> Phase:
     acceleration = acceleration_in(study, signals, net)
     dynamics = {signals.angle: signals.speed, signals.speed: acceleration}
@@ -251,18 +264,21 @@ def _phase(
         final=final,
         start=begin,
         end=end,
-        bounds=_bounds(study, signals, net),
+        bounds=bounds,
         guess=guess,
     )
 
 
-def _bounds(study: TrussStudy, signals: Signals, net: Net) -> list[Bound]:
+def _bounds(study: TrussStudy, signals: Signals, net: Net, reserve: Reserve | None) -> list[Bound]:
     """Path constraints: the pull of the rope, and every cap that is no bound of a signal."""
-    bounds = list(_caps_on_expressions(study, signals, net))
+    bounds = list(_caps_on_expressions(study, signals, net, reserve))
     if net == "by angle":
         return bounds
 
     force, caps = force_in(study, signals, net), study.caps
+    if reserve is not None and caps.force is not None:
+        (more,) = expressions(study, signals, net, reserve)["peak-force"]
+        bounds.append(Bound("rope force with its reserve", more, "N", upper=caps.force))
     if signals.force is None:
         bounds.append(Bound("rope force", force, "N", lower=0.0, upper=_or_infinity(caps.force)))
     elif caps.acceleration is not None:
@@ -271,9 +287,11 @@ def _bounds(study: TrussStudy, signals: Signals, net: Net) -> list[Bound]:
     return bounds
 
 
-def _caps_on_expressions(study: TrussStudy, signals: Signals, net: Net) -> Iterator[Bound]:
+def _caps_on_expressions(
+    study: TrussStudy, signals: Signals, net: Net, reserve: Reserve | None
+) -> Iterator[Bound]:
     """Caps on what follows from the signals. Those on forces are for a problem that has them."""
-    formulas = expressions(study, signals, net)
+    formulas = expressions(study, signals, net, reserve)
     for key in (*CAPPED, CURVE):
         cap, quantity = cap_on(study.caps, study.drive, key), QUANTITIES[key]
         left_out = key in SIGNAL_CAPS or key == "peak-force"

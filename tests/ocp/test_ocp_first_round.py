@@ -4,7 +4,18 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from ocp import Between, Control, Infeasible, Ipopt, Phase, Problem, Settings, State, solve
+from ocp import (
+    Between,
+    Control,
+    Infeasible,
+    Ipopt,
+    Phase,
+    Problem,
+    Settings,
+    State,
+    joined,
+    solve,
+)
 from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.simulated_guess import simulated_guesses
 from ocp.nlp.standstill import Divergence
@@ -91,3 +102,20 @@ def test_the_monotone_barrier_is_tried_where_the_adaptive_one_ends_without_an_an
     # one iteration is never enough; the attempts after a run this short are not made
     with pytest.raises(Exception, match="used up its budget of iterations or seconds after 1 "):
         solve(pendulum(), settings=Settings(solver=Ipopt(max_iterations=1)))
+
+
+def test_a_second_phase_is_simulated_from_where_the_first_one_ended():
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", lower=-1, upper=1)
+    first = Phase("first", {x: v, v: u}, {x: 0, v: 0}, end=1.0)
+    second = Phase("second", {x: v, v: u}, start=1.0, end=2.0)
+    whole = first.integral(u**2) + second.integral(u**2)
+    problem = Problem("two", (first, second), minimise=whole, links=joined(first, second))
+    parameters = parameters_of(problem)
+    stated = initial_guess(problem, parameters)
+    sizes = {"x": 1.0, "v": 1.0, "u": 1.0}
+    random = np.random.default_rng(0)
+    for guess in simulated_guesses(problem, parameters, stated, sizes, 3, random):
+        ends = guess.phases["first"].at_fractions(np.array([1.0]))
+        starts = guess.phases["second"].at_fractions(np.array([0.0]))
+        for name in ("x", "v"):
+            assert starts[name] == pytest.approx(ends[name], abs=1e-12)

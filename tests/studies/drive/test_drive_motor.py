@@ -1,6 +1,6 @@
 """What a motor does for a rope: a drum of one layer and of several, and the torque-speed curve."""
 
-import math
+import itertools
 
 import numpy as np
 import pytest
@@ -9,7 +9,6 @@ from scipy.integrate import quad
 from studies.common.configuration import toml_text
 from studies.common.exit_codes import StudyError
 from studies.drive.motor import (
-    drum_radius,
     motor_speed,
     motor_torque,
     motor_turn,
@@ -30,11 +29,12 @@ def test_a_motor_delivers_the_power_of_its_rope_over_the_efficiency() -> None:
     assert rope_force_of(PLAIN, torque) == pytest.approx(60.0, rel=1e-14)
 
 
-def test_a_layer_raises_the_radius_by_the_rope() -> None:
-    # ten turns at the mean radius of the first layer
-    hauled = 10 * 2 * math.pi * (0.02 + 0.0015)
-    assert drum_radius(LAYERED, hauled) == pytest.approx(0.023, rel=1e-14)
-    turn, _ = quad(lambda s: motor_speed(LAYERED, 1.0, s), 0.0, 6.61, epsrel=1e-12)
+def test_the_shaft_turns_by_what_its_speed_adds_up_to() -> None:
+    edges = [0.0, *LAYERED.drum.corners(6.61), 6.61]
+    turn = sum(
+        quad(lambda s: motor_speed(LAYERED, 1.0, s), low, high, epsrel=1e-12)[0]
+        for low, high in itertools.pairwise(edges)
+    )
     assert motor_turn(LAYERED, 6.61) == pytest.approx(turn, rel=1e-10)
     assert motor_turn(LAYERED, 6.61) < motor_turn(PLAIN, 6.61) == pytest.approx(20 * 6.61 / 0.02)
 
@@ -59,6 +59,8 @@ def test_the_curve_is_kept_where_no_share_is_above_one() -> None:
     [
         ({"efficiency": 1.2}, "give a part of at most 1"),
         ({"rope_diameter": 0.003}, "belong together"),
+        ({"rope_diameter": 0.003, "layer_turns": 0.5}, "has at least 1 turn"),
+        ({"rope_diameter": 0.05, "layer_turns": 5}, "at least half the diameter"),
         ({"drum_radius": "none", "motor_torque": 1.0}, "add drum_radius"),
         ({"torque_speed": [[0, 1], [10]]}, "give corners such as"),
         ({"torque_speed": 3}, "give corners such as"),
@@ -73,7 +75,7 @@ def test_a_motor_that_cannot_be_is_refused(keys, said) -> None:
         drive_from({"drum_radius": 0.02, **keys})
 
 
-def test_counts_of_a_drum_of_several_layers_are_refused() -> None:
+def test_counts_of_rope_on_a_drum_of_several_layers_are_refused() -> None:
     layered = Drive(drum_radius=0.02, rope_diameter=0.003, layer_turns=10, counts=4096)
     with pytest.raises(StudyError, match="drum of several layers"):
         layered.count("m")

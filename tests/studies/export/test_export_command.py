@@ -1,6 +1,7 @@
 """`antenna-ocp export` end to end, and its answers to misuse."""
 
 import json
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from studies.cli import main
 from studies.common import columns as text
 from studies.common.columns import Dialect
 from studies.common.result import Result
+from studies.drive.drum import Drum
 from studies.export import binary
 
 Write = Callable[[str], Path]
@@ -174,6 +176,86 @@ def test_within_limits_the_motion_is_optimised_again(
     assert 0 < record["peak angular acceleration above the optimum [1]"] < 0.2
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("lines", "form", "said", "line", "limit"),
+    [
+        # least of all motions is 32 L/T^3 = 3.3 m/s^3, the optimum's rope has 24
+        (
+            "interpolation = 'hermite'\njerk = 15.0\nperiod = 0.05",
+            "newport-xps",
+            "the jerk is 2",
+            "peak jerk behind the loop [m/s^3]",
+            15.0,
+        ),
+        # the optimum takes 1.1 times what this motor has
+        (
+            "bandwidth = 50\nperiod = 0.01\ngear_ratio = 20\n"
+            "torque_speed = [[0, 0.22], [2000, 0.2], [3800, 0.0]]",
+            "pvt",
+            "the torque-speed curve is 1.",
+            "largest share of the torque-speed curve [1]",
+            1.0,
+        ),
+    ],
+)
+def test_jerk_and_curve_of_the_motor_are_kept_within_limits(
+    folder: Path,
+    lines: str,
+    form: str,
+    said: str,
+    line: str,
+    limit: float,
+    drive_file: Write,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    drive, file = drive_file(lines), tmp_path / "table"
+    words = ("--to", form, "--drive", drive, "--output", file)
+    assert export(folder, *words) == 5
+    assert said in complaint(capsys)
+    assert export(folder, *words, "--within-limits") == 0
+    record = json.loads((tmp_path / "table.record.json").read_text("utf-8"))
+    assert 0.5 * limit < record[line] <= limit * (1 + 1e-6)
+
+
+def test_what_is_impossible_by_proof_is_said_with_the_limit_as_stated(
+    folder: Path, drive_file: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    drive = drive_file("interpolation = 'hermite'\nspeed = 1.6")
+    words = ("--to", "pvt", "--drive", drive, "--output", tmp_path / "t", "--within-limits")
+    assert export(folder, *words) == 3
+    assert "at most 1.6 m/s; the least possible is 1.65247 m/s" in complaint(capsys)
+
+
+def test_positions_alone_are_not_played_with_velocities(
+    folder: Path, drive_file: Write, capsys: pytest.CaptureFixture[str]
+) -> None:
+    drive = drive_file("interpolation = 'hermite'")
+    assert export(folder, "--to", "ethercat", "--drive", drive) == 2
+    assert "a table of ethercat holds positions alone; state spline" in complaint(capsys)
+
+
+def test_a_drum_of_several_layers_gets_its_turn(
+    folder: Path, drive_file: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    layered = "rope_diameter = 0.003\nlayer_turns = 10\ninterpolation = 'spline'"
+    drive, file = drive_file(layered), tmp_path / "table"
+    words = ("--to", "ethercat", "--drive", drive)
+    assert export(folder, *words, "--output", file) == 0
+    record = json.loads((tmp_path / "table.record.json").read_text("utf-8"))
+    # half a count on the outermost layer, and 3.3 m of rope turn the angle by one rad there
+    assert abs(record["miss of the deployed angle [deg]"]) < 1e-4
+    assert record["peak rope speed [m/s]"] == pytest.approx(4.12, rel=0.05)
+
+    counts = [int(line) for line in file.read_text("utf-8").splitlines() if line.isdigit()]
+    turn = 2 * math.pi * counts[-1] / 65536
+    assert Drum(0.02, 0.003, 10).rope_at(np.array([turn]))[0] == pytest.approx(6.60987, abs=1e-5)
+    # lengths of rope are no counts of it
+    assert export(folder, *words, "--signal", "rope") == 2
+    assert "export the drum's turn with --signal drum" in complaint(capsys)
+
+
 def test_a_stop_and_the_way_on_are_profiles(
     folder: Path, drive_file: Write, tmp_path: Path
 ) -> None:
@@ -201,7 +283,7 @@ def test_a_stop_and_the_way_on_are_profiles(
         (("--to", "galil"), "state drive.counts"),
         (("--to", "pvt", "--step", "0"), "--step is 0; give a finite positive number"),
         (("--to", "pvt", "--step", "1", "--points", "9"), "both stated"),
-        (("--to", "pvt", "--signal", "elbow"), "this result has rope, angle"),
+        (("--to", "pvt", "--signal", "elbow"), "this result has rope, angle, drum"),
         (("--to", "csv", "--decimal", ","), "another --separator"),
         (("--to", "csv", "--separator", "ab"), "give one sign"),
         (("--to", "mat"), "name a file with --output"),
