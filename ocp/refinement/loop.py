@@ -28,6 +28,7 @@ from ocp.refinement.mesh_iteration import (
     objective_size,
     record_of,
 )
+from ocp.refinement.policy import gain_falls
 from ocp.transcription.packing import trajectory_of
 from ocp.transcription.transcribe import Transcription
 
@@ -200,6 +201,8 @@ def stands_still(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> bool:
     if max(objectives) - min(objectives) > slack:
         return False
     if all(s.errors.gain > accuracy.objective and not s.finer for s in latest):
+        return False
+    if latest[-1].errors.gain > accuracy.objective and gain_falls(latest, len(latest) - 1):
         return False
     return any(s.tight and s.holds(accuracy, LOOSER) for s in latest)
 

@@ -159,6 +159,8 @@ def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
     slack = accuracy.objective * objective_size(best.iterate)
     as_good = [s for s in good if abs(s.iterate.objective - best.iterate.objective) <= slack]
     strict = [s for s in as_good if s.holds(accuracy)]
+    # of answers that are as good, one whose controls promise nothing more is proven better
+    strict = [s for s in strict if s.errors.gain <= accuracy.objective] or strict
     if strict:
         return min(strict, key=lambda s: sense * s.iterate.objective)
     return min(as_good, key=lambda s: s.leak, default=best)

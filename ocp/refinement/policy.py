@@ -39,6 +39,8 @@ _AROUND = np.array([-0.15, 0.0, 0.15])
 _LEFT_ALONE = 0.25
 # nor does one that gains less than this part of what the worst one gains
 _LEAST_GAIN = 1e-3
+# finer meshes in a row on which nothing was gained, after which a promised gain counts as noise
+_REFUTED = 2
 # of the phase: narrower intervals are not cut
 _NARROWEST = 1e-7
 # of an interval: points closer than this are one
@@ -204,14 +206,25 @@ def _controls_converged(
     solved: Sequence[SolvedMesh], accuracy: Accuracy, informative: bool
 ) -> bool:
     """Whether finer controls have changed the objective by less than its tolerance."""
-    pairs = list(itertools.pairwise(solved))
-    if not informative:
-        # a change that was small once says nothing later
-        pairs = pairs[-1:]
-    return any(
-        after.finer and _change(before.iterate, after.iterate) <= accuracy.objective
-        for before, after in pairs
+    # a mesh may have been finer at the wrong place: multipliers that say something get a second one
+    count = _REFUTED if informative else 1
+    latest = list(itertools.pairwise(solved))[-count:]
+    gains_fall = informative and gain_falls(solved, count)
+    return (
+        len(latest) == count
+        and not gains_fall
+        and all(
+            after.finer and _change(before.iterate, after.iterate) <= accuracy.objective
+            for before, after in latest
+        )
     )
+
+
+def gain_falls(solved: Sequence[SolvedMesh], rounds: int) -> bool:
+    """Whether the gain that is promised has halved over the last rounds, as noise would not."""
+    if len(solved) <= rounds:
+        return False
+    return solved[-1].errors.gain <= 0.5 * solved[-1 - rounds].errors.gain
 
 
 def _change(before: Iterate, after: Iterate) -> float:
@@ -284,6 +297,7 @@ class _PhaseStep:
             tolerance=accuracy.dynamics,
             highest=0 if last.iterate.scheme.fixed_degree else policy.highest_degree,
             least_gain=np.inf if pressed else least,
+            missed=max(least, accuracy.objective),
         )
         worth = _worthwhile_jumps(mesh, errors, accuracy.objective)
         phase = last.iterate.problem.phases[index]
@@ -402,7 +416,8 @@ class _Marks:
     ----------
     split : whether it is cut.
     forced : whether it is cut whatever the breakpoints do: for its dynamics, because it holds
-        enough added points, or because it is too long for a constraint.
+        enough added points, because it is too long for a constraint, or because a breakpoint beside
+        it has missed its switch.
     far : whether it is cut in four.
     degrees : to which its degree is raised.
     """
@@ -421,8 +436,13 @@ class _Marks:
         tolerance: float,
         highest: int,
         least_gain: float,
+        missed: float,
     ) -> _Marks:
-        """Marks from the errors; degrees are not raised above `highest`."""
+        """Marks from the errors; degrees are not raised above `highest`.
+
+        An interval that gains more than `missed` beside a breakpoint that came to rest holds a
+        switch that the breakpoint has missed.
+        """
         ratio = errors.dynamics / tolerance
         degrees = mesh.degrees.astype(float)
 
@@ -430,6 +450,7 @@ class _Marks:
         wanted = np.ceil(degrees + np.log(np.maximum(ratio, 1.0)) / np.log(degrees + 1.0))
         too_high = wanted > highest
         forced = ((ratio > 1.0) & too_high) | errors.crowded | errors.coarse
+        forced |= (errors.gain >= least_gain) & (errors.gain > missed)
         raised = np.where((ratio > 1.0) & ~too_high, wanted, degrees).astype(np.int64)
 
         wide = np.diff(mesh.breakpoints) > _NARROWEST
