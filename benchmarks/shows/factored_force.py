@@ -2,13 +2,17 @@
 
 For the margins of AIAA S-114 and for others, at 5, 10 and 140 s, with three pulley frictions and a
 jerk cap of 200/T^3, stand beside each other: the motion that needs the least motor for its margins,
-the motion of least force, and the paper's two laws. At 140 s no law matters: what the truss takes
-at rest governs them all.
+the motion of least force, and the paper's two laws.
+
+At 140 s no law matters for the standard: what the truss takes at rest governs them all. The other
+margins ask for the same at rest and in motion. So what governs is the static peak with the friction
+of the speed at which it is passed, and that differs from law to law. It is shown by itself.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +20,8 @@ from benchmarks.shows.show import Question, Row
 from models.truss import TrussParameters
 from studies.common.console import Table, number, silent
 from studies.margin import MarginRequirements
+from studies.margin.loads import IN_MOTION
+from studies.margin.travel import records
 from studies.truss.config import TrussStudy
 from studies.truss.limits.caps import Caps
 from studies.truss.motions.deployment import Deployment, travel_of
@@ -47,7 +53,7 @@ ASKED: dict[str, dict[str, Any]] = {
     },
 }
 LEAST, FORCE = "least motor", "least force"
-SAME = 1e-2  # relative: no uncertainty factor is known so well
+SAME = 1e-3  # relative: what the truss takes at rest is the same to rounding, searches to 1e-4
 
 
 def question(seed: int, index: int) -> Question:
@@ -88,17 +94,20 @@ def answer(question: Question, folder: Path) -> Row:
 
 def _margins(law: Deployment, margin: MarginRequirements, available: float) -> dict[str, Any]:
     """What a law needs, and its margins with a motor of a given force."""
-    from dataclasses import replace
-
-    from studies.margin.travel import records
-
-    stated = replace(margin, available=available)
-    travel = travel_of(replace(law, margin=stated))
+    travel = travel_of(replace(law, margin=replace(margin, available=available)))
     assert travel is not None
     governing = {line["margin"]: line for line in records(travel) if line["governs"] == "yes"}
+
+    # what motion adds to the force that holds the truss at the place that governs, by cause
+    case, place = travel.worst("dynamic")
+    share = (1 + margin.required[1]) / case.case.derating.whole
+    moving = {name: share * float(case.parts[name][place]) for name in IN_MOTION}
+    at_rest = (1 + margin.required[1]) * float(case.required["static"][place])
     return {
         "peak_force": law.values["peak-force"],
         "needed": law.values["peak-factored-force"],
+        "moving": moving,
+        "at_rest": at_rest / case.case.derating.whole,
         **governing,
     }
 
@@ -106,6 +115,11 @@ def _margins(law: Deployment, margin: MarginRequirements, available: float) -> d
 def tables(rows: Sequence[Row]) -> list[Table]:
     """Every motion in a line, then what the cases come to."""
     answered = [row for row in rows if not row["failure"]]
+    return [_motions(answered), _outcomes(answered)]
+
+
+def _motions(rows: Sequence[Row]) -> Table:
+    """What each motion needs, with its margins, where and why they are least."""
     cells = [
         (
             row["asked"],
@@ -117,38 +131,49 @@ def tables(rows: Sequence[Row]) -> list[Table]:
             *_of(law["static"]),
             *_of(law["dynamic"]),
         )
-        for row in answered
+        for row in rows
         for name, law in row["laws"].items()
     ]
 
+    # the same four columns for both kinds of margin
     head = ("asked", "T [s]", "mu", "motion", "peak force [N]", "motor needed [N]")
     of_each = ("[%]", "at [deg]", "case", "most of it")
-    columns = (
-        *head,
-        *(f"static {word}" for word in of_each),
-        *(f"dynamic {word}" for word in of_each),
-    )
+    columns = (*head, *(f"{kind} {word}" for kind in ("static", "dynamic") for word in of_each))
     notes = [
         f"jerk cap {JERK_CUBED:g}/T^3; load cases {', '.join(CASES)}",
         "aiaa-s-114 asks for 100 % at rest and 25 % in motion; factors for 25 % of factored loads",
         "margins are those with the motor that the first motion of a case needs",
     ]
-    outcome = [
+    return Table("least motor for the margins", columns, cells, notes)
+
+
+def _outcomes(rows: Sequence[Row]) -> Table:
+    """Which margin governs, how much the laws differ, and why."""
+    cells = [
         (
             row["asked"],
             f"{row['duration']:g}",
             f"{row['friction']:g}",
             _governed_by(row),
-            "yes" if _no_law_matters(row) else "no",
+            f"{100 * _spread(row):.3f}",
+            _worst_of(row),
+            "yes" if _spread(row) <= SAME else "no",
             row[f"verdict of the {LEAST}"],
         )
-        for row in answered
+        for row in rows
     ]
-    of_outcome = ("asked", "T [s]", "mu", "margin", "no law matters", "verdict")
-    return [
-        Table("least motor for the margins", columns, cells, notes),
-        Table("what governs", of_outcome, outcome),
-    ]
+
+    columns = ("asked", "T [s]", "mu", "margin", "laws differ by [%]", "the most needed [N]")
+    return Table("what governs", (*columns, "no law matters", "verdict"), cells)
+
+
+def _worst_of(row: Row) -> str:
+    """What the motion that needs most needs it for, in motion: at rest, and what speed adds."""
+    name, law = max(row["laws"].items(), key=lambda entry: float(entry[1]["needed"]))
+    if law["needed"] > law["dynamic"]["motor_N"] * (1 + SAME):
+        return f"{name}: at rest"
+    parts = [f"{part.replace('_', ' ')} {value:+.3g}" for part, value in law["moving"].items()]
+    return f"{name}: at rest there {law['at_rest']:.5g}, {', '.join(parts)}"
 
 
 def _of(line: dict[str, Any]) -> tuple[str, str, str, str]:
@@ -163,7 +188,7 @@ def _governed_by(row: Row) -> str:
     return "static" if static >= dynamic * (1 - SAME) else "dynamic"
 
 
-def _no_law_matters(row: Row) -> bool:
-    """Whether all motions need the same motor."""
+def _spread(row: Row) -> float:
+    """By how much the motor that the worst motion needs is larger than the least."""
     needs = [law["needed"] for law in row["laws"].values()]
-    return bool(max(needs) <= min(needs) * (1 + SAME))
+    return float(max(needs) / min(needs)) - 1.0

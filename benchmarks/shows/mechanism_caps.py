@@ -78,6 +78,11 @@ def verdict_on(row: Row) -> str:
 def tables(rows: Sequence[Row]) -> list[Table]:
     """Each case in a line, and how many ended how."""
     answered = [row for row in rows if not row["failure"]]
+    return [_cases(answered), _totals(answered, len(rows) - len(answered))]
+
+
+def _cases(rows: Sequence[Row]) -> Table:
+    """Cap, exit code, distance of the peak from the cap, and what was said."""
     cells = [
         (
             number(row["duration"], 4),
@@ -89,21 +94,23 @@ def tables(rows: Sequence[Row]) -> list[Table]:
             verdict_on(row),
             row["complaint"] if row["peak"] is None else row["verdict"],
         )
-        for row in answered
+        for row in rows
     ]
+
     head = ("T [s]", "capped", "times the least", "cap", "code", "peak over cap", "outcome", "said")
     notes = [f"on the cap: within {ACTIVE:g} of it", f"kept: at most {CAPS:g} beyond it"]
+    return Table(f"least {OBJECTIVE} under a cap", head, cells, notes)
+
+
+def _totals(rows: Sequence[Row], unanswered: int) -> Table:
+    """Outcomes by the multiple of the least possible; the last four must not occur."""
     words = ["proven", "active", "kept", "prevented, named", "NOT PROVEN", "BROKEN", "FAILED"]
     total = [
-        (word, *(str(sum(_is(row, word, m) for row in answered)) for m in MULTIPLES))
-        for word in words
+        (word, *(str(sum(_is(row, word, m) for row in rows)) for m in MULTIPLES)) for word in words
     ]
-    counted = [("failed to answer", str(len(rows) - len(answered)), "", "", "")]
+    counted = [("failed to answer", str(unanswered), "", "", "")]
     columns = ("outcome", *(f"{m:g} times" for m in MULTIPLES))
-    return [
-        Table(f"least {OBJECTIVE} under a cap", head, cells, notes),
-        Table("in total", columns, [*total, *counted]),
-    ]
+    return Table("in total", columns, [*total, *counted])
 
 
 def _is(row: Row, word: str, multiple: float) -> bool:

@@ -53,31 +53,28 @@ def contributions(
     """Factored contributions to F0 [N on each rope], inertia with its factor though it may help."""
     truss, factors = case.truss, case.factors
     without = rope_leverage(_only(truss, pulley_friction=0.0), alpha)
-    found = {
-        "inertia": factors.inertia
-        * (inertia(truss, alpha) * acc + inertia_slope(truss, alpha) * omega**2 / 2)
-        / without,
-        "joint_friction": factors.joint_friction
-        * joint_damping(_only(truss, slider_friction=0.0), alpha)
-        * omega
-        / without,
-        "slider_friction": factors.slider_friction
-        * joint_damping(_only(truss, joint_friction=0.0), alpha)
-        * omega
-        / without,
-        "springs": _resisting(
-            potential_slope(_only(truss, net_stiffness=0.0), alpha, net), factors.springs
-        )
-        / without,
-        "net": factors.net
-        * potential_slope(_only(truss, spring_stiffness=0.0), alpha, net)
-        / without,
-        "holding": factors.holding * case.holding + 0 * alpha,
-        "measured": 0 * alpha,
-    }
+
+    # what moves: of each friction the truss with that one alone
+    inertial = inertia(truss, alpha) * acc + inertia_slope(truss, alpha) * omega**2 / 2
+    in_joints = joint_damping(_only(truss, slider_friction=0.0), alpha) * omega
+    in_sliders = joint_damping(_only(truss, joint_friction=0.0), alpha) * omega
+
+    # what holds the truss at rest: the net only pulls, a spring may also help
+    of_springs = potential_slope(_only(truss, net_stiffness=0.0), alpha, net)
+    of_net = potential_slope(_only(truss, spring_stiffness=0.0), alpha, net)
+    measured = 0 * alpha
     if margin.resistance is not None:
-        found["measured"] = torque_at(margin.resistance, factors.measured, alpha) / without
-    return found
+        measured = torque_at(margin.resistance, factors.measured, alpha)
+
+    return {
+        "inertia": factors.inertia * inertial / without,
+        "joint_friction": factors.joint_friction * in_joints / without,
+        "slider_friction": factors.slider_friction * in_sliders / without,
+        "springs": _resisting(of_springs, factors.springs) / without,
+        "net": factors.net * of_net / without,
+        "holding": factors.holding * case.holding + 0 * alpha,
+        "measured": measured / without,
+    }
 
 
 def with_pulleys(case: LoadCase, force: Any, alpha: Any) -> Any:

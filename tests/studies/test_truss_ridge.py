@@ -19,8 +19,12 @@ from models.truss import (
 )
 from studies.cli import main
 from studies.common.exit_codes import ExitCode
+from studies.margin import MarginRequirements
+from studies.margin.loads import least_static_need
+from studies.truss.config import TrussStudy
+from studies.truss.limits.bounds import lower_bounds
 from studies.truss.limits.caps import Caps
-from studies.truss.limits.ridge import ridge_force
+from studies.truss.limits.ridge import ridge_force, ridge_need
 from studies.truss.motions.laws import paper_laws
 from studies.truss.motions.phase_plane import PhasePlane
 
@@ -115,3 +119,35 @@ def test_a_force_cap_below_it_is_refused_with_the_proof(
     error = capsys.readouterr().err
     assert "its inertia saves no more" in error
     assert "39.637" in error
+
+
+FACTORED = MarginRequirements(
+    static=0.0,
+    dynamic=0.25,
+    factors={"inertia": 1.1, "springs": 1.2, "net": 1.2, "joint_friction": 1.5},
+    cases={"cold": {"joint_friction": 0.3}, "end": {"derating": {"ageing": 0.9}, "holding": 1.0}},
+)
+
+
+@pytest.mark.parametrize("duration", [4.0, 10.0, 140.0])
+def test_no_law_of_the_paper_needs_less_motor_than_the_bound(duration: float) -> None:
+    for law in paper_laws(MU, duration, margin=FACTORED):
+        peaks = {name: law.values[f"peak-{name}"] for name in ("acceleration", "jerk")}
+        bound = ridge_need(FACTORED, MU, Caps(**peaks))
+        assert bound is not None
+        assert bound.force <= law.values["peak-factored-force"]
+        # with 25 % in motion and none at rest it says more than statics and the plain force do
+        asked = {"minimise": "peak-factored-force", "duration": duration, "margin": FACTORED}
+        study = TrussStudy(**asked, truss=MU, caps=Caps(**peaks))
+        assert lower_bounds(study, None)["peak-factored-force"] == bound.force
+        assert bound.force > 1.2 * least_static_need(FACTORED, MU)
+
+
+def test_without_factors_a_need_is_the_force_times_the_margin() -> None:
+    caps, plain = Caps(jerk=0.2, acceleration=0.3), MarginRequirements(dynamic=0.25)
+    need, force = ridge_need(plain, MU, caps), ridge_force(MU, caps)
+    assert need is not None
+    assert force is not None
+    # two ways through the same formulas: rounding of terms that cancel
+    assert need.force == pytest.approx(1.25 * force.force, rel=1e-10)
+    assert need.angle == force.angle

@@ -28,7 +28,7 @@ from studies.margin.loads import least_static_need
 from studies.margin.schema import MarginRequirements
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.limits.caps import CAPPED, CURVE, Caps, cap_on
-from studies.truss.limits.ridge import ridge_force
+from studies.truss.limits.ridge import ridge_force, ridge_need
 
 if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
     from studies.truss.motions.phase_plane import FastestMotion, LeastForce
@@ -158,7 +158,10 @@ def lower_bounds(
     if forces:
         bounds["peak-force"] = max(forces)
     if study.margin is not None:
-        bounds["peak-factored-force"] = _least_need(study.margin, study.truss, forces)
+        needs = [_least_need(study.margin, study.truss, forces)]
+        if (need := ridge_need(study.margin, study.truss, caps)) is not None:
+            needs.append(need.force)
+        bounds["peak-factored-force"] = max(needs)
     if drive is not None and drive.drum_radius is not None:
         bounds["peak-motor-speed"] = motor_turn(drive, travel) / duration
         if forces:

@@ -8,14 +8,17 @@ on each rope. Caps on the rates bound both. No motion between two rests is faste
 the one that speeds up all the way from the nearer end. And it has to come to rest without going
 back: with a jerk of at most j a deceleration d takes d^2 / (2 j) off the speed before it can end,
 so that d <= sqrt(2 j omega). The least T1 over what is left holds for every motion, at each angle.
+A factored force is such a sum, too.
 
 Symbols: s [rad] way from the nearer end; v, A, j caps on speed, acceleration and jerk.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import casadi as ca
@@ -30,6 +33,8 @@ from models.truss import (
     rope_leverage,
 )
 from ocp.arrays import Array
+from studies.margin.loads import required_forces
+from studies.margin.schema import LoadCase, MarginRequirements
 from studies.truss.config import DEPLOYED
 from studies.truss.limits.caps import Caps
 
@@ -55,10 +60,38 @@ def ridge_force(truss: TrussParameters, caps: Caps) -> RidgeForce | None:
     RidgeForce or None
         None without a cap on jerk or acceleration.
     """
+    return _ridge(functools.partial(_terms, truss), truss, caps)
+
+
+@functools.lru_cache(maxsize=8)
+def ridge_need(margin: MarginRequirements, truss: TrussParameters, caps: Caps) -> RidgeForce | None:
+    """Lower bound on what the motor must be able to pull for its margins, in the worst load case.
+
+    Inertia counts without its factor, as where it helps: where it resists the need is larger.
+
+    Returns
+    -------
+    RidgeForce or None
+        None without a cap on jerk or acceleration.
+    """
+    found = []
+    for case in margin.load_cases(truss):
+        bound = _ridge(functools.partial(_factored_terms, margin, case), truss, caps)
+        if bound is None:
+            return None
+        share = (1 + margin.required[1]) / case.derating.whole
+        found.append(RidgeForce(share * bound.force, bound.angle))
+    return max(found)
+
+
+def _ridge(
+    terms_at: Callable[[Array], Array], truss: TrussParameters, caps: Caps
+) -> RidgeForce | None:
+    """The bound of a force that is a + b omega^2 + c omega + m acceleration, of angle (m,)."""
     if caps.jerk is None and caps.acceleration is None:
         return None
     alpha = np.linspace(truss.stowed_angle, DEPLOYED, ANGLES)[1:-1]
-    terms = _terms(truss, alpha)
+    terms = terms_at(alpha)
     top = _top_speed(truss, caps, alpha)
 
     # squares: what a deceleration saves rises steeply from rest
@@ -72,15 +105,28 @@ def ridge_force(truss: TrussParameters, caps: Caps) -> RidgeForce | None:
 
 
 def _terms(truss: TrussParameters, alpha: Array) -> Array:
-    """U', I', D, I and f at angles (m,), shape (5, m)."""
+    """a, b, c and m of T1 at angles (m,), shape (4, m)."""
     terms = (potential_slope, inertia_slope, joint_damping, inertia, rope_leverage)
-    return np.array([term(truss, ca.DM(alpha)).full().ravel() for term in terms])
+    slope, change, damping, mass, leverage = (
+        term(truss, ca.DM(alpha)).full().ravel() for term in terms
+    )
+    return np.array([slope, change / 2, damping, mass]) / leverage
+
+
+def _factored_terms(margin: MarginRequirements, case: LoadCase, alpha: Array) -> Array:
+    """The same of the factored force of a load case, read off at four pairs of rates."""
+    angle, rates = ca.SX.sym("angle"), ((0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0))
+    helping = dataclasses.replace(case, factors=dataclasses.replace(case.factors, inertia=1.0))
+    forces = [required_forces(margin, helping, angle, *pair)["dynamic"][0] for pair in rates]
+    kernel = ca.Function("terms", [angle], [ca.vertcat(*forces)], {"cse": True})
+
+    rest, forth, back, moved = kernel(alpha[None]).full()
+    return np.array([rest, (forth + back) / 2 - rest, (forth - back) / 2, moved - rest])
 
 
 def _force(terms: Array, omega: Array, deceleration: Array) -> Array:
-    slope, inertia_change, damping, mass, leverage = terms
-    torque = slope + inertia_change * omega**2 / 2 + damping * omega - mass * deceleration
-    return np.asarray(torque / leverage)
+    rest, square, linear, mass = terms
+    return np.asarray(rest + square * omega**2 + linear * omega - mass * deceleration)
 
 
 def _top_speed(truss: TrussParameters, caps: Caps, alpha: Array) -> Array:
@@ -106,12 +152,12 @@ def _extremes(terms: Array, caps: Caps, top: float) -> Array:
     Both branches of the deceleration are polynomials of the root of the speed. The least value is
     at a stationary point of one of them, where they meet, or at an end.
     """
-    _, inertia_change, damping, mass, _ = terms
+    _, square, linear, mass = terms
     ends = [0.0, top]
-    roots = [np.roots([inertia_change, damping])]
+    roots = [np.roots([2 * square, linear])]
     if caps.jerk is not None:
         free = math.sqrt(2 * caps.jerk)
-        roots.append(np.roots([2 * inertia_change, 0.0, 2 * damping, -mass * free]) ** 2)
+        roots.append(np.roots([4 * square, 0.0, 2 * linear, -mass * free]) ** 2)
         if caps.acceleration is not None:
             ends.append(min(top, caps.acceleration**2 / (2 * caps.jerk)))
     found = np.concatenate(roots)

@@ -46,5 +46,8 @@ def test_at_140_s_no_law_matters_for_the_margins(tmp_path: Path) -> None:
     assert question == {"asked": "aiaa-s-114", "duration": 140.0, "friction": 0.01}
     row = {**question, **factored_force.answer(question, tmp_path), "failure": ""}
     _, outcome = factored_force.tables([row])
-    assert list(outcome.rows[0][3:5]) == ["static", "yes"]
-    assert outcome.rows[0][5].startswith("global")
+    assert outcome.rows[0][3] == "static"
+    assert outcome.rows[0][6] == "yes"
+    assert outcome.rows[0][7].startswith("global")
+    # what the truss takes at rest is the same for all, to rounding
+    assert float(outcome.rows[0][4]) < 1e-3
