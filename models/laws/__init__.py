@@ -3,7 +3,7 @@
 `motion` says what a law is and finds its peaks. The paper's laws are `step5` and `bezier`;
 `jerk_limited` has the least peak acceleration under a jerk cap, by the bounds of `bounds`.
 `piecewise`, `tabulated` and `hermite` state laws by polynomials, by points or by rows with rates,
-and `simple` has laws that serve as guesses.
+`rests` puts one between two rests, and `simple` has laws that serve as guesses.
 """
 
 from models.laws.bezier import PAPER_POINTS, Bezier, pinned
@@ -12,6 +12,7 @@ from models.laws.hermite import Hermite
 from models.laws.jerk_limited import JerkLimited
 from models.laws.motion import AngularMotion, Law, Peaks, peaks
 from models.laws.piecewise import Piecewise, constant_acceleration, constant_jerk, linear_jerk
+from models.laws.rests import BetweenRests
 from models.laws.simple import Dwell, StraightLine
 from models.laws.step5 import Step5
 from models.laws.tabulated import Tabulated
@@ -19,6 +20,7 @@ from models.laws.tabulated import Tabulated
 __all__ = [
     "PAPER_POINTS",
     "AngularMotion",
+    "BetweenRests",
     "Bezier",
     "Dwell",
     "Hermite",

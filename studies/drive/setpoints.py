@@ -159,7 +159,11 @@ def sampled(course: Course, times: Array, count: float | None = None) -> SetPoin
     acceleration = np.where(times > course.duration, 0.0, acceleration)
 
     positions = exact if count is None else count * np.rint(exact / count)
-    velocity = velocity + _slopes(times, positions - exact)
+    # between the rests alone: no slope reaches into them
+    moving = np.flatnonzero((velocity != 0.0) | (acceleration != 0.0))
+    if moving.size:
+        part = slice(max(int(moving[0]) - 1, 0), int(moving[-1]) + 2)
+        velocity[part] += _slopes(times[part], (positions - exact)[part])
     velocity[[0, -1]] = 0.0
     return SetPoints(times, positions, velocity, acceleration, count)
 

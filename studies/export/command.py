@@ -278,13 +278,14 @@ def _columns(
 
     from studies.drive.setpoints import sampled, switch_point_times, uniform_times
     from studies.export.round_trip import round_trip
+    from studies.export.source import with_rests
 
     spacing = _spacing(options)
     if spacing.points is not None:
         times = switch_point_times(course, spacing.points - 1)
     else:
         times = np.minimum(uniform_times(course, spacing.step or drive.period), course.duration)
-    columns = source.rows(times)
+    columns = with_rests(source, drive).rows(times)
     content = _columns_of(source.result, columns, options)
     if not stated:
         return content, None

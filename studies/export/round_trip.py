@@ -22,6 +22,7 @@ from studies.drive.playback import (
     motor_peaks,
     on_the_truss,
     played,
+    without_stretch,
 )
 from studies.drive.schema import Drive
 from studies.drive.setpoints import SetPoints
@@ -117,7 +118,10 @@ def round_trip(
 
     if truss is not None and course.signal in ("rope", DRUM):
         try:
-            replayed = on_the_truss(output.motion, truss)
+            motion = output.motion
+            if drive.rope_stiffness is not None:
+                motion = without_stretch(motion, truss, drive.rope_stiffness)
+            replayed = on_the_truss(motion, truss)
         except ModelError as error:
             raise StudyError(f"the played rope leaves the mechanism: {error}") from error
         on_truss, broken = _of_the_truss(output, replayed, drive, course, truss)

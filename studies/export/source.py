@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.laws import Law
+from models.laws import BetweenRests, Law
 from models.truss import TrussParameters
 from ocp.arrays import Array
 from studies.common.exit_codes import StudyError
@@ -107,6 +107,23 @@ def with_law(source: Source, law: Law) -> Source:
     """The same truss with another motion."""
     assert source.truss is not None  # of an arm there is no other motion
     return _of_law(source.result, law, source.truss)
+
+
+def with_rests(source: Source, drive: Drive) -> Source:
+    """The same motion between the rests of a drive."""
+    before, after = drive.start_dwell, drive.end_dwell
+    if before == 0.0 and after == 0.0:
+        return source
+    if source.law is not None:
+        return with_law(source, BetweenRests(source.law, before, after))
+
+    last = float(source.result.arrays["time"].values[-1])
+
+    def rows(time: Array) -> dict[str, Array]:
+        found = dict(source.rows(np.clip(time - before, 0.0, last)))
+        return {**found, "time": time}
+
+    return dataclasses.replace(source, rows=rows)
 
 
 def _of_law(result: Result, law: Law, truss: TrussParameters) -> Source:

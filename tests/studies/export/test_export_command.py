@@ -176,6 +176,32 @@ def test_within_limits_the_motion_is_optimised_again(
     assert 0 < record["peak angular acceleration above the optimum [1]"] < 0.2
 
 
+def test_rests_and_a_yielding_rope_are_part_of_what_is_written(
+    folder: Path, drive_file: Write, tmp_path: Path
+) -> None:
+    drive = drive_file("start_dwell = 1.0\nend_dwell = 2.0\nrope_stiffness = 5e4\nperiod = 0.1")
+    for form in ("pvt", "csv"):
+        file = tmp_path / form
+        assert export(folder, "--to", form, "--drive", drive, "--output", file) == 0
+        record = json.loads((tmp_path / f"{form}.record.json").read_text("utf-8"))
+        # the stretch of 0.2 mm is hauled in and yields again: a count is left, 2e-5 deg
+        assert abs(record["miss of the deployed angle [deg]"]) < 3e-5
+
+    lines = [line for line in (tmp_path / "pvt").read_text("utf-8").splitlines() if line[0] != "#"]
+    rows = np.array([[float(cell) for cell in line.split(",")] for line in lines[1:]])
+    resting = (rows[:, 0] <= 1.0) | (rows[:, 0] >= 5.0)
+    assert (rows[resting, 2] == 0.0).all()
+    assert rows[-1, 0] == pytest.approx(7.0)
+
+    columns = text.read_csv((tmp_path / "csv").read_text("utf-8"), Dialect())
+    time = columns["time"]
+    assert time[-1] == 7.0
+    assert (columns["angular_acceleration"][(time < 1.0) | (time > 5.0)] == 0.0).all()
+    assert columns["angle"][time < 1.0] == pytest.approx(columns["angle"][0], abs=0)
+    assert columns["angle"][time > 5.0] == pytest.approx(math.pi / 2, abs=1e-9)
+    assert columns["angular_speed"].max() > 0.5
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("lines", "form", "said", "line", "limit"),
