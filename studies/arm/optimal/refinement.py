@@ -20,7 +20,7 @@ from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.objectives import RESIDUAL
 from studies.arm.optimal.phase import is_slow
 from studies.arm.optimal.solve import solve_again
-from studies.arm.replay.full_model import Drive, LockedMotion, steps_for
+from studies.arm.replay.full_model import Drive, LockedMotion, rough_steps_for, steps_for
 from studies.arm.search_limits import HOPELESS, LIGHTER, ROUNDS
 from studies.arm.stage import ELBOW
 from studies.common.exit_codes import StudyError
@@ -29,6 +29,7 @@ Progress = Callable[[str], None]
 SAME = 0.01  # relative change of the objective that counts as none
 AGREE = 0.1  # share of the residual allowed by which two replays may differ
 FLOOR = 1e-9  # [J] below which all replays count as still
+ASKED = 0.9  # share of the residual allowed that a round may leave: its replay is right to some %
 
 
 @dataclass(frozen=True)
@@ -256,7 +257,7 @@ def refine(
     """
 
     def tried(motion: OptimalMotion, aim: Array) -> _TriedMotion:
-        replayed = motion.replay(drive, settings=steps_for(residual, drive))
+        replayed = motion.replay(drive, settings=rough_steps_for(residual, drive))
         found = _TriedMotion(motion, replayed, aim - beside_rest(motion.stage, replayed.run.before))
         if say is not None:
             say(sentence(found.entry, motion.stage.name))
@@ -278,8 +279,11 @@ def refine(
 
     first = tried(motion, np.zeros(2 * motion.stage.model.size))
     lighter = LIGHTER[ELBOW in motion.stage.moving]
-    best, rounds, change = refined(first, again, residual, lighter)
-    return Refined(best.motion, best.replay, rounds, residual, change)
+    best, rounds, change = refined(first, again, ASKED * residual, lighter)
+
+    # the rounds were replayed roughly; what is stated is not
+    replayed = best.motion.replay(drive, settings=steps_for(residual, drive))
+    return Refined(best.motion, replayed, rounds, residual, change)
 
 
 def sentence(entry: Round, name: str) -> str:

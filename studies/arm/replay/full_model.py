@@ -171,6 +171,15 @@ def steps_for(residual: float, drive: Drive = "torque") -> StepControl:
     return CLOSE if residual >= _CLOSE_FROM and drive == "torque" else SMOOTH
 
 
+def rough_steps_for(residual: float, drive: Drive = "torque") -> StepControl:
+    """Steps that tell to some per cent whether no more than an energy [J] is left.
+
+    For the rounds of a refinement: a third of the time of `steps_for`.
+    """
+    steps = steps_for(residual, drive)
+    return QUICK if steps == CLOSE else steps
+
+
 def sample_times(motion: Motion, end: float) -> Array:
     """Output instants: even ones, and both sides of every breakpoint."""
     edges = np.array([b for joint in motion.joints.values() for b in joint.breakpoints])
