@@ -310,12 +310,7 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
     phases = []
 
     for index, motion in enumerate(iterate.trajectory.phases):
-        gain = gains(iterate, evaluator, index)
-        gain = gain / max(abs(iterate.objective), 1e-3 * iterate.scales.objective)
-
-        # Where a control is smooth and a constraint acts, the gain is noise: multipliers of the
-        # constraint sit at points, so that the costates between them say little of the controls.
-        rough = _rough(iterate, index) | ~acting[index]
+        gain, rough = _relative_gains(iterate, evaluator, index), _telling(iterate, index, acting)
         excess = motion_errors.excess[index]
         over = [e.values > _COARSE for e in excess]
         wide = np.diff(motion.fractions) > NARROW
@@ -336,6 +331,30 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
         excess=motion_errors.worst_excess,
         gain=sum(float(phase.gain.sum()) for phase in phases),
     )
+
+
+def promised_gain(iterate: Iterate, evaluator: Evaluator) -> float:
+    """What finer controls could still gain, relative to the objective, to first order."""
+    acting = acting_intervals(iterate)
+    return sum(
+        float(_relative_gains(iterate, evaluator, index)[_telling(iterate, index, acting)].sum())
+        for index in range(len(iterate.trajectory.phases))
+    )
+
+
+def _relative_gains(iterate: Iterate, evaluator: Evaluator, index: int) -> Array:
+    """What finer controls could gain in each interval, relative to the objective, (N,)."""
+    size = max(abs(iterate.objective), 1e-3 * iterate.scales.objective)
+    return gains(iterate, evaluator, index) / size
+
+
+def _telling(iterate: Iterate, index: int, acting: Sequence[Flags]) -> Flags:
+    """Intervals in which a promised gain says something, (N,).
+
+    Where a control is smooth and a constraint acts, the gain is noise: multipliers of the
+    constraint sit at points, so that the costates between them say little of the controls.
+    """
+    return _rough(iterate, index) | ~acting[index]
 
 
 def dense_peak(evaluator: Evaluator, trajectory: Trajectory, peak: Peak) -> float:

@@ -22,6 +22,7 @@ from ocp.optimality.multipliers import Multipliers
 from ocp.problem.functionals import BoundaryValue, End, Functional, Peak, PhaseTime
 from ocp.problem.symbols import TIME, Between
 from ocp.refinement.accuracy import Accuracy
+from ocp.refinement.error_estimate import promised_gain
 from ocp.refinement.switch_detection import control_jumps
 from ocp.verification.minimum_principle import MinimumPrinciple, minimum_principle
 from ocp.verification.simulation import SimulatedMotion, replayed, simulate
@@ -72,6 +73,9 @@ class Tolerances:
         Interval means of dH/du, averaged over time, changes included.
     concave : float
         Negative curvature of the Hamiltonian by a free control: rounding of a few products.
+    gain : float
+        What finer controls promise, relative to the objective: ten times the default of a solve,
+        because the promise is of first order, and often ten times what they give.
     peak : float
         Sum and sign of a peak's multipliers: ten times what the solver leaves of the slope of the
         Lagrangian by the peak.
@@ -90,6 +94,7 @@ class Tolerances:
     strict: float = 1e-4
     changes: float = 0.5
     concave: float = 1e-6
+    gain: float = 1e-5
     peak: float = 1e-5
 
 
@@ -257,6 +262,13 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
         yield from _between_changes(principle, allowed)
         yield from _on_the_whole(principle, _undetermined_jumps(iterate, index), allowed)
         yield from _end_values(evidence, principle, index, allowed)
+    if iterate.scheme.informative_multipliers:
+        yield Condition(
+            "finer controls",
+            promised_gain(iterate, evidence.evaluator),
+            allowed.gain,
+            "what they promise to gain, to first order, relative to the objective",
+        )
 
 
 def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterator[Condition]:
