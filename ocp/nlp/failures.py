@@ -20,6 +20,7 @@ from ocp.errors import (
 )
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.result import NlpResult
+from ocp.problem.integrator_chains import in_equation
 from ocp.problem.parameters import Parameters
 from ocp.transcription.columns import PhaseColumns
 from ocp.transcription.rows import PhaseRows
@@ -144,7 +145,7 @@ def failure(
         return Overdetermined(
             f"'{name}' has {equations} equations for {free} free unknowns on its mesh{missed}: "
             "more is prescribed than the controls and unknowns can bring about; take back a "
-            "boundary value, a link or an equation, or add a control",
+            f"boundary value, a link or an equation, or add a control{_algebraic(transcription)}",
             iterate,
         )
 
@@ -163,6 +164,18 @@ def failure(
         "sizes by `scale`, give a better guess, or bound what the objective depends on",
         iterate,
     )
+
+
+def _algebraic(transcription: Transcription) -> str:
+    """How to write controls that equations determine, where there are some of another shape."""
+    for phase in transcription.problem.phases:
+        for control in transcription.problem.controls[phase.name]:
+            if control.shape != "polynomial" and in_equation(control, phase):
+                return (
+                    f"; '{control.name}' is in an equation of phase '{phase.name}': if that "
+                    f"determines it, declare it as Algebraic({control.name!r}) and not as Control"
+                )
+    return ""
 
 
 def _remedy(worst: list[Violation]) -> str:

@@ -62,14 +62,26 @@ def shape_of(
     """How a control varies within an interval: as it states, else as the settings say.
 
     "automatic" is linear for a control that drives a chain of two or more integrators which the
-    scheme then integrates exactly, and polynomial otherwise.
+    scheme then integrates exactly, and polynomial otherwise. A control in an equation of the phase,
+    such as an acceleration of implicit dynamics, is polynomial: it then has a value of its own at
+    each point at which the equation is imposed.
     """
     shape = control.shape or default
     if shape != "automatic":
         return shape
+    if in_equation(control, phase):
+        return "polynomial"
     chain = chain_length(phase, control)
     exact = scheme.exact_for_chains and least_degree >= chain + 1
     return "linear" if chain >= 2 and exact else "polynomial"
+
+
+def in_equation(control: Control, phase: Phase) -> bool:
+    """Whether an equation of a phase holds a control."""
+    return any(
+        bound.is_equation and ca.depends_on(bound.expression, control.symbol)
+        for bound in phase.bounds
+    )
 
 
 def first_degree(

@@ -105,3 +105,12 @@ def test_forces_of_a_path_constraint_are_summed_in_each_interval():
     above, below = forces.values()
     np.testing.assert_array_equal(pressing(above, PRESSING), [True] * 5 + [False] * 5)
     np.testing.assert_array_equal(pressing(below, PRESSING), [False] * 5 + [True] * 5)
+
+
+def test_bounds_that_nothing_touches_do_not_act():
+    # without any limit that acts, the largest multiplier is what the barrier leaves everywhere
+    x, v, u = State("x", lower=-9, upper=9), State("v"), Control("u", lower=-5, upper=5)
+    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
+    problem = Problem("far from walls", [phase], minimise=phase.integral(u**2))
+    iterate = solve(problem, settings=Settings(intervals=10)).kept_iterate
+    assert not acting_intervals(iterate)[0].any()

@@ -218,3 +218,14 @@ def test_without_multipliers():
 def test_a_former_tolerance_is_answered_with_the_present_one():
     with pytest.raises(StatementError, match=r"'corners' any more; write changes=0\.3"):
         Tolerances(corners=0.3)
+
+
+def test_what_finer_controls_promise_is_a_condition():
+    settings = Settings(intervals=5, refinement=FixedMesh())
+    coarse, fine = solve(least_time(), settings=settings), solve(least_time())
+    # the switch, at two thirds of the time, is inside an interval
+    assert coarse.objective > 30.0 * (1 + 1e-5)
+    named = [{c.name: c for c in certify(s).checks}["finer controls"] for s in (coarse, fine)]
+    assert [check.passed for check in named] == [False, True]
+    # the promise is of first order: it is not far from what is lost
+    assert named[0].value == pytest.approx(coarse.objective / 30.0 - 1, rel=2)

@@ -119,3 +119,33 @@ def test_a_second_phase_is_simulated_from_where_the_first_one_ended():
         starts = guess.phases["second"].at_fractions(np.array([0.0]))
         for name in ("x", "v"):
             assert starts[name] == pytest.approx(ends[name], abs=1e-12)
+
+
+def test_a_finer_mesh_is_tried_where_controls_of_few_pieces_have_no_way():
+    # 2 m from rest to rest at 1 m/s^2 either way take 2 sqrt(2) s. A line across the middle third
+    # of the time takes 1.9 % longer, so that no motion of three linear pieces is as fast as this
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", lower=-1, upper=1)
+    end = 2 * np.sqrt(2) * 1.01
+    move = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 2, v: 0}, end=end)
+    problem = Problem("brisk", move, minimise=move.integral(u**2))
+    solution = solve(problem, settings=Settings(intervals=3))
+    first = solution.mesh_iterations[0]
+    assert first.intervals == 12
+    # bang, a ramp through zero of half length h, bang: T^2/4 - h^2/3 = 2, effort T - 4 h/3
+    ramp = np.sqrt(3 * (end**2 / 4 - 2))
+    assert solution.objective == pytest.approx(end - 4 * ramp / 3, rel=1e-5)
+
+
+def test_a_phase_is_simulated_from_where_the_one_before_it_ended():
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", lower=-1, upper=1)
+    one = Phase("one", {x: v, v: u}, {x: 0, v: 0}, end=1.0)
+    two = Phase("two", {x: v, v: u}, final={x: 1, v: 0}, start=1.0, end=3.0)
+    problem = Problem("two", (one, two), minimise=two.integral(u**2), links=joined(one, two))
+    parameters = parameters_of(problem)
+    stated, random = initial_guess(problem, parameters), np.random.default_rng(0)
+    sizes = {"x": 1.0, "v": 1.0, "u": 1.0}
+    (guess,) = simulated_guesses(problem, parameters, stated, sizes, 1, random)
+    before = guess.phases["one"].at_fractions(np.array([1.0]))
+    after = guess.phases["two"].at_fractions(np.array([0.0]))
+    assert before["x"] == pytest.approx(after["x"])
+    assert before["v"] == pytest.approx(after["v"])
