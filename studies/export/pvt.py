@@ -119,7 +119,7 @@ def _rows(points: SetPoints) -> list[tuple[float, float, float]]:
 
 def _digits(value: float) -> str:
     """Fifteen digits: every count comes back, and rounding of the last bit does not show."""
-    return f"{value:.15g}"
+    return f"{value + 0.0:.15g}"  # -0 is 0
 
 
 def _summed(steps: Array) -> Array:

@@ -189,7 +189,7 @@ def test_rests_and_a_yielding_rope_are_part_of_what_is_written(
 
     lines = [line for line in (tmp_path / "pvt").read_text("utf-8").splitlines() if line[0] != "#"]
     rows = np.array([[float(cell) for cell in line.split(",")] for line in lines[1:]])
-    resting = (rows[:, 0] <= 1.0) | (rows[:, 0] >= 5.0)
+    resting = (rows[:, 0] <= 1.0) | (rows[:, 0] > 5.0)
     assert (rows[resting, 2] == 0.0).all()
     assert rows[-1, 0] == pytest.approx(7.0)
 
