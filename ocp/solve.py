@@ -9,6 +9,8 @@ from typing import Any
 
 from ocp.errors import Interrupted, StatementError, Unverified
 from ocp.keywords import checked_keywords
+from ocp.mesh.first_mesh import following
+from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import Mesh, uniform
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.failures import collapsed, failure
@@ -103,7 +105,7 @@ def solve(
     settings = _DEFAULTS if settings is None else settings
     check_arguments(problem, settings, guess, mesh)
     if mesh is None:
-        mesh = guess.mesh if isinstance(guess, Solution) else first_mesh(problem, settings)
+        mesh = guess.mesh if isinstance(guess, Solution) else first_mesh(problem, settings, guess)
     parameters = parameters_of(problem, constants)
     start = start_from(problem, settings, guess)
     with shown(progress) as say:
@@ -168,7 +170,7 @@ def collocate(
     parameters = parameters_of(problem)
     with shown(progress) as say:
         meshes = MeshSolver.of(problem, settings, parameters, say)
-        program = meshes.first_program(guess, mesh or first_mesh(problem, settings))
+        program = meshes.first_program(guess, mesh or first_mesh(problem, settings, guess))
         result = meshes.solve(program, guess, settings.solver)
 
     trajectory = trajectory_of(program, result.x, parameters)
@@ -210,15 +212,21 @@ def start_from(problem: Problem, settings: Settings, guess: Solution | Trajector
     return iterate if same else guess.trajectory
 
 
-def first_mesh(problem: Problem, settings: Settings) -> Mesh:
-    """The uniform mesh of a first round."""
+def first_mesh(problem: Problem, settings: Settings, guess: Trajectory | None = None) -> Mesh:
+    """The mesh of a first round: uniform, unless the guess moves too fast for that."""
     highest = settings.refinement.highest_degree
     degrees = [
         first_degree(problem, phase, settings.scheme, settings.controls, highest)
         for phase in problem.phases
     ]
-    intervals = first_intervals(settings, problem)
-    return Mesh(tuple(map(uniform, intervals, degrees)))
+    uniformly = map(uniform, first_intervals(settings, problem), degrees)
+    stated = initial_guess(problem, parameters_of(problem), guess)
+    return Mesh(
+        tuple(
+            following(mesh, stated.phases[phase.name], [state.name for state in phase.states])
+            for mesh, phase in zip(uniformly, problem.phases, strict=True)
+        )
+    )
 
 
 @dataclass(frozen=True, eq=False, repr=False)

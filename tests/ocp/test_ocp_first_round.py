@@ -70,6 +70,29 @@ def test_simulated_guesses_obey_the_dynamics_and_come_close():
         assert np.array_equal(values["q"], same.phases["swing"].at_fractions(at)["q"])
 
 
+def test_simulated_guesses_go_on_in_the_next_phase_where_the_one_before_ended():
+    q, w = State("q", "rad"), State("w", "rad/s")
+    u = Control("u", "rad/s^2", lower=-1, upper=1)
+    phases = [
+        Phase("first", {q: w, w: u}, {q: 0, w: 0}, end=1.0),
+        Phase("second", {q: w, w: u}, final={q: 3, w: 0}, start=1.0, end=3.0),
+    ]
+    effort = sum(phase.integral(u**2) for phase in phases)
+    problem = Problem("two phases", phases, minimise=effort, links=joined(*phases))
+    parameters = parameters_of(problem)
+    stated = initial_guess(problem, parameters)
+    sizes = {"q": 3.0, "w": 1.0, "u": 1.0}
+    random = np.random.default_rng(0)
+    guesses = simulated_guesses(problem, parameters, stated, sizes, 4, random)
+    assert len(guesses) == 4
+    for guess in guesses:
+        before, after = (guess.phases[phase.name] for phase in phases)
+        for name in ("q", "w"):
+            end, begin = before.at_fractions(np.ones(1)), after.at_fractions(np.zeros(1))
+            # the first phase has no target: every draw lasts as long as it does
+            assert begin[name] == pytest.approx(end[name], abs=1e-12)
+
+
 def test_what_is_out_of_reach_stays_so_and_is_called_unproven():
     x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", lower=-1, upper=1)
     phase = Phase("flight", {x: v, v: u}, {x: 0, v: 0}, {x: 2}, end=1.0)

@@ -10,6 +10,7 @@ Symbols: alpha [rad], omega [rad/s], t [s], T1 and F [N].
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -30,7 +31,10 @@ TOLERANCE = 1e-12  # of the integration; its dense output is then good to about 
 NEAR_LIMIT = 1e-8  # relative distance from the limit force below which forces are not resolved
 LIMIT_TOLERANCE = 1e-11  # relative, of the limit force
 FOREVER = 1e6  # [s]
-MOST_EVALUATIONS = 30_000  # of a piece; one that crawls takes more
+AT_REST = 1e-9  # [rad/s]; a motion as slow as this does not get through
+MOST_EVALUATIONS = 30_000  # of a piece, explicitly; one that crawls takes more
+MOST_OF_A_CRAWL = 1_000_000  # of a piece, with a method for stiff equations
+TOLERANCE_OF_A_CRAWL = 1e-10  # rounding of the acceleration is not far below it
 BEYOND = 2.0  # [rad], an angle past the deployed one
 
 
@@ -119,6 +123,7 @@ class PhasePlane:
     def __init__(self, parameters: TrussParameters) -> None:
         self.parameters = parameters
         self._acceleration = _acceleration_functions(parameters)
+        self._crawls = False  # a motion was found whose equations are stiff
         self._braking = self._flow(0.0, DEPLOYED, 0.0, sign=-1.0)
 
     def fastest(self, force: float) -> FastestMotion | None:
@@ -145,6 +150,12 @@ class PhasePlane:
         low = _static(self.parameters, self.parameters.stowed_angle)
         high = static_peak(self.parameters).force  # suffices even at a crawl
         through: list[tuple[float, float]] = []
+
+        # where friction outweighs inertia, nothing less gets through
+        nearest = high * (1 - NEAR_LIMIT)
+        if self._flow(nearest, self.parameters.stowed_angle, 0.0, sign=1.0).stalled:
+            return high
+        high = nearest
         while high - low > LIMIT_TOLERANCE * high:
             force = _next_force(low, high, through)
             flow = self._flow(force, self.parameters.stowed_angle, 0.0, sign=1.0)
@@ -174,7 +185,8 @@ class PhasePlane:
             return self.least_time(limit + math.exp(logarithm)) - duration
 
         bracket = math.log(nearest - limit), math.log(high - limit)
-        force = limit + math.exp(brentq(excess, *bracket, xtol=1e-10, rtol=1e-14))
+        near = 1e-6 if self._crawls else 1e-10  # in a crawl the time is as good as that
+        force = limit + math.exp(brentq(excess, *bracket, xtol=near, rtol=1e-14))
         motion = self.fastest(force)
         assert motion is not None
         return LeastForce(force, True, motion)
@@ -242,29 +254,35 @@ class PhasePlane:
     ) -> Any:
         """One branch of the potential: from a state to an edge, to rest, or to the flow below."""
         acceleration = _Acceleration(self._acceleration[net], force)
-        count = 0
-
-        def rates(_: float, y: Array) -> tuple[float, float]:
-            nonlocal count
-            count += 1
-            if count == MOST_EVALUATIONS:
-                raise CrawlError
-            return sign * y[1], sign * acceleration(y)
-
-        events = [_event(lambda y: y[0] - edge), _event(lambda y: y[1], direction=-1)]
+        events = [_event(lambda y: y[0] - edge), _event(lambda y: y[1] - AT_REST, direction=-1)]
         if below is not None:
-            events.append(_event(lambda y: y[1] - below.speed_at(y[0]), direction=1))
+            events.append(_event(lambda y: below.excess(y[0], y[1]), direction=1))
 
-        return solve_ivp(
-            rates,
-            (start, FOREVER),
-            state,
-            method="DOP853",
-            dense_output=True,
-            rtol=TOLERANCE,
-            atol=TOLERANCE * 1e-2,
-            events=events,
-        )
+        def integrated(method: str, tolerance: float, most: int) -> Any:
+            evaluations = itertools.count(1)
+
+            def rates(_: float, y: Array) -> tuple[float, float]:
+                if next(evaluations) == most:
+                    raise CrawlError
+                return sign * y[1], sign * acceleration(y)
+
+            return solve_ivp(
+                rates,
+                (start, FOREVER),
+                state,
+                method=method,
+                dense_output=True,
+                rtol=tolerance,
+                atol=tolerance * 1e-2,
+                events=events,
+            )
+
+        if not self._crawls:
+            try:
+                return integrated("DOP853", TOLERANCE, MOST_EVALUATIONS)
+            except CrawlError:
+                self._crawls = True
+        return integrated("LSODA", TOLERANCE_OF_A_CRAWL, MOST_OF_A_CRAWL)
 
 
 @dataclass(frozen=True)
@@ -304,8 +322,20 @@ class _Flow:
         rising = int(np.argmax(np.diff(samples[1]) < 0))
         return float(samples[1, rising:].min()) if rising else float(samples[1, -1])
 
-    def speed_at(self, angle: float) -> float:
-        return float(self(np.array([self.time_at(angle)]))[1, 0])
+    def excess(self, angle: float, speed: float) -> float:
+        """How far a speed is above that of the flow [rad/s]; far from it only about."""
+        angles, speeds, far = self._table
+        roughly = speed - float(np.interp(angle, angles, speeds))
+        if abs(roughly) > far:
+            return roughly
+        return speed - float(self(np.array([self.time_at(angle)]))[1, 0])
+
+    @cached_property
+    def _table(self) -> tuple[Array, Array, float]:
+        """Angles, rising, their speeds, and what is far from these by any error between them."""
+        angles, speeds = self(self.upto(self.duration))
+        rising = slice(None, None, 1 if angles[-1] > angles[0] else -1)
+        return angles[rising], speeds[rising], 0.05 * float(speeds.max())
 
     def upto(self, time: float, points: int = 400) -> Array:
         """Times from 0 to `time`, those of the integrator's steps with some between."""

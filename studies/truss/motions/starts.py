@@ -76,10 +76,19 @@ def starting_motion(
     return start_from_law(name, laws[name](), study)
 
 
-def one_of_each_kind_first(names: Sequence[str]) -> list[str]:
-    """The starts in their order, but the first of each kind before the others."""
+def in_order(names: Sequence[str], switching_force: bool) -> list[str]:
+    """The starts in their order, but the first of each kind before the others.
+
+    Parameters
+    ----------
+    names : sequence of str
+    switching_force : bool
+        Whether the rope force jumps between its bounds, as it does in the phase plane: its motion
+        is then about the optimum, and comes before all others.
+    """
     first = {KINDS[name]: name for name in reversed(names)}
-    return sorted(names, key=lambda name: name not in first.values())
+    optimum = "phase-plane" if switching_force else None
+    return sorted(names, key=lambda name: (name != optimum, name not in first.values()))
 
 
 def bezier_start(study: TrussStudy) -> StartingMotion:

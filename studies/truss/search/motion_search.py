@@ -35,11 +35,7 @@ from studies.truss.limits.caps import HARD, cap_on, without_cap
 from studies.truss.limits.feasibility import check_feasible, force_cap
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import law_of
-from studies.truss.motions.starts import (
-    one_of_each_kind_first,
-    start_from_law,
-    starting_motion,
-)
+from studies.truss.motions.starts import in_order, start_from_law, starting_motion
 from studies.truss.problem import Statement, control_of, needs_forces, state
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
 from studies.truss.search.best_motion import BestMotion
@@ -190,7 +186,8 @@ class Search:
 
     def _from_all_starts(self, with_forces: bool) -> BestMotion:
         """The best of all starts, one after the other until one meets the bound or enough agree."""
-        names = one_of_each_kind_first(self.study.solver.starts)
+        force_drives = control_of(self.study, with_forces)[0] == "force"
+        names = in_order(self.study.solver.starts, force_drives)
         if not with_forces:  # the phase plane of the force says nothing here
             names = [name for name in names if name != "phase-plane"] or names
 
