@@ -17,6 +17,7 @@ from models.truss import (
     rope_leverage,
 )
 from studies.common.exit_codes import StudyError
+from studies.truss.motions import phase_plane
 from studies.truss.motions.phase_plane import PhasePlane
 
 PLANES = {
@@ -97,7 +98,22 @@ def test_long_durations_tend_to_a_limit_that_no_motion_attains(mu: float, angle:
     assert PLANES[mu].fastest(least.force * (1 - 1e-6)) is None
 
 
-def test_a_crawl_is_refused_instead_of_integrated_for_ever() -> None:
+def test_a_crawl_is_integrated_as_the_stiff_equation_that_it_is(monkeypatch) -> None:  # type: ignore[no-untyped-def]
     truss = dataclasses.replace(DYNAMIC_SET, modules=6, pulley_friction=0.01)
+    plane = PhasePlane(truss)
+    least = plane.least_force(5.0)
+    assert least.attained
+    assert least.motion.duration == pytest.approx(5.0, rel=1e-5)  # of a crawl's integration
+
+    # the explicit method, with as many evaluations as it takes
+    monkeypatch.setattr(phase_plane, "MOST_EVALUATIONS", 10**7)
+    slowly = PhasePlane(truss).least_time(least.force)
+    assert slowly == pytest.approx(least.motion.duration, rel=1e-5)
+
+
+def test_what_no_method_integrates_is_said(monkeypatch) -> None:  # type: ignore[no-untyped-def]
+    truss = dataclasses.replace(DYNAMIC_SET, modules=6, pulley_friction=0.01)
+    monkeypatch.setattr(phase_plane, "MOST_EVALUATIONS", 100)
+    monkeypatch.setattr(phase_plane, "MOST_OF_A_CRAWL", 100)
     with pytest.raises(StudyError, match="gives no bound"):
         PhasePlane(truss).least_force(5.0)
