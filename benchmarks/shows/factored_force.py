@@ -164,7 +164,8 @@ def _outcomes(rows: Sequence[Row]) -> Table:
     ]
 
     columns = ("asked", "T [s]", "mu", "margin", "laws differ by [%]", "the most needed [N]")
-    return Table("what governs", (*columns, "no law matters", "verdict"), cells)
+    notes = ["what speed adds is before the pulleys, whose friction multiplies it"]
+    return Table("what governs", (*columns, "no law matters", "verdict"), cells, notes)
 
 
 def _worst_of(row: Row) -> str:

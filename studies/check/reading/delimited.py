@@ -203,7 +203,7 @@ def _columns(path: Path, layout: TextLayout, places: tuple[int, ...]) -> list[Ar
     with path.open(encoding=layout.encoding, errors="replace", newline=None) as file:
         try:
             values = np.loadtxt(
-                _rows(file, layout),
+                _rows(path, file, layout),
                 delimiter=layout.separator,
                 usecols=places,
                 comments=None,
@@ -215,14 +215,26 @@ def _columns(path: Path, layout: TextLayout, places: tuple[int, ...]) -> list[Ar
     return list(np.ascontiguousarray(values.T))
 
 
-def _rows(file: io.TextIOWrapper, layout: TextLayout) -> Iterator[str]:
+def _rows(path: Path, file: io.TextIOWrapper, layout: TextLayout) -> Iterator[str]:
     """Lines of numbers with decimal points."""
     for _ in range(layout.skipped):
         next(file)
-    comma = layout.decimal == ","
+    comma, separator = layout.decimal == ",", layout.separator
+    row, most = 0, None
     for line in file:
         if line.lstrip().startswith(COMMENTS) or not line.strip():
             continue
+        row += 1
+        # a cell too many shifts what stands behind it; one that is quoted may hold separators
+        wide = len(line.split()) if separator is None else line.rstrip().count(separator)
+        if most is None:
+            most = wide
+        elif wide > most and '"' not in line:
+            refuse(
+                path,
+                f"is ragged: row {row} below the header has more cells than the first one; give as "
+                "many cells in each row as in the header",
+            )
         yield line.replace(",", ".") if comma else line
 
 

@@ -149,6 +149,11 @@ REFUSED: dict[str, tuple[str, Write, str]] = {
         lambda path: path.write_text("time,angle\n" + "0,1\n" * 30 + "3\n"),
         "row 31",
     ),
+    "a cell too many": (
+        "a.csv",
+        lambda path: path.write_text("time,angle\n" + "0,1\n" * 30 + "3,1,4\n"),
+        "row 31 below the header has more cells",
+    ),
     "empty": ("a.csv", lambda path: path.write_bytes(b""), "is empty"),
     "header only": ("a.csv", lambda path: path.write_text("time,angle\n"), "no header stands"),
     "binary": ("a.bin", lambda path: path.write_bytes(bytes(range(256)) * 9), "is not text"),
