@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from ocp.errors import BudgetSpent, Interrupted, OcpError
+from ocp.errors import BudgetSpent, Interrupted, NumericalTrouble, OcpError
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.failures import failure
@@ -29,6 +29,7 @@ from ocp.refinement.mesh_iteration import (
     record_of,
 )
 from ocp.refinement.policy import gain_falls
+from ocp.refinement.unwrapping import lost_angle
 from ocp.transcription.packing import trajectory_of
 from ocp.transcription.transcribe import Transcription
 
@@ -36,6 +37,9 @@ Ending = Literal["tolerances", "standstill", "rounds", "failure", "budget"]
 
 # While the last mesh was off by this much or more, the next one is about to be replaced, too.
 _FAR = 1e-3
+
+# Mesh iterations after which an angle that still turns to and fro does so on finer meshes, too.
+_TURNING = 3
 
 # Rounds in a row over which the objective stands still where nothing more is to be gained.
 _STILL = 3
@@ -87,7 +91,8 @@ def refine(
     Raises
     ------
     SolveFailed
-        No mesh was solved, or the budget ended before one held between its points.
+        No mesh was solved, the budget ended before one held between its points, or an angle without
+        bounds turns to and fro.
     Interrupted
         The user stopped it.
     """
@@ -161,6 +166,22 @@ def _refine(
         program = meshes.next_program(start, following)
 
 
+def _check_angles(solved: Sequence[SolvedMesh]) -> None:
+    """NumericalTrouble where an angle without bounds is one that no finer mesh makes smooth."""
+    last = solved[-1]
+    if len(solved) < _TURNING or last.errors.dynamics < _FAR:
+        return
+    if lost := lost_angle(last.iterate):
+        phase, control = lost
+        raise NumericalTrouble(
+            f"the control '{control.name}' of phase '{phase}' turns to and fro between "
+            f"neighbouring points, after {len(solved)} mesh iterations, too: it has no bounds, and "
+            "more than its sine and cosine depends on it, so that whole turns cannot be taken out; "
+            f"bound this angle, as in Control({control.name!r}, lower=-4, upper=4)",
+            last.iterate.trajectory,
+        )
+
+
 def _ending(
     meshes: MeshSolver,
     solved: Sequence[SolvedMesh],
@@ -170,7 +191,7 @@ def _ending(
     over: bool,
     again: bool,
 ) -> Ending | None:
-    """What ends a refinement that has a next mesh, if anything does.
+    """What ends a refinement that has a next mesh, if anything does; an error for lost angles.
 
     Parameters
     ----------
@@ -179,6 +200,7 @@ def _ending(
     again : bool
         Whether the next mesh is the last one, to be solved to the tolerance asked for.
     """
+    _check_angles(solved)
     if over and not again:
         return "rounds"
     if meshes.spent(rounds):

@@ -31,6 +31,10 @@ from ocp.problem.problem import Problem
 from ocp.problem.symbols import Control
 from ocp.transcription.packing import trajectory_of
 
+# An angle is lost where it turns by more than half a turn between neighbouring points of an
+# interval, in more than this part of the intervals.
+_LOST = 0.1
+
 # random points at which a shift must change nothing, and what rounding may change
 _TRIED = 32
 _SAME = 1e-12
@@ -114,6 +118,28 @@ def _invariant(expressions: Sequence[ca.SX], control: Control, period: float) ->
     size = 1.0 + np.abs(np.where(known, here, 0.0))
     same = np.abs(np.where(known, there - here, 0.0)) <= _SAME * size
     return bool(known.any(axis=1).all() and same.all())
+
+
+def lost_angle(iterate: Iterate) -> tuple[str, Control] | None:
+    """A phase and its control without bounds that turns to and fro between neighbouring points.
+
+    It enters by sines and cosines, but something else notices a turn, so that it is not unwrapped.
+    """
+    for index, motion in enumerate(iterate.trajectory.phases):
+        statement = iterate.problem.phases[index]
+        for control in iterate.problem.controls[motion.name]:
+            if control.is_limited or control.coupled:
+                continue
+            period = max(_candidates(list(statement.dynamics.values()), control), default=math.inf)
+            turns = [
+                np.abs(
+                    np.diff(motion.polynomial(control.name).value(np.full(tau.size, k), tau)[:, 0])
+                )
+                for k, (_, tau) in _determined(iterate, index, control.name).items()
+            ]
+            if turns and np.mean([step.max() > 0.5 * period for step in turns]) > _LOST:
+                return motion.name, control
+    return None
 
 
 def unwrapped(iterate: Iterate, evaluator: Evaluator) -> Iterate:

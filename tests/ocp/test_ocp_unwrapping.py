@@ -6,7 +6,18 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from ocp import TIME, Between, Bound, Control, Phase, Problem, State, certify, solve
+from ocp import (
+    TIME,
+    Between,
+    Bound,
+    Control,
+    NumericalTrouble,
+    Phase,
+    Problem,
+    State,
+    certify,
+    solve,
+)
 from ocp.mesh.trajectory import Evaluator
 from ocp.problem.parameters import parameters_of
 from ocp.refinement.unwrapping import periods, unwrapped
@@ -109,3 +120,24 @@ def test_shifted_points_are_shifted_back_and_rows_stay():
     assert rows[2] == pytest.approx(rows[0], abs=1e-10)
     assert mended.x[ids] == pytest.approx(iterate.x[ids], abs=1e-9)
     assert unwrapped(iterate, Evaluator(iterate.problem)) is iterate
+
+
+def test_an_angle_with_a_small_cost_that_is_lost_is_said_to_need_bounds():
+    # Zermelo's crossing; a turn of the heading costs a little, so that it is never unwrapped
+    def priced(**bounds):
+        x, y, heading = State("x", "m"), State("y", "m"), Control("heading", "rad", **bounds)
+        cross = Phase(
+            "cross",
+            {x: ca.cos(heading) - y, y: ca.sin(heading)},
+            {x: 3.66, y: -1.86},
+            {x: 0, y: 0},
+            end=Between(0.1, 20, 5),
+        )
+        cost = cross.end_time + cross.integral(1e-4 * heading**2)
+        return Problem("crossing", cross, minimise=cost)
+
+    with pytest.raises(NumericalTrouble, match=r"'heading'.*bound this angle, as in Control"):
+        solve(priced())
+    # as the message says; without the cost the crossing takes 5.45787 s, and it is less than
+    # 1e-4 pi^2 times that more
+    assert 5.45787 < solve(priced(lower=-4, upper=4)).objective < 5.45787 * 1.001

@@ -32,8 +32,9 @@ from studies.common.console import number
 SECONDS = 120.0  # that the engine has for one answer
 AUDITED = 8  # starts where another optimum was found
 # Relative difference of two values of one optimum: this, or three times what halving the plain
-# mesh changes, whichever is more.
-SAME, COARSER = 1e-5, 3.0
+# mesh changes, whichever is more, but no more than the last: two optima may be as close as that.
+SAME, COARSER, MOST = 1e-5, 3.0, 2e-2
+FINER = 4  # times as many plain intervals before an answer is called wrong
 GUESSES = ("crude", "none")
 KINDS = ("right", "other optimum", "honest failure", "none found", "none exists", "wrong")
 HEAD = ("guess", "kind", "value", "plain", "rounds", "its", "CPU [s]", "not certified", "words")
@@ -64,29 +65,55 @@ def compared(variant: Variant, reference: Reference) -> dict[str, Any]:
     coarse = {"crude": half.solve(starts["crude"]).objective}
 
     answers: dict[str, dict[str, Any]] = {}
+    ends: dict[str, Start] = {}
     for guess in GUESSES:
         answers[guess], solution = by_engine(variant, guess, Settings(seconds=SECONDS))
         if solution is not None:
-            start = _start_from(solution)
-            values[f"engine, {guess}"] = plain.solve(start, close=True).objective
-            coarse[f"engine, {guess}"] = half.solve(start, close=True).objective
+            name = f"engine, {guess}"
+            ends[name] = start = _start_from(solution)
+            values[name] = plain.solve(start, close=True).objective
+            coarse[name] = half.solve(start, close=True).objective
 
-    changes = [abs(values[name] - coarse[name]) for name in coarse]
-    change = max((c for c in changes if math.isfinite(c)), default=0.0)
-    best = min((v for v in values.values() if math.isfinite(v)), default=math.nan)
-    same = max(SAME * abs(best), COARSER * change) if math.isfinite(best) else 0.0
+    judged = _judged(variant, answers, values, coarse)
+    if ends and any(own["kind"] == "wrong" for own in answers.values()):
+        # a mesh may err by more than its half tells: nothing is wrong before a finer one says so
+        near, fine = (Plain(variant, reference.intervals * part) for part in (FINER // 2, FINER))
+        finer = {name: fine.solve(start).objective for name, start in starts.items()}
+        finer |= {name: fine.solve(start, close=True).objective for name, start in ends.items()}
+        nearer = {name: near.solve(start, close=True).objective for name, start in ends.items()}
+        judged = _judged(variant, answers, finer, nearer)
 
     for guess, own in answers.items():
-        own["kind"] = _kind(variant, own, list(values.values()), best, same)
         own["audited"] = None
         if own["kind"] == "other optimum":
-            own["audited"] = _audited(variant, guess, best, same)
+            own["audited"] = _audited(variant, guess, judged["best"], judged["same"])
+    return {**judged, "answers": answers}
+
+
+def _judged(
+    variant: Variant,
+    answers: dict[str, dict[str, Any]],
+    values: dict[str, float],
+    coarse: dict[str, float],
+) -> dict[str, Any]:
+    """The best plain value, and within what values are the same; says its kind to each answer.
+
+    Parameters
+    ----------
+    values, coarse : objective of the plain collocation by start, on a mesh and on half of it.
+    """
+    finite = [value for value in values.values() if math.isfinite(value)]
+    changes = [abs(values[name] - coarse[name]) for name in coarse]
+    change = max((c for c in changes if math.isfinite(c)), default=0.0)
+    best = min(finite, default=math.nan)
+    same = min(max(SAME * abs(best), COARSER * change), MOST * abs(best)) if finite else 0.0
+    for own in answers.values():
+        own["kind"] = _kind(variant, own, finite, best, same)
     return {
-        "best": None if math.isnan(best) else best,
+        "best": best if finite else None,
         "same": same,
         "change": change,
-        "plain": {k: None if math.isnan(v) else v for k, v in values.items()},
-        "answers": answers,
+        "plain": {k: v if math.isfinite(v) else None for k, v in values.items()},
     }
 
 
@@ -135,7 +162,7 @@ def _kind(
         if variant.proven_without_motion:
             return "none exists"
         return "none found" if math.isnan(best) else "honest failure"
-    agrees = any(abs(value - v) <= same for v in values if math.isfinite(v))
+    agrees = any(abs(value - v) <= same for v in values)
     if variant.proven_without_motion or not agrees:
         return "wrong"
     return "right" if value <= best + same else "other optimum"
