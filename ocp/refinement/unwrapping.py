@@ -26,7 +26,6 @@ from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.expression_graph import Instruction, graph_of
 from ocp.numerics.piecewise_polynomial import bernstein
 from ocp.optimality.iterate import Iterate
-from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Control
 from ocp.transcription.packing import trajectory_of
@@ -42,17 +41,21 @@ _SAME = 1e-12
 _CIRCULAR = {"sin", "cos", "tan"}
 
 
-def periods(problem: Problem, phase: str, parameters: Parameters) -> dict[str, float]:
-    """The period of each control of a phase that a whole turn leaves as it is, by name."""
-    statement = problem.phase(phase)
+def periods(problem: Problem, index: int) -> dict[str, float]:
+    """Periods of the controls of phase `index` that a whole turn leaves as they are, by name."""
+    statement = problem.phases[index]
+    phase = statement.name
     expressions = [*statement.dynamics.values(), *(bound.expression for bound in statement.bounds)]
     for functional in problem.functionals:
         expressions += [piece for name, piece in functional.pieces if name == phase]
 
     found = {}
+    rates = ca.vertcat(*statement.dynamics.values())
     for control in problem.controls[phase]:
         if control.is_limited or control.coupled or control.shape not in (None, "polynomial"):
             continue
+        if ca.depends_on(rates, control.symbol) and ca.is_linear(rates, control.symbol):
+            continue  # a force, and no angle
         for period in _candidates(expressions, control):
             if _invariant(expressions, control, period):
                 found[control.name] = period
@@ -151,7 +154,7 @@ def unwrapped(iterate: Iterate, evaluator: Evaluator) -> Iterate:
     for index, motion in enumerate(iterate.trajectory.phases):
         key = ("periods", motion.name)
         if key not in evaluator.compiled:
-            evaluator.compiled[key] = periods(iterate.problem, motion.name, iterate.parameters)
+            evaluator.compiled[key] = periods(iterate.problem, index)
         for name, period in evaluator.compiled[key].items():
             changed |= _unwrap(x, iterate, index, name, period)
     if not changed:

@@ -19,7 +19,6 @@ from ocp import (
     solve,
 )
 from ocp.mesh.trajectory import Evaluator
-from ocp.problem.parameters import parameters_of
 from ocp.refinement.unwrapping import periods, unwrapped
 from ocp.transcription.packing import trajectory_of
 
@@ -45,7 +44,7 @@ def crossing(cost=None, angle=None, extra=(), factor=1.0):
 
 
 def periods_of(problem):
-    return periods(problem, "ride", parameters_of(problem))
+    return periods(problem, 0)
 
 
 @pytest.mark.parametrize(("factor", "turn"), [(1.0, 2 * np.pi), (np.pi / 180, 360.0)])

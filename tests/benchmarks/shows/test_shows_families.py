@@ -14,8 +14,8 @@ from ocp import solve
 from studies.benchmarks.problems import CATALOGUE
 
 # what 200 plain intervals of degree 3 are off by: hardly anything where all is smooth, a part of a
-# switch's interval where not, and more where terrain and stiffness need a finer mesh
-PLAIN = {"alp_rider": 2e-2, "hypersensitive_50": 1e-4}
+# switch's interval where not, and more where stiffness needs a finer mesh
+PLAIN = {"hypersensitive_50": 1e-4}
 SENSE = {"goddard_vmax": -1, "shuttle": -1, "goddard_betts_3ph": -1}  # those that are maximised
 
 
@@ -50,7 +50,7 @@ def test_a_question_can_be_asked_again() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", list(catalogue()))
+@pytest.mark.parametrize("name", sorted({*catalogue()} - {"alp_rider"}))  # a minute: drawn below
 def test_plain_and_engine_state_the_benchmark(name: str) -> None:
     variant, benchmark = Variant.nominal(name), CATALOGUE[name]()
     value = Plain(variant, 200).solve(crude_start(variant)).objective
