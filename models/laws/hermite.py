@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,6 +36,9 @@ class Hermite:
         turns than at the first row's speed [rad], shape (m,) each; from the rows themselves by
         default. Between close rows those differences are rounding, so whoever integrates an
         acceleration states them.
+    forwards : whether a speed below zero between rows counts as none. Noise makes such speeds where
+        none of the rows has one.
+    highest : angle beyond which no row is, and the law counts as there [rad].
 
     Raises
     ------
@@ -50,6 +54,8 @@ class Hermite:
     before: Array
     gains: Array | None = None
     turns: Array | None = None
+    forwards: bool = False
+    highest: float = math.inf
 
     def __post_init__(self) -> None:
         columns = (self.times, self.angles, self.speeds, self.accelerations, self.before)
@@ -100,6 +106,9 @@ class Hermite:
                 factor = float(np.prod(np.arange(k - order + 1, k + 1)))
                 value = value * s + factor * c[k]
             values.append(value / h**order)
+        values[0] = np.minimum(values[0], self.highest)
+        if self.forwards:
+            values[1] = np.maximum(values[1], 0.0)
         if self._jumps:  # the jerk has no bound then, and that of the pieces would say little
             values[3] = np.full_like(t, np.nan)
         return AngularMotion(t, *values)

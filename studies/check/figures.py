@@ -28,6 +28,7 @@ from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import BEFORE, RATES, paper_laws, stored_law
 
 OPTIMUM = "optimal"
+ROUNDING = 1e-6  # [mrad], below which a distance of rows that are taken as exact is rounding
 SHADE = 0.25  # of a band
 
 
@@ -56,8 +57,10 @@ def deployments_of(
     law = stored_law(columns)
     laws = [Deployment(result.laws[0], law, study.truss)]
     if f"{OPTIMUM}/time" in columns:
-        names = ("time", "angle", *RATES, BEFORE)
-        best = Hermite(*(columns[f"{OPTIMUM}/{name}"] for name in names))
+        time, angle, speed, after, before = (
+            columns[f"{OPTIMUM}/{name}"] for name in ("time", "angle", *RATES, BEFORE)
+        )
+        best = Hermite(time, angle, speed, after, before)
         laws.append(Deployment(OPTIMUM, best, study.truss))
     return [*laws, *paper_laws(study.truss, law.duration)]
 
@@ -85,6 +88,9 @@ def rows_figure(result: Result, profile: Deployment, columns: Mapping[str, Array
         left.fill_between(columns["band/time"], -width, width, label=name, **blue)
     label_axes(angles, "time [s]", "angle [deg]")
     label_axes(left, "time [s]", "distance [mrad]")
+    low, high = left.get_ylim()
+    if max(-low, high) < ROUNDING:  # nothing to see but the last bit
+        left.set_ylim(-ROUNDING, ROUNDING)
     for panel in (angles, left):
         panel.legend(loc="upper left", framealpha=0.9, edgecolor="none", fontsize=8)
     return figure

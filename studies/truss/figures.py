@@ -330,9 +330,12 @@ def _row(panels: int, title: str, share: bool = False) -> tuple[Figure, list[Axe
 
 
 def styled(deployments: Sequence[Deployment]) -> Iterator[tuple[Deployment, str, str]]:
-    """Each law with its colour and line style."""
+    """Each law with its colour and line style; two solid lines would hide each other."""
+    drawn: set[str] = set()
     for deployment in deployments:
-        yield deployment, *look(deployment.name)
+        colour, style = look(deployment.name)
+        yield deployment, colour, ":" if style == "-" and style in drawn else style
+        drawn.add(style)
 
 
 def label_times(axes: Sequence[Axes], labels: Sequence[str]) -> None:

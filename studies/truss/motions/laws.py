@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import itertools
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -192,7 +193,11 @@ def knots(law: Law) -> dict[str, Array]:
 
 
 def stored_law(columns: Mapping[str, Array]) -> Law:
-    """The law of the columns of a result: exact where there are knots that give its angles."""
+    """The law of the columns of a result: exact where there are knots that give its angles.
+
+    Where no row runs backwards, or beyond the open truss, the law does not either: no model holds
+    there.
+    """
     if "knot" in columns:
         renamed = (columns["knot"], columns["knot_jerk"], columns["knot_jerk_before"])
         jerks = dict(zip(("time", *JERKS), renamed, strict=True))
@@ -203,7 +208,12 @@ def stored_law(columns: Mapping[str, Array]) -> Law:
     # formerly there was no column of accelerations before the rows
     after = columns["angular_acceleration"]
     before = columns.get(BEFORE, after)
-    return Hermite(columns["time"], columns["angle"], columns["angular_speed"], after, before)
+    angles, speeds = columns["angle"], columns["angular_speed"]
+    forwards, inside = bool((speeds >= 0.0).all()), bool((angles <= DEPLOYED).all())
+    highest = DEPLOYED if inside else math.inf
+    return Hermite(
+        columns["time"], angles, speeds, after, before, forwards=forwards, highest=highest
+    )
 
 
 def rows_law(columns: Mapping[str, Array], angles: Array) -> Hermite | None:

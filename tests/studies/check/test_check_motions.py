@@ -221,3 +221,18 @@ def test_the_arm_is_replayed_by_angles_and_by_torques(tmp_path: Path, capsys) ->
     assert "FAILED: peak root torque" in capsys.readouterr().out
     assert main(["check", by_angle, "--no-optimum", "--drive", "torque"]) == ExitCode.BAD_INPUT
     assert "needs root_torque" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("what", ["noise", "overshoot"])
+def test_what_is_measured_can_be_read_again_between_its_rows(what: str, tmp_path: Path) -> None:
+    time, angle = noisy(BEZIER, 1e-3, 281, seed=3)
+    if what == "overshoot":
+        angle += 0.02 * np.exp(-((time - 135.0) ** 2))
+    path = write(tmp_path / "a.csv", time, angle)
+    # rows are at most open and never backwards: between them the law must not be either
+    words = ["check", str(path), "--friction", "0.01", "--no-optimum", "--no-figures", "--results"]
+    expected = ExitCode.OK if what == "noise" else ExitCode.NOT_VERIFIED
+    assert main([*words, str(tmp_path / "r")]) == expected
+    # the figures are drawn from the same law at times between the rows
+    words = ["export", str(tmp_path / "r"), "--to", "csv", "--step", "0.05", "--output"]
+    assert main([*words, str(tmp_path / "o.csv")]) == ExitCode.OK
