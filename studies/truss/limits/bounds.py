@@ -28,6 +28,7 @@ from studies.margin.loads import least_static_need
 from studies.margin.schema import MarginRequirements
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.limits.caps import CAPPED, CURVE, Caps, cap_on
+from studies.truss.limits.pull import least_time_of_pull
 from studies.truss.limits.ridge import ridge_force, ridge_need
 
 if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
@@ -149,6 +150,9 @@ def lower_bounds(
         "energy": work,
         "time": max(study.duration[0], least_time_of_the_mechanism(study), least_time_of_force),
     }
+    if "time" in study.objectives:
+        pull = least_time_of_pull(study.truss, caps, caps.force, enough=0.0)
+        bounds["time"] = max(bounds["time"], pull)
     if study.jerk_limited:
         bounds["peak-jerk"] = least_jerk_cap(study.stroke, duration)
         bounds["peak-rope-jerk"] = least_jerk_cap(travel, duration)

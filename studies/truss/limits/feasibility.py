@@ -1,4 +1,4 @@
-"""Caps that no motion meets, by proof: from closed forms, the ridge or the phase plane.
+"""Caps that no motion meets, by proof: closed forms, the ridge, the ropes' pull, the phase plane.
 
 Symbols: L [m] rope hauled in; T [s] longest duration; W [J] least work of the motors.
 """
@@ -22,6 +22,7 @@ from studies.truss.limits.bounds import (
     lower_bounds,
 )
 from studies.truss.limits.caps import cap_on
+from studies.truss.limits.pull import least_time_of_pull, push_of_springs
 from studies.truss.limits.ridge import ridge_force
 from studies.truss.quantities import QUANTITIES
 
@@ -41,6 +42,8 @@ def check_feasible(study: TrussStudy, least_force: Callable[[], LeastForce]) -> 
     _check_kinematics(study)
     _check_mechanism(study)
     _check_tension(study)
+    _check_pull(study)
+    _check_time_is_best(study)
     _check_speed_is_best(study)
     cap = force_cap(study)
     if cap is not None:
@@ -148,6 +151,20 @@ def _check_speed_is_best(study: TrussStudy) -> None:
     )
 
 
+def _check_time_is_best(study: TrussStudy) -> None:
+    """Refuse the least time where none is attained: one blow, then braking without a pull."""
+    caps, low = study.caps, study.duration[0]
+    slowed = any(getattr(caps, name) is not None for name in (*_SLOWING, "power"))
+    if study.minimise[0].keys() != {"time"} or slowed or force_cap(study) is not None:
+        return
+    least = least_time_of_pull(study.truss, caps, None, low)
+    if least > low:
+        raise _infeasible(
+            f"no motion is best: the least time is about {least:.4g} s, a limit that no motion "
+            "attains without a jump of the speed; cap the rope force, the acceleration or the jerk"
+        )
+
+
 def force_cap(study: TrussStudy) -> float | None:
     """The most force on a rope [N] that caps on force and torque leave; None for no limit."""
     caps, drive = study.caps, study.drive
@@ -177,6 +194,35 @@ def _check_tension(study: TrussStudy) -> None:
                 f"the {where}, above the force cap of {cap:g} N; lower the one or "
                 "raise the other"
             )
+
+
+def _check_pull(study: TrussStudy) -> None:
+    """What ropes that only pull cannot do: hold the springs back, and brake in time."""
+    truss, caps, duration = study.truss, study.caps, study.duration[1]
+    if caps.acceleration is not None:
+        push = push_of_springs(truss, caps)
+        if push.acceleration > caps.acceleration * (1 + ROUNDING):
+            raise _infeasible(
+                f"no motion meets the acceleration cap of {caps.acceleration:g} rad/s^2: at "
+                f"{math.degrees(push.angle):.2f} deg the springs alone accelerate the truss by at "
+                f"least {push.acceleration:.6g} rad/s^2, and ropes only pull; raise the cap to "
+                "more than that, or lengthen spring_free_length"
+            )
+
+    force = force_cap(study)
+    least = least_time_of_pull(truss, caps, force, duration)
+    if least <= duration:
+        return
+    if math.isinf(least):
+        raise _infeasible(
+            "no motion comes to rest at the end under the caps: ropes only pull, and nothing else "
+            "brakes the truss where it has to slow down; lengthen spring_free_length or raise a cap"
+        )
+    raise _infeasible(
+        f"no motion deploys in {duration:g} s under the caps: ropes only pull, so that the truss "
+        f"brakes no faster than by its springs, net and friction, and they need at least "
+        f"{least:.6g} s; lengthen the duration or raise a cap"
+    )
 
 
 def _check_end_forces(study: TrussStudy, cap: float) -> None:
