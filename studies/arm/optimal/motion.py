@@ -8,7 +8,7 @@ against the replay on B21.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import casadi as ca
@@ -21,6 +21,7 @@ from models.arm.reduced import ReducedArm
 from models.arm.reduced_simulation import ReducedMotion, simulate_reduced
 from ocp import PhaseTrajectory, Solution, Trajectory
 from ocp.arrays import Array
+from studies.arm.optimal.correction import added_to
 from studies.arm.optimal.objectives import StatedStage
 from studies.arm.optimal.phase import ArmPhase, slope_unit
 from studies.arm.replay.full_model import ELEMENTS, MODES, Drive, LockedMotion, Motion, replay
@@ -41,12 +42,14 @@ class OptimalMotion:
     stated : the problem that was solved.
     solution : of the solver.
     weight : of the smoothness in what was minimised.
+    added : torques by joint beside the solver's, with which the full model rests, see `correction`.
     """
 
     name: str
     stated: StatedStage
     solution: Solution
     weight: float = 0.0
+    added: Mapping[int, PPoly] = field(default_factory=dict)
 
     @cached_property
     def stage(self) -> Stage:
@@ -70,7 +73,12 @@ class OptimalMotion:
 
     @cached_property
     def torques(self) -> dict[int, PPoly]:
-        """Torque of each driven joint as the exact piecewise polynomial of the solution."""
+        """Torque of each driven joint as an exact piecewise polynomial."""
+        return added_to(self._solved, self.added)
+
+    @cached_property
+    def _solved(self) -> dict[int, PPoly]:
+        """The solver's torques alone."""
         phase = self.trajectory.phase(self.arm.phase.name)
         return {k: polynomial(phase, state.name) for k, state in self.arm.torque.items()}
 
@@ -90,11 +98,30 @@ class OptimalMotion:
     def _smoothness(self) -> float:
         """Mean square of the slopes of the torque rates, as `phase.smoothness` states it."""
         total = 0.0
-        for k, law in self.torques.items():
+        for k, law in self._solved.items():
             slopes = law.derivative(2)
             square = slopes(slopes.x[:-1]) ** 2 @ np.diff(slopes.x)
             total += float(square) / slope_unit(self.stated.stage, k) ** 2
         return total / self.stated.stage.duration
+
+    @property
+    def added_share(self) -> float:
+        """Largest torque added to the solver's, over the largest torque."""
+        times = np.linspace(0.0, self.stage.duration, _DENSE)
+        shares = [
+            float(np.abs(more(times)).max()) / self.peak_torque[k] for k, more in self.added.items()
+        ]
+        return max(shares, default=0.0)
+
+    @property
+    def within_limits(self) -> bool:
+        """Whether torques and their rates keep the limits of the problem that was solved."""
+        drives = self.arm.drives
+        return all(
+            peaks[k] <= state.upper
+            for states, peaks in ((drives.torque, self.peak_torque), (drives.rate, self.peak_rate))
+            for k, state in states.items()
+        )
 
     @property
     def peak_torque(self) -> Array:

@@ -9,19 +9,21 @@ large ones, so that the replays decide.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol, TypeVar
 
 import numpy as np
 
+from models.ancf.integrate import StepControl
 from ocp.arrays import Array
 from studies.arm.optimal.aim import beside_rest
+from studies.arm.optimal.correction import added_to, correction
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.objectives import RESIDUAL
 from studies.arm.optimal.phase import is_slow
 from studies.arm.optimal.solve import solve_again
 from studies.arm.replay.full_model import Drive, LockedMotion, rough_steps_for, steps_for
-from studies.arm.search_limits import HOPELESS, LIGHTER, ROUNDS
+from studies.arm.search_limits import CORRECTIONS, HOPELESS, LIGHTER, ROUNDS
 from studies.arm.stage import ELBOW
 from studies.common.exit_codes import StudyError
 
@@ -29,6 +31,7 @@ Progress = Callable[[str], None]
 SAME = 0.01  # relative change of the objective that counts as none
 AGREE = 0.1  # share of the residual allowed by which two replays may differ
 FLOOR = 1e-9  # [J] below which all replays count as still
+ADDED = 0.005  # share of the peak torque that may be added, half of what counts as no change
 ASKED = 0.9  # share of the residual allowed that a round may leave: its replay is right to some %
 
 
@@ -257,8 +260,12 @@ def refine(
     """
 
     def tried(motion: OptimalMotion, aim: Array) -> _TriedMotion:
-        replayed = motion.replay(drive, settings=rough_steps_for(residual, drive))
-        found = _TriedMotion(motion, replayed, aim - beside_rest(motion.stage, replayed.run.before))
+        steps = rough_steps_for(residual, drive)
+        replayed = motion.replay(drive, settings=steps)
+        next_aim = aim - beside_rest(motion.stage, replayed.run.before)
+        if drive == "torque" and len(motion.stage.moving) == 1 and not is_slow(motion.stage):
+            motion, replayed = _corrected(motion, replayed, residual, steps)
+        found = _TriedMotion(motion, replayed, next_aim)
         if say is not None:
             say(sentence(found.entry, motion.stage.name))
         return found
@@ -284,6 +291,30 @@ def refine(
     # the rounds were replayed roughly; what is stated is not
     replayed = best.motion.replay(drive, settings=steps_for(residual, drive))
     return Refined(best.motion, replayed, rounds, residual, change)
+
+
+def _corrected(
+    motion: OptimalMotion, replayed: LockedMotion, residual: float, steps: StepControl
+) -> tuple[OptimalMotion, LockedMotion]:
+    """The motion with a little torque added, as far as that brings the full model nearer to rest.
+
+    A motion that needs much more torque, or breaks a limit with it, is left as it is.
+    """
+    best, still = motion, replayed
+    for _ in range(CORRECTIONS):
+        # well below what is allowed: a finer full model then agrees, too
+        if not AGREE * residual < still.residual_energy <= HOPELESS * residual:
+            break
+        more = correction(motion.stage, still.run.before)
+        added = added_to(more, best.added) if best.added else more
+        tried = replace(motion, added=added)
+        if tried.added_share > ADDED or not tried.within_limits:
+            break
+        again = tried.replay("torque", settings=steps)
+        if again.residual_energy > 0.5 * still.residual_energy:
+            break
+        best, still = tried, again
+    return best, still
 
 
 def sentence(entry: Round, name: str) -> str:

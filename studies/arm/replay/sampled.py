@@ -21,7 +21,7 @@ from studies.arm.replay.full_model import (
     LockedMotion,
     Motion,
     replay,
-    steps_for,
+    rough_steps_for,
 )
 
 STEPS = (0.02, 0.005, 0.001)  # [s] sample times tried, the longest first
@@ -71,18 +71,24 @@ def sampled_to(
 
     Where none keeps it, at the shortest.
     """
-    motion, settings = replayed.motion, steps_for(residual)
+    motion, rough = replayed.motion, rough_steps_for(residual, replayed.motion.drive)
     for tried in STEPS if step is None else (step,):
         times = sample_times(motion.stage.duration, tried)
         values = {k: sampled(joint, times) for k, joint in motion.joints.items()}
         joints = {k: interpolated(motion.drive, times, x) for k, x in values.items()}
         name = f"{motion.name}, sampled every {times[1]:.4g} s"
         follows = Motion(name, motion.drive, motion.stage, joints)
-        again = replay(follows, elements=elements, settings=settings)
+
+        # what is stated of an export is finer than what chooses its steps
+        last = tried == STEPS[-1] or step is not None
+        if (
+            not last
+            and replay(follows, elements=elements, settings=rough).residual_energy > residual
+        ):
+            continue
+        again = replay(follows, elements=elements, settings=SMOOTH)
         if again.residual_energy <= residual:
             break
-    if settings != SMOOTH:  # what is stated of an export is finer than what chooses its steps
-        again = replay(follows, elements=elements, settings=SMOOTH)
     return SampledProfile(replayed, times, values, again)
 
 

@@ -229,6 +229,10 @@ def _surcharges(motion: OptimalMotion) -> list[Metric]:
         Metric("smoothness_weight", "weight of the smoothness", "1", motion.weight, "neither"),
         Metric("smoothness_share", "share of smoothness in what was minimised", "%", share),
     ]
+    if motion.added:
+        added = 100 * motion.added_share
+        title = "torque added on the full model, of the peak"
+        entries.append(Metric("added_share", title, "%", added, "neither"))
     for k in motion.stage.moving if len(motion.stage.moving) == 1 else ():
         bound = 4.0 * float(motion.stage.torque_units[k])
         over = 100 * (float(motion.peak_torque[k]) / bound - 1)
