@@ -1,10 +1,11 @@
-"""The first mesh where the stated guess leads nowhere: another barrier, then simulated guesses.
+"""The first mesh where the stated guess leads nowhere: other solvers, then simulated guesses.
 
 A guess without any motion in it, as a straight line from start to end, may lead a solver to a point
 where the violation of the constraints cannot be made smaller by small changes. That says nothing of
-the problem. Here the solver starts anew: with the barrier that strays less, and from motions that
-are simulated under controls drawn at random (`ocp.mesh.simulated_guess`). The best of the first few
-that it finds is the answer of the round. The draws are the same in every run.
+the problem. Here the solver starts anew: with another line search, with the barrier that strays
+less, and from motions that are simulated under controls drawn at random
+(`ocp.mesh.simulated_guess`). The best of the first few that it finds is the answer of the round.
+The draws are the same in every run.
 
 Controls of a few intervals may also be too coarse for any motion, where the limits leave little
 room. So the same is tried on a finer mesh.
@@ -29,10 +30,12 @@ from ocp.refinement.mesh_iteration import MeshIteration, MeshSolver, iterations_
 from ocp.transcription.packing import decision_vector
 from ocp.transcription.transcribe import ProgramLimits, Transcription
 
-# Iterations of an attempt, guesses that are simulated at most, and answers that are compared.
+# Iterations of an attempt, guesses that are simulated at most, answers that are compared, and
+# guesses on a finer mesh, where each costs more.
 _PATIENCE = 300
 _GUESSES = 8
 _ANSWERS = 3
+_GUESSES_IF_FINER = 2
 
 # Times as many intervals where a mesh has led to nothing, and the most that such a mesh may have.
 # Controls of so many pieces are within a percent of any that switches now and then.
@@ -66,13 +69,13 @@ def sought(
     if failed.outcome not in _HOPEFUL or short or equations > free:
         return program, failed
 
-    result = _from_other_starts(meshes, program, solver, failed, rounds)
+    result = _from_other_starts(meshes, program, solver, failed, rounds, _GUESSES)
     finer = _finer(meshes, program.mesh)
     if result.outcome not in _HOPEFUL or finer is None:
         return program, result
 
     again = meshes.first_program(None, finer)
-    second = _from_other_starts(meshes, again, solver, result, rounds)
+    second = _from_other_starts(meshes, again, solver, result, rounds, _GUESSES_IF_FINER)
     solved = second.outcome in ("solved", "interrupted")
     return again if solved else program, second
 
@@ -92,11 +95,12 @@ def _from_other_starts(
     solver: NlpSolver,
     failed: NlpResult,
     rounds: Sequence[MeshIteration],
+    guesses: int,
 ) -> NlpResult:
     """The best answer of one program from other starts, or what failed before."""
     limits, answers = program.limits(meshes.parameters), list[NlpResult]()
     before, iterations, seconds = iterations_of(rounds), failed.iterations, failed.seconds
-    for choice, point in _attempts(meshes, program, solver, limits):
+    for choice, point in _attempts(meshes, program, solver, limits, guesses):
         if meshes.budget.spent(before + iterations):
             break
         patient = meshes.budget.within(choice.within(_PATIENCE, inf), before + iterations)
@@ -114,10 +118,15 @@ def _from_other_starts(
 
 
 def _attempts(
-    meshes: MeshSolver, program: Transcription, solver: NlpSolver, limits: ProgramLimits
+    meshes: MeshSolver,
+    program: Transcription,
+    solver: NlpSolver,
+    limits: ProgramLimits,
+    count: int,
 ) -> Iterator[tuple[NlpSolver, StartingPoint]]:
     """Solvers and starting points in order."""
-    others = solver.alternatives(warm=False)
+    # where a filter takes no step any more, a penalty function often does
+    others = [*solver.alternatives(warm=True), *solver.alternatives(warm=False)]
     for other in others:
         yield other, meshes.starting_point(program, None, limits)
 
@@ -127,7 +136,7 @@ def _attempts(
         meshes.parameters,
         stated,
         program.scales.signals,
-        _GUESSES,
+        count,
         np.random.default_rng(0),
     )
     for guess, choice in zip(guesses, cycle([solver, *others]), strict=False):

@@ -66,7 +66,9 @@ def test_plain_and_engine_state_the_benchmark(name: str) -> None:
 def test_no_draw_of_any_family_is_wrong_and_called_right(index: int) -> None:
     drawn = Variant.drawn(question(100, index)["problem"], np.random.default_rng([100, index]))
     row = compared(drawn, Reference(random_starts=0))
-    assert all(own["kind"] in ("right", "none exists") for own in row["answers"].values())
+    # another optimum than the best is no mistake of a solve from one start
+    allowed = ("right", "other optimum", "none exists")
+    assert all(own["kind"] in allowed for own in row["answers"].values())
 
 
 def test_an_answer_is_judged_by_what_the_plain_collocation_finds() -> None:
