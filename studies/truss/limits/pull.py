@@ -130,7 +130,8 @@ class _Way:
         first = np.argmax(forwards >= least, axis=0)
         last = STEPS - np.argmax(backwards[::-1] >= least, axis=0)
         some = (forwards >= least).any(axis=0) & (backwards >= least).any(axis=0)
-        return np.asarray(some & (first <= last))
+        # each lies in the step before the point that is found
+        return np.asarray(some & (first <= last + 2))
 
     def least_own(self, top: Array) -> Array:
         """Least acceleration without a rope, at speeds up to `top`, (STEPS + 1,)."""
