@@ -25,6 +25,7 @@ SHOWS = {
     "factored-force": "benchmarks.shows.factored_force",
     "drive-table": "benchmarks.shows.drive_table",
     "drive-points": "benchmarks.shows.drive_points",
+    "drive-formats": "benchmarks.shows.drive_formats",
     "engine-families": "benchmarks.shows.engine.families",
     "engine-headings": "benchmarks.shows.engine.stated:HEADINGS",
     "engine-singular": "benchmarks.shows.engine.stated:SINGULAR",

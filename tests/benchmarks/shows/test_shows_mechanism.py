@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.shows import factored_force, mechanism_caps
+from benchmarks.shows import drive_formats, factored_force, mechanism_caps
 from benchmarks.shows.mechanism_caps import verdict_on
+from studies.export.formats import TABLES
 from studies.truss.quantities import QUANTITIES
 
 
@@ -38,6 +39,19 @@ def test_a_cap_below_the_least_possible_is_proven_by_the_command(tmp_path: Path)
     assert question == {"duration": 4.0, "quantity": "peak-power", "multiple": 0.9}
     assert verdict_on({**question, **row}) == "proven"
     assert mechanism_caps.tables([{**question, **row, "failure": "", "seconds": 1.0}])
+
+
+def test_every_table_and_curve_is_a_case_once(tmp_path: Path) -> None:
+    questions = [drive_formats.question(0, index) for index in range(26)]
+    assert len({tuple(one.items()) for one in questions}) == 26
+    assert {one["name"] for one in questions} >= set(TABLES)
+    rows = []
+    for index in (8, 20):  # a table that is short, and polynomials
+        row = drive_formats.answer(drive_formats.question(0, index), tmp_path)
+        rows.append({**drive_formats.question(0, index), **row, "failure": ""})
+    table, curves = drive_formats.tables(rows)
+    assert table.rows[0][6] == "yes"
+    assert float(curves.rows[0][2]) <= 1e-9
 
 
 @pytest.mark.slow
