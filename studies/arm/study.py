@@ -20,7 +20,12 @@ from studies.arm.questions.baselines import compare_baselines
 from studies.arm.questions.least_duration import find_least_durations
 from studies.arm.questions.one_motion import check_study, solve_motion
 from studies.arm.questions.robust.comparison import find_robust
-from studies.arm.questions.sequence.study import check_sequence, find_sequence, stated_case
+from studies.arm.questions.sequence.study import (
+    check_pace,
+    check_sequence,
+    find_sequence,
+    stated_case,
+)
 from studies.arm.questions.trade_off import trade_off
 from studies.common.console import Console, silent
 from studies.common.exit_codes import ExitCode, StudyError
@@ -55,6 +60,7 @@ def check(study: AnyArmStudy) -> None:
         check_bending(study.slew)
     elif isinstance(study, SequenceStudy):
         case = stated_case(study)
+        check_pace(study, case)
         for stage in (case.first, case.second):
             check_bending(stage)
         check_sequence(study, case)

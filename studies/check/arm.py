@@ -279,8 +279,11 @@ def _torque(time: Array, values: Array, found: Recovered | None, exported: bool)
 def _through(time: Array, values: Array, exported: bool) -> Any:
     """A spline where the rows resolve the torque, monotone where it jumps.
 
-    An export of ours states that it has no slope at either end. Other files say nothing of that.
+    An export of ours states its spline, which has no slope at either end, and is taken by its word
+    however steep the torque is. Other files say nothing of that.
     """
+    if exported:
+        return CubicSpline(time, values, bc_type="clamped")
     peak = float(np.abs(values).max())
     half = np.unique(np.append(np.arange(0, time.size, 2), time.size - 1))
     if half.size < 4:
@@ -289,7 +292,7 @@ def _through(time: Array, values: Array, exported: bool) -> Any:
     misfit = float(np.abs(CubicSpline(time[half], values[half])(time) - values).max())
     if misfit > RESOLVED * peak:
         return PchipInterpolator(time, values)
-    return CubicSpline(time, values, bc_type="clamped" if exported else "not-a-knot")
+    return CubicSpline(time, values)
 
 
 def _angle(measured: MeasuredProfile, stage: Stage, k: int, found: Recovered) -> Driven:

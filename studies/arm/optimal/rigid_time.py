@@ -65,7 +65,7 @@ def _problem(stage: Stage, caps: list[float]) -> Problem:
     """Least time of both joints of a rigid arm, from the quintic step."""
     T, law = stage.duration, quintic(stage.duration)
     q = [State(f"{name} angle", "rad") for name in JOINT_NAMES]
-    v = [State(f"{name} rate", "rad/s", scale=1.0 / T) for name in JOINT_NAMES]
+    v = [State(f"rate of {name} angle", "rad/s", scale=1.0 / T) for name in JOINT_NAMES]
     tau = [
         Control(f"{name} torque", "N m", lower=-cap, upper=cap, shape="constant")
         for name, cap in zip(JOINT_NAMES, caps, strict=True)

@@ -8,7 +8,7 @@ from contextlib import suppress
 import numpy as np
 
 from models.arm.reduced_simulation import reduced_modes
-from ocp import Interrupted, OcpError, Solution, Trajectory, solve
+from ocp import Interrupted, NumericalTrouble, OcpError, Solution, Trajectory, solve
 from ocp.arrays import Array
 from studies.arm.laws.unit_laws import quintic
 from studies.arm.optimal.motion import OptimalMotion
@@ -124,8 +124,20 @@ def _solved(
         return OptimalMotion(name, stated, solution, weight)
 
     raise StudyError(
-        f"no motion of the stage '{stated.stage.name}' was found: {failure}", ExitCode.NOT_SOLVED
+        f"no motion of the stage '{stated.stage.name}' was found: {in_words(failure)}",
+        ExitCode.NOT_SOLVED,
     )
+
+
+def in_words(failure: OcpError | None) -> str:
+    """Why the solver found none, with a remedy that the user of an arm has."""
+    if isinstance(failure, NumericalTrouble):
+        # the engine's own advice is for who states a problem
+        return (
+            "the solver got into numerical trouble; give a longer duration, a more common "
+            "stiffness or mass, or another objective"
+        )
+    return str(failure)
 
 
 def in_enough_time(

@@ -1,6 +1,7 @@
 """Objectives of the arm, and both stages as one problem."""
 
 import math
+import re
 
 import casadi as ca
 import numpy as np
@@ -10,9 +11,11 @@ from models.ancf.joints import Torque
 from models.arm.lock import released
 from models.arm.parameters import ArmParameters
 from models.arm.reduced import ReducedArm
+from ocp import NumericalTrouble
+from studies.arm.config import SequenceStudy
 from studies.arm.optimal.objectives import first_duration
 from studies.arm.optimal.refinement import refine
-from studies.arm.optimal.solve import solve_stage
+from studies.arm.optimal.solve import in_words, solve_stage
 from studies.arm.optimal.solver import graded
 from studies.arm.questions.sequence.problem import locked, sequence
 from studies.arm.questions.sequence.replay import replay_sequence
@@ -21,6 +24,7 @@ from studies.arm.replay.full_model import Motion, replay
 from studies.arm.replay.loads import deflections, loads, mean_square
 from studies.arm.report.quantities import latched
 from studies.arm.stage import TorqueCaps, big_arm, small_arm
+from studies.arm.study import check as check_study
 from studies.cli import main
 from studies.common.exit_codes import ExitCode, StudyError
 
@@ -166,6 +170,23 @@ def test_a_sequence_that_cannot_be_is_refused_at_once(arguments, capsys, tmp_pat
     code = main(["arm", "sequence", *arguments, "--results", str(tmp_path / "out")])
     assert code == ExitCode.INFEASIBLE
     assert "would bend a link" in capsys.readouterr().err
+
+
+def test_a_cap_so_low_that_no_mesh_resolves_the_sequence_is_refused_with_the_least_cap(
+    capsys, tmp_path
+):
+    words = ["arm", "sequence", "--least", "time", "--results", str(tmp_path / "out")]
+    assert main([*words, "--torque-cap", "1e-9"]) == ExitCode.BAD_INPUT
+    told = capsys.readouterr().err
+    least = re.search(r"give a torque cap of at least ([0-9.]+) N m", told)
+    study = SequenceStudy(least="time", torque_cap=float(least[1]))
+    check_study(study)  # what is advised is accepted
+
+
+def test_numerical_trouble_is_told_in_words_for_who_has_an_arm():
+    failure = NumericalTrouble("IPOPT got into trouble; state sizes by `scale`", None)
+    assert "longer duration" in in_words(failure)
+    assert "scale" not in in_words(failure)
 
 
 @pytest.mark.slow

@@ -10,6 +10,7 @@ from studies.arm.laws.unit_laws import quintic
 from studies.arm.replay.full_model import Motion, replay
 from studies.arm.replay.sampled import STEPS, interpolated, sample_times, sampled, sampled_to
 from studies.arm.stage import big_arm
+from studies.check.arm import _through
 
 STAGE = big_arm(8.6)
 
@@ -46,3 +47,13 @@ def test_a_spline_begins_and_ends_without_slope():
         assert sampled(joint, times) == pytest.approx(sampled(law, times), abs=1e-12)
     ends = joint.rate(np.array([0.0, 8.6]))
     assert ends == pytest.approx([0.0, 0.0], abs=1e-12)
+
+
+def test_an_export_is_checked_by_the_spline_it_states_however_steep_it_is():
+    # every other row does not tell this pulse, so that rows of unknown origin are joined monotonely
+    times = np.linspace(0.0, 1.0, 21)
+    values = np.where(np.abs(times - 0.5) < 0.03, 1.0, 0.0)
+    fine = np.linspace(0.0, 1.0, 501)
+    stated = interpolated("torque", times, values)
+    assert np.array_equal(_through(times, values, exported=True)(fine), stated.torque(fine))
+    assert not np.allclose(_through(times, values, exported=False)(fine), stated.torque(fine))

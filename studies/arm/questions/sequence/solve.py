@@ -14,6 +14,7 @@ from ocp import Interrupted, OcpError, Solution, Trajectory, solve
 from ocp.arrays import Array
 from studies.arm.optimal.motion import polynomial, torque_joints
 from studies.arm.optimal.phase import ArmPhase
+from studies.arm.optimal.solve import in_words
 from studies.arm.optimal.solver import sequence_mesh, settings, stage_mesh
 from studies.arm.questions.sequence.problem import (
     SMOOTHING,
@@ -176,7 +177,9 @@ def solved_from(
     except Interrupted as error:
         raise KeyboardInterrupt from error
     except OcpError as error:
-        raise StudyError(f"no sequence was found: {error}", ExitCode.NOT_SOLVED) from error
+        raise StudyError(
+            f"no sequence was found: {in_words(error)}", ExitCode.NOT_SOLVED
+        ) from error
     return OptimalSequence(stated, solution, weight)
 
 

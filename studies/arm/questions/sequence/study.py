@@ -10,6 +10,7 @@ import numpy as np
 from models.arm.reduced_simulation import reduced_modes
 from studies.arm.config import SequenceStudy, as_dictionary
 from studies.arm.optimal.refinement import AGREE, FLOOR, SAME
+from studies.arm.optimal.solve import MOST_PERIODS
 from studies.arm.questions.sequence.problem import Sequence, locked, sequence, turning
 from studies.arm.questions.sequence.profile import (
     INTERPOLATION,
@@ -123,6 +124,32 @@ def check_sequence(study: SequenceStudy, case: Sequence) -> None:
             f"lock_energy is {study.lock_energy:g} J, but a rigid arm that constant torque speeds "
             f"up until its lock, for the shortest time tried of {shortest:.3g} s, has "
             f"{fastest:.3g} J; give less"
+        )
+
+
+def check_pace(study: SequenceStudy, case: Sequence) -> None:
+    """Refuse a torque cap under which the arm is so slow that no mesh resolves its modes.
+
+    Raises
+    ------
+    StudyError
+        With the least cap.
+    """
+    cap = study.torque_cap
+    if cap is None:
+        return
+    fastest = max(
+        float(reduced_modes(stage.model, stage.model.at(*stage.start))[0][-1])
+        for stage in (case.first, case.second)
+    )
+    longest = max(case.first.duration, case.second.duration)
+    if fastest * longest > MOST_PERIODS:
+        # a motion takes as long as one over the cap's root
+        least = cap * (fastest * longest / MOST_PERIODS) ** 2
+        raise StudyError(
+            f"under a torque cap of {cap:g} N m the longer motion takes about {longest:.3g} s, "
+            f"{fastest * longest:.3g} periods of the arm's fastest mode, and up to "
+            f"{MOST_PERIODS:g} are resolved; give a torque cap of at least {1.01 * least:.3g} N m"
         )
 
 
