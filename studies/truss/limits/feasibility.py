@@ -52,8 +52,10 @@ def check_feasible(study: TrussStudy, least_force: Callable[[], LeastForce]) -> 
         try:
             least = least_force()
         except StudyError:  # no bound to be had
-            return
-        _check_force(study, cap, least)
+            pass
+        else:
+            _check_force(study, cap, least)
+        _check_pull_within(study, cap)
 
 
 def _infeasible(sentence: str) -> StudyError:
@@ -209,19 +211,29 @@ def _check_pull(study: TrussStudy) -> None:
                 "more than that, or lengthen spring_free_length"
             )
 
-    force = force_cap(study)
-    least = least_time_of_pull(truss, caps, force, duration)
-    if least <= duration:
-        return
+    least = least_time_of_pull(truss, caps, None, duration)
     if math.isinf(least):
         raise _infeasible(
-            "no motion comes to rest at the end under the caps: ropes only pull, and nothing else "
-            "brakes the truss where it has to slow down; lengthen spring_free_length or raise a cap"
+            "no motion comes to rest at the end: ropes only pull, and nothing else brakes the "
+            "truss where it has to slow down; lengthen spring_free_length"
         )
+    if least > duration:
+        raise _infeasible(
+            f"no motion deploys in {duration:g} s: ropes only pull, so that the truss brakes no "
+            f"faster than by its springs, net and friction, and that takes at least {least:.6g} s "
+            "under the caps on its rates; lengthen the duration"
+        )
+
+
+def _check_pull_within(study: TrussStudy, cap: float) -> None:
+    """The same with a cap on the force beside those on the rates."""
+    least = least_time_of_pull(study.truss, study.caps, cap, study.duration[1])
+    if least <= study.duration[1]:
+        return
+    time = "" if math.isinf(least) else f": that takes at least {least:.6g} s"
     raise _infeasible(
-        f"no motion deploys in {duration:g} s under the caps: ropes only pull, so that the truss "
-        f"brakes no faster than by its springs, net and friction, and they need at least "
-        f"{least:.6g} s; lengthen the duration or raise a cap"
+        f"no motion deploys in {study.duration[1]:g} s with at most {cap:g} N on each rope under "
+        f"the caps on its rates{time}; raise the force cap, or loosen another one"
     )
 
 
