@@ -186,6 +186,8 @@ class _Way:
 
         There sqrt(w - omega) falls by sqrt(j / 2) / omega a radian, while (w - omega)' jumps.
         """
+        if not math.isfinite(self._jerk):
+            return np.zeros_like(square)
         speed = np.sqrt(square)
         left = np.sqrt(np.maximum(top - speed, 0.0))
         grown = np.sqrt(2 * self._jerk) * left
