@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import itertools
 from collections.abc import Callable
@@ -11,10 +12,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from models.laws import AngularMotion, Hermite, Law, Piecewise
+from models.laws import Hermite, Law, Piecewise
 from models.truss import (
     TrussParameters,
-    evaluate_motion,
     rope_length,
     slider_distance_curvature,
     slider_distance_slope,
@@ -25,10 +25,24 @@ from studies.drive.drum import Drum
 JUMP = 1e-3  # of the peak: a step of jerk or acceleration that is a switch, not a mesh point
 SAMPLES = 4001  # of a course, for its peaks
 ANGLE_STEP = 1e-4  # [rad], half width of the difference that gives a third derivative to 1e-8
-TENSION_STEP = 1e-6  # of the duration: half width of the difference that gives a tension's rate
 
 DRUM = "drum"  # the signal of a course that is the turn of a drum
 PREDICTED = "predicted angle: the motion was found for a torque, and its angle follows the model"
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """What a yielding rope is hauled in more than the mechanism takes.
+
+    Attributes
+    ----------
+    derivatives : maps times (m,) to the rope's stretch since the start, with three derivatives,
+        (4, m) [m].
+    missed : the most of the tension that it does not account for [N]: a step takes no time.
+    """
+
+    derivatives: Callable[[Array], Array]
+    missed: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +57,7 @@ class Course:
     switches : times from 0 to the duration between which the third derivative is smooth [s].
     derivatives : maps times (m,) to position, velocity, acceleration and jerk, (4, m).
     note : what a reader has to know of the positions; empty where there is nothing.
+    stretch : of the rope, which is in the positions; None of a rope that does not yield.
     """
 
     signal: str
@@ -51,6 +66,7 @@ class Course:
     switches: tuple[float, ...]
     derivatives: Callable[[Array], Array]
     note: str = ""
+    stretch: Stretch | None = None
 
     @property
     def travel(self) -> float:
@@ -107,19 +123,17 @@ def _inside(left: float, right: float) -> tuple[float, float]:
     return left + edge, right - edge
 
 
-def rope_course(law: Law, truss: TrussParameters, stiffness: float | None = None) -> Course:
+def rope_course(law: Law, truss: TrussParameters) -> Course:
     """The rope that one motor hauls in, x = L(alpha_0) - L(alpha), (20).
 
     Parameters
     ----------
     law : angle over time.
     truss : its parameters.
-    stiffness : of the rope [N/m]; the change of its stretch under the motor's force is added.
     """
     start = float(rope_length(truss, law.start_angle))
-    yielding = 0.0 if stiffness is None else 1.0 / stiffness
 
-    def kinematic(time: Array) -> Array:
+    def derivatives(time: Array) -> Array:
         motion = law.motion(time)
         length = rope_length(truss, ca.DM(motion.angle)).full().ravel()
         first, second = rope_slopes(truss, motion.angle)
@@ -135,25 +149,7 @@ def rope_course(law: Law, truss: TrussParameters, stiffness: float | None = None
             ]
         )
 
-    def stretched(time: Array) -> Array:
-        rows = kinematic(time)
-        at_rest = _tension(law, truss, np.zeros(1))
-        h = TENSION_STEP * law.duration
-        low, high = np.maximum(time - h, 0.0), np.minimum(time + h, law.duration)
-        rate = (_tension(law, truss, high) - _tension(law, truss, low)) / (high - low)
-        rows[0] += yielding * (_tension(law, truss, time) - at_rest)
-        # at rest the rate is zero, whatever a difference says at the end of the motion
-        rows[1] += np.where((time <= 0) | (time >= law.duration), 0.0, yielding * rate)
-        return rows
-
-    return Course(
-        signal="rope",
-        unit="m",
-        duration=law.duration,
-        switches=switch_times(law),
-        derivatives=kinematic if stiffness is None else stretched,
-        note="" if stiffness is None else f"with the stretch of a rope of {stiffness:g} N/m",
-    )
+    return Course("rope", "m", law.duration, switch_times(law), derivatives)
 
 
 def rope_slopes(truss: TrussParameters, angle: Array) -> tuple[Array, Array]:
@@ -162,13 +158,6 @@ def rope_slopes(truss: TrussParameters, angle: Array) -> tuple[Array, Array]:
     slope = 2 * truss.modules * slider_distance_slope(truss, alpha)
     curvature = 2 * truss.modules * slider_distance_curvature(truss, alpha)
     return slope.full().ravel(), curvature.full().ravel()
-
-
-def _tension(law: Law, truss: TrussParameters, time: Array) -> Array:
-    motion: AngularMotion = law.motion(time)
-    speed = np.maximum(motion.speed, 0.0)
-    force: Array = evaluate_motion(truss, motion.angle, speed, motion.acceleration).rope_force
-    return force
 
 
 def switch_times(law: Law) -> tuple[float, ...]:
@@ -213,6 +202,7 @@ def drum_course(course: Course, drum: Drum) -> Course:
         switches=tuple(sorted({*course.switches, *met})),
         derivatives=lambda time: drum.turned(course.derivatives(time)),
         note=course.note,
+        stretch=course.stretch,
     )
 
 
@@ -250,12 +240,21 @@ def with_dwells(course: Course, before: float, after: float) -> Course:
         return course
     total = before + course.duration + after
 
-    def derivatives(time: Array) -> Array:
-        inner = np.asarray(time, dtype=float) - before
-        rows = course.derivatives(np.clip(inner, 0.0, course.duration))
-        rows[1:, (inner < 0.0) | (inner > course.duration)] = 0.0
-        return rows
+    def between(derivatives: Callable[[Array], Array]) -> Callable[[Array], Array]:
+        def rested(time: Array) -> Array:
+            inner = np.asarray(time, dtype=float) - before
+            rows = derivatives(np.clip(inner, 0.0, course.duration))
+            rows[1:, (inner < 0.0) | (inner > course.duration)] = 0.0
+            return rows
+
+        return rested
 
     moved = (before + t for t in course.switches)
-    switches = tuple(sorted({0.0, *moved, total}))
-    return Course(course.signal, course.unit, total, switches, derivatives, course.note)
+    stretch = course.stretch
+    return dataclasses.replace(
+        course,
+        duration=total,
+        switches=tuple(sorted({0.0, *moved, total})),
+        derivatives=between(course.derivatives),
+        stretch=stretch and Stretch(between(stretch.derivatives), stretch.missed),
+    )

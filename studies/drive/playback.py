@@ -41,7 +41,6 @@ LEAST_A_PIECE = 2  # samples of each segment: its two ends
 MOST = 4_000_000  # samples: what fits into memory beside all histories
 ANGLES = 2001  # of a spline along the angle
 BEYOND = 0.05  # [rad] past 90 degrees, where an overshoot of the rope may lead
-STRETCH_ROUNDS = 3  # each one is right to the stretch over the travel of the one before
 CLOSE = 1e-9  # of a segment: samples beside its ends, where a derivative jumps
 
 
@@ -111,6 +110,26 @@ def hauled(played: Playback, drum: Drum) -> Playback:
     What is said of the table itself stays that of the drum's turn.
     """
     return dataclasses.replace(played, motion=drum.hauled(played.motion))
+
+
+def relieved(course: Course, points: SetPoints, drum: Drum | None = None) -> SetPoints:
+    """The table less the stretch of the rope that is in it: what the mechanism gets of it.
+
+    Parameters
+    ----------
+    drum : whose turn the table is; none if it is the rope's length.
+    """
+    if course.stretch is None:
+        return points
+    rows = np.zeros((4, points.times.size))
+    rows[:3] = points.positions, points.velocities, points.accelerations
+    rope = rows if drum is None else drum.hauled(rows)
+    rope = rope - course.stretch.derivatives(points.times)
+
+    position, velocity, acceleration, _ = rope if drum is None else drum.turned(rope)
+    return dataclasses.replace(
+        points, positions=position, velocities=velocity, accelerations=acceleration
+    )
 
 
 def loop_of(drive: Drive) -> Loop | None:
@@ -213,20 +232,6 @@ def on_the_truss(motion: Array, truss: TrussParameters) -> TrussPlayback:
         reaction=row[5] * speed**2 + row[6] * acceleration,
         energy=row[7] * speed**2,
     )
-
-
-def without_stretch(motion: Array, truss: TrussParameters, stiffness: float) -> Array:
-    """The rope's motion (4, n) at the truss, of one that is hauled in and stretches [N/m].
-
-    The stretch is that of the force since the start, without what a derivative adds that the motion
-    does not have. Its own rates are left out: they are a share of the rope's of about force over
-    stiffness times travel.
-    """
-    known = np.nan_to_num(motion)
-    for _ in range(STRETCH_ROUNDS):
-        force = on_the_truss(known, truss).force
-        known[0] = motion[0] - (force - force[0]) / stiffness
-    return np.stack([known[0], *motion[1:]])
 
 
 def _along(truss: TrussParameters, angle: Array) -> Array:

@@ -94,6 +94,7 @@ class Drive:
     motor_speed, motor_torque : limits of one motor's shaft [rad/s, N m]; a rope has a motor.
     torque_speed : corners (speed, torque) of what one motor can do [rad/s, N m], by rising speed.
     rope_stiffness : of one rope [N/m]; the stretch under its tension is then hauled in beforehand.
+    tension_ramp : over which that tension is averaged, since no motor follows a step of it [s].
     start_dwell, end_dwell : rest before and after the motion [s].
     ropes : axes in one table, which all get the same motion.
 
@@ -148,6 +149,12 @@ class Drive:
     )
     rope_stiffness: float | None = optional_key(
         positive, "N/m", "of one rope; its stretch is hauled in as a feed-forward"
+    )
+    tension_ramp: float | None = optional_key(
+        positive,
+        "s",
+        "over which the tension behind that stretch is averaged, twice; none: ten periods, or a "
+        "twentieth of the motion if that is less",
     )
     start_dwell: float = key(not_negative, "s", "rest before the motion", default=0.0)
     end_dwell: float = key(not_negative, "s", "rest after the motion", default=0.0)

@@ -26,6 +26,7 @@ FORMATS = (
     *("segments", "c99"),
 )
 ROUNDS = 3  # of optimising again inside lower limits
+MORE_TENSION = 1.2  # times what is missing: the ringing changes with the motion
 RECORD = ".record.json"  # behind the name of the file that it belongs to
 
 
@@ -163,16 +164,19 @@ def _course(source: Source, drive: Drive, options: argparse.Namespace) -> Course
     """
     from studies.drive.course import DRUM, drum_course, with_dwells
     from studies.drive.stopping import resume_course, stop_course
+    from studies.drive.stretch import stretched
 
     layered = drive.rope_diameter is not None and source.truss is not None
     signal = options.signal or (DRUM if layered else None)
     hauling = signal == DRUM and source.truss is not None
-    course = source.course("rope" if hauling else signal, drive)
+    course = source.course("rope" if hauling else signal)
     within = _positive("--stop-within", options.stop_within)
     if options.stop_at is not None:
         course = stop_course(course, _number("--stop-at", options.stop_at), drive, within)
     elif options.resume_at is not None:
         course = resume_course(course, _number("--resume-at", options.resume_at), drive, within)
+    if source.truss is not None and course.signal == "rope":
+        course = stretched(course, source.truss, drive)
     if hauling:
         course = drum_course(course, drive.drum)
     return with_dwells(course, drive.start_dwell, drive.end_dwell)
@@ -194,12 +198,13 @@ def _table(
     from studies.export.source import with_law
     from studies.export.within_limits import law_within, lowered
 
-    kind = TABLES[options.to].interpolation or drive.interpolation
+    kind, tension = TABLES[options.to].interpolation or drive.interpolation, 0.0
     for _ in range(ROUNDS):  # what a table adds depends on its motion
         points = tabulated(course, options.to, drive, _spacing(options))
         limits = lowered(course, points, drive, kind)
         console.progress(f"broken: {record.breaches[0].sentence}; optimising again")
-        source = with_law(source, law_within(source.result, drive, limits))
+        tension += MORE_TENSION * record.push
+        source = with_law(source, law_within(source.result, drive, limits, tension))
 
         course = _course(source, drive, options)
         content, record = _written(source, course, drive, options)

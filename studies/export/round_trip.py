@@ -13,7 +13,7 @@ from models.errors import ModelError
 from models.truss import TrussParameters
 from studies.common.exit_codes import StudyError
 from studies.common.result import Result
-from studies.drive.course import DRUM, Course
+from studies.drive.course import DRUM, SAMPLES, Course, Stretch
 from studies.drive.playback import (
     Playback,
     TrussPlayback,
@@ -22,12 +22,13 @@ from studies.drive.playback import (
     motor_peaks,
     on_the_truss,
     played,
-    without_stretch,
+    relieved,
 )
 from studies.drive.schema import Drive
 from studies.drive.setpoints import SetPoints
 
 TOLERANCE = 1e-6  # of a limit: what an optimiser that rides it leaves
+SLACK = 1e-3  # of the peak force: what spline and interpolation leave of a tension of zero
 OPEN = math.pi / 2  # [rad]
 
 
@@ -63,6 +64,29 @@ class Breach:
         )
 
 
+@dataclass(frozen=True)
+class Slack:
+    """A rope that would have to push.
+
+    Attributes
+    ----------
+    push : of the segment with the least tension [N].
+    time : when it is least [s].
+    """
+
+    push: float
+    time: float
+
+    @property
+    def sentence(self) -> str:
+        """Place and amount."""
+        return (
+            f"the rope would have to push with {self.push:.4g} N at {self.time:.6g} s and is "
+            "slack there; study a motion of more tension (--least-tension), or take a shorter step "
+            "or another interpolation"
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class RoundTrip:
     """The record of a round trip.
@@ -72,13 +96,18 @@ class RoundTrip:
     playback : of the table.
     truss : that it moves, or None.
     values : numbers for the record, by name with the unit in brackets.
-    breaches : limits that are broken.
+    breaches : limits that are broken, and ropes that would push.
     """
 
     playback: Playback
     truss: TrussPlayback | None
     values: Mapping[str, Any]
-    breaches: tuple[Breach, ...] = field(default=())
+    breaches: tuple[Breach | Slack, ...] = field(default=())
+
+    @property
+    def push(self) -> float:
+        """What a rope would have to push with [N]; zero where all stay taut."""
+        return max((b.push for b in self.breaches if isinstance(b, Slack)), default=0.0)
 
     def lines(self) -> list[str]:
         """The record for a reader."""
@@ -111,17 +140,20 @@ def round_trip(
     """
     output = played(course, points, drive, kind)
     values, unit, replayed = _of_the_axis(course, points, output), course.unit, None
-    if course.signal == DRUM:
-        output, unit = hauled(output, drive.drum), "m"
+    drum = drive.drum if course.signal == DRUM else None
+    if drum is not None:
+        output, unit = hauled(output, drum), "m"
         values |= _of_the_rope(output)
     breaches = _against_limits(output, drive, unit)
 
     if truss is not None and course.signal in ("rope", DRUM):
+        moved = output
+        if course.stretch is not None:
+            moved = played(course, relieved(course, points, drum), drive, kind)
+            moved = moved if drum is None else hauled(moved, drum)
+            values |= _of_the_stretch(course, course.stretch)
         try:
-            motion = output.motion
-            if drive.rope_stiffness is not None:
-                motion = without_stretch(motion, truss, drive.rope_stiffness)
-            replayed = on_the_truss(motion, truss)
+            replayed = on_the_truss(moved.motion, truss)
         except ModelError as error:
             raise StudyError(f"the played rope leaves the mechanism: {error}") from error
         on_truss, broken = _of_the_truss(output, replayed, drive, course, truss)
@@ -163,13 +195,23 @@ def _of_the_rope(output: Playback) -> dict[str, Any]:
     }
 
 
+def _of_the_stretch(course: Course, stretch: Stretch) -> dict[str, Any]:
+    """What a yielding rope is hauled in more, and the swing on it that this does not prevent."""
+    return {
+        "largest stretch hauled in beforehand [m]": float(
+            np.abs(stretch.derivatives(course.grid(SAMPLES))[0]).max()
+        ),
+        "most of the tension that it misses at a step [N]": stretch.missed,
+    }
+
+
 def _of_the_truss(
     output: Playback,
     replayed: TrussPlayback,
     drive: Drive,
     course: Course,
     truss: TrussParameters,
-) -> tuple[dict[str, Any], list[Breach]]:
+) -> tuple[dict[str, Any], list[Breach | Slack]]:
     extremes = extremes_on_the_truss(output, replayed)
     last = int(np.searchsorted(output.time, output.end))
     last = min(last, output.time.size - 1)
@@ -185,7 +227,8 @@ def _of_the_truss(
         "largest angle [deg]": math.degrees(float(replayed.angle.max())),
     }
 
-    breaches: list[Breach] = []
+    warning, breaches = _slack(extremes, drive)
+    values |= warning
     limited = [
         (extremes["peak-force"], "rope force", "N", drive.force),
         (extremes["peak-power"], "motor power", "W", drive.power),
@@ -209,10 +252,29 @@ def _of_the_truss(
     return values, breaches
 
 
-def _against_limits(output: Playback, drive: Drive, unit: str) -> list[Breach]:
+def _slack(
+    extremes: Mapping[str, tuple[float, float]], drive: Drive
+) -> tuple[dict[str, Any], list[Breach | Slack]]:
+    """A rope pulls: where its tension comes out below zero the mechanism moves otherwise.
+
+    Without a position loop the rope follows the table exactly, its rounding included. No rope does,
+    so that this is said and refused only behind a loop.
+    """
+    tension, time = extremes["least-tension"]
+    if not tension < -SLACK * extremes["peak-force"][0]:
+        return {}, []
+    if drive.bandwidth is not None:
+        return {}, [Slack(-tension, time)]
+    return {
+        "warning": f"a rope that follows the table exactly would push with {-tension:.4g} N at "
+        f"{time:.6g} s; state drive.bandwidth to see what the position loop leaves of that"
+    }, []
+
+
+def _against_limits(output: Playback, drive: Drive, unit: str) -> list[Breach | Slack]:
     names = ("speed", "acceleration", "jerk")
     limits = (drive.speed, drive.acceleration, drive.jerk)
-    breaches: list[Breach] = []
+    breaches: list[Breach | Slack] = []
     for order, (name, limit) in enumerate(zip(names, limits, strict=True), start=1):
         if limit is not None:
             per = f"{unit}/s" + (f"^{order}" if order > 1 else "")

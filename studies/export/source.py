@@ -33,9 +33,9 @@ class Source:
     rows: Callable[[Array], Mapping[str, Array]]
     law: Law | None
     truss: TrussParameters | None
-    courses: Mapping[str, Callable[[Drive], Course]]
+    courses: Mapping[str, Callable[[], Course]]
 
-    def course(self, signal: str | None, drive: Drive) -> Course:
+    def course(self, signal: str | None) -> Course:
         """The course of a signal; by default of the first.
 
         Raises
@@ -47,7 +47,7 @@ class Source:
         if name not in self.courses:
             known = [*self.courses, *([] if self.truss is None else [DRUM])]
             raise StudyError(f"--signal is {name!r}; this result has {', '.join(known)}")
-        return self.courses[name](drive)
+        return self.courses[name]()
 
 
 def source_of(result: Result) -> Source:
@@ -131,7 +131,7 @@ def _of_law(result: Result, law: Law, truss: TrussParameters) -> Source:
 
     deployment = Deployment("export", law, truss)
 
-    def angle_course(drive: Drive) -> Course:
+    def angle_course() -> Course:
         def derivatives(time: Array) -> Array:
             motion = law.motion(time)
             return np.stack([motion.angle, motion.speed, motion.acceleration, motion.jerk])
@@ -150,7 +150,7 @@ def _of_law(result: Result, law: Law, truss: TrussParameters) -> Source:
         law=law,
         truss=truss,
         courses={
-            "rope": lambda drive: rope_course(law, truss, drive.rope_stiffness),
+            "rope": lambda: rope_course(law, truss),
             "angle": angle_course,
         },
     )
@@ -167,10 +167,10 @@ def _arm_source(result: Result) -> Source:
             "export the result of antenna-ocp arm solve"
         )
 
-    def course(joint: str) -> Callable[[Drive], Course]:
+    def course(joint: str) -> Callable[[], Course]:
         angle, rate = series[f"{joint}_angle"].values, series[f"{joint}_rate"].values
         predicted = f"{joint}_torque" in series and _by_torque(result)
-        return lambda drive: joint_course(joint, time, angle, rate, predicted)
+        return lambda: joint_course(joint, time, angle, rate, predicted)
 
     def rows(at: Array) -> dict[str, Array]:
         return {name: np.interp(at, time, item.values) for name, item in series.items()}

@@ -22,6 +22,7 @@ from studies.drive.schema import Drive
 from studies.drive.setpoints import SetPoints
 from studies.truss.expressions import Reserve
 
+SECONDS = 30.0  # for one motion: what has a solution takes a few
 KEPT = 1e-5  # of a limit: what the solver may leave beyond it, and the replay of it
 _SMOOTHER = (
     "take the interpolation hermite on a drum of one layer, or remove drive.jerk and lower "
@@ -77,12 +78,15 @@ def _less(name: str, limit: float | None, less: float, divided: float = 1.0) -> 
     return kept
 
 
-def law_within(result: Result, drive: Drive, limits: tuple[Drive, Reserve]) -> Law:
+def law_within(
+    result: Result, drive: Drive, limits: tuple[Drive, Reserve], tension: float = 0.0
+) -> Law:
     """The best motion of a stored study that keeps the limits of a drive, too.
 
     Parameters
     ----------
     limits : as `lowered` gives them.
+    tension : by which the least tension that the study allows is raised [N].
 
     Raises
     ------
@@ -100,21 +104,24 @@ def law_within(result: Result, drive: Drive, limits: tuple[Drive, Reserve]) -> L
     Search(dataclasses.replace(stored, drive=drive), silent()).check()
 
     within, reserve = limits
-    study = dataclasses.replace(stored, drive=within)
+    caps = dataclasses.replace(stored.caps, least_tension=stored.caps.least_tension + tension)
+    study = dataclasses.replace(stored, drive=within, caps=caps)
     references = {row.key: abs(next(iter(row.values.values()))) for row in result.table}
     single = all(len(stage) == 1 for stage in study.minimise)
     weights = dict.fromkeys(references, 1.0) if single else references
 
     start = bezier_start(study)
     statement = state(study, start, weights, needs_forces(study), reserve=reserve)
+    settings = Settings(intervals=study.solver.intervals, seconds=SECONDS)
     try:
-        solution = solve(statement.problem(), settings=Settings(intervals=study.solver.intervals))
+        solution = solve(statement.problem(), settings=settings)
     except OcpError as error:
         why = str(error).split(";")[0]  # what follows is for those who state problems themselves
+        taut = f", with {tension:.3g} N more in every rope" if tension else ""
         raise StudyError(
             f"no motion was found that bears {reserve.speed:.3g} m/s and "
             f"{reserve.acceleration:.3g} m/s^2 of the rope more, as interpolation, rounding and "
-            f"loop may add ({why}); take a shorter step or more counts, or raise the limits",
+            f"loop may add{taut} ({why}); take a shorter step or more counts, or raise the limits",
             ExitCode.NOT_SOLVED,
         ) from error
     return law_of(study, statement, solution)

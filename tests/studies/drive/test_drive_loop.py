@@ -16,6 +16,7 @@ from studies.drive.loop import Loop, followed
 from studies.drive.playback import on_the_truss
 from studies.drive.setpoints import sampled, uniform_times
 from studies.drive.stopping import least_jerk_stop, resume_course, stop_course
+from studies.drive.stretch import stretched
 
 OPEN = math.pi / 2
 
@@ -84,7 +85,11 @@ def test_the_replay_is_the_model() -> None:
 
 
 def test_the_course_has_the_rates_that_it_says() -> None:
-    course = with_dwells(rope_course(law().profile, DYNAMIC_SET, stiffness=2e4), 1.0, 2.0)
+    course = with_dwells(
+        stretched(rope_course(law().profile, DYNAMIC_SET), DYNAMIC_SET, Drive(rope_stiffness=2e4)),
+        1.0,
+        2.0,
+    )
     assert course.duration == 13.0
     time, h = np.linspace(1.5, 10.5, 37), 1e-4
     rows = course.derivatives(time)

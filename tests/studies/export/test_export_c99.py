@@ -11,7 +11,6 @@ import pytest
 
 from ocp.arrays import Array
 from studies.common.result import Result
-from studies.drive import Drive
 from studies.export import c99
 from studies.export.polynomials import Segments, exact_segments, fitted_segments
 from studies.export.source import source_of
@@ -52,7 +51,7 @@ def segments_of(result: Result, signal: str) -> Segments:
     if signal == "angle":
         assert source.law is not None
         return exact_segments(source.law)
-    return fitted_segments(source.course("rope", Drive()))
+    return fitted_segments(source.course("rope"))
 
 
 @needs_compiler
@@ -61,7 +60,7 @@ def segments_of(result: Result, signal: str) -> Segments:
 def test_the_code_says_what_the_profile_says(
     slow: Result, signal: str, real: str, tmp_path: Path
 ) -> None:
-    course = source_of(slow).course(signal, Drive())
+    course = source_of(slow).course(signal)
     library = compiled(c99.write_source(segments_of(slow, signal), {"a": "*/ b"}, real), tmp_path)
     found = played_in_c(library, real, TIMES)
     exact = course.derivatives(TIMES)[:3]

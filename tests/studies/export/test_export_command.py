@@ -282,6 +282,26 @@ def test_a_drum_of_several_layers_gets_its_turn(
     assert "export the drum's turn with --signal drum" in complaint(capsys)
 
 
+def test_a_rope_that_would_push_is_refused_behind_a_loop(
+    folder: Path, drive_file: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    # where rope climbs to the next layer the drum's acceleration steps, and the loop overshoots
+    layered = "rope_diameter = 0.003\nlayer_turns = 10\ninterpolation = 'spline'\n"
+    file = tmp_path / "table"
+    words = ("--to", "ethercat", "--output", file, "--drive")
+    assert export(folder, *words, drive_file(layered + "bandwidth = 20")) == 5
+    said = complaint(capsys)
+    assert "the rope would have to push with" in said
+    assert "--least-tension" in said
+    assert not file.exists()
+
+    # no rope follows a table exactly, so that this is said and not refused
+    assert export(folder, *words, drive_file(layered)) == 0
+    record = json.loads((tmp_path / "table.record.json").read_text("utf-8"))
+    assert record["least tension of all segments [N]"] < 0.0
+    assert "state drive.bandwidth" in record["warning"]
+
+
 def test_a_stop_and_the_way_on_are_profiles(
     folder: Path, drive_file: Write, tmp_path: Path
 ) -> None:

@@ -24,7 +24,7 @@ DRIVE = Drive(drum_radius=0.02, counts=65536, period=0.25, interpolation="spline
 
 
 def course_of(result: Result, signal: str = "rope") -> Course:
-    return source_of(result).course(signal, DRIVE)
+    return source_of(result).course(signal)
 
 
 def table_of(result: Result, name: str, drive: Drive = DRIVE) -> SetPoints:

@@ -33,7 +33,7 @@ def arm(drive: str) -> Result:
 
 @pytest.mark.parametrize(("drive", "predicted"), [("torque", True), ("angle", False)])
 def test_an_arm_found_for_torques_has_a_predicted_angle(drive: str, predicted: bool) -> None:
-    course = source_of(arm(drive)).course(None, Drive())
+    course = source_of(arm(drive)).course(None)
     assert (course.signal, course.unit) == ("elbow", "rad")
     assert ("predicted angle" in course.note) is predicted
 
@@ -66,7 +66,7 @@ def test_another_motion_of_a_result_takes_the_main_ones_place() -> None:
     chosen = with_motion(result, "nominal")
     assert chosen.axis == "time"
     assert chosen.details["profile_of"] == "nominal"
-    assert source_of(chosen).course("elbow", Drive()).duration == 10.0
+    assert source_of(chosen).course("elbow").duration == 10.0
     with pytest.raises(StudyError, match="--motion is 'Bezier'; this result has 'nominal'"):
         with_motion(result, "Bezier")
 

@@ -1,0 +1,117 @@
+"""The stretch of a rope that yields under its tension, hauled in beforehand.
+
+A motor turns in no time, so that it cannot follow a step of the tension. The stretch that is hauled
+in is that of a tension which is averaged twice over a ramp: it has a speed and an acceleration. The
+averaging leads where the motion ends and lags where it begins, so that the rope is at rest at both.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from models.truss import TrussParameters
+from ocp.arrays import Array
+from studies.common.exit_codes import StudyError
+from studies.drive.course import SAMPLES, Course, Stretch
+from studies.drive.playback import on_the_truss
+from studies.drive.schema import Drive
+
+PERIODS = 10  # of a ramp, so that straight lines between set-points follow it
+SHARE = 0.05  # of the motion, which a ramp that is not stated takes at most
+APART = 0.1  # of a ramp: a corner closer to a switch gets no time of its own
+MOST = 0.25  # of the motion, beyond which the average is no tension of it any more
+
+
+def stretched(course: Course, truss: TrussParameters, drive: Drive) -> Course:
+    """A course of the rope, and the change of its stretch since the start.
+
+    Raises
+    ------
+    StudyError
+        If the ramp is longer than `MOST` of the motion.
+    """
+    if drive.rope_stiffness is None:
+        return course
+    ramp = _ramp(course, drive)
+    pull = _tension(course, truss, ramp)
+    once = pull.antiderivative()
+    twice, slope = once.antiderivative(), pull.derivative()
+
+    # time runs faster inside of the average: from a ramp before the start to one after the end
+    gain = 1.0 + 2.0 * ramp / course.duration
+    at_rest = float(pull(-ramp))
+
+    def averaged(time: Array) -> Array:
+        time = np.asarray(time, dtype=float)
+        middle = gain * time - ramp
+        sides = middle + ramp, middle, middle - ramp
+        rows = [
+            (f(sides[0]) - 2.0 * f(sides[1]) + f(sides[2])) / ramp**2
+            for f in (twice, once, pull, slope)
+        ]
+        rows[0] -= at_rest
+        found = np.stack([row * gain**order for order, row in enumerate(rows)])
+        found[1:, (time <= 0.0) | (time >= course.duration)] = 0.0
+        return found
+
+    yielding = 1.0 / drive.rope_stiffness
+
+    def rows(time: Array) -> Array:
+        found: Array = yielding * averaged(time)
+        return found
+
+    time = course.grid(SAMPLES)
+    missed = float(np.abs(pull(time) - at_rest - averaged(time)[0]).max())
+    return dataclasses.replace(
+        course,
+        switches=_corners(course, ramp, gain),
+        derivatives=lambda time: course.derivatives(time) + rows(time),
+        note=f"with the stretch of a rope of {drive.rope_stiffness:g} N/m, "
+        f"of a tension averaged twice over {ramp:.4g} s",
+        stretch=Stretch(rows, missed),
+    )
+
+
+def _ramp(course: Course, drive: Drive) -> float:
+    if drive.tension_ramp is None:
+        return min(PERIODS * drive.period, SHARE * course.duration)
+    if drive.tension_ramp > MOST * course.duration:
+        raise StudyError(
+            f"drive.tension_ramp is {drive.tension_ramp:g} s, but the motion takes "
+            f"{course.duration:g} s; state at most {MOST * course.duration:.4g} s"
+        )
+    return drive.tension_ramp
+
+
+def _tension(course: Course, truss: TrussParameters, ramp: float) -> Any:
+    """The motor's pull on a rope over time, and that of rest before and after [N].
+
+    It is a curve through samples on both sides of each switch that adds no overshoot to a step.
+    """
+    from scipy.interpolate import PchipInterpolator
+
+    time = course.grid(SAMPLES)[1:-1]
+    force = on_the_truss(course.derivatives(time), truss).force
+    ends = course.derivatives(np.array([0.0, course.duration]))
+    ends[1:] = 0.0
+    first, last = on_the_truss(ends, truss).force.tolist()
+
+    beyond = 2.0 * ramp * np.array([1.0, 1e-9])
+    before, after = -beyond, course.duration + beyond[::-1]
+    return PchipInterpolator(
+        np.concatenate([before, time, after]),
+        np.concatenate([[first, first], force, [last, last]]),
+    )
+
+
+def _corners(course: Course, ramp: float, gain: float) -> tuple[float, ...]:
+    """Its switches, and when the averaging meets, passes and leaves one of them."""
+    kept = list(course.switches)
+    for time in sorted((s + k * ramp) / gain for s in course.switches for k in (0.0, 1.0, 2.0)):
+        # two that nearly fall together would make a segment too short for a table
+        if all(abs(time - other) > APART * ramp for other in kept):
+            kept.append(time)
+    return tuple(sorted(kept))
