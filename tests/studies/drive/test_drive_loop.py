@@ -141,3 +141,28 @@ def test_the_way_on_leads_to_the_end_within_the_limits() -> None:
     assert acceleration <= 4.0 * (1 + 1e-9)
     end = way.derivatives(np.array([way.duration]))[0, 0]
     assert end == pytest.approx(course.travel, abs=1e-9)
+
+
+def test_a_yielding_rope_is_hauled_in_by_its_tension() -> None:
+    rigid, k, w = rope_course(law().profile, DYNAMIC_SET), 2e4, 1e-3
+    course = stretched(rigid, DYNAMIC_SET, Drive(rope_stiffness=k, tension_ramp=w))
+    time = np.linspace(0.5, 9.5, 181)
+    time = time[np.abs(time[:, None] - np.array(rigid.switches)).min(axis=1) > 4 * w]
+    ends = np.array([0.0, 10.0])
+
+    # (38) of the law itself; the average's times are off by up to w
+    motion, rest = law().profile.motion(time), law().profile.motion(ends)
+    pull = evaluate_motion(DYNAMIC_SET, motion.angle, motion.speed, motion.acceleration).rope_force
+    held = evaluate_motion(DYNAMIC_SET, rest.angle, 0 * rest.speed, 0 * rest.angle).rope_force
+    more = course.derivatives(time)[0] - rigid.derivatives(time)[0]
+    steepest = np.abs(np.diff(pull) / np.diff(time)).max()
+    assert np.abs(k * more - (pull - held[0])).max() < 2 * w * steepest
+    assert k * (course.travel - rigid.travel) == pytest.approx(held[1] - held[0], rel=1e-6)
+    assert course.stretch is not None
+    assert course.stretch.missed < 2 * w * steepest + 1e-3 * pull.max()
+
+
+def test_a_ramp_longer_than_the_motion_bears_is_refused() -> None:
+    drive = Drive(rope_stiffness=2e4, tension_ramp=3.0)
+    with pytest.raises(StudyError, match=r"takes 10 s; state at most 2\.5 s"):
+        stretched(rope_course(law().profile, DYNAMIC_SET), DYNAMIC_SET, drive)
