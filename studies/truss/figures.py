@@ -17,7 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from models.truss import ring_radius, static_peak, tension_ratios
+from models.truss import evaluate_motion, ring_radius, static_peak, tension_ratios
 from ocp.arrays import Array
 from studies.common.drawing import SHADES, label_axes, legend_below, look, show_lowest
 from studies.common.result import Result
@@ -193,7 +193,10 @@ def force_figure(deployments: Sequence[Deployment], caps: Caps | None = None) ->
     largest = first.truss.pulley_friction or PAPER_MU
     for share, shade in zip(MU_SWEEP, SHADES, strict=True):
         t, mu = times(first), share * largest
-        _, truss = with_friction(first, mu).at(t)
+        motion, rubbing = first.law.motion(t), dataclasses.replace(first.truss, pulley_friction=mu)
+        # friction is modelled for a rope that is hauled in; a measured motion may run back
+        speed = np.maximum(motion.speed, 0.0)
+        truss = evaluate_motion(rubbing, motion.angle, speed, motion.acceleration)
         axes[1].plot(t, truss.rope_force, color=shade, label=f"μ = {mu:g}")
     axes[1].set_title(f"{first.name}, several frictions", fontsize=10)
 

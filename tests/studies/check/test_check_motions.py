@@ -236,3 +236,13 @@ def test_what_is_measured_can_be_read_again_between_its_rows(what: str, tmp_path
     # the figures are drawn from the same law at times between the rows
     words = ["export", str(tmp_path / "r"), "--to", "csv", "--step", "0.05", "--output"]
     assert main([*words, str(tmp_path / "o.csv")]) == ExitCode.OK
+
+
+def test_a_motion_that_runs_back_is_drawn_with_friction(tmp_path: Path) -> None:
+    # without friction it keeps its sense; the figure of the force shows it under friction, too
+    time, angle = noisy(BEZIER, 1e-4, 281, seed=3)
+    angle += 0.02 * np.exp(-((time - 130.0) ** 2))
+    path = write(tmp_path / "a.csv", time, angle)
+    words = ["check", str(path), "--no-optimum", "--results", str(tmp_path / "r")]
+    assert main(words) == ExitCode.NOT_VERIFIED
+    assert (tmp_path / "r" / "force.png").exists()
