@@ -238,6 +238,7 @@ def test_what_is_measured_can_be_read_again_between_its_rows(what: str, tmp_path
     assert main([*words, str(tmp_path / "o.csv")]) == ExitCode.OK
 
 
+@pytest.mark.slow
 def test_a_motion_that_runs_back_is_drawn_with_friction(tmp_path: Path) -> None:
     # without friction it keeps its sense; the figure of the force shows it under friction, too
     time, angle = noisy(BEZIER, 1e-4, 281, seed=3)
