@@ -97,6 +97,14 @@ COMMANDS: Mapping[str, Command] = {
         run="sequence.run",
         loads="studies.arm.study",
     ),
+    "pareto truss": Command(
+        "what less of one objective of the truss costs in another",
+        "studies.pareto.command",
+        "Finds the front of two objectives of the truss: the least of one under each limit on the "
+        "other, from both ends, with prices, knee and gaps, beside proven bounds and the paper's "
+        "laws. Every point is a verified motion.",
+        loads="studies.pareto.study",
+    ),
     "pareto arm": Command(
         "residual energy of the arm against the duration",
         "studies.arm.command",

@@ -38,6 +38,7 @@ from studies.paper.entries import Entry
 from studies.paper.listing import HEAD as ROW_HEAD
 from studies.paper.listing import assumption_rows, cells, errata_rows
 from studies.paper.study import entries_of
+from studies.pareto.config import TradeOff
 from studies.truss import TrussStudy
 from studies.truss.limits.tolerances import PLAUSIBLE, VERIFICATION
 
@@ -248,6 +249,7 @@ GENERATED = {
     "joint_masses": lambda: parameter_table(JointMasses),
     "arm_parameters": lambda: parameter_table(ArmParameters),
     "truss_keys": lambda: key_table(TrussStudy),
+    "pareto_keys": lambda: key_table(TradeOff),
     "arm_keys": arm_keys,
     "flex_keys": flex_keys,
     "law_words": law_words,

@@ -27,6 +27,7 @@ FIGURES = {
     "arm-baselines": ARM_FIGURES,
     "arm-sequence": ARM_FIGURES,
     "pareto-arm": ARM_FIGURES,
+    "pareto-truss": "studies.pareto.figures",
     "robust": ARM_FIGURES,
     "paper": "studies.paper.figures",
     "flex": "studies.flex.figures",

@@ -13,6 +13,7 @@ _ABOUT = {
     "check": "truss",
     "check-arm": "arm",
     "pareto-arm": "arm",
+    "pareto-truss": "truss",
     "robust": "arm",
 }
 MOST_GAINS = 6

@@ -98,6 +98,7 @@ def state(
     with_forces: bool,
     price: float = 0.0,
     reserve: Reserve | None = None,
+    limits: Mapping[str, Constant] | None = None,
 ) -> Statement:
     """State the study's problem with a start as guess.
 
@@ -111,10 +112,14 @@ def state(
         Of the roughness beside the first stage, in units of that stage.
     reserve : Reserve, optional
         With which limits of rope and motor hold, too.
+    limits : mapping of quantity to Constant, optional
+        Caps that are to be changed between solves, instead of the study's numbers; "time" is the
+        longest duration.
     """
-    signals = _signals(study, with_forces)
+    caps = _Limits(study, limits or {})
+    signals = _signals(study, with_forces, caps)
     nets: tuple[Net, ...] = ("slack", "taut") if with_forces else ("by angle",)
-    phases = _phases(study, start, signals, nets, reserve)
+    phases = _phases(study, start, signals, nets, reserve, caps)
     pairs = tuple(zip(phases, nets, strict=True))
 
     def weighted(name: str, weight: float) -> Any:
@@ -153,20 +158,39 @@ def _sum(terms: Iterable[Any]) -> Any:
     return functools.reduce(operator.add, terms)
 
 
-def _signals(study: TrussStudy, with_forces: bool) -> Signals:
-    caps, stowed = study.caps, study.truss.stowed_angle
+@dataclass(frozen=True, eq=False)
+class _Limits:
+    """The caps of a study as the problem states them: numbers, or constants in their place."""
+
+    study: TrussStudy
+    constants: Mapping[str, Constant]
+
+    def of(self, quantity: str) -> Any:
+        """The cap on a quantity; None where there is none, or a least tension of zero."""
+        if quantity in self.constants:
+            return self.constants[quantity].symbol
+        return cap_on(self.study.caps, self.study.drive, quantity) or None
+
+    def most(self, quantity: str) -> Any:
+        """The same, infinite where there is none."""
+        cap = self.of(quantity)
+        return math.inf if cap is None else cap
+
+
+def _signals(study: TrussStudy, with_forces: bool, caps: _Limits) -> Signals:
+    stowed = study.truss.stowed_angle
     drive, shape = control_of(study, with_forces)
     angle = State("angle", "rad", lower=stowed / 2, upper=2.0)
-    speed = State("speed", "rad/s", lower=0.0, upper=_or_infinity(caps.speed))
-    most = _or_infinity(caps.acceleration)
+    speed = State("speed", "rad/s", lower=0.0, upper=caps.most("peak-speed"))
+    most = caps.most("peak-acceleration")
 
     if drive == "jerk":
         acceleration = State("acceleration", "rad/s^2", lower=-most, upper=most)
-        steepest = _or_infinity(caps.jerk)
+        steepest = caps.most("peak-jerk")
         jerk = Control("jerk", "rad/s^3", lower=-steepest, upper=steepest, shape=shape)
         return Signals(angle, speed, acceleration, jerk, None)
     if drive == "force":
-        force = Control("rope force", "N", lower=0.0, upper=_or_infinity(caps.force), shape=shape)
+        force = Control("rope force", "N", lower=0.0, upper=caps.most("peak-force"), shape=shape)
         return Signals(angle, speed, None, None, force)
     control = Control("acceleration", "rad/s^2", lower=-most, upper=most, shape=shape)
     return Signals(angle, speed, control, None, None)
@@ -194,21 +218,19 @@ def control_of(study: TrussStudy, with_forces: bool) -> tuple[Drive, ControlShap
     return "acceleration", "polynomial"
 
 
-def _or_infinity(cap: float | None) -> float:
-    return math.inf if cap is None else cap
-
-
 def _phases(
     study: TrussStudy,
     start: StartingMotion,
     signals: Signals,
     nets: tuple[Net, ...],
     reserve: Reserve | None,
+    caps: _Limits,
 ) -> tuple[Phase, ...]:
     angle = signals.angle
     low, high = study.duration
     guess = min(max(start.duration, low), high)
-    end: Any = high if low == high else Between(low, high, guess=guess)
+    longest = caps.constants["time"].symbol if "time" in caps.constants else high
+    end: Any = high if low == high else Between(low, longest, guess=guess)
 
     rest = {signals.speed: 0.0}
     if signals.jerk is not None:
@@ -216,7 +238,7 @@ def _phases(
     first = {angle: study.truss.stowed_angle, **rest}
     last = {angle: DEPLOYED, **rest}
     if len(nets) == 1:
-        bounds = _bounds(study, signals, nets[0], reserve)
+        bounds = _bounds(study, signals, nets[0], reserve, caps)
         return (
             _phase("deployment", study, signals, nets[0], start, 0.0, end, first, last, bounds),
         )
@@ -226,7 +248,7 @@ def _phases(
     net_time = min(max(start.net_time, earliest), latest)
     taut_from = Between(earliest, latest, guess=net_time)
     passing = {angle: study.truss.net_angle}
-    slack, taut = (_bounds(study, signals, net, reserve) for net in nets)
+    slack, taut = (_bounds(study, signals, net, reserve, caps) for net in nets)
     return (
         _phase("net slack", study, signals, "slack", start, 0.0, taut_from, first, passing, slack),
         _phase("net taut", study, signals, "taut", start, taut_from, end, passing, last, taut),
@@ -269,33 +291,35 @@ def _phase(
     )
 
 
-def _bounds(study: TrussStudy, signals: Signals, net: Net, reserve: Reserve | None) -> list[Bound]:
+def _bounds(
+    study: TrussStudy, signals: Signals, net: Net, reserve: Reserve | None, caps: _Limits
+) -> list[Bound]:
     """Path constraints: the pull of the rope, and every cap that is no bound of a signal."""
-    bounds = list(_caps_on_expressions(study, signals, net, reserve))
+    bounds = list(_caps_on_expressions(study, signals, net, reserve, caps))
     if net == "by angle":
         return bounds
 
-    force, caps = force_in(study, signals, net), study.caps
-    if reserve is not None and caps.force is not None:
+    force, strongest = force_in(study, signals, net), caps.most("peak-force")
+    if reserve is not None and caps.of("peak-force") is not None:
         (more,) = expressions(study, signals, net, reserve)["peak-force"]
-        bounds.append(Bound("rope force with its reserve", more, "N", upper=caps.force))
+        bounds.append(Bound("rope force with its reserve", more, "N", upper=strongest))
     if signals.force is None:
-        bounds.append(Bound("rope force", force, "N", lower=0.0, upper=_or_infinity(caps.force)))
-    elif caps.acceleration is not None:
-        acceleration, most = acceleration_in(study, signals, net), caps.acceleration
+        bounds.append(Bound("rope force", force, "N", lower=0.0, upper=strongest))
+    elif caps.of("peak-acceleration") is not None:
+        acceleration, most = acceleration_in(study, signals, net), caps.of("peak-acceleration")
         bounds.append(Bound("acceleration", acceleration, "rad/s^2", lower=-most, upper=most))
     return bounds
 
 
 def _caps_on_expressions(
-    study: TrussStudy, signals: Signals, net: Net, reserve: Reserve | None
+    study: TrussStudy, signals: Signals, net: Net, reserve: Reserve | None, caps: _Limits
 ) -> Iterator[Bound]:
     """Caps on what follows from the signals. Those on forces are for a problem that has them."""
     formulas = expressions(study, signals, net, reserve)
     for key in (*CAPPED, CURVE):
-        cap, quantity = cap_on(study.caps, study.drive, key), QUANTITIES[key]
+        cap, quantity = caps.of(key), QUANTITIES[key]
         left_out = key in SIGNAL_CAPS or key == "peak-force"
-        if not cap or left_out or (quantity.needs_forces and net == "by angle"):
+        if cap is None or left_out or (quantity.needs_forces and net == "by angle"):
             continue
         for number, formula in enumerate(formulas[key], start=1):
             name = quantity.title if len(formulas[key]) == 1 else f"{quantity.title} ({number})"

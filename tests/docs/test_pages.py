@@ -10,6 +10,7 @@ import pytest
 
 import studies.arm
 import studies.flex
+import studies.pareto
 from models.laws import JerkLimited
 from studies.cli import parse
 from studies.common.console import Console, number
@@ -55,7 +56,11 @@ def test_python_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
 @pytest.mark.parametrize("page", pages_with("toml"), ids=label)
 def test_toml_states_a_study(page: Path) -> None:
-    readers = {"own-arm": studies.arm.study_from, "flexible-links": studies.flex.study_from}
+    readers = {
+        "own-arm": studies.arm.study_from,
+        "flexible-links": studies.flex.study_from,
+        "trade-offs": studies.pareto.pareto_from,
+    }
     read = readers.get(page.stem, study_from)
     for text in blocks(page, "toml"):
         assert read(tomllib.loads(text)).question

@@ -1,0 +1,74 @@
+"""`antenna-ocp pareto truss`: its flags, which are those of the truss and a few of its own."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from studies.common.console import Console
+from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.running import Job, add_results_flags, add_study_argument, carry_out
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `antenna-ocp pareto truss`."""
+    from studies.truss.command import add_truss_flags
+
+    add_study_argument(parser)
+    parser.add_argument("--objectives", metavar="A,B", help="two objectives, with a comma")
+    parser.add_argument("--points", metavar="N", help="about so many on the front; 40")
+    parser.add_argument(
+        "--range", metavar="LOW..HIGH", help="limits on the objective that is limited [SI unit]"
+    )
+    parser.add_argument("--coarse", action="store_true", help="a sketch, in a fraction of the time")
+    add_truss_flags(parser)
+    add_results_flags(parser)
+
+
+def run(options: argparse.Namespace, console: Console) -> ExitCode:
+    """Carry out `antenna-ocp pareto truss`."""
+    from studies.pareto.config import as_toml, configuration_of, pareto_from
+    from studies.pareto.study import front_found, result_of
+    from studies.pareto.truss import TrussFront
+    from studies.truss.command import raw_study
+
+    study = pareto_from(_with_flags(raw_study(options), options))
+    subject = TrussFront(study, console)
+    job = Job(
+        kind="pareto-truss",
+        name=study.name,
+        command="antenna-ocp pareto truss",
+        question=study.question,
+        configuration=configuration_of(study),
+        input_text=as_toml(study),
+        check=subject.check,
+        solve=lambda: result_of(subject, *front_found(subject)),
+        draw=_draw,
+    )
+    return carry_out(job, options, console)
+
+
+def _with_flags(raw: dict[str, Any], options: argparse.Namespace) -> dict[str, Any]:
+    """What the file states, with the flags of the trade-off on top."""
+    from studies.common.configuration import as_number, put
+
+    if options.objective is not None:
+        raise StudyError(
+            f"--objective {options.objective} is one; a trade-off needs two: --objectives A,B"
+        )
+    if options.objectives is not None:
+        put(raw, ("pareto", "objectives"), [w.strip() for w in options.objectives.split(",")])
+    if options.points is not None:
+        put(raw, ("pareto", "points"), as_number(options.points))
+    if options.range is not None:
+        ends = [as_number(end.strip()) for end in options.range.split("..")]
+        put(raw, ("pareto", "range"), ends)
+    if options.coarse:
+        put(raw, ("pareto", "coarse"), True)
+    return raw
+
+
+def _draw(result: Any) -> Any:
+    from studies.pareto.figures import draw  # Matplotlib loads with it
+
+    return draw(result)

@@ -1,0 +1,99 @@
+"""A front as a picture: its points, bounds and laws above, the price of its limit below."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from studies.common.drawing import COLOURS, label_axes, look
+from studies.common.result import Result
+from studies.truss.quantities import QUANTITIES
+
+WAYS = {
+    1.0: ("found with rising limits", ">"),
+    -1.0: ("with falling limits", "<"),
+    0.0: ("in a gap", "o"),
+}
+ROOM = 0.06  # of the height, above and below what is shown
+STEEP = 0.05  # of the highest price: with one below, prices are drawn by their logarithm
+NOTHING = 1e-6  # of the highest price
+TALLEST = 2.0  # of the front's height, which a law may be above it and still be shown
+
+
+def draw(result: Result) -> Iterator[tuple[str, Figure]]:
+    """The figure of a result, with the name of its file."""
+    yield "front", front_figure(result)
+
+
+def front_figure(result: Result) -> Figure:
+    """The front with its bounds, the paper's laws and its knee; below it the price."""
+    limited, least = result.details["limited"], result.details["least"]
+    figure = Figure(figsize=(8.4, 6.6), dpi=150, layout="constrained")
+    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(2.4, 1.0))
+    _front(top, result, limited, least)
+    _price(bottom, result, limited)
+
+    x, y = QUANTITIES[limited], QUANTITIES[least]
+    label_axes(top, "", f"{y.title} [{y.unit}]", fit=False)
+    label_axes(
+        bottom, f"{x.title} [{x.unit}]", f"price\n[{result.arrays['price'].unit}]", fit=False
+    )
+    figure.suptitle(result.question, fontsize=11)
+    figure.legend(
+        *top.get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False
+    )
+    return figure
+
+
+def _front(panel: Axes, result: Result, limited: str, least: str) -> None:
+    arrays = {name: series.values for name, series in result.arrays.items()}
+    x, y, bound = arrays[limited], arrays[least], arrays["bound"]
+
+    panel.plot(*_broken(x, y, result.details["gaps"]), color=COLOURS[0], lw=1.2, zorder=3)
+    for way, (label, marker) in WAYS.items():
+        here = arrays["way"] == way
+        if here.any():
+            panel.plot(x[here], y[here], marker, ms=4, color=COLOURS[0], label=label, zorder=4)
+    dominated = arrays[f"dominated {limited}"], arrays[f"dominated {least}"]
+    if dominated[0].size:
+        panel.plot(*dominated, "x", ms=4, color="0.7", label="dominated", zorder=2)
+    if np.isfinite(bound).any():
+        panel.plot(x, bound, color="0.35", lw=1, ls="--", label="proven: none is below")
+    if limited in result.bounds:
+        least_x = result.bounds[limited]
+        panel.axvline(least_x, color="0.35", lw=1, ls=":", label="proven: none is left of it")
+
+    knee = result.details["knee"]
+    if knee is not None:
+        at = int(np.argmin(np.abs(x - knee)))
+        panel.plot(x[at], y[at], "D", ms=8, mfc="none", color=COLOURS[1], label="knee", zorder=5)
+
+    low, high = float(np.nanmin([*y, *bound])), float(np.nanmax(y))
+    for law in ("Bezier", "Step5"):
+        colour, style = look(law)
+        at_x, at_y = arrays[f"{law} {limited}"], arrays[f"{law} {least}"]
+        panel.plot(at_x, at_y, "s" if at_x.size == 1 else style, color=colour, label=law)
+        high = max(high, min(float(at_y.max()), high + TALLEST * (high - low)))
+    panel.set_ylim(low - ROOM * (high - low), high + ROOM * (high - low))
+
+
+def _price(panel: Axes, result: Result, limited: str) -> None:
+    """What one more of the limit saves, by the multiplier."""
+    x, price = result.arrays[limited].values, result.arrays["price"].values
+    panel.plot(*_broken(x, price, result.details["gaps"]), ".-", ms=4, lw=1, color=COLOURS[2])
+    highest = float(price.max(initial=0.0))
+    if price.min() < STEEP * highest:
+        panel.set_yscale("log")
+        # the limit does not press any more where the price is rounding
+        panel.set_ylim(max(float(price.min()), NOTHING * highest) / 2, 2 * highest)
+    if x.max() >= 4 * x.min():
+        panel.set_xscale("log")
+
+
+def _broken(x: np.ndarray, y: np.ndarray, gaps: list[list[float]]) -> tuple[np.ndarray, np.ndarray]:
+    """A curve that ends before each gap and begins again behind it."""
+    places = [int(np.searchsorted(x, gap[0], side="right")) for gap in gaps]
+    return np.insert(x, places, np.nan), np.insert(y, places, np.nan)

@@ -1,0 +1,274 @@
+"""Fronts of the truss: what continuation asks of it, and where its walks begin.
+
+The limit is a constant of the engine's problem: a bound of a signal, of an expression or of the
+duration. Each solve starts from the variables and the multipliers of its neighbour, on its mesh,
+whose program is kept; a mesh that no longer holds between its points is refined.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import time as clock
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from models.errors import ModelError
+from models.laws import Law
+from ocp import (
+    Accuracy,
+    AdaptiveMesh,
+    Constant,
+    Interrupted,
+    OcpError,
+    Problem,
+    Settings,
+    Solution,
+    Trajectory,
+    solve,
+)
+from ocp.analysis.sensitivity import slope_by_multipliers
+from studies.common.console import Console
+from studies.common.exit_codes import StudyError
+from studies.pareto.config import ParetoStudy
+from studies.pareto.continuation import FrontPoint, NotFoundError, Way
+from studies.truss.checks import criteria
+from studies.truss.config import SolverOptions, TrussStudy
+from studies.truss.limits.bounds import lower_bounds
+from studies.truss.limits.caps import CAPPED, cap_on
+from studies.truss.motions.deployment import Deployment
+from studies.truss.motions.laws import law_of
+from studies.truss.motions.starts import start_from_law
+from studies.truss.problem import Statement, state
+from studies.truss.quantities import OBJECTIVES, QUANTITIES
+from studies.truss.search.motion_search import Search
+from studies.truss.search.smoothness import first_price
+
+if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
+    from studies.truss.motions.phase_plane import LeastForce
+
+# The smoothness of a front's motions is cheaper than that of a single optimum: where a cap presses
+# a motion is rougher, and pays more of the same price.
+PRICE = 0.1
+
+# A front is read to four digits, and its values are measured, not promised: so a finer control may
+# still promise a thousandth of what the solver minimises. Limits hold as closely as the truss asks.
+ACCURACY = Accuracy(objective=1e-3, path=1e-6)
+INTERVALS, COARSE_INTERVALS = 60, 16  # of each phase of the first mesh
+ROUNDS = 12
+# what a point may take: iterations, so that a slow machine finds the same points, and seconds, so
+# that a crawl ends
+ITERATIONS, SECONDS = 1500, 180.0
+
+# The first limit is above the least by the first of these parts at which a motion is found: at the
+# least itself there is no room for anything, and near it little.
+ABOVE_THE_LEAST = (2e-3, 1e-2, 5e-2)
+COARSE_START = ("bezier",)
+
+
+@dataclass(frozen=True, eq=False)
+class FrontMotion:
+    """What is kept of a point.
+
+    Attributes
+    ----------
+    program : the problem that it solves, with its limit as a constant.
+    solution : of the engine.
+    deployment : its law on the truss.
+    """
+
+    program: FrontProgram
+    solution: Solution
+    deployment: Deployment
+
+
+@dataclass(frozen=True, eq=False)
+class FrontProgram:
+    """One statement for all limits of a walk."""
+
+    statement: Statement
+    problem: Problem
+    limit: Constant
+
+
+class TrussFront:
+    """A study's motions as points of a front; a `continuation.Subject`."""
+
+    def __init__(self, study: ParetoStudy, console: Console) -> None:
+        self.study, self.console = study, console
+        self.limited, self.least = study.pareto.limited, study.pareto.least
+        coarse = study.pareto.coarse
+        own = study.truss
+        if coarse:
+            options = SolverOptions(starts=COARSE_START, seconds=own.solver.seconds)
+            own = replace(own, solver=options)
+        self.truss = own
+        self.solves = 0
+        self._settings = Settings(
+            intervals=COARSE_INTERVALS if coarse else INTERVALS,
+            accuracy=ACCURACY,
+            refinement=AdaptiveMesh(move_breakpoints=False, rounds=ROUNDS),
+            iterations=ITERATIONS,
+            seconds=SECONDS,
+        )
+
+    def check(self) -> None:
+        """Refuse what no motion meets, and an objective that no motion minimises.
+
+        Raises
+        ------
+        StudyError
+            As a study of the truss says it.
+        """
+        for name in (self.limited, self.least):
+            if name in OBJECTIVES:
+                Search(self.minimising(name), self.console).check()
+        if self.study.pareto.range is not None:
+            for limit in self.study.pareto.range:
+                Search(self.at(limit), self.console).check()
+
+    def minimising(self, name: str) -> TrussStudy:
+        """The study with an objective of its own, and no limit."""
+        return replace(self.truss, minimise=name)
+
+    def at(self, limit: float) -> TrussStudy:
+        """The study with a limit."""
+        if self.limited == "time":
+            return replace(self.truss, duration=(self.truss.duration[0], limit))
+        caps = replace(self.truss.caps, **{CAPPED[self.limited]: limit})
+        return replace(self.truss, caps=caps)
+
+    def ends(self) -> tuple[tuple[tuple[float, ...], Law], tuple[float, Law]]:
+        """Lowest limits to try and the highest, each with a motion that a search found there.
+
+        Raises
+        ------
+        StudyError
+            If there is none.
+        """
+        if self.study.pareto.range is not None:
+            low, high = self.study.pareto.range
+            return ((low,), self._found(self.at(low))), (high, self._found(self.at(high)))
+
+        least = self._least_limit()
+        lows = tuple(least[0] * (1 + part) for part in ABOVE_THE_LEAST)
+        stated = self.truss.duration[1] if self.limited == "time" else self._cap
+        law = self._found(self.truss)
+        high = stated or self._deployment(law).values[self.limited]
+        if high <= lows[0]:
+            raise StudyError(
+                f"there is nothing to trade: the least {QUANTITIES[self.least].title} comes with "
+                f"the least {QUANTITIES[self.limited].title}, {least[0]:.6g} "
+                f"{QUANTITIES[self.limited].unit}"
+            )
+        return (lows, least[1]), (high, law)
+
+    @property
+    def _cap(self) -> float | None:
+        """A cap that the study itself has on what is limited."""
+        return cap_on(self.truss.caps, self.truss.drive, self.limited)
+
+    def _least_limit(self) -> tuple[float, Law]:
+        """The least of what is limited, and its motion."""
+        if self.limited == "peak-jerk":
+            least = lower_bounds(self.at(math.inf), None)["peak-jerk"]
+            return least, self._found(self.at(least * (1 + ABOVE_THE_LEAST[0])))
+        law = self._found(self.minimising(self.limited))
+        return self._deployment(law).values[self.limited], law
+
+    def _found(self, study: TrussStudy) -> Law:
+        """The best motion of a search from all starts."""
+        self.console.progress(f"an end of the front: {study.question}")
+        return Search(study, self.console).run().deployment.law
+
+    def _deployment(self, law: Law) -> Deployment:
+        return Deployment("front", law, self.truss.truss, self.truss.drive, self.truss.margin)
+
+    def program(self, law: Law, highest: float) -> FrontProgram:
+        """The problem of a walk, with a motion to start from and its highest limit."""
+        study, single = self.at(highest), dict.fromkeys(OBJECTIVES, 1.0)
+        limit = Constant("limit", QUANTITIES[self.limited].unit, highest)
+        price = PRICE * first_price(study, 0, single, True)
+        start = start_from_law("end of the front", law, study)
+        # the rope's pull matters everywhere but in some slow motions: there it costs a few rows
+        statement = state(study, start, single, True, price, limits={self.limited: limit})
+        return FrontProgram(statement, statement.problem(), limit)
+
+    def first(self, program: FrontProgram, limits: Sequence[float], way: Way) -> FrontPoint:
+        """The point at the end of a front, from the program's own start; the first of some."""
+        for limit in limits[:-1]:
+            try:
+                return self._point(program, limit, None, way, afresh=False)
+            except NotFoundError as error:
+                self.console.progress(f"no motion was found at {limit:.6g}: {error}")
+        return self._point(program, limits[-1], None, way, afresh=False)
+
+    def near(self, limit: float, before: FrontPoint, way: Way) -> FrontPoint:
+        """The point at a limit, from the variables and multipliers of a neighbour."""
+        motion: FrontMotion = before.motion
+        return self._point(motion.program, limit, motion.solution, way, afresh=False)
+
+    def afresh(self, limit: float, before: FrontPoint, way: Way) -> FrontPoint:
+        """The same from the neighbour's motion alone, and a first mesh."""
+        motion: FrontMotion = before.motion
+        return self._point(motion.program, limit, motion.solution.trajectory, way, afresh=True)
+
+    def _point(
+        self,
+        program: FrontProgram,
+        limit: float,
+        guess: Solution | Trajectory | None,
+        way: Way,
+        afresh: bool,
+    ) -> FrontPoint:
+        self.solves += 1
+        begin = clock.perf_counter()
+        try:
+            solution = solve(
+                program.problem,
+                settings=self._settings,
+                constants={program.limit: limit},
+                guess=guess,
+                progress=self.console.live,
+            )
+            law = law_of(self.at(limit), program.statement, solution)
+            deployment = self._deployment(law)
+            x, y = deployment.values[self.limited], deployment.values[self.least]
+        except Interrupted as stop:
+            raise KeyboardInterrupt from stop
+        except (OcpError, ModelError) as error:
+            raise NotFoundError(str(error)) from error
+
+        # the limit is what was found: it is measured, not promised
+        held = criteria(self.at(max(limit, x)), deployment)
+        failed = [check.sentence for check in held if not check.passed]
+        if failed:
+            raise NotFoundError("; ".join(failed))
+        seconds = clock.perf_counter() - begin
+        slope = slope_by_multipliers(solution, program.limit)
+        motion = FrontMotion(program, solution, deployment)
+        return FrontPoint(limit, x, y, slope, way, afresh, seconds, motion)
+
+    def bound(self, x: float) -> float | None:
+        """What no motion with at most an x is below, in the objective that is least."""
+        study = self.at(x)
+        force = None
+        if self.least in ("peak-force", "peak-motor-torque", "peak-factored-force"):
+            force = self._least_force(x)
+        return lower_bounds(study, force).get(self.least)
+
+    def _least_force(self, x: float) -> LeastForce | None:
+        """The phase-plane bound of the force; None where there is none."""
+        duration = x if self.limited == "time" else self.truss.duration[1]
+        try:
+            return self._plane(duration)
+        except StudyError:
+            return None
+
+    @functools.cached_property
+    def _plane(self) -> Callable[[float], LeastForce]:
+        """The phase plane of the truss, which all points share, and what it has found."""
+        from studies.truss.motions.phase_plane import PhasePlane
+
+        return functools.cache(PhasePlane(self.truss.truss).least_force)

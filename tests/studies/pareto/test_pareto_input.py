@@ -1,0 +1,109 @@
+"""What a trade-off refuses, each in one sentence, before any motion is looked for."""
+
+import pytest
+
+from studies.cli import main
+from studies.common.exit_codes import StudyError
+from studies.pareto import pareto_from
+from studies.pareto.config import as_toml, configuration_of
+
+TWO = ["peak-acceleration", "peak-force"]
+
+
+def stated(objectives=TWO, **more):
+    pareto = {"objectives": objectives, **more.pop("pareto", {})}
+    return {"pareto": pareto, "duration": 6.0, "caps": {"jerk": "500/T^3"}, **more}
+
+
+def test_a_study_is_made_again_from_what_it_says():
+    import tomllib
+
+    study = pareto_from(stated(pareto={"range": [0.2, 0.5], "points": 7}))
+    assert configuration_of(pareto_from(configuration_of(study))) == configuration_of(study)
+    assert pareto_from(tomllib.loads(as_toml(study))) == study
+
+
+@pytest.mark.parametrize(
+    ("objectives", "limited", "least"),
+    [
+        (["peak-force", "time"], "time", "peak-force"),
+        (["peak-force", "peak-acceleration"], "peak-acceleration", "peak-force"),
+        (["energy", "peak-power"], "peak-power", "energy"),
+        (["energy", "peak-jerk"], "peak-jerk", "energy"),
+    ],
+)
+def test_the_one_that_is_easy_to_limit_is_limited(objectives, limited, least):
+    study = pareto_from(stated(objectives, duration=[5.0, 9.0], caps={"jerk": 3.0}))
+    assert (study.pareto.limited, study.pareto.least) == (limited, least)
+    assert study.truss.minimise == ({least: 1.0},)
+
+
+@pytest.mark.parametrize(
+    ("raw", "words"),
+    [
+        ({"duration": 6.0}, "give two: --objectives"),
+        (stated(["peak-force"]), "give two out of"),
+        (stated("peak-force"), "give two out of"),
+        (stated(["peak-force", "peak-force"]), "names peak-force twice"),
+        (stated(["peak-force", "peak-forse"]), "did you mean peak-force"),
+        (stated(["energy", "peak-factored-force"]), "neither of which can be limited"),
+        (stated(["time", "peak-force"]), "needs bounds"),
+        (stated(minimise="energy"), "leave out minimise"),
+        (stated(pareto={"points": 2}), "at least 3"),
+        (stated(pareto={"range": [2, 1]}), "lower limit first"),
+        (stated(pareto={"rnage": [1, 2]}), "did you mean pareto.range"),
+        (stated(["time", "peak-jerk"], duration=[5, 9], caps={}), "nothing minimises peak-jerk"),
+        (
+            stated(["time", "energy"], duration=[5, 9], caps={}, pareto={"range": [5, 6]}),
+            "leave one of them out",
+        ),
+    ],
+)
+def test_what_cannot_be_asked_is_refused(raw, words):
+    with pytest.raises(StudyError, match=words):
+        pareto_from(raw)
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "sentence"),
+    [
+        # as `truss` says it: the mean speed is a limit that no motion attains without jumps
+        (
+            ["--objectives", "peak-rope-speed,peak-reaction", "--duration", "6"],
+            3,
+            "no motion is best: the least peak rope speed is",
+        ),
+        (
+            [
+                "--objectives",
+                "peak-acceleration,peak-force",
+                "--duration",
+                "6",
+                "--jerk-cap",
+                "0.1",
+            ],
+            3,
+            "the least feasible cap is 32 D/T^3",
+        ),
+        (
+            [
+                "--objectives",
+                "peak-acceleration,peak-force",
+                "--range",
+                "0.01..0.5",
+                "--duration",
+                "6",
+                "--jerk-cap",
+                "500/T^3",
+            ],
+            3,
+            "no motion deploys in 6 s under the caps on acceleration",
+        ),
+        (["--objective", "energy"], 2, "a trade-off needs two"),
+    ],
+)
+def test_the_command_refuses_what_has_no_front(words, code, sentence, capsys, tmp_path):
+    folder = tmp_path / "none"
+    assert main(["pareto", "truss", *words, "--results", str(folder)]) == code
+    assert sentence in capsys.readouterr().err
+    assert not folder.exists()
