@@ -26,6 +26,7 @@ from studies.arm.config import (
     TradeOffStudy,
 )
 from studies.cli import COMMANDS, PROGRAM, build_parser
+from studies.codesign import DesignSpace
 from studies.common.configuration import key_lines
 from studies.common.exit_codes import ExitCode
 from studies.drive import Drive
@@ -251,6 +252,7 @@ GENERATED = {
     "truss_keys": lambda: key_table(TrussStudy),
     "pareto_keys": lambda: key_table(TradeOff),
     "arm_keys": arm_keys,
+    "design_keys": lambda: key_table(DesignSpace),
     "flex_keys": flex_keys,
     "law_words": law_words,
     "paper_keys": lambda: key_table(PaperStudy),

@@ -6,6 +6,7 @@ Numbers along a motion are in `evaluate` and, for single nodes, in `nodes`. `bou
 least peaks that any motion has.
 """
 
+from models.truss.bar_forces import BarForces, bar_forces
 from models.truss.bounds import (
     least_peak_reaction,
     least_peak_rope_acceleration,
@@ -65,6 +66,7 @@ __all__ = [
     "DYNAMIC_SET",
     "KINEMATIC_SET",
     "TUBE_LINEAR_DENSITY",
+    "BarForces",
     "ForceCoefficients",
     "JointMasses",
     "Net",
@@ -74,6 +76,7 @@ __all__ = [
     "TrussParameters",
     "angle_from_rope_length",
     "angular_acceleration",
+    "bar_forces",
     "evaluate_motion",
     "far_end_ratio",
     "force_coefficients",

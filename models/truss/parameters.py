@@ -193,7 +193,7 @@ def _check_geometry(p: TrussParameters) -> None:
 
 
 def with_symbols(parameters: TrussParameters, **symbols: Any) -> TrussParameters:
-    """Stand-in for `parameters` with some attributes replaced by CasADi symbols.
+    """Stand-in for parameters (or another stand-in), some attributes replaced by CasADi symbols.
 
     Nothing is checked: this serves derivatives and optimisation with respect to parameters.
     `modules` and `counting` stay plain.
@@ -203,7 +203,7 @@ def with_symbols(parameters: TrussParameters, **symbols: Any) -> TrussParameters
     ModelError
         If a name is not one of the attributes that may be symbols.
     """
-    values = {f.name: getattr(parameters, f.name) for f in dataclasses.fields(parameters)}
+    values = {f.name: getattr(parameters, f.name) for f in dataclasses.fields(TrussParameters)}
     unknown = symbols.keys() - (values.keys() - {"modules", "counting"})
     require(not unknown, f"{sorted(unknown)} cannot be symbols; name attributes of the truss.")
     return cast(TrussParameters, types.SimpleNamespace(**(values | symbols)))

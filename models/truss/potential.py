@@ -25,7 +25,7 @@ def potential(parameters: TrussParameters, alpha: Expression, net: Net = "by ang
     """U(alpha) [J], (26)."""
     squeeze = parameters.spring_free_length - slider_distance(parameters, alpha)
     springs = parameters.modules * parameters.spring_stiffness * squeeze**2  # (24)
-    taut = _net_stiffness(parameters) * _net_stretch(parameters, alpha) ** 2 / 2  # (25)
+    taut = _net_stiffness(parameters) * _taut_stretch(parameters, alpha) ** 2 / 2  # (25)
     return springs + _where_taut(parameters, alpha, net, taut)
 
 
@@ -36,8 +36,15 @@ def potential_slope(
     squeeze = parameters.spring_free_length - slider_distance(parameters, alpha)
     slope = slider_distance_slope(parameters, alpha)
     springs = -2 * parameters.modules * parameters.spring_stiffness * squeeze * slope
-    taut = _net_stiffness(parameters) * _net_stretch(parameters, alpha) * ca.cos(alpha)
+    taut = _net_stiffness(parameters) * _taut_stretch(parameters, alpha) * ca.cos(alpha)
     return springs + _where_taut(parameters, alpha, net, taut)
+
+
+def net_stretch(
+    parameters: TrussParameters, alpha: Expression, net: Net = "by angle"
+) -> Expression:
+    """Growth of the ring since its net became taut, per radius of the open ring [-]."""
+    return _where_taut(parameters, alpha, net, _taut_stretch(parameters, alpha))
 
 
 def _net_stiffness(parameters: TrussParameters) -> Expression:
@@ -46,7 +53,7 @@ def _net_stiffness(parameters: TrussParameters) -> Expression:
     return 2 * parameters.modules * parameters.net_stiffness * side**2
 
 
-def _net_stretch(parameters: TrussParameters, alpha: Expression) -> Expression:
+def _taut_stretch(parameters: TrussParameters, alpha: Expression) -> Expression:
     """sin(alpha) - sin(alpha_c), by a product that does not cancel near alpha_c."""
     alpha_c = parameters.net_angle
     return 2 * ca.cos((alpha + alpha_c) / 2) * ca.sin((alpha - alpha_c) / 2)

@@ -16,6 +16,8 @@ from studies.common.result import Result
 from studies.drive.course import DRUM, Course, joint_course, rope_course
 from studies.drive.schema import Drive
 
+TRUSSES = ("truss", "check", "codesign")  # kinds of results whose motion is that of a truss
+
 
 @dataclass(frozen=True, eq=False)
 class Source:
@@ -65,7 +67,7 @@ def source_of(result: Result) -> Source:
             f"a result of the kind '{result.kind}' runs along {result.axis} and is no motion; "
             "only its stored rows can be exported, with --to csv or json and nothing else"
         )
-    return _truss_source(result) if result.kind in ("truss", "check") else _arm_source(result)
+    return _truss_source(result) if result.kind in TRUSSES else _arm_source(result)
 
 
 def with_motion(result: Result, name: str | None) -> Result:
@@ -96,11 +98,10 @@ def with_motion(result: Result, name: str | None) -> Result:
 
 
 def _truss_source(result: Result) -> Source:
-    from studies.truss.config import study_from
-    from studies.truss.motions.laws import stored_law
+    from studies.truss.motions.laws import stored_law, study_of
 
     law = stored_law({name: series.values for name, series in result.arrays.items()})
-    return _of_law(result, law, study_from(result.configuration).truss)
+    return _of_law(result, law, study_of(result).truss)
 
 
 def with_law(source: Source, law: Law) -> Source:

@@ -93,13 +93,12 @@ def law_within(
     StudyError
         If none was found.
     """
-    from studies.truss.config import study_from
-    from studies.truss.motions.laws import law_of
+    from studies.truss.motions.laws import law_of, study_of
     from studies.truss.motions.starts import bezier_start
     from studies.truss.problem import needs_forces, state
     from studies.truss.search.motion_search import Search
 
-    stored = study_from(result.configuration)
+    stored = study_of(result)
     # what is impossible by proof is said with the limits as the user states them
     Search(dataclasses.replace(stored, drive=drive), silent()).check()
 

@@ -126,9 +126,12 @@ def needed_of_the_motor(
 
     The largest counts. Each required force, times one plus the required margin, over what
     derating leaves. What is needed at rest is the same for all motions: its peak along the travel
-    stands there as a number.
+    stands there as a number, or its expressions where the truss has unknown parameters.
     """
-    found: list[Any] = [least_static_need(margin, truss)]
+    known = isinstance(truss, TrussParameters)
+    found = (
+        [least_static_need(margin, truss)] if known else _static_needs(margin, truss, alpha, net)
+    )
     _, wanted = margin.required
     for case in margin.load_cases(truss):
         forces = required_forces(margin, case, alpha, omega, acc, net)["dynamic"]
@@ -140,12 +143,7 @@ def needed_of_the_motor(
 def least_static_need(margin: MarginRequirements, truss: TrussParameters) -> float:
     """What the motor must be able to pull whatever the motion [N]: the largest static need."""
     alpha = ca.SX.sym("alpha")
-    wanted, _ = margin.required
-    needs = [
-        (1 + wanted) / case.derating.whole * force
-        for case in margin.load_cases(truss)
-        for force in required_forces(margin, case, alpha, 0.0, 0.0)["static"]
-    ]
+    needs = _static_needs(margin, truss, alpha)
     kernel = ca.Function("needs", [alpha], [ca.vertcat(*needs)], {"cse": True})
     peak = dense_peak(
         lambda angle: kernel(angle[None]).full().max(axis=0),
@@ -154,6 +152,18 @@ def least_static_need(margin: MarginRequirements, truss: TrussParameters) -> flo
         breakpoints=(truss.net_angle,),
     )
     return float(peak.value)
+
+
+def _static_needs(
+    margin: MarginRequirements, truss: TrussParameters, alpha: Any, net: Net = "by angle"
+) -> list[Any]:
+    """What the motor must be able to pull at rest [N], in each load case."""
+    wanted, _ = margin.required
+    return [
+        (1 + wanted) / case.derating.whole * force
+        for case in margin.load_cases(truss)
+        for force in required_forces(margin, case, alpha, 0.0, 0.0, net)["static"]
+    ]
 
 
 def _only(truss: TrussParameters, **changes: float) -> TrussParameters:

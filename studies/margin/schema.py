@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from models.errors import ModelError
-from models.truss import TrussParameters
+from models.truss import TrussParameters, with_symbols
 from studies.common.configuration import (
     check,
     check_keys,
@@ -224,8 +224,10 @@ class MarginRequirements:
         for name, content in self.cases:
             raw = dict(content)
             changes = {parameter: raw[parameter] for parameter in OF_A_CASE if parameter in raw}
+            known = isinstance(truss, TrussParameters)
             try:
-                changed = dataclasses.replace(truss, **changes)
+                # a stand-in with unknown parameters is no dataclass, and is checked by its study
+                changed = (dataclasses.replace if known else with_symbols)(truss, **changes)
             except ModelError as error:
                 raise StudyError(f"margin.cases.{name}: {error}") from error
             factors = dataclasses.replace(self.factors, **dict(raw.get("factors", ())))

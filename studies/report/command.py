@@ -21,6 +21,7 @@ FILM_KINDS = ("gif", "mp4")
 ARM_FIGURES = "studies.arm.report.comparison_figures"
 FIGURES = {
     "truss": "studies.truss.figures",
+    "codesign": "studies.codesign.figures",
     "check": "studies.check.figures",
     "check-arm": "studies.check.figures",
     "arm": ARM_FIGURES,

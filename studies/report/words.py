@@ -11,6 +11,7 @@ from studies.common.result import OUTSTANDING, WORSE, Result, TableRow
 # kind of study: what it is about, where its name does not say so
 _ABOUT = {
     "check": "truss",
+    "codesign": "truss",
     "check-arm": "arm",
     "pareto-arm": "arm",
     "pareto-truss": "truss",

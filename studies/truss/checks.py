@@ -28,6 +28,7 @@ _ORDER = (
     "peak-force",
     "peak-far-end-tension",
     "least-tension",
+    "peak-bar-force",
     "peak-power",
     "energy",
     "peak-factored-force",

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -42,6 +43,7 @@ FLAGS: Mapping[str, tuple[tuple[str, ...], str]] = {
     "--motor-torque-cap": (("caps", "motor_torque"), "of one motor's shaft [N m]"),
     "--reaction-cap": (("caps", "reaction"), "on the supporting arm [N]"),
     "--far-end-tension-cap": (("caps", "far_end_tension"), "at the rope's fixed end [N]"),
+    "--bar-force-cap": (("caps", "bar_force"), "compression in a link or cross-bar [N]"),
     "--least-tension": (("caps", "least_tension"), "of every rope segment [N]"),
     "--friction": (("truss", "pulley_friction"), "mu between rope and pulley"),
     "--modules": (("truss", "modules"), "number of modules"),
@@ -196,13 +198,18 @@ def stated_study(raw: Mapping[str, Any], console: Console) -> TrussStudy:
     """
     from studies.truss.config import study_from
 
-    # such as a spring that pulls: it stops nothing
+    with truss_warnings(console):
+        return study_from(raw)
+
+
+@contextmanager
+def truss_warnings(console: Console) -> Iterator[None]:
+    """Say each warning of the model once, such as of a spring that pulls: it stops nothing."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        study = study_from(raw)
+        yield
     for warning in {str(item.message) for item in caught}:
         console.progress(f"warning: {warning}")
-    return study
 
 
 def _apply_flags(raw: dict[str, Any], options: argparse.Namespace) -> None:

@@ -13,6 +13,7 @@ from models.truss import (
     Net,
     TrussParameters,
     angular_acceleration,
+    bar_forces,
     far_end_ratio,
     force_coefficients,
     reaction_force,
@@ -50,8 +51,16 @@ class Reserve:
 
 @dataclass(frozen=True, eq=False)
 class Signals:
-    """The signals of the problem; `jerk` and `force` are None where they are no signals."""
+    """The signals of the problem, and the truss that they move.
 
+    Attributes
+    ----------
+    truss : its parameters; a stand-in where some of them are unknowns.
+    angle, speed, acceleration : the last one is an expression where a force drives.
+    jerk, force : None where they are no signals.
+    """
+
+    truss: TrussParameters
     angle: State
     speed: State
     acceleration: Any
@@ -59,21 +68,21 @@ class Signals:
     force: Control | None
 
 
-def acceleration_in(study: TrussStudy, signals: Signals, net: Net) -> Any:
+def acceleration_in(signals: Signals, net: Net) -> Any:
     """Angular acceleration as a signal or, where the rope force drives, as an expression."""
     if signals.force is None:
         return signals.acceleration
     return angular_acceleration(
-        study.truss, signals.angle.symbol, signals.speed.symbol, signals.force.symbol, net
+        signals.truss, signals.angle.symbol, signals.speed.symbol, signals.force.symbol, net
     )
 
 
-def force_in(study: TrussStudy, signals: Signals, net: Net) -> Any:
+def force_in(signals: Signals, net: Net) -> Any:
     """Rope force at the motor as a signal or as an expression."""
     if signals.force is not None:
         return signals.force
     acceleration = signals.acceleration.symbol
-    return rope_force(study.truss, signals.angle.symbol, signals.speed.symbol, acceleration, net)
+    return rope_force(signals.truss, signals.angle.symbol, signals.speed.symbol, acceleration, net)
 
 
 def force_of_acceleration(truss: TrussParameters, alpha: Any) -> Any:
@@ -96,11 +105,11 @@ def expressions(
     mapping of str to tuple
         Those of the motor only where the drive is stated, the rope's jerk only where it is limited.
     """
-    truss, drive, margin = study.truss, study.drive, study.margin
+    truss, drive, margin = signals.truss, study.drive, study.margin
     alpha, omega = signals.angle.symbol, signals.speed.symbol
-    signal_or_expression = acceleration_in(study, signals, net)
+    signal_or_expression = acceleration_in(signals, net)
     acceleration = getattr(signal_or_expression, "symbol", signal_or_expression)
-    force = force_in(study, signals, net)
+    force = force_in(signals, net)
     force = getattr(force, "symbol", force)
     speed = -rope_speed(truss, alpha, omega)
     hauling, pull = speed, force
@@ -119,6 +128,8 @@ def expressions(
     # tensions fall along the rope, so that the last segment has the least of all
     found["least-tension"] = found["peak-far-end-tension"] = (force * far_end_ratio(truss, alpha),)
 
+    found["peak-bar-force"] = bar_forces(truss, alpha, omega, acceleration, force, net)
+
     if signals.jerk is not None:
         jerk = rope_jerk(truss, alpha, omega, acceleration, signals.jerk.symbol)
         found["peak-rope-jerk"] = (jerk,)
@@ -126,7 +137,7 @@ def expressions(
         needed = needed_of_the_motor(margin, truss, alpha, omega, acceleration, net)
         found["peak-factored-force"] = needed
     if drive is not None and drive.drum_radius is not None:
-        hauled = float(rope_length(truss, truss.stowed_angle)) - rope_length(truss, alpha)
+        hauled = rope_length(truss, truss.stowed_angle) - rope_length(truss, alpha)
         shaft, torque = motor_speed(drive, hauling, hauled), motor_torque(drive, pull, hauled)
         found |= {
             "peak-motor-speed": (shaft,),

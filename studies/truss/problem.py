@@ -18,7 +18,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-from models.truss import Net
+from models.truss import Net, TrussParameters
 from ocp import Between, Bound, Constant, Control, Phase, Problem, State, joined, peak
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.expressions import (
@@ -72,15 +72,20 @@ class Statement:
     price: Constant | None
     links: tuple[Bound, ...]
 
-    def problem(self) -> Problem:
+    def problem(self, bounds: Sequence[Bound] = ()) -> Problem:
         """The problem that minimises the first stage, and the price of the roughness beside it.
 
         The law becomes smooth wherever the objective leaves it free.
+
+        Parameters
+        ----------
+        bounds : sequence of Bound, optional
+            Further ones, of unknown parameters of the truss.
         """
         objective = self.stages[0]
         if self.price is not None:
             objective = objective + self.price.symbol * self.roughness
-        return Problem("truss", self.phases, minimise=objective, links=self.links)
+        return Problem("truss", self.phases, minimise=objective, links=self.links, bounds=bounds)
 
 
 def needs_forces(study: TrussStudy) -> bool:
@@ -99,6 +104,7 @@ def state(
     price: float = 0.0,
     reserve: Reserve | None = None,
     limits: Mapping[str, Constant] | None = None,
+    truss: TrussParameters | None = None,
 ) -> Statement:
     """State the study's problem with a start as guess.
 
@@ -115,9 +121,12 @@ def state(
     limits : mapping of quantity to Constant, optional
         Caps that are to be changed between solves, instead of the study's numbers; "time" is the
         longest duration.
+    truss : TrussParameters, optional
+        In place of the study's: a stand-in with unknowns for what the motion may leave to itself.
+        The angles and what depends on them alone stay the study's.
     """
     caps = _Limits(study, limits or {})
-    signals = _signals(study, with_forces, caps)
+    signals = _signals(study, study.truss if truss is None else truss, with_forces, caps)
     nets: tuple[Net, ...] = ("slack", "taut") if with_forces else ("by angle",)
     phases = _phases(study, start, signals, nets, reserve, caps)
     pairs = tuple(zip(phases, nets, strict=True))
@@ -177,7 +186,9 @@ class _Limits:
         return math.inf if cap is None else cap
 
 
-def _signals(study: TrussStudy, with_forces: bool, caps: _Limits) -> Signals:
+def _signals(
+    study: TrussStudy, truss: TrussParameters, with_forces: bool, caps: _Limits
+) -> Signals:
     stowed = study.truss.stowed_angle
     drive, shape = control_of(study, with_forces)
     angle = State("angle", "rad", lower=stowed / 2, upper=2.0)
@@ -188,12 +199,12 @@ def _signals(study: TrussStudy, with_forces: bool, caps: _Limits) -> Signals:
         acceleration = State("acceleration", "rad/s^2", lower=-most, upper=most)
         steepest = caps.most("peak-jerk")
         jerk = Control("jerk", "rad/s^3", lower=-steepest, upper=steepest, shape=shape)
-        return Signals(angle, speed, acceleration, jerk, None)
+        return Signals(truss, angle, speed, acceleration, jerk, None)
     if drive == "force":
         force = Control("rope force", "N", lower=0.0, upper=caps.most("peak-force"), shape=shape)
-        return Signals(angle, speed, None, None, force)
+        return Signals(truss, angle, speed, None, None, force)
     control = Control("acceleration", "rad/s^2", lower=-most, upper=most, shape=shape)
-    return Signals(angle, speed, control, None, None)
+    return Signals(truss, angle, speed, control, None, None)
 
 
 def control_of(study: TrussStudy, with_forces: bool) -> tuple[Drive, ControlShape]:
@@ -267,7 +278,7 @@ def _phase(
     final: Mapping[State, float],
     bounds: Sequence[Bound],
 ) -> Phase:
-    acceleration = acceleration_in(study, signals, net)
+    acceleration = acceleration_in(signals, net)
     dynamics = {signals.angle: signals.speed, signals.speed: acceleration}
     guess: dict[Any, Any] = {signals.angle: start.angle, signals.speed: start.speed}
 
@@ -299,14 +310,14 @@ def _bounds(
     if net == "by angle":
         return bounds
 
-    force, strongest = force_in(study, signals, net), caps.most("peak-force")
+    force, strongest = force_in(signals, net), caps.most("peak-force")
     if reserve is not None and caps.of("peak-force") is not None:
         (more,) = expressions(study, signals, net, reserve)["peak-force"]
         bounds.append(Bound("rope force with its reserve", more, "N", upper=strongest))
     if signals.force is None:
         bounds.append(Bound("rope force", force, "N", lower=0.0, upper=strongest))
     elif caps.of("peak-acceleration") is not None:
-        acceleration, most = acceleration_in(study, signals, net), caps.of("peak-acceleration")
+        acceleration, most = acceleration_in(signals, net), caps.of("peak-acceleration")
         bounds.append(Bound("acceleration", acceleration, "rad/s^2", lower=-most, upper=most))
     return bounds
 

@@ -72,7 +72,7 @@ def result_of(study: TrussStudy, best: BestMotion) -> Result:
         kind="truss",
         question=study.question,
         configuration=as_dictionary(study),
-        arrays={**_series(best.deployment), **margins.arrays},
+        arrays={**series_of(best.deployment), **margins.arrays},
         table=table,
         bounds=bounds,
         verdict=best.verdict,
@@ -113,7 +113,7 @@ def _bounds_of_the_table(
     )
 
 
-def _series(deployment: Deployment) -> dict[str, Series]:
+def series_of(deployment: Deployment) -> dict[str, Series]:
     """The profile, and the knots from which the law itself can be made again."""
     units = COLUMNS | KNOTS
     columns = {name: ("time", values) for name, values in profile(deployment).items()}

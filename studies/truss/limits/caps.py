@@ -55,6 +55,7 @@ class Caps:
     reaction : on the supporting arm [N].
     least_tension : of every rope segment [N]; a rope only pulls, so at least 0.
     far_end_tension : of the rope's last segment, at its fixed end [N].
+    bar_force : compression in any bar, by statics [N].
 
     Raises
     ------
@@ -94,6 +95,9 @@ class Caps:
     far_end_tension: float | None = optional_key(
         positive, "N", "most tension of the rope's last segment, at its fixed end"
     )
+    bar_force: float | None = optional_key(
+        positive, "N", "most compression in a link or cross-bar, by statics"
+    )
 
     def __post_init__(self) -> None:
         check(self, "caps.")
@@ -113,6 +117,7 @@ CAPPED: Mapping[str, str] = {
     "peak-motor-torque": "motor_torque",
     "peak-reaction": "reaction",
     "peak-far-end-tension": "far_end_tension",
+    "peak-bar-force": "bar_force",
     "least-tension": "least_tension",
 }
 CURVE = "peak-motor-load"  # its cap is the curve itself, the whole of which is 1

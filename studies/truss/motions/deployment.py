@@ -194,6 +194,7 @@ class Deployment:
             "peak-reaction": np.abs(truss.reaction_force),
             "peak-power": truss.motor_power,
             "peak-far-end-tension": truss.far_end_tension,
+            "peak-bar-force": truss.bar_force,
             "least-tension": np.minimum(truss.rope_force, truss.far_end_tension),
             **self._of_the_motor(truss),
             **self._of_the_margin(truss),

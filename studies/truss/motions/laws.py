@@ -71,9 +71,14 @@ def deployments_of(result: Result) -> list[Deployment]:
     columns = {name: series.values for name, series in result.arrays.items()}
     if "angle" not in columns:
         raise StudyError("the result has no profile to draw; run its study again")
-    study, law = study_from(result.configuration), stored_law(columns)
+    study, law = study_of(result), stored_law(columns)
     own = Deployment(result.laws[0], law, study.truss, study.drive, study.margin)
     return [own, *paper_laws(study.truss, law.duration, study.drive, study.margin)]
+
+
+def study_of(result: Result) -> TrussStudy:
+    """The study on whose truss a result moves: what was found of a design, else what was asked."""
+    return study_from(result.details.get("study", result.configuration))
 
 
 def pinned_bezier(truss: TrussParameters, duration: float) -> Bezier:
@@ -91,7 +96,7 @@ def law_of(study: TrussStudy, statement: Statement, solution: Solution) -> Law:
     if isinstance(statement.signals.acceleration, Control):
         return _integrated_law(study, statement.signals.acceleration.name, solution)
     if jerk is None:
-        return _replayed_law(study, statement, solution)
+        return _replayed_law(statement, solution)
 
     edges: list[float] = [0.0]
     ramps: list[tuple[float, float]] = []
@@ -138,7 +143,7 @@ def _integrated_law(study: TrussStudy, acceleration: str, solution: Solution) ->
     return _hermite(pieces, np.concatenate(gains), np.concatenate(turns))
 
 
-def _replayed_law(study: TrussStudy, statement: Statement, solution: Solution) -> Hermite:
+def _replayed_law(statement: Statement, solution: Solution) -> Hermite:
     """The replayed states of a solution whose control is a force or an acceleration.
 
     Its acceleration is computed once, at rows so close that the law between them is as accurate as
@@ -148,7 +153,7 @@ def _replayed_law(study: TrussStudy, statement: Statement, solution: Solution) -
     shortest = JOINT * solution.replayed.phases[-1].end
     pieces = []
     for motion, net in zip(solution.replayed.phases, statement.nets, strict=True):
-        acceleration = acceleration_in(study, signals, net)
+        acceleration = acceleration_in(signals, net)
         acceleration = getattr(acceleration, "symbol", acceleration)
         wanted = [signals.angle.symbol, signals.speed.symbol, acceleration]
         kept = np.flatnonzero(np.diff(motion.breakpoints) > shortest)

@@ -1,0 +1,269 @@
+"""What every design has to meet whatever its motion, and whether any design does."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from models.truss import (
+    TrussParameters,
+    bar_forces,
+    far_end_ratio,
+    rope_length,
+    slider_distance,
+    static_force,
+    static_peak,
+    with_symbols,
+)
+from ocp import Bound
+from ocp.arrays import Array
+from studies.codesign.config import CodesignStudy
+from studies.common.exit_codes import ExitCode, StudyError
+from studies.truss.config import DEPLOYED
+from studies.truss.limits.ridge import ridge_force
+
+# The link has to be longer than the crank, or the truss jams before it is open. At this ratio the
+# open link still stands 8 degrees off the cross-bar.
+LEAST_RATIO = 1.01
+MOST_HELP = 0.1  # part of the static ridge that momentum may take off; beyond it nothing is known
+CREEP_SLACK = 1e-4  # relative, of caps; what is lost between the angles is a fifth of it
+CREEP_ANGLES = 161
+KEPT = 1e-7  # relative: a requirement that a design misses by less is met
+
+
+@dataclass(frozen=True, eq=False)
+class Requirement:
+    """A number of the design with a limit.
+
+    Attributes
+    ----------
+    title, unit : of the number.
+    key : where the limit is stated.
+    limit : least or largest value [unit].
+    least : whether it is the least one.
+    expression : the number, of a truss or of a stand-in.
+    at_rest : whether a limit on the motion implies it, since the motion begins and ends at rest.
+    """
+
+    title: str
+    unit: str
+    key: str
+    limit: float
+    least: bool
+    expression: Callable[[TrussParameters], Any]
+    at_rest: bool = False
+
+    def bound(self, truss: TrussParameters) -> Bound:
+        """The same for the problem of a truss with unknowns."""
+        lower, upper = (self.limit, math.inf) if self.least else (-math.inf, self.limit)
+        return Bound(self.title, self.expression(truss), self.unit, lower=lower, upper=upper)
+
+    def slack(self, truss: TrussParameters) -> Any:
+        """How far a design is within the limit, relative to its size; negative beyond it."""
+        room = self.expression(truss) - self.limit
+        return (room if self.least else -room) / max(abs(self.limit), 1e-3)
+
+    @property
+    def words(self) -> str:
+        """The requirement, as a sentence names it."""
+        return (
+            f"{self.title} of at {'least' if self.least else 'most'} {self.limit:.6g} {self.unit}"
+        )
+
+
+def requirements(study: CodesignStudy) -> tuple[Requirement, ...]:
+    """All requirements; what the design leaves out is as the stated truss has it."""
+    return (*_of_the_design(study), *_at_rest(study), *_while_it_creeps(study))
+
+
+def _of_the_design(study: CodesignStudy) -> Iterator[Requirement]:
+    truss, design = study.deployment.truss, study.design
+
+    def stated(limit: float | None, number: Callable[[TrussParameters], Any]) -> float:
+        return float(number(truss)) if limit is None else limit
+
+    yield Requirement(
+        "link per crank", "1", "truss.link", LEAST_RATIO, True, lambda t: t.link / t.crank
+    )
+    holding = stated(design.holding_force, _holding_force)
+    yield Requirement("holding force", "N", "design.holding_force", holding, True, _holding_force)
+    stroke = stated(design.stroke, _stroke)
+    yield Requirement("stroke of the rope", "m", "design.stroke", stroke, False, _stroke)
+
+    # the bars and the folded cross-bars are no part of what is free
+    height = design.stowed_height or truss.bar_length
+    yield Requirement(
+        "stowed height", "m", "design.stowed_height", height, False, _room_of_the_sliders
+    )
+
+
+def _at_rest(study: CodesignStudy) -> Iterator[Requirement]:
+    """What limits on forces ask of the truss where every motion begins and ends."""
+    caps, truss = study.deployment.caps, study.deployment.truss
+    stowed = truss.stowed_angle
+
+    def least_pull(t: TrussParameters) -> Any:
+        return static_force(t, stowed, "slack") * far_end_ratio(t, stowed)
+
+    def open_bars(t: TrussParameters) -> Any:
+        forces = bar_forces(t, DEPLOYED, 0.0, 0.0, _holding_force(t), "taut")
+        return ca.mmax(ca.vertcat(*forces))
+
+    yield Requirement(
+        "tension of the stowed rope",
+        "N",
+        "caps.least_tension",
+        caps.least_tension,
+        True,
+        least_pull,
+        True,
+    )
+    if caps.force is not None:
+        yield Requirement(
+            "rope force of the open truss",
+            "N",
+            "caps.force",
+            caps.force,
+            False,
+            _holding_force,
+            True,
+        )
+    if caps.bar_force is not None:
+        yield Requirement(
+            "largest force in a bar of the open truss",
+            "N",
+            "caps.bar_force",
+            caps.bar_force,
+            False,
+            open_bars,
+            True,
+        )
+
+
+def _while_it_creeps(study: CodesignStudy) -> Iterator[Requirement]:
+    """What caps on forces ask of a truss that is hardly moved, where no motion does much better.
+
+    How much momentum can help is known of the stated design, by the bound of its ridge: for other
+    designs in the range that part is taken twice.
+    """
+    caps, truss = study.deployment.caps, study.deployment.truss
+    ridge, static = ridge_force(truss, caps), static_peak(truss).force
+    helped = 1.0 if ridge is None else max(1.0 - ridge.force / static, 0.0)
+    if helped > MOST_HELP:
+        return
+    left = (1.0 - 2.0 * helped) / (1.0 + CREEP_SLACK)
+    angles = np.linspace(truss.net_angle, DEPLOYED, CREEP_ANGLES)
+
+    def rope(t: TrussParameters) -> Any:
+        return left * ca.mmax(ca.vertcat(*(static_force(t, angle, "taut") for angle in angles)))
+
+    def bars(t: TrussParameters) -> Any:
+        forces = (
+            bar_forces(t, angle, 0.0, 0.0, static_force(t, angle, "taut"), "taut")
+            for angle in angles
+        )
+        return left * ca.mmax(ca.vertcat(*(one for three in forces for one in three)))
+
+    for title, key, cap, number in (
+        ("rope force while it creeps", "force", caps.force, rope),
+        ("largest force in a bar while it creeps", "bar_force", caps.bar_force, bars),
+    ):
+        if cap is not None:
+            yield Requirement(title, "N", f"caps.{key}", cap, False, number, True)
+
+
+def _holding_force(truss: TrussParameters) -> Any:
+    return static_force(truss, DEPLOYED, "taut")
+
+
+def _stroke(truss: TrussParameters) -> Any:
+    return rope_length(truss, truss.stowed_angle) - rope_length(truss, DEPLOYED)
+
+
+def _room_of_the_sliders(truss: TrussParameters) -> Any:
+    """What the stowed sliders need of the vertical bar [m], from both ends."""
+    return 2 * slider_distance(truss, truss.stowed_angle)
+
+
+def check_some_design(study: CodesignStudy, held: Sequence[Requirement]) -> None:
+    """Refuse requirements that no design in the range meets together.
+
+    Each in turn is brought as far within its limit as those before it allow, from every corner of
+    the range and from the stated design: a local search, whose failure from all of them counts.
+
+    Raises
+    ------
+    StudyError
+        Naming the first that cannot be met beside those before it, and the nearest value.
+    """
+    for count, requirement in enumerate(held):
+        reached, design = _furthest(study, held[:count], requirement)
+        if reached >= -KEPT:
+            continue
+        value = float(requirement.expression(with_symbols(study.deployment.truss, **design)))
+        kept = [one.words for one in held[1:count] if abs(_slack_at(study, one, design)) <= 1e-4]
+        beside = f" beside {' and '.join(kept)}" if kept else ""
+        extreme = "most" if requirement.least else "least"
+        raise StudyError(
+            f"no design within {100 * study.design.range:g} % has a {requirement.words}{beside}: "
+            f"the {extreme} is {value:.6g} {requirement.unit}; change {requirement.key} to that, "
+            "or widen design.range",
+            ExitCode.INFEASIBLE,
+        )
+
+
+def _slack_at(study: CodesignStudy, one: Requirement, design: Mapping[str, float]) -> float:
+    return float(one.slack(with_symbols(study.deployment.truss, **design)))
+
+
+def _furthest(
+    study: CodesignStudy, kept: Sequence[Requirement], wanted: Requirement
+) -> tuple[float, dict[str, float]]:
+    """Largest slack of a requirement under others, and the design that has it."""
+    limits = study.design.limits(study.deployment.truss)
+    symbols = {name: ca.SX.sym(name) for name in limits}
+    truss = with_symbols(study.deployment.truss, **symbols)
+    x = ca.vertcat(*symbols.values())
+    sizes = np.array([high for _, high in limits.values()])
+    scaled = ca.SX.sym("x", len(limits))
+
+    def of(expression: Any) -> Any:
+        return ca.substitute(ca.SX(expression), x, scaled * sizes)
+
+    rows = ca.vertcat(*(of(one.slack(truss)) for one in kept))
+    program = {"x": scaled, "f": -of(wanted.slack(truss)), "g": rows}
+    # where the link is shorter than the crank nothing is defined: IPOPT then takes a shorter step
+    quiet = {"print_time": False, "error_on_fail": False, "show_eval_warnings": False}
+    ipopt = {"print_level": 0, "sb": "yes", "max_iter": 200, "tol": 1e-10}
+    solver = ca.nlpsol("furthest", "ipopt", program, {**quiet, "ipopt": ipopt})
+
+    low, high = np.array(list(limits.values())).T / sizes
+    best: tuple[float, dict[str, float]] | None = None
+    for start in (*product(*zip(low, high, strict=True)), (low + high) / 2):
+        if not _jams(study, _named(limits, start * sizes)):
+            found = solver(x0=start, lbx=low, ubx=high, lbg=0.0, ubg=math.inf)
+            point = np.clip(found["x"].full().ravel(), low, high)
+            design = _named(limits, point * sizes)
+            slacks = [_slack_at(study, one, design) for one in (*kept, wanted)]
+            met = not _jams(study, design) and all(slack >= -KEPT for slack in slacks[:-1])
+            if met and (best is None or slacks[-1] > best[0]):
+                best = slacks[-1], design
+        if best is not None and best[0] >= 0.0:
+            break
+    return best or (-math.inf, _named(limits, high * sizes))
+
+
+def _named(names: Iterable[str], values: Array) -> dict[str, float]:
+    return dict(zip(names, values.tolist(), strict=True))
+
+
+def _jams(study: CodesignStudy, design: Mapping[str, float]) -> bool:
+    """Whether the link is so short that nothing else of the truss is defined."""
+    truss = with_symbols(study.deployment.truss, **design)
+    return bool(truss.link <= truss.crank)

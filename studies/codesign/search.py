@@ -1,0 +1,184 @@
+"""Motion and mechanism as one nonlinear program, solved from several designs and laws."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NoReturn
+
+import numpy as np
+
+from models.truss import TrussParameters, with_symbols
+from ocp import AdaptiveMesh, Audit, Interrupted, OcpError, Problem, Settings, Trial, Unknown, audit
+from studies.codesign.config import UNITS, CodesignStudy
+from studies.codesign.requirements import LEAST_RATIO, Requirement
+from studies.common.console import Console, number
+from studies.common.exit_codes import ExitCode, StudyError
+from studies.truss.config import TrussStudy
+from studies.truss.motions.starts import KINDS, starting_motion
+from studies.truss.problem import Statement, state
+from studies.truss.quantities import OBJECTIVES
+from studies.truss.search.smoothness import first_price
+
+SAME = 1e-4  # relative: optima closer than this are one
+STATED = "stated design"
+MOST_DRAWS = 1000  # for designs whose link is longer than their crank
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What the starts of a co-design came to.
+
+    Attributes
+    ----------
+    audit : of all starts.
+    statement : of the best one.
+    design : its parameters that were free, by name.
+    """
+
+    audit: Audit
+    statement: Statement
+    design: Mapping[str, float]
+
+
+def search(study: CodesignStudy, held: Sequence[Requirement], console: Console) -> Found:
+    """Solve from all starts.
+
+    Parameters
+    ----------
+    study : CodesignStudy
+        Its caps hold for the motion.
+    held : sequence of Requirement
+        Those at rest follow from the caps, and are left out.
+
+    Raises
+    ------
+    StudyError
+        If no start gave a design.
+    """
+    statements: dict[Problem, Statement] = {}
+
+    def stated(law: str, guess: Mapping[str, float]) -> Problem:
+        unknowns = _unknowns(study, guess)
+        truss = with_symbols(study.deployment.truss, **{k: u.symbol for k, u in unknowns.items()})
+        statement = _statement(study.deployment, law, truss)
+        bounds = [one.bound(truss) for one in held if not one.at_rest]
+        problem = statement.problem(bounds)
+        statements[problem] = statement
+        return problem
+
+    starts = {
+        f"{name}, {law}": functools.partial(stated, law, guess)
+        for name, law, guess in _starts(study)
+    }
+    try:
+        found = audit(
+            starts=starts,
+            settings=_settings(study.deployment, len(starts)),
+            value=lambda problem, solution: solution.value(
+                statements[problem].stages[0], replayed=True
+            ),
+            same=SAME,
+            processes=1,  # each start is a problem of its own, and the user sees how it gets on
+            failures=(StudyError,),
+            seconds=study.deployment.solver.seconds,
+            progress=console.live,
+            finished=lambda trial: console.progress(_line(study, trial)),
+        )
+    except Interrupted as stop:
+        raise StudyError("interrupted before a design was found", ExitCode.INTERRUPTED) from stop
+    except OcpError as error:
+        raise StudyError(
+            f"no design was found from {len(starts)} starts; from {next(iter(starts))}: {error}",
+            ExitCode.NOT_SOLVED,
+        ) from error
+
+    best = found.optima[0].solution
+    design = {u.name.replace(" ", "_"): best.value(u) for u in best.problem.unknowns}
+    return Found(found, statements[best.problem], design)
+
+
+def _unknowns(study: CodesignStudy, guess: Mapping[str, float]) -> dict[str, Unknown]:
+    limits = study.design.limits(study.deployment.truss)
+    return {
+        name: Unknown(
+            name.replace("_", " "),
+            UNITS[name],
+            lower=low,
+            upper=high,
+            guess=guess[name],
+            scale=high,
+        )
+        for name, (low, high) in limits.items()
+    }
+
+
+def _statement(study: TrussStudy, law: str, truss: TrussParameters) -> Statement:
+    weights = dict.fromkeys(OBJECTIVES, 1.0)
+    price = first_price(study, 0, weights, with_forces=True)
+    start = starting_motion(law, study, _no_phase_plane)
+    return state(study, start, weights, with_forces=True, price=price, truss=truss)
+
+
+def _no_phase_plane() -> NoReturn:
+    raise StudyError("the phase plane is that of one design, and no start of a co-design")
+
+
+def _starts(study: CodesignStudy) -> list[tuple[str, str, dict[str, float]]]:
+    """Name, law and parameters of each start: laws that creep and that swing take turns."""
+    laws = [law for law in study.deployment.solver.starts if law != "phase-plane"]
+    kinds = {KINDS[law]: law for law in reversed(laws)}
+    if not kinds:
+        raise StudyError(
+            "solver.starts has no law but phase-plane, which is that of one design; add bezier"
+        )
+    turns = list(kinds.values())
+
+    truss, design = study.deployment.truss, study.design
+    stated = {name: float(getattr(truss, name)) for name in design.free}
+    found = [(STATED, law, stated) for law in turns]
+    for place, guess in enumerate(_drawn(study, design.starts - 1), start=1):
+        found.append((f"design {place}", turns[place % len(turns)], guess))
+    return found
+
+
+def _drawn(study: CodesignStudy, count: int) -> list[dict[str, float]]:
+    """Designs from the range, even in each parameter, whose links are long enough."""
+    generator = np.random.default_rng(study.design.seed)
+    limits = study.design.limits(study.deployment.truss)
+    low, high = np.array(list(limits.values())).T
+    found: list[dict[str, float]] = []
+    for _ in range(MOST_DRAWS):
+        if len(found) == count:
+            break
+        guess = dict(zip(limits, generator.uniform(low, high).tolist(), strict=True))
+        truss = with_symbols(study.deployment.truss, **guess)
+        if truss.link > LEAST_RATIO * truss.crank:
+            found.append(guess)
+    return found
+
+
+def _settings(study: TrussStudy, starts: int) -> Settings:
+    """As for a truss alone: bisection, the intervals shared out over the two phases."""
+    return Settings(
+        intervals=max(2, -(-study.solver.intervals // 2)),
+        refinement=AdaptiveMesh(move_breakpoints=False),
+        seconds=max(study.solver.seconds / starts, 60.0),
+    )
+
+
+def _line(study: CodesignStudy, trial: Trial) -> str:
+    """One line of progress for a start that is done."""
+    unit = OBJECTIVES[study.objective].unit
+    if trial.solution is None:
+        return f"{trial.name}: failed, {trial.error}"
+    words = "" if trial.error is None else ", unverified"
+    return f"{trial.name}: {number(trial.value, 7)} {unit}{words}, {trial.seconds:.1f} s"
+
+
+def designed(study: TrussStudy, design: Mapping[str, float]) -> TrussStudy:
+    """The study of the truss that a design makes of the stated one."""
+    changes: dict[str, Any] = dict(design)
+    return dataclasses.replace(study, truss=dataclasses.replace(study.truss, **changes))

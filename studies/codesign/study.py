@@ -1,0 +1,280 @@
+"""A co-design from its configuration to its result.
+
+First the stated design gets its best motion. What that needs of the bars is what they bear, unless
+the study states another cap. Then design and motion are sought together, and what was found is
+driven through the truss model and held against caps and requirements, as any motion is.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from models.truss import TrussParameters
+from ocp import Solution
+from studies.codesign.config import UNITS, CodesignStudy, as_dictionary
+from studies.codesign.prices import Price, prices
+from studies.codesign.requirements import Requirement, check_some_design, requirements
+from studies.codesign.search import STATED, Found, designed, search
+from studies.common.console import Console, silent
+from studies.common.folder import provenance
+from studies.common.result import Criterion, Result, Series, TableRow, Verdict, costs_elsewhere
+from studies.truss.checks import criteria, engine_criterion, table_rows, tolerated
+from studies.truss.config import TrussStudy
+from studies.truss.config import as_dictionary as truss_dictionary
+from studies.truss.limits.bounds import lower_bounds
+from studies.truss.motions.deployment import COLUMNS, Deployment, how_to_read, profile
+from studies.truss.motions.laws import law_of, paper_laws
+from studies.truss.quantities import OBJECTIVES
+from studies.truss.search.best_motion import BestMotion
+from studies.truss.search.motion_search import Search
+from studies.truss.study import series_of
+
+HELD = 1e-6  # relative, as for the caps of a motion
+SHOWN = ("angle", "motor_force", "angular_speed")  # of the stated design, for the figure
+
+
+@dataclass(frozen=True, eq=False)
+class Codesign:
+    """What was found, before it is a result.
+
+    Attributes
+    ----------
+    study : with the cap on the bars that holds.
+    stated : the best motion of the stated design.
+    held : the requirements.
+    found : of all starts.
+    deployment : the best motion on the best design.
+    prices : of the bounds that press, dearest first.
+    """
+
+    study: CodesignStudy
+    stated: BestMotion
+    held: Sequence[Requirement]
+    found: Found
+    deployment: Deployment
+    prices: Sequence[Price]
+
+    @property
+    def solution(self) -> Solution:
+        """The best of the starts."""
+        return self.found.audit.optima[0].solution
+
+    @property
+    def truss(self) -> TrussParameters:
+        """The design that was found."""
+        return self.deployment.truss
+
+    @property
+    def saved(self) -> float:
+        """Part of the stated design's least force that the design saves."""
+        key = self.study.objective
+        return 1.0 - self.deployment.values[key] / self.stated.deployment.values[key]
+
+
+def check(study: CodesignStudy) -> None:
+    """Refuse what no design or no motion meets, before any work.
+
+    Raises
+    ------
+    StudyError
+        With the nearest value that works.
+    """
+    check_some_design(study, requirements(study))
+    Search(_without_force_caps(study.deployment), silent()).check()
+
+
+def run(study: CodesignStudy, console: Console | None = None) -> Result:
+    """Find the design and the motion of the least force, and verify them.
+
+    Parameters
+    ----------
+    study : CodesignStudy
+        What is asked.
+    console : Console, optional
+        Where lines of progress go; nowhere by default.
+
+    Returns
+    -------
+    Result
+        Of the kind "codesign", with the columns of `studies.truss.motions.deployment` as arrays.
+
+    Raises
+    ------
+    StudyError
+        If no design meets the requirements, or none was found.
+    """
+    console = console or silent()
+    console.progress(f"{STATED}: its own best motion, to compare with")
+    stated = Search(_without_force_caps(study.deployment), console).run()
+    study = _with_bars(study, stated)
+    held = requirements(study)
+    check_some_design(study, held)
+
+    found = search(study, held, console)
+    solution = found.audit.optima[0].solution
+    deployment = study.deployment
+    better = designed(deployment, found.design)
+    law = law_of(better, found.statement, solution)
+    best = Deployment("optimal", law, better.truss, better.drive, better.margin)
+    pressing = prices(study, held, found.design, solution)
+    return _result(Codesign(study, stated, held, found, best, pressing))
+
+
+def _without_force_caps(study: TrussStudy) -> TrussStudy:
+    """The study of the stated design, which need not meet caps that another design is to meet."""
+    return dataclasses.replace(
+        study, caps=dataclasses.replace(study.caps, force=None, bar_force=None)
+    )
+
+
+def _with_bars(study: CodesignStudy, stated: BestMotion) -> CodesignStudy:
+    """The study with a cap on the bars: as stated, or what the stated design needs of them."""
+    deployment = study.deployment
+    if deployment.caps.bar_force is not None:
+        return study
+    caps = dataclasses.replace(
+        deployment.caps, bar_force=stated.deployment.values["peak-bar-force"]
+    )
+    return dataclasses.replace(study, deployment=dataclasses.replace(deployment, caps=caps))
+
+
+def _result(made: Codesign) -> Result:
+    study, best = made.study, made.deployment
+    better = designed(study.deployment, made.found.design)
+    before = dataclasses.replace(made.stated.deployment, name=STATED)
+    laws = [best, before, *paper_laws(best.truss, best.law.duration, best.drive, best.margin)]
+    table = (*_design_rows(made), *table_rows(better, laws, {}))
+    audit = made.found.audit
+    return Result(
+        kind="codesign",
+        question=study.question,
+        configuration=as_dictionary(study),
+        arrays={**series_of(best), **_stated_series(before)},
+        table=table,
+        verdict=_verdict(made),
+        checks=(
+            *criteria(better, best),
+            *_requirement_checks(made),
+            engine_criterion(made.solution),
+        ),
+        costs_elsewhere=costs_elsewhere(table),
+        remarks=(*_remarks(made), *tolerated(better, best)),
+        details={
+            "study": truss_dictionary(better),
+            "design": dict(made.found.design),
+            "prices": [dataclasses.asdict(price) for price in made.prices],
+            "starts": [
+                {"start": t.name, "value": t.value, "seconds": t.seconds, "failure": t.reason}
+                for t in audit.trials
+            ],
+            "how_to_read": how_to_read(best),
+        },
+        provenance=provenance(),
+        interrupted=audit.interrupted or made.stated.interrupted,
+    )
+
+
+def _stated_series(before: Deployment) -> dict[str, Series]:
+    """The motion of the stated design along a time of its own."""
+    rows, axis = profile(before), f"{STATED}/time"
+    return {
+        f"{STATED}/{name}": Series(COLUMNS[name][0], axis, rows[name], COLUMNS[name][1])
+        for name in ("time", *SHOWN)
+    }
+
+
+def _design_rows(made: Codesign) -> list[TableRow]:
+    """The free parameters and the requirements, of both designs."""
+    before = made.study.deployment.truss
+    rows = [
+        TableRow(
+            name,
+            name.replace("_", " "),
+            UNITS[name],
+            {
+                "optimal": float(getattr(made.truss, name)),
+                STATED: float(getattr(before, name)),
+            },
+        )
+        for name in made.found.design
+    ]
+    return rows + [
+        TableRow(
+            one.title.replace(" ", "-"),
+            one.title,
+            one.unit,
+            {
+                "optimal": float(one.expression(made.truss)),
+                STATED: float(one.expression(before)),
+            },
+            cap=one.limit,
+        )
+        for one in made.held
+        if not one.at_rest
+    ]
+
+
+def _requirement_checks(made: Codesign) -> list[Criterion]:
+    return [
+        Criterion(
+            one.title,
+            one.unit,
+            float(one.expression(made.truss)),
+            one.limit,
+            bool(float(one.slack(made.truss)) >= -HELD),
+        )
+        for one in made.held
+        if not one.at_rest
+    ]
+
+
+def _verdict(made: Codesign) -> Verdict:
+    """Local at best: the starts found it, and nothing proves that no other design is better."""
+    audit, unit = made.found.audit, OBJECTIVES[made.study.objective].unit
+    if not made.solution.verification.passed:
+        return Verdict("unverified", "; ".join(made.solution.verification.reasons))
+    solved = sum(trial.error is None for trial in audit.trials)
+    listed = "; ".join(
+        f"{optimum.value:.6g} {unit} from {' and '.join(optimum.starts)}"
+        for optimum in audit.optima
+    )
+    optima = len(audit.optima)
+    return Verdict(
+        "local",
+        f"local: best of {solved} starts; {optima} optim{'um' if optima == 1 else 'a'} found: "
+        f"{listed}",
+    )
+
+
+def _remarks(made: Codesign) -> list[str]:
+    key, free = made.study.objective, len(made.found.design)
+    title, unit = OBJECTIVES[key].title, OBJECTIVES[key].unit
+    before, after = made.stated.deployment.values[key], made.deployment.values[key]
+    remarks = [
+        f"The {title} falls from {before:.6g} to {after:.6g} {unit}, by {100 * made.saved:.3g} %: "
+        "each design has its own best motion."
+    ]
+    bound = lower_bounds(designed(made.study.deployment, made.found.design), None).get(key)
+    if bound is not None:
+        room = 100 * (1 - bound / after)
+        remarks.append(
+            f"No motion of this design needs less than {bound:.6g} {unit}: that leaves room for "
+            f"{room:.2g} % less."
+        )
+
+    binding = [price for price in made.prices if price.of_the_design]
+    if len(binding) >= free:
+        remarks.append(
+            f"This design sits on its bounds alone: {len(binding)} of them press on {free} free "
+            "parameters and fix them all. To gain more, move a bound; the prices say which."
+        )
+    elif binding:
+        remarks.append(
+            f"{len(binding)} bounds press on {free} free parameters; the others are balanced "
+            "inside the range."
+        )
+    else:
+        remarks.append("No bound presses on the design: it is balanced inside the range.")
+    return [*remarks, *(price.sentence for price in made.prices)]

@@ -1,0 +1,163 @@
+"""Co-design: what it refuses, what it finds, and whether its prices are true."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import pytest
+
+from studies.cli import main
+from studies.codesign import CodesignStudy, run, study_from
+from studies.codesign.config import as_dictionary
+from studies.codesign.requirements import check_some_design, requirements
+from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.result import Result
+
+# the paper's slow deployment: its least force is the static ridge, as good as exactly
+SLOW = {
+    "minimise": "peak-force",
+    "duration": 140.0,
+    "caps": {"jerk": "bezier"},
+    "truss": {"pulley_friction": 0.01},
+    "solver": {"intervals": 24, "starts": ["bezier"]},
+    "design": {"starts": 1},
+}
+
+
+def slow(**design: object) -> CodesignStudy:
+    return study_from({**SLOW, "design": {**SLOW["design"], **design}})  # type: ignore[dict-item]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A coarse co-design, run as a user runs it."""
+    path = tmp_path_factory.mktemp("codesign") / "found"
+    flags = "--objective peak-force --duration 140 --jerk-cap bezier --friction 0.01"
+    flags += f" --intervals 24 --starts bezier --designs 1 --results {path} --no-figures"
+    assert main(["codesign", *flags.split()]) == 0
+    return path
+
+
+def test_the_result_is_verified_and_beats_the_stated_design(folder: Path) -> None:
+    result = Result.load(folder)
+    assert result.passed
+    assert result.verdict.kind == "local"
+    # the static ridge of the stated truss is 39.644 N (mu = 0.01); that of the vertex 38.378 N
+    assert result.value("peak-force", "stated design") == pytest.approx(39.645, rel=2e-4)
+    assert result.value("peak-force") == pytest.approx(38.379, rel=2e-4)
+    assert any("sits on its bounds alone: 4 of them" in remark for remark in result.remarks)
+
+
+def test_requirements_of_the_stated_design_are_kept(folder: Path) -> None:
+    result = Result.load(folder)
+    # 17.94 N and 39.644 N: the statics of the dynamic set at mu = 0.01
+    assert result.value("holding-force") == pytest.approx(17.9404, rel=1e-6)
+    for key in ("stroke-of-the-rope", "stowed-height", "peak-bar-force"):
+        row = next(row for row in result.table if row.key == key)
+        assert row.cap is not None
+        assert row.values["optimal"] <= row.cap * (1 + 1e-6)
+
+
+def test_the_vertex_is_where_its_four_bounds_cross(folder: Path) -> None:
+    """Link and stiffness at their limits; crank and free length solve stroke and holding force."""
+    design = Result.load(folder).details["design"]
+    assert design["link"] == pytest.approx(0.195, rel=1e-6)
+    assert design["spring_stiffness"] == pytest.approx(130.0, rel=1e-6)
+    c, d = design["crank"], design["link"]
+    open_distance = (d**2 - c**2) ** 0.5
+    # k1 (l0 - e) is that of the stated truss, 100 (0.3 - sqrt(0.15^2 - 0.1^2))
+    squeeze = 100 * (0.3 - (0.15**2 - 0.1**2) ** 0.5)
+    assert 130 * (design["spring_free_length"] - open_distance) == pytest.approx(squeeze, rel=1e-5)
+
+
+def test_report_and_export_take_the_design_that_was_found(folder: Path) -> None:
+    assert main(["report", str(folder)]) == 0
+    table = folder.parent / "motion.csv"
+    assert main(["export", str(folder), "--to", "csv", "--output", str(table)]) == 0
+    # the rope of the found design: 2 n (e + b) with e = c cos + sqrt(d^2 - c^2 sin^2) when open
+    design = Result.load(folder).details["design"]
+    open_distance = (design["link"] ** 2 - design["crank"] ** 2) ** 0.5
+    last = [row for row in table.read_text().splitlines() if row and row[0].isdigit()][-1]
+    assert float(last.split(",")[1]) == pytest.approx(48 * (open_distance + 0.45), rel=1e-8)
+
+
+def test_prices_are_a_table(folder: Path) -> None:
+    rows = (folder / "prices.csv").read_text().splitlines()
+    assert rows[0].startswith("bound,side,limit,unit,price")
+    assert {row.split(",")[0] for row in rows[1:5]} == {
+        "stroke of the rope",
+        "holding force",
+        "link",
+        "spring stiffness",
+    }
+
+
+def test_the_resolved_study_states_itself_again() -> None:
+    study = slow(range=0.2, stroke=6.5)
+    assert as_dictionary(study_from(as_dictionary(study))) == as_dictionary(study)
+
+
+@pytest.mark.parametrize(
+    ("design", "caps", "sentence"),
+    [
+        ({"holding_force": 60.0}, {}, r"holding force of at least 60 N: the most is 4\d\.\d+ N"),
+        ({"stowed_height": 0.3}, {}, r"stowed height of at most 0\.3 m.*: the least is 0\.349"),
+        ({"stroke": 3.0}, {}, r"stroke of the rope of at most 3 m.*: the least is \d"),
+        ({}, {"bar_force": 50.0}, r"bar of the open truss of at most 50 N beside holding force"),
+        ({}, {"force": 38.0}, r"rope force while it creeps of at most 38 N beside.*is 38\.3"),
+    ],
+)
+def test_contradictory_bounds_are_refused_with_what_works(
+    design: dict[str, object], caps: dict[str, float], sentence: str
+) -> None:
+    raw = {**SLOW, "caps": {"jerk": "bezier", **caps}, "design": design}
+    study = study_from(raw)
+    with pytest.raises(StudyError, match=sentence) as refused:
+        check_some_design(study, requirements(study))
+    assert refused.value.exit_code is ExitCode.INFEASIBLE
+
+
+@pytest.mark.parametrize(
+    ("raw", "sentence"),
+    [
+        ({"design": {"free": ["lnk"]}}, "did you mean link"),
+        ({"design": {"free": ["link", "link"]}}, "names link twice"),
+        ({"design": {"range": 1.5}}, r"design.range is 1.5; give a part below 1"),
+        ({"design": {"strok": 5}}, "did you mean design.stroke"),
+        ({"minimise": "energy"}, "minimises one of peak-force, peak-factored-force"),
+        ({"minimise": "peak-factored-force"}, "needs the margins"),
+    ],
+)
+def test_bad_input_is_one_sentence(raw: dict[str, object], sentence: str) -> None:
+    with pytest.raises(StudyError, match=sentence):
+        study_from({**SLOW, **raw})
+
+
+@pytest.mark.slow
+def test_a_price_is_the_slope_of_the_optimum() -> None:
+    """One per cent more stroke, solved again: the price holds to the curvature of 1 %."""
+    first = run(slow())
+    price = next(p for p in first.details["prices"] if p["title"] == "stroke of the rope")
+    step = 0.01 * price["limit"]
+    again = run(slow(stroke=price["limit"] + step))
+    slope = (again.value("peak-force") - first.value("peak-force")) / step
+    assert slope == pytest.approx(price["price"], rel=0.02)
+
+
+@pytest.mark.slow
+def test_factored_force_with_the_margins_of_a_standard() -> None:
+    study = slow()
+    raw = {**as_dictionary(study), "minimise": "peak-factored-force"}
+    result = run(study_from({**raw, "margin": {"preset": "aiaa-s-114"}}))
+    assert result.passed
+    need = result.value("peak-factored-force"), result.value("peak-factored-force", "stated design")
+    assert need[0] < 0.99 * need[1]
+
+
+def test_a_study_of_python_is_checked_too() -> None:
+    study = slow()
+    with pytest.raises(StudyError, match="minimises one of"):
+        dataclasses.replace(
+            study, deployment=dataclasses.replace(study.deployment, minimise="energy")
+        )
