@@ -40,6 +40,7 @@ from studies.paper.listing import HEAD as ROW_HEAD
 from studies.paper.listing import assumption_rows, cells, errata_rows
 from studies.paper.study import entries_of
 from studies.pareto.config import TradeOff
+from studies.sweep import SweepStudy
 from studies.truss import TrussStudy
 from studies.truss.limits.tolerances import PLAUSIBLE, VERIFICATION
 
@@ -254,6 +255,7 @@ GENERATED = {
     "arm_keys": arm_keys,
     "design_keys": lambda: key_table(DesignSpace),
     "flex_keys": flex_keys,
+    "sweep_keys": lambda: key_table(SweepStudy),
     "law_words": law_words,
     "paper_keys": lambda: key_table(PaperStudy),
     "paper_errata": paper_errata,

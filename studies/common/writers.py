@@ -8,6 +8,8 @@ from studies.common.exit_codes import ExitCode
 from studies.common.folder import ResultsFolder
 from studies.common.result import OUTSTANDING, WORSE, Cost, Result, TableRow
 
+CASES = "case"  # axis of a sweep, whose table is no profile of one motion
+
 
 def exit_code(result: Result) -> ExitCode:
     """What the command that made a result ends with."""
@@ -117,7 +119,7 @@ def _cost_lines(result: Result) -> list[str]:
 def write(result: Result, folder: ResultsFolder) -> None:
     """Write a result, and beside it the files that people read."""
     folder.file("table.txt").write_text(table_text(result), "utf-8")
-    if result.arrays:
+    if result.arrays and result.axis != CASES:
         columns = stored_columns(result)
         folder.file("profile.csv").write_text(write_csv(result, columns), "utf-8", newline="")
         folder.file("profile.json").write_text(write_json(result, columns), "utf-8")

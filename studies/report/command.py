@@ -32,6 +32,7 @@ FIGURES = {
     "robust": ARM_FIGURES,
     "paper": "studies.paper.figures",
     "flex": "studies.flex.figures",
+    "sweep": "studies.sweep.figures",
 }
 
 

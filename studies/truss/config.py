@@ -7,6 +7,7 @@ frozen `TrussStudy`. A `TrussStudy` made in Python is checked in the same way.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -326,9 +327,15 @@ def study_from(raw: Mapping[str, Any]) -> TrussStudy:
 
 def law_jerk(name: str, duration: float, stowed_angle: float) -> float:
     """Peak jerk [rad/s^3] of one of the paper's laws."""
+    return _jerk_of_a_second(name, stowed_angle) / duration**3
+
+
+@functools.lru_cache(maxsize=256)
+def _jerk_of_a_second(name: str, stowed_angle: float) -> float:
+    """Peak jerk [rad/s^3] of a law of 1 s; kept, as a sweep asks for it thousands of times."""
     if name == "bezier":
-        return peaks(Bezier(duration, pinned(PAPER_POINTS, stowed_angle, DEPLOYED))).jerk
-    return peaks(Step5(duration, stowed_angle, DEPLOYED)).jerk
+        return peaks(Bezier(1.0, pinned(PAPER_POINTS, stowed_angle, DEPLOYED))).jerk
+    return peaks(Step5(1.0, stowed_angle, DEPLOYED)).jerk
 
 
 def as_dictionary(study: TrussStudy) -> dict[str, Any]:

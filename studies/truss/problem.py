@@ -19,7 +19,19 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from models.truss import Net, TrussParameters
-from ocp import Between, Bound, Constant, Control, Phase, Problem, State, joined, peak
+from ocp import (
+    AdaptiveMesh,
+    Between,
+    Bound,
+    Constant,
+    Control,
+    Phase,
+    Problem,
+    Settings,
+    State,
+    joined,
+    peak,
+)
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.expressions import (
     OF_BOTH_SIGNS,
@@ -46,6 +58,7 @@ ControlShape = Literal["constant", "linear", "polynomial"]
 
 SIGNAL_CAPS = {"peak-speed", "peak-acceleration", "peak-jerk"}  # bounds of signals, not of formulas
 
+LEAST_OF_A_START = 60.0  # [s] that one start may take, if not more is its share
 EARLIEST, LATEST = 1e-5, 1 - 1e-5  # of the duration, between which the net becomes taut
 
 
@@ -227,6 +240,22 @@ def control_of(study: TrussStudy, with_forces: bool) -> tuple[Drive, ControlShap
     if alone and objectives <= {"peak-force", "time"}:
         return "force", "constant"
     return "acceleration", "polynomial"
+
+
+def settings_of(study: TrussStudy, with_forces: bool) -> Settings:
+    """How the engine solves: the stated intervals, shared out over the phases.
+
+    A start that wanders leaves time for the others.
+    """
+    share = study.solver.seconds / len(study.solver.starts)
+    phases = 2 if with_forces else 1
+    # moved to the switches of the jerk; where forces matter, bisection is more robust
+    moving = phases == 1 and control_of(study, with_forces)[1] == "constant"
+    return Settings(
+        intervals=max(2, -(-study.solver.intervals // phases)),
+        refinement=AdaptiveMesh(move_breakpoints=moving),
+        seconds=max(share, LEAST_OF_A_START),
+    )
 
 
 def _phases(

@@ -18,7 +18,7 @@ from studies.truss.config import TrussStudy, as_dictionary
 from studies.truss.limits.bounds import lower_bounds
 from studies.truss.margins import margins_of
 from studies.truss.motions.deployment import COLUMNS, Deployment, how_to_read, profile
-from studies.truss.motions.laws import knots, paper_laws
+from studies.truss.motions.laws import knots, law_of_result, paper_laws
 from studies.truss.search.best_motion import BestMotion
 from studies.truss.search.motion_search import Search
 
@@ -30,7 +30,9 @@ KNOTS = {
 }
 
 
-def run(study: TrussStudy, console: Console | None = None) -> Result:
+def run(
+    study: TrussStudy, console: Console | None = None, neighbour: Result | None = None
+) -> Result:
     """Find the optimal deployment, compare it with the paper's laws, and verify it.
 
     Parameters
@@ -39,6 +41,8 @@ def run(study: TrussStudy, console: Console | None = None) -> Result:
         What is asked.
     console : Console, optional
         Where lines of progress go; nowhere by default.
+    neighbour : Result, optional
+        Of a like study: its motion is the first to start from, before the laws of this study.
 
     Returns
     -------
@@ -50,7 +54,8 @@ def run(study: TrussStudy, console: Console | None = None) -> Result:
     StudyError
         If no motion meets the caps, none of those that do is best, or none was found.
     """
-    search = Search(study, console or silent())
+    law = None if neighbour is None else law_of_result(neighbour)
+    search = Search(study, console or silent(), law)
     search.check()
     return result_of(study, search.run())
 

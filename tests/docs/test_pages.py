@@ -11,6 +11,7 @@ import pytest
 import studies.arm
 import studies.flex
 import studies.pareto
+import studies.sweep
 from models.laws import JerkLimited
 from studies.cli import parse
 from studies.common.console import Console, number
@@ -60,6 +61,7 @@ def test_toml_states_a_study(page: Path) -> None:
         "own-arm": studies.arm.study_from,
         "flexible-links": studies.flex.study_from,
         "trade-offs": studies.pareto.pareto_from,
+        "sweeps": studies.sweep.study_from,
     }
     read = readers.get(page.stem, study_from)
     for text in blocks(page, "toml"):

@@ -68,12 +68,23 @@ def deployments_of(result: Result) -> list[Deployment]:
     StudyError
         If the result has no profile.
     """
+    study, law = study_of(result), law_of_result(result)
+    own = Deployment(result.laws[0], law, study.truss, study.drive, study.margin)
+    return [own, *paper_laws(study.truss, law.duration, study.drive, study.margin)]
+
+
+def law_of_result(result: Result) -> Law:
+    """The law of a result.
+
+    Raises
+    ------
+    StudyError
+        If the result has no profile.
+    """
     columns = {name: series.values for name, series in result.arrays.items()}
     if "angle" not in columns:
         raise StudyError("the result has no profile to draw; run its study again")
-    study, law = study_of(result), stored_law(columns)
-    own = Deployment(result.laws[0], law, study.truss, study.drive, study.margin)
-    return [own, *paper_laws(study.truss, law.duration, study.drive, study.margin)]
+    return stored_law(columns)
 
 
 def study_of(result: Result) -> TrussStudy:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,6 +30,9 @@ KINDS = {
     "dwell": "swing-through",
     "phase-plane": "swing-through",
 }
+
+
+NEIGHBOUR = "neighbour"  # the start from a like study's motion
 
 
 @dataclass(frozen=True)
@@ -134,6 +137,31 @@ def start_from_law(name: str, law: Law, study: TrussStudy) -> StartingMotion:
         acceleration=lambda time: law.motion(clipped(time)).acceleration,
         jerk=lambda time: law.motion(clipped(time)).jerk,
         rope_force=rope_force,
+    )
+
+
+def from_neighbour(law: Law, study: TrussStudy) -> StartingMotion:
+    """A motion of a like study, stretched to this one's stroke and, where it is fixed, duration."""
+    low, high = study.duration
+    duration = min(max(law.duration, low), high)
+    begin = float(law.motion(np.zeros(1)).angle[0])
+    pace, reach = law.duration / duration, study.stroke / (DEPLOYED - begin)
+    start = start_from_law(NEIGHBOUR, law, study)
+
+    def stretched(signal: Callable[[ArrayLike], Array], order: int) -> Callable[[ArrayLike], Array]:
+        return lambda time: reach * pace**order * signal(pace * np.asarray(time, dtype=float))
+
+    return replace(
+        start,
+        duration=duration,
+        net_time=start.net_time / pace,
+        angle=lambda time: (
+            DEPLOYED - reach * (DEPLOYED - start.angle(pace * np.asarray(time, dtype=float)))
+        ),
+        speed=stretched(start.speed, 1),
+        acceleration=stretched(start.acceleration, 2),
+        jerk=stretched(start.jerk, 3),
+        rope_force=lambda time: start.rope_force(pace * np.asarray(time, dtype=float)),
     )
 
 

@@ -9,8 +9,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from models.errors import ModelError
+from models.laws import Law
 from ocp import (
-    AdaptiveMesh,
     Audit,
     FixedMesh,
     Interrupted,
@@ -35,8 +35,13 @@ from studies.truss.limits.caps import HARD, cap_on, without_cap
 from studies.truss.limits.feasibility import check_feasible, force_cap
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import law_of
-from studies.truss.motions.starts import in_order, start_from_law, starting_motion
-from studies.truss.problem import Statement, control_of, needs_forces, state
+from studies.truss.motions.starts import (
+    from_neighbour,
+    in_order,
+    start_from_law,
+    starting_motion,
+)
+from studies.truss.problem import Statement, control_of, needs_forces, settings_of, state
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
 from studies.truss.search.best_motion import BestMotion
 from studies.truss.search.smoothness import (
@@ -62,7 +67,6 @@ if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
 
 SAME_BASIN = 1e-4  # relative: optima closer than this are one basin, solved to different meshes
 STOPPED = "interrupted before a motion was found; the inputs are kept"
-LEAST_OF_A_START = 60.0  # [s] that one start may take, if not more is its share
 LEAST_LEFT = 0.1  # of the seconds, for what has to follow the starts
 RELAXING = 30.0  # [s] that may be spent on what to relax where no motion was found
 RELAXED = Settings(intervals=40, refinement=FixedMesh())  # as `ocp.relaxed` has it by default
@@ -76,8 +80,9 @@ class NoMotionError(Exception):
 class Search:
     """One study on its way to a result; holds what is computed once and used often."""
 
-    def __init__(self, study: TrussStudy, console: Console) -> None:
+    def __init__(self, study: TrussStudy, console: Console, neighbour: Law | None = None) -> None:
         self.study = study
+        self.neighbour = neighbour  # motion of a like study, from which the first start begins
         self.console = console
         self.remarks: list[str] = []
         self.interrupted = False
@@ -192,7 +197,11 @@ class Search:
             names = [name for name in names if name != "phase-plane"] or names
 
         self._with_forces, self._started, self._statements = with_forces, 0, {}
+        starts: dict[str, Callable[[], Problem]]
         starts = {name: functools.partial(self._stated, name) for name in names}
+        if self.neighbour is not None:
+            near = from_neighbour(self.neighbour, self.study)
+            starts = {near.name: functools.partial(self._stated_from, near), **starts}
         try:
             return self._best_of(self._audited(starts))
         except Interrupted as stop:
@@ -207,7 +216,7 @@ class Search:
         known = () if self.kept is None else self.kept.names(self._kind)
         found = audit(
             starts=starts,
-            settings=self._settings(),
+            settings=settings_of(self.study, self._with_forces),
             bound=self._bound_now,
             bound_gap=BOUND_MET,
             value=self._value,
@@ -271,21 +280,6 @@ class Search:
         label = f"start {self._started} of {count} ({trial.name})"
         when = ", in an earlier run" if earlier else ""
         self.console.progress(f"{label}: {of_trial(trial, self.study)}{when}")
-
-    def _settings(self) -> Settings:
-        """How the engine solves: the stated intervals, shared out over the phases.
-
-        A start that wanders leaves time for the others.
-        """
-        share = self.study.solver.seconds / len(self.study.solver.starts)
-        phases = 2 if self._with_forces else 1
-        # moved to the switches of the jerk; where forces matter, bisection is more robust
-        moving = phases == 1 and control_of(self.study, self._with_forces)[1] == "constant"
-        return Settings(
-            intervals=max(2, -(-self.study.solver.intervals // phases)),
-            refinement=AdaptiveMesh(move_breakpoints=moving),
-            seconds=max(share, LEAST_OF_A_START),
-        )
 
     def _weights(self) -> dict[str, float]:
         """References by which to divide; a single objective keeps its own unit."""
@@ -354,7 +348,7 @@ class Search:
                 problem,
                 statement,
                 optimum.solution,
-                self._settings(),
+                settings_of(self.study, self._with_forces),
                 self._some_left,
                 self.console.live,
             )
@@ -402,7 +396,7 @@ class Search:
                 rough * first_price(self.study, place, weights, self._with_forces)
                 for place in range(len(statement.stages))
             ],
-            settings=replace(self._settings(), seconds=self._some_left()),
+            settings=replace(settings_of(self.study, self._with_forces), seconds=self._some_left()),
             progress=self.console.live,
         )
 

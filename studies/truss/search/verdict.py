@@ -11,7 +11,7 @@ from ocp import Audit, Optimum, Trial
 from studies.common.console import number
 from studies.common.result import Verdict
 from studies.truss.config import TrussStudy
-from studies.truss.motions.starts import KINDS
+from studies.truss.motions.starts import KINDS, NEIGHBOUR
 from studies.truss.quantities import OBJECTIVES
 
 if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
@@ -143,7 +143,9 @@ def starts_agree(names: Sequence[str], trials: Sequence[Trial], same: float) -> 
     """
     found = {trial.name: trial.value for trial in trials if trial.error is None}
     kinds = {KINDS.get(name) for name in found}
-    if len(found) < 2 or kinds != {KINDS.get(name) for name in names}:
+    # a neighbour's motion has stood against starts of each kind in its own study
+    all_kinds = NEIGHBOUR in found or kinds == {KINDS.get(name) for name in names}
+    if len(found) < 2 or not all_kinds:
         return False
     values = found.values()
     return max(values) - min(values) <= same * max(abs(value) for value in values)

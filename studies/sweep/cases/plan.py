@@ -1,0 +1,155 @@
+"""The cases of a sweep: what each asks, and the name of its file.
+
+A case is named by a hash of what it asks and of what would answer it. So a file is found again
+only where the same question would be put to the same code.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import models
+import ocp
+import studies
+from studies.common.exit_codes import StudyError
+from studies.common.folder import PROGRAM, plain, version
+from studies.sweep.cases.samples import Point, design
+from studies.sweep.config import SweepStudy
+from studies.sweep.subjects import SUBJECTS, put_value
+
+SCHEMA = 1  # of a case's file; raised when a field changes its meaning or disappears
+STUDIES = ("arm", "common", "drive", "flex", "margin", "truss")  # packages that answer cases
+
+
+@dataclass(frozen=True)
+class Case:
+    """One case of a sweep.
+
+    Attributes
+    ----------
+    number : its place in the sweep, from 0.
+    point : values of the keys that vary.
+    key : name of its file.
+    parent : key of the case whose motion it also starts from, or None.
+    refusal : why the study of these values is none; empty if it is one.
+    """
+
+    number: int
+    point: Point
+    key: str
+    parent: str | None
+    refusal: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """All cases of a sweep.
+
+    Attributes
+    ----------
+    study : the sweep.
+    cases : in the order of the table.
+    version : of the code that answers them.
+    """
+
+    study: SweepStudy
+    cases: tuple[Case, ...]
+    version: CodeVersion
+
+    def configuration(self, case: Case) -> dict[str, Any]:
+        """The resolved study of a case; worked out when it is needed, as there may be many."""
+        return _resolved(self.study, case.point)
+
+
+@dataclass(frozen=True)
+class CodeVersion:
+    """What answers a case: two versions that differ in one of these are never mixed.
+
+    Attributes
+    ----------
+    schema : of the files.
+    package : version of this package.
+    casadi : version of CasADi, whose solver decides the last digits.
+    sources : hash of the sources of models, engine and studies.
+    """
+
+    schema: int
+    package: str
+    casadi: str
+    sources: str
+
+    @property
+    def name(self) -> str:
+        """Short name, for a folder."""
+        return hashed([self.schema, self.package, self.casadi, self.sources])[:12]
+
+
+@functools.cache
+def code_version() -> CodeVersion:
+    """The version of the code that runs."""
+    digest = hashlib.sha256()
+    roots = [Path(next(iter(package.__path__))) for package in (models, ocp)]
+    roots += [Path(next(iter(studies.__path__))) / name for name in STUDIES]
+    for root in roots:
+        for file in sorted(root.rglob("*.py")):
+            digest.update(str(file.relative_to(root.parent)).encode() + b"\0")
+            digest.update(file.read_bytes() + b"\0")
+    return CodeVersion(SCHEMA, version(PROGRAM), metadata.version("casadi"), digest.hexdigest())
+
+
+def hashed(content: Any) -> str:
+    """Hash of what JSON can hold, the same on every machine."""
+    text = json.dumps(plain(content), sort_keys=True, separators=(",", ":"), ensure_ascii=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def plan(study: SweepStudy) -> Plan:
+    """Plan a sweep: nothing is solved.
+
+    Raises
+    ------
+    StudyError
+        If no case of it is a study: then the sweep asks something wrong.
+    """
+    points, answered_by = design(study), code_version()
+    keys: list[str] = []
+    cases: list[Case] = []
+    for number, (point, parent) in enumerate(zip(points.points, points.parents, strict=True)):
+        start = None if parent is None else keys[parent]
+        try:
+            asked: Mapping[str, Any] = _resolved(study, point)
+            refusal = ""
+        except StudyError as error:
+            asked, refusal = {"refused": list(point)}, str(error)
+        identity = [study.subject, asked, study.mode, start, answered_by.name]
+        keys.append(hashed(identity)[:24])
+        cases.append(Case(number, point, keys[-1], start, refusal))
+
+    if all(case.refusal for case in cases):
+        raise StudyError(cases[0].refusal)
+    return Plan(study, tuple(cases), answered_by)
+
+
+def _resolved(study: SweepStudy, point: Point) -> dict[str, Any]:
+    """The study at a point, with all its keys.
+
+    Raises
+    ------
+    StudyError
+        If it is none.
+    """
+    subject, raw = SUBJECTS[study.subject], dict(study.base)
+    if study.coarse:
+        for place, value in subject.coarse.items():
+            raw = put_value(raw, place, value, ".".join(place))
+    for axis, value in zip(study.parameters, point, strict=True):
+        if value is not None:
+            raw = put_value(raw, axis.place(), value, f"parameters.{axis.key}")
+    return subject.resolved(raw)

@@ -1,0 +1,225 @@
+"""`antenna-ocp sweep`: its flags, its folder, and the order of work of a sweep."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from studies.common.console import Console
+from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.running import folder_path
+
+if TYPE_CHECKING:
+    from studies.common.folder import ResultsFolder
+    from studies.sweep.cases.plan import Plan
+    from studies.sweep.cases.store import CaseStore
+    from studies.sweep.config import SweepStudy
+    from studies.sweep.driver import Place
+
+PARENT = Path("results")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The arguments of the sub-command."""
+    parser.add_argument("study", type=Path, metavar="SWEEP.toml", help="what is swept")
+    parser.add_argument("--plan", action="store_true", help="say how many cases and how long; end")
+    parser.add_argument(
+        "--results",
+        type=folder_path,
+        metavar="DIR",
+        help="results folder, new or of this sweep, which then goes on "
+        "[results/sweep-NAME of SWEEP.toml]",
+    )
+    parser.add_argument("--workers", metavar="N", help="cases at a time [the number of processors]")
+    parser.add_argument(
+        "--case-seconds", metavar="S", help="that a case may last; then it is a row without answer"
+    )
+    parser.add_argument(
+        "--coarse", action="store_true", help="coarse meshes, whatever the file says"
+    )
+    parser.add_argument(
+        "--recompute",
+        action="store_true",
+        help="compute again what another version of the program has left in the folder",
+    )
+    parser.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="a Dask scheduler, as tcp://host:8786, or 'local' for one of this machine",
+    )
+    parser.add_argument("--no-figures", action="store_true", help="leave the figures out")
+
+
+def run(options: argparse.Namespace, console: Console) -> ExitCode:
+    """Plan a sweep, solve what its folder lacks, and tabulate it."""
+    from studies.sweep.cases.plan import plan
+    from studies.sweep.cases.store import CaseStore
+
+    seconds, workers = _limits(options)
+    study = read_study(options)
+    planned = plan(study)
+    path = options.results or PARENT / f"sweep-{options.study.stem}"
+    store = CaseStore(path, planned.version)
+    if options.plan:
+        from studies.sweep.estimate import plan_text
+
+        console.say(plan_text(planned, store, workers))
+        return ExitCode.OK
+
+    # a cluster that does not answer is said before there is a folder
+    with contextlib.closing(_place(options, workers)) as place:
+        folder = _open(path, study)
+        remarks = _others(store, options.recompute)
+        store.open()
+        interrupted = _solve(planned, store, place, seconds, console)
+    return _hand_over(planned, store, folder, interrupted, remarks, options, console)
+
+
+def read_study(options: argparse.Namespace) -> SweepStudy:
+    """The sweep that its file and the flags on top of it state.
+
+    Raises
+    ------
+    StudyError
+        Naming the key, its value and the remedy.
+    """
+    from studies.common.configuration import read_toml
+    from studies.sweep.config import study_from
+
+    raw = read_toml(options.study)
+    if options.coarse:
+        raw["coarse"] = True
+    return study_from(raw, options.study.parent)
+
+
+def _limits(options: argparse.Namespace) -> tuple[float | None, int]:
+    """Seconds of a case, and cases at a time."""
+    from ocp.analysis.worker_processes import processors
+    from studies.common.configuration import as_number, positive, whole
+
+    seconds, workers = None, processors()
+    if options.case_seconds is not None:
+        seconds = positive("--case-seconds", as_number(options.case_seconds))
+    if options.workers is not None:
+        workers = whole(1, 1024)("--workers", as_number(options.workers))
+    return seconds, workers
+
+
+def _open(path: Path, study: SweepStudy) -> ResultsFolder:
+    """The folder of a sweep: a new one, or one that goes on.
+
+    Raises
+    ------
+    StudyError
+        If it is somebody else's or cannot be written.
+    """
+    from studies.common.configuration import toml_text
+    from studies.common.folder import INPUT_FILE, OUR_MARK, ResultsFolder, open_results
+    from studies.sweep.cases.store import FOLDER, unwritable, write_whole
+    from studies.sweep.config import as_dictionary
+
+    if (path / OUR_MARK).is_file() and (path / FOLDER).is_dir():
+        folder = ResultsFolder(path)
+    else:
+        folder = open_results(path, path.name)
+    try:
+        (path / FOLDER).mkdir(exist_ok=True)
+        head = "# Reproduces this result, or goes on with it: antenna-ocp sweep input.toml\n\n"
+        write_whole(folder.file(INPUT_FILE), head + toml_text(as_dictionary(study)))
+    except OSError as error:
+        raise unwritable(path, error) from error
+    return folder
+
+
+def _others(store: CaseStore, recompute: bool) -> tuple[str, ...]:
+    """What to say of cases that another version of the program has left.
+
+    Raises
+    ------
+    StudyError
+        If there are some, none of this version, and nobody asked for these to be computed again.
+    """
+    others = store.others()
+    listed = "; ".join(f"{count} cases of {name}" for name, count in others.items())
+    if others and not store.keys() and not recompute:
+        raise StudyError(
+            f"the results folder {store.folder} holds {listed}, which are not mixed with those of "
+            "this version; compute them again with --recompute, or name another folder with "
+            "--results"
+        )
+    return (f"Left out, as another version has made them: {listed}.",) if others else ()
+
+
+def _place(options: argparse.Namespace, workers: int) -> Place:
+    """Where cases are solved."""
+    if options.scheduler is not None:
+        from studies.sweep.workers.cluster import DaskCluster
+
+        return DaskCluster(options.scheduler, workers)
+    from studies.sweep.workers.processes import LocalProcesses
+
+    return LocalProcesses(workers)
+
+
+def _solve(
+    planned: Plan,
+    store: CaseStore,
+    place: Place,
+    seconds: float | None,
+    console: Console,
+) -> bool:
+    """Solve what the folder lacks; return whether the user stopped it."""
+    from studies.sweep.cases.leases import Leases
+    from studies.sweep.cases.store import remove_drafts
+    from studies.sweep.driver import Driver
+
+    leases = Leases(store.folder)
+    leases.enter(console.progress)
+    try:
+        left = leases.abandoned()
+        if left:
+            console.progress(f"{len(left)} cases were in flight when an earlier run was killed")
+        list(remove_drafts(store.place))
+        console.progress(f"{len(planned.cases)} cases on {place}, into {store.folder}")
+        Driver(planned, store, leases, place, seconds, console).run()
+    except KeyboardInterrupt:
+        return True
+    finally:
+        leases.leave()
+    return False
+
+
+def _hand_over(
+    planned: Plan,
+    store: CaseStore,
+    folder: ResultsFolder,
+    interrupted: bool,
+    remarks: tuple[str, ...],
+    options: argparse.Namespace,
+    console: Console,
+) -> ExitCode:
+    """Tabulate a sweep, print and draw it."""
+    from studies.common.running import hand_over
+    from studies.sweep.table import FILE, as_csv, columns, result_of, tabulate
+
+    table = tabulate(planned, store)
+    folder.file(FILE).write_text(as_csv(columns(planned, table)), "utf-8", newline="")
+    result = result_of(planned, table, interrupted, remarks)
+    again = "antenna-ocp sweep"
+    return hand_over(
+        result,
+        folder,
+        _draw,
+        f"{again} {folder.file('input.toml')} --results {folder.path}",
+        options,
+        console,
+        go_on=f"{again} {options.study} --results {folder.path}" if interrupted else "",
+    )
+
+
+def _draw(result: Any) -> Any:
+    from studies.sweep.figures import draw  # Matplotlib loads with it
+
+    return draw(result)

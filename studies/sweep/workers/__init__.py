@@ -1,0 +1,1 @@
+"""Where cases are solved: processes of this machine, or those of a Dask cluster."""
