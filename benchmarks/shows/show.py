@@ -26,6 +26,7 @@ SHOWS = {
     "drive-table": "benchmarks.shows.drive_table",
     "drive-points": "benchmarks.shows.drive_points",
     "drive-formats": "benchmarks.shows.drive_formats",
+    "sweep": "benchmarks.shows.sweeps",
     "engine-families": "benchmarks.shows.engine.families",
     "engine-headings": "benchmarks.shows.engine.stated:HEADINGS",
     "engine-singular": "benchmarks.shows.engine.stated:SINGULAR",
