@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -49,6 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="ADDRESS",
         help="a Dask scheduler, as tcp://host:8786, or 'local' for one of this machine",
     )
+    parser.add_argument("--parquet", action="store_true", help="write the table as Parquet, too")
     parser.add_argument("--no-figures", action="store_true", help="leave the figures out")
 
 
@@ -58,6 +60,7 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
     from studies.sweep.cases.store import CaseStore
 
     seconds, workers = _limits(options)
+    _check_extras(options)
     study = read_study(options)
     planned = plan(study)
     path = options.results or PARENT / f"sweep-{options.study.stem}"
@@ -105,6 +108,15 @@ def _limits(options: argparse.Namespace) -> tuple[float | None, int]:
     if options.workers is not None:
         workers = whole(1, 1024)("--workers", as_number(options.workers))
     return seconds, workers
+
+
+def _check_extras(options: argparse.Namespace) -> None:
+    """Say at once what is asked for and not installed; after hours it would be too late."""
+    if options.parquet and find_spec("pyarrow") is None:
+        raise StudyError(
+            "--parquet needs pyarrow, which is not installed; install it with: "
+            "pip install 'antenna-ocp[parquet]', or leave --parquet out: the table is CSV, too"
+        )
 
 
 def _open(path: Path, study: SweepStudy) -> ResultsFolder:
@@ -202,10 +214,13 @@ def _hand_over(
 ) -> ExitCode:
     """Tabulate a sweep, print and draw it."""
     from studies.common.running import hand_over
-    from studies.sweep.table import FILE, as_csv, columns, result_of, tabulate
+    from studies.sweep.table import FILE, as_csv, columns, result_of, tabulate, write_parquet
 
     table = tabulate(planned, store)
-    folder.file(FILE).write_text(as_csv(columns(planned, table)), "utf-8", newline="")
+    content = columns(planned, table)
+    folder.file(FILE).write_text(as_csv(content), "utf-8", newline="")
+    if options.parquet:
+        write_parquet(content, folder.file(FILE).with_suffix(".parquet"))
     result = result_of(planned, table, interrupted, remarks)
     again = "antenna-ocp sweep"
     return hand_over(

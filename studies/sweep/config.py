@@ -24,8 +24,12 @@ from studies.common.configuration import (
 from studies.common.exit_codes import StudyError
 from studies.sweep.subjects import SUBJECTS
 
-SAMPLINGS = ("grid", "list", "one-at-a-time", "latin-hypercube", "sobol")
-RANDOM = ("latin-hypercube", "sobol")  # samplings that draw points between two ends
+SAMPLINGS = ("grid", "list", "one-at-a-time", "latin-hypercube", "sobol", "sobol-indices")
+RANDOM = (
+    "latin-hypercube",
+    "sobol",
+    "sobol-indices",
+)  # they draw points between ends
 SCALES = ("linear", "log")
 MOST_CASES = 1_000_000
 
@@ -159,7 +163,9 @@ class SweepStudy:
         default="grid",
     )
     samples: int | None = optional_key(
-        whole(1, MOST_CASES), "", "cases that latin-hypercube or sobol draws"
+        whole(1, MOST_CASES),
+        "",
+        "cases to draw; sobol-indices draws (keys + 2) times as many",
     )
     seed: int = key(whole(0), "", "of what is drawn", default=0)
     coarse: bool = key(boolean, "", "whether coarse meshes will do", default=False)

@@ -73,6 +73,8 @@ def draw(result: Result) -> Iterator[tuple[str, Figure]]:
             yield "heat_map", heat_map(result, parameters, quantities)
         return
     yield "points", points(result, parameters, quantities)
+    if "sobol_indices" in result.details:
+        yield "sobol_indices", indices(result)
 
 
 def shown(result: Result) -> list[str]:
@@ -230,22 +232,31 @@ def tornado(result: Result, quantities: Sequence[str]) -> Figure:
             for value, _ in known:
                 colour = COLOURS[0] if value <= values[0] else COLOURS[1]
                 panel.barh(height, value - values[0], left=values[0], height=0.55, color=colour)
-            for value, text in {min(known), max(known)} if known else ():
-                side = "right" if value <= values[0] else "left"
-                panel.annotate(
-                    text,
-                    (value, height),
-                    xytext=(-3 if side == "right" else 3, 0),
-                    textcoords="offset points",
-                    ha=side,
-                    va="center",
-                    fontsize=7,
-                )
+            _name_ends(panel, height, values[0], known)
         panel.axvline(values[0], color="k", lw=0.8)
-        panel.set_yticks(range(len(bars)), [key for key, _ in bars])
+        units = result.details["units"]
+        names = [f"{key} [{units[key]}]" if key in units else key for key, _ in bars]
+        panel.set_yticks(range(len(bars)), names)
         label_axes(panel, _label(result, name), "", fit=False)
         panel.margins(x=0.18)
     return figure
+
+
+def _name_ends(panel: Axes, height: float, base: float, known: Sequence[tuple[float, str]]) -> None:
+    """Write at each end of a bar which values of the key have led there."""
+    for side, sign in (("right", -1), ("left", 1)):
+        there = sorted(item for item in known if (item[0] > base) == (sign > 0))
+        if not there:
+            continue
+        panel.annotate(
+            ", ".join(text for _, text in there),
+            (there[-1 if sign > 0 else 0][0], height),
+            xytext=(3 * sign, 0),
+            textcoords="offset points",
+            ha=side,
+            va="center",
+            fontsize=7,
+        )
 
 
 def _short(value: Any) -> Any:
@@ -270,4 +281,27 @@ def points(result: Result, parameters: Sequence[Parameter], quantities: Sequence
             parameter.along(panel)
             label_axes(panel, parameter.label, "", fit=False)
         row[0].set_ylabel(_label(result, name))
+    return figure
+
+
+def indices(result: Result) -> Figure:
+    """Shares of each quantity's variance that the keys cause, with their intervals."""
+    found = result.details["sobol_indices"]
+    figure, panels = _panels(result, len(found), 3.8)
+    for panel, (name, shares) in zip(panels, found.items(), strict=True):
+        keys = list(shares["first"])
+        for shift, part, label in ((-0.19, "first", "alone"), (0.19, "total", "with others")):
+            panel.bar(
+                np.arange(len(keys)) + shift,
+                list(shares[part].values()),
+                0.36,
+                yerr=list(shares[f"{part}_interval"].values()),
+                capsize=3,
+                color=COLOURS[0] if part == "first" else COLOURS[1],
+                label=label,
+            )
+        panel.set_xticks(range(len(keys)), keys)
+        label_axes(panel, "", "share of the variance (95 % interval)", fit=False)
+        panel.set_title(result.details["titles"][name][0], fontsize=9)
+    panels[0].legend(fontsize=8, frameon=False)
     return figure

@@ -6,7 +6,7 @@ A case of a sweep is what the command of its subject would solve, given the case
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
@@ -31,6 +31,8 @@ class SweptCommand:
     seconds : that a case takes about, on full and on coarse meshes [s]; measured on one core of
         2.1 GHz, for a plan where no case has run yet.
     warm : whether a study can start from the motion of another one.
+    entries : classes of the entries of its lists of tables, by the names of these; a joint may
+        name a file.
     """
 
     package: str
@@ -38,7 +40,7 @@ class SweptCommand:
     coarse: Mapping[tuple[str, ...], Any]
     seconds: tuple[float, float]
     warm: bool = False
-    files: bool = field(default=False, repr=False)  # whether its TOML may name files
+    entries: Mapping[str, str] = field(default_factory=dict)
 
     def with_files(self, raw: Mapping[str, Any], folder: Path) -> dict[str, Any]:
         """The study with the contents of the files that it names.
@@ -48,7 +50,7 @@ class SweptCommand:
         StudyError
             If one cannot be read.
         """
-        joints = raw.get("joint", ()) if self.files else ()
+        joints = raw.get("joint", ()) if "joint" in self.entries else ()
         if not any(isinstance(joint, Mapping) and "csv" in joint for joint in joints):
             return dict(table("base", raw))
         from studies.flex.drives import with_tables
@@ -85,19 +87,27 @@ class SweptCommand:
         found: Result = run(study) if neighbour is None else run(study, neighbour=neighbour)
         return found
 
-    def units(self) -> dict[str, str]:
-        """Units of its keys, as far as they are known."""
+    def units(self, keys: Iterable[str]) -> dict[str, str]:
+        """Units of some of its keys, where they have one; the entries of a list share theirs."""
         from studies.common.parameters import field_texts, parameter_lines
 
-        kind = getattr(import_module(f"{self.package}.config"), self.configuration)
-        units = {line.key: line.unit for line in key_lines(kind)}
+        config = import_module(f"{self.package}.config")
+        known = {line.key: line.unit for line in key_lines(getattr(config, self.configuration))}
+        for name, kind in self.entries.items():
+            known |= {line.key: line.unit for line in key_lines(getattr(config, kind), f"{name}.")}
         if self.package == "studies.truss":
             from models.truss import TrussParameters
 
             names = dict.fromkeys(field_texts(TrussParameters), 0.0)
             lines = parameter_lines("truss", {"truss": names})
-            units |= {f"truss.{line.name.replace(' ', '_')}": line.unit for line in lines}
-        return {name: unit for name, unit in units.items() if unit not in ("", "-")}
+            known |= {f"truss.{line.name.replace(' ', '_')}": line.unit for line in lines}
+
+        units = {}
+        for key in keys:
+            unit = known.get(".".join(part for part in key.split(".") if not part.isdigit()), "")
+            if unit not in ("", "-"):
+                units[key] = unit
+        return units
 
     def _study(self, raw: Mapping[str, Any]) -> Any:
         config = import_module(f"{self.package}.config")
@@ -117,11 +127,15 @@ _COARSE_TRUSS: Mapping[tuple[str, ...], Any] = {
     ("solver", "starts"): ["bezier"],
 }
 
+_OF_A_CHAIN = {"link": "LinkCase", "joint": "JointCase"}
+
 SUBJECTS: Mapping[str, SweptCommand] = {
     "truss": SweptCommand("studies.truss", "TrussStudy", _COARSE_TRUSS, (6.0, 1.5), warm=True),
     "arm solve": SweptCommand("studies.arm", "ArmStudy", {("elements",): 4}, (20.0, 8.0)),
     "arm sequence": SweptCommand("studies.arm", "SequenceStudy", {}, (60.0, 60.0)),
-    "flex": SweptCommand("studies.flex", "FlexStudy", {("elements",): 2}, (10.0, 3.0), files=True),
+    "flex": SweptCommand(
+        "studies.flex", "FlexStudy", {("elements",): 2}, (10.0, 3.0), entries=_OF_A_CHAIN
+    ),
 }
 
 

@@ -8,6 +8,7 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -95,7 +96,7 @@ def _number(value: Any) -> float:
 
 def columns(plan: Plan, table: CaseTable) -> dict[str, list[Any]]:
     """All columns of the tidy table, by their heads; a value that is not there is None."""
-    units = SUBJECTS[plan.study.subject].units()
+    units = _units(plan)
     found: dict[str, list[Any]] = {"case": [case.number + 1 for case in plan.cases]}
     for place, axis in enumerate(plan.study.parameters):
         unit = units.get(axis.key, "")
@@ -106,6 +107,12 @@ def columns(plan: Plan, table: CaseTable) -> dict[str, list[Any]]:
         found[f"{name} [{table.titles[name][1]}]"] = _stated(values)
     found |= {"seconds [s]": _stated(table.seconds), "file": table.keys, "reason": table.reasons}
     return found
+
+
+def _units(plan: Plan) -> dict[str, str]:
+    """Units of the keys that vary."""
+    keys = [axis.key for axis in plan.study.parameters]
+    return SUBJECTS[plan.study.subject].units(keys)
 
 
 def _stated(values: Array) -> list[Any]:
@@ -122,8 +129,25 @@ def as_csv(content: Mapping[str, list[Any]]) -> str:
     return text.getvalue()
 
 
+def write_parquet(content: Mapping[str, list[Any]], path: Path) -> None:
+    """The tidy table as Parquet; a key whose values are of several kinds is text there."""
+    import pyarrow
+    from pyarrow import parquet
+
+    arrays = {}
+    for head, values in content.items():
+        kinds = {type(value) for value in values if value is not None}
+        plain = kinds <= {int, float} or kinds in ({str}, {bool}, set())
+        arrays[head] = pyarrow.array(
+            values if plain else [None if value is None else str(value) for value in values],
+            type=pyarrow.float64() if kinds == {int, float} else None,
+        )
+    parquet.write_table(pyarrow.table(arrays), path)
+
+
 def result_of(plan: Plan, table: CaseTable, interrupted: bool, remarks: tuple[str, ...]) -> Result:
     """The result of a sweep: its quantities along the cases, and how many have an answer."""
+    indices, of_indices = _indices(plan, table)
     return Result(
         kind="sweep",
         question=plan.study.question,
@@ -132,18 +156,33 @@ def result_of(plan: Plan, table: CaseTable, interrupted: bool, remarks: tuple[st
         table=tuple(_rows(table)),
         verdict=_verdict(table),
         checks=(_answers(table),),
-        remarks=(*remarks, *_failures(table)),
+        remarks=(*remarks, *of_indices, *_failures(table)),
         details={
             "statuses": table.statuses,
             "minimised": list(table.minimised),
             "titles": {name: list(title) for name, title in table.titles.items()},
-            "units": SUBJECTS[plan.study.subject].units(),
+            "units": _units(plan),
             "points": [list(case.point) for case in plan.cases],
             "version": plan.version.name,
+            **({"sobol_indices": indices} if indices else {}),
         },
         provenance=provenance(),
         interrupted=interrupted,
     )
+
+
+def _indices(plan: Plan, table: CaseTable) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """Sobol indices where the cases were drawn for them, and what to say of them."""
+    if plan.study.sampling != "sobol-indices":
+        return {}, ()
+    from studies.sweep.indices import sobol_indices
+
+    keys = [axis.key for axis in plan.study.parameters]
+    asked = [name for name in plan.study.show if name in table.quantities]
+    names = asked or table.minimised or table.quantities
+    chosen = {name: table.quantities[name] for name in names}
+    found, sentence = sobol_indices(keys, chosen, plan.study.seed)
+    return found, (sentence,) if sentence else ()
 
 
 def _series(plan: Plan, table: CaseTable) -> Iterator[tuple[str, Series]]:

@@ -8,8 +8,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ocp.arrays import Array
 from studies.common.exit_codes import StudyError
 from studies.sweep.config import MOST_CASES, Axis, SweepStudy
+from studies.sweep.indices import saltelli_points
 
 Point = tuple[Any, ...]  # a value of each axis
 
@@ -76,10 +78,13 @@ def _grid(axes: Sequence[Axis], warm: bool) -> Design:
 
 
 def _drawn(study: SweepStudy, axes: Sequence[Axis]) -> list[Point]:
-    """Points of a Latin hypercube or of a scrambled Sobol sequence between the ends."""
+    """Points between the ends: a Latin hypercube, a scrambled Sobol sequence, or Saltelli's."""
+    assert study.samples is not None
+    if study.sampling == "sobol-indices":
+        shares = saltelli_points([axis.key for axis in axes], study.samples, study.seed)
+        return [_inside(axes, row) for row in shares]
     from scipy.stats import qmc  # takes long to load, and only such studies need it
 
-    assert study.samples is not None
     if study.sampling == "sobol":
         # a power of two keeps the sequence balanced; the first points of it are what is asked
         engine = qmc.Sobol(len(axes), seed=study.seed)
@@ -87,10 +92,12 @@ def _drawn(study: SweepStudy, axes: Sequence[Axis]) -> list[Point]:
         shares = shares[: study.samples]
     else:
         shares = qmc.LatinHypercube(len(axes), seed=study.seed).random(study.samples)
-    return [
-        tuple(_at(axis, float(share)) for axis, share in zip(axes, row, strict=True))
-        for row in shares
-    ]
+    return [_inside(axes, row) for row in shares]
+
+
+def _inside(axes: Sequence[Axis], shares: Array) -> Point:
+    """The point at shares of the way from the low ends to the high ends."""
+    return tuple(_at(axis, float(share)) for axis, share in zip(axes, shares, strict=True))
 
 
 def _at(axis: Axis, share: float) -> float:
