@@ -1,7 +1,6 @@
 """Warm starts from a neighbour's motion, Sobol indices, tables and figures of sweeps."""
 
 import csv
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -125,7 +124,7 @@ SWEEPS: dict[str, tuple[dict[str, Any], int, set[str]]] = {
 @pytest.fixture(scope="module", params=SWEEPS)
 def swept(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
-) -> Iterator[tuple[Path, int, set[str]]]:
+) -> tuple[Path, int, set[str]]:
     """The folder of a sweep, how many cases it has, and its figures."""
     content, count, figures = SWEEPS[request.param]
     sampling = "grid" if request.param == "words" else request.param
@@ -136,7 +135,7 @@ def swept(
     (folder / "sweep.toml").write_text(text, "utf-8")
     flags = ("--results", str(folder / "out"), "--parquet", "--no-figures")
     assert main(["sweep", str(folder / "sweep.toml"), *flags]) == ExitCode.OK
-    yield folder / "out", count, figures
+    return folder / "out", count, figures
 
 
 def test_every_sampling_has_table_result_and_figures(swept: tuple[Path, int, set[str]]) -> None:
