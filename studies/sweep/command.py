@@ -128,11 +128,14 @@ def _open(path: Path, study: SweepStudy) -> ResultsFolder:
         If it is somebody else's or cannot be written.
     """
     from studies.common.configuration import toml_text
-    from studies.common.folder import INPUT_FILE, OUR_MARK, ResultsFolder, open_results
+    from studies.common.folder import INPUT_FILE, OUR_MARK, ResultsFolder, open_results, provenance
+    from studies.common.result import RESULT_FILE, Result
     from studies.sweep.cases.store import FOLDER, unwritable, write_whole
     from studies.sweep.config import as_dictionary
 
-    if (path / OUR_MARK).is_file() and (path / FOLDER).is_dir():
+    # killed just after it was made, a folder has no result yet
+    new = (path / OUR_MARK).is_file() and not (path / RESULT_FILE).exists()
+    if new or (path / FOLDER).is_dir():
         folder = ResultsFolder(path)
     else:
         folder = open_results(path, path.name)
@@ -142,6 +145,8 @@ def _open(path: Path, study: SweepStudy) -> ResultsFolder:
         write_whole(folder.file(INPUT_FILE), head + toml_text(as_dictionary(study)))
     except OSError as error:
         raise unwritable(path, error) from error
+    configuration = as_dictionary(study)
+    Result.begun("sweep", study.question, configuration, provenance()).save(path)
     return folder
 
 

@@ -156,7 +156,7 @@ def result_of(plan: Plan, table: CaseTable, interrupted: bool, remarks: tuple[st
         table=tuple(_rows(table)),
         verdict=_verdict(table),
         checks=(_answers(table),),
-        remarks=(*remarks, *of_indices, *_failures(table)),
+        remarks=(*remarks, *of_indices, *_not_shown(plan, table), *_failures(table)),
         details={
             "statuses": table.statuses,
             "minimised": list(table.minimised),
@@ -229,6 +229,13 @@ def _verdict(table: CaseTable) -> Verdict:
 def _answers(table: CaseTable) -> Criterion:
     without = [status for status in table.statuses if status not in ANSWERED]
     return Criterion("cases without an answer", "", len(without), 0.0, not without)
+
+
+def _not_shown(plan: Plan, table: CaseTable) -> Iterator[str]:
+    """What is asked for in figures and no case has."""
+    for name in plan.study.show:
+        if name not in table.quantities and table.quantities:
+            yield f"show names {name}, which no case has; they have {', '.join(table.quantities)}."
 
 
 def _failures(table: CaseTable) -> Iterator[str]:

@@ -7,6 +7,7 @@ threads of `processes` do, so that a solver that hangs or dies costs a case and 
 from __future__ import annotations
 
 import contextlib
+import logging
 import socket
 from collections.abc import Mapping
 from concurrent.futures import Future
@@ -60,6 +61,11 @@ class DaskCluster:
             def __del__(self) -> None:
                 pass
 
+        # what the user has to know is said in our sentences, and not in tracebacks beside them
+        for name in list(logging.root.manager.loggerDict):
+            if not name.startswith("distributed"):
+                continue
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
         self.address = address
         self._local = None
         try:
@@ -82,7 +88,10 @@ class DaskCluster:
 
     def slots(self) -> int:
         """How many cases may be in flight, with the workers that there are now."""
-        threads = self._client.nthreads() if self._client.status == "running" else {}
+        threads: Mapping[str, int] = {}
+        with contextlib.suppress(OSError, TimeoutError):  # lost: the cases in flight say so
+            if self._client.status == "running":
+                threads = self._client.nthreads()
         return max(1, AHEAD * sum(threads.values()))
 
     def submit(self, task: Mapping[str, Any], seconds: float | None) -> Future[dict[str, Any]]:
