@@ -219,6 +219,23 @@ def gains(iterate: Iterate, evaluator: Evaluator, index: int) -> Array:
     return np.asarray((0.5 * density @ weights) * np.diff(phase.breakpoints))
 
 
+def shifts(iterate: Iterate, evaluator: Evaluator, index: int) -> Array:
+    """What moving each inner breakpoint by its shorter interval gains [unit of the objective].
+
+    To first order the objective changes with the time of a breakpoint by the jump of the
+    Hamiltonian there: at an optimum there is none (Bryson and Ho, ch. 3.7). Shape (N - 1,).
+    """
+    phase = iterate.trajectory.phases[index]
+    hamiltonian = hamiltonian_of(evaluator, iterate.transcription, index)
+    intervals, tau = np.repeat(np.arange(phase.intervals), 2), np.tile([0.0, 1.0], phase.intervals)
+    costates = phase_costates(iterate, index)
+    values = hamiltonian.along(evaluator, iterate.trajectory, costates, intervals, tau).value
+
+    ends, width = values.reshape(phase.intervals, 2), np.diff(phase.breakpoints)
+    shorter: Array = np.minimum(width[1:], width[:-1])
+    return np.abs(ends[1:, 0] - ends[:-1, 1]) * shorter
+
+
 def _traded(
     iterate: Iterate,
     hamiltonian: Hamiltonian,

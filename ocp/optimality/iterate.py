@@ -16,6 +16,10 @@ from ocp.problem.symbols import ControlShape
 from ocp.transcription.scaling import Scales
 from ocp.transcription.transcribe import ProgramLimits, Transcription, transcribe
 
+# Part of the objective's scale below which its value is next to nothing, so that a difference is
+# not relative to it.
+_LEAST_OBJECTIVE = 1e-3
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Iterate:
@@ -66,6 +70,11 @@ class Iterate:
             f"Iterate('{self.problem.name}': objective {self.objective:.10g}, {self.x.size} "
             f"unknowns, {self.row_multipliers.size} rows)"
         )
+
+    @property
+    def objective_size(self) -> float:
+        """What changes of the objective are relative to: its modulus, which may vanish."""
+        return max(abs(self.objective), _LEAST_OBJECTIVE * self.scales.objective)
 
     @cached_property
     def transcription(self) -> Transcription:

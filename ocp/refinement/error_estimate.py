@@ -19,6 +19,7 @@ from ocp.optimality.iterate import Iterate
 from ocp.problem.functionals import Integral, Peak
 from ocp.problem.parameters import Parameters
 from ocp.refinement.accuracy import Accuracy
+from ocp.refinement.missed_switches import missed_switches
 from ocp.refinement.switch_detection import Jump, control_errors, control_jumps, saturated
 from ocp.transcription.path_constraints import PathConstraint
 from ocp.transcription.transcribe import Transcription
@@ -310,17 +311,19 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
     phases = []
 
     for index, motion in enumerate(iterate.trajectory.phases):
+        jumps = tuple(control_jumps(motion))
         gain, rough = _relative_gains(iterate, evaluator, index), _telling(iterate, index, acting)
+        missed = missed_switches(iterate, evaluator, index, jumps)
         excess = motion_errors.excess[index]
         over = [e.values > _COARSE for e in excess]
         wide = np.diff(motion.fractions) > NARROW
         phases.append(
             PhaseErrors(
                 dynamics=motion_errors.dynamics[index],
-                gain=np.where(rough, gain, 0.0),
-                switching=gain,
+                gain=np.where(rough, gain, 0.0) + missed,
+                switching=gain + missed,
                 excess=excess,
-                jumps=tuple(control_jumps(motion)),
+                jumps=jumps,
                 crowded=_crowded(iterate.mesh.extra[index], excess, rough, accuracy.path) & wide,
                 coarse=np.any([np.zeros_like(rough), *over], axis=0) & wide,
             )
@@ -344,8 +347,7 @@ def promised_gain(iterate: Iterate, evaluator: Evaluator) -> float:
 
 def _relative_gains(iterate: Iterate, evaluator: Evaluator, index: int) -> Array:
     """What finer controls could gain in each interval, relative to the objective, (N,)."""
-    size = max(abs(iterate.objective), 1e-3 * iterate.scales.objective)
-    return gains(iterate, evaluator, index) / size
+    return gains(iterate, evaluator, index) / iterate.objective_size
 
 
 def _telling(iterate: Iterate, index: int, acting: Sequence[Flags]) -> Flags:

@@ -25,7 +25,6 @@ from ocp.refinement.mesh_iteration import (
     Start,
     best_of,
     iterations_of,
-    objective_size,
     record_of,
 )
 from ocp.refinement.policy import gain_falls
@@ -40,6 +39,9 @@ _FAR = 1e-3
 
 # Mesh iterations after which an angle that still turns to and fro does so on finer meshes, too.
 _TURNING = 3
+
+# Times that a mesh without errors is solved again because its objective was far from its size.
+_SIZINGS = 4
 
 # Rounds in a row over which the objective stands still where nothing more is to be gained.
 _STILL = 3
@@ -139,8 +141,7 @@ def _refine(
 
             following = policy.next_mesh(solved, accuracy)
             loose = following is not None and _worst(last.errors) >= _FAR
-            if not last.tight and (following is None or len(rounds) >= most):
-                # once more, to the tolerance asked for
+            if _once_more(meshes, solved, following, over=len(rounds) >= most):
                 following, loose = program.mesh, False
         else:
             rounds.append(record_of(program.mesh, result, None))
@@ -164,6 +165,23 @@ def _refine(
         finer = following.intervals > program.mesh.intervals
         start = solved[-1].iterate
         program = meshes.next_program(start, following)
+
+
+def _once_more(
+    meshes: MeshSolver, solved: Sequence[SolvedMesh], following: Mesh | None, *, over: bool
+) -> bool:
+    """Whether the last mesh is solved again before the loop ends.
+
+    It is where it was not yet solved to the tolerance asked for, or where the objective turned out
+    to be far from the size that this tolerance is relative to.
+    """
+    last = solved[-1]
+    if not last.tight:
+        return following is None or over
+    again = sum(s.iterate.mesh is last.iterate.mesh for s in solved if s.tight)
+    if following is not None or over or again > _SIZINGS:
+        return False
+    return meshes.scales_after(last.iterate) is not last.iterate.scales
 
 
 def _check_angles(solved: Sequence[SolvedMesh]) -> None:
@@ -219,7 +237,7 @@ def stands_still(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> bool:
         return False
 
     objectives = [s.iterate.objective for s in latest]
-    slack = accuracy.objective * objective_size(latest[-1].iterate)
+    slack = accuracy.objective * latest[-1].iterate.objective_size
     if max(objectives) - min(objectives) > slack:
         return False
     if all(s.errors.gain > accuracy.objective and not s.finer for s in latest):

@@ -28,7 +28,7 @@ from ocp.refinement.error_estimate import MeshErrors, estimate_errors
 from ocp.refinement.unwrapping import unwrapped
 from ocp.settings import Settings
 from ocp.transcription.packing import decision_vector, trajectory_of
-from ocp.transcription.scaling import resized, scales_of
+from ocp.transcription.scaling import Scales, oversized, resized, scales_of
 from ocp.transcription.transcribe import ProgramLimits, Transcription, transcribe
 
 Start = Iterate | Trajectory | None
@@ -156,7 +156,7 @@ def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
     sense = solved[-1].iterate.problem.sense
     best = min(good, key=lambda s: sense * s.iterate.objective, default=solved[-1])
 
-    slack = accuracy.objective * objective_size(best.iterate)
+    slack = accuracy.objective * best.iterate.objective_size
     as_good = [s for s in good if abs(s.iterate.objective - best.iterate.objective) <= slack]
     strict = [s for s in as_good if s.holds(accuracy)]
     # of answers that are as good, one whose controls promise nothing more is proven better
@@ -164,11 +164,6 @@ def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
     if strict:
         return min(strict, key=lambda s: sense * s.iterate.objective)
     return min(as_good, key=lambda s: s.leak, default=best)
-
-
-def objective_size(iterate: Iterate) -> float:
-    """What a change of the objective counts against; a part of its scale where it vanishes."""
-    return max(abs(iterate.objective), 1e-3 * iterate.scales.objective)
 
 
 def record_of(mesh: Mesh, result: NlpResult, solved: SolvedMesh | None) -> MeshIteration:
@@ -302,12 +297,20 @@ class MeshSolver:
 
     def next_program(self, last: Iterate, mesh: Mesh) -> Transcription:
         """The program of a mesh after a solved one, its objective sized by what was found."""
-        if mesh is last.mesh:
+        scales = self.scales_after(last)
+        if mesh is last.mesh and scales is last.scales:
             return last.transcription
-        scales = resized(last.scales, last.objective)
         return transcribe(
             self.problem, mesh, last.scheme, last.controls, scales, last.transcription
         )
+
+    def scales_after(self, last: Iterate) -> Scales:
+        """Those of a solved mesh, its objective sized by its value; the same if it is near."""
+        least = 0.0
+        if oversized(last.scales, last.objective):
+            guess = initial_guess(self.problem, self.parameters, last.trajectory)
+            least = scales_of(self.problem, guess, self.parameters).objective
+        return resized(last.scales, last.objective, least)
 
     def starting_point(
         self, program: Transcription, start: Start, limits: ProgramLimits

@@ -229,8 +229,7 @@ def gain_falls(solved: Sequence[SolvedMesh], rounds: int) -> bool:
 
 def _change(before: Iterate, after: Iterate) -> float:
     """Relative change of the objective from one mesh iteration to another."""
-    size = max(abs(after.objective), 1e-3 * after.scales.objective)
-    return abs(after.objective - before.objective) / size
+    return abs(after.objective - before.objective) / after.objective_size
 
 
 def _least_gain(errors: MeshErrors, tolerance: float) -> float:

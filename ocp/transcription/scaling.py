@@ -34,6 +34,7 @@ from ocp.problem.symbols import TIME, Signal, Symbol
 _FRACTIONS = np.linspace(0.0, 1.0, 17)  # of a phase, at which a guess is looked at
 _STEP = 0.5  # of a signal's size, by which it is moved to see how far an expression moves
 _OFF = 3.0  # factor from which on a solved objective replaces the size taken from the guess
+_FALL = 1e-3  # of its size, to which the objective's falls by a solved value of zero
 _SOLVED = "value on an earlier mesh"
 _LONGEST = "longest duration of a phase in the guess"
 
@@ -109,19 +110,31 @@ def scales_of(problem: Problem, guess: InitialGuess, parameters: Parameters) -> 
     return Scales(signals, unknowns, bounds, functionals, duration, objective, reasons)
 
 
-def resized(scales: Scales, objective: float) -> Scales:
-    """Scales with the objective's size taken from a solved value, where the guess's was far off.
+def oversized(scales: Scales, objective: float) -> bool:
+    """Whether the objective's size is many times a solved value, and was not stated."""
+    stated = scales.reasons.get(("objective", "")) == "stated"
+    return not stated and _OFF * abs(objective) < scales.objective
 
-    Tolerances of the solver are relative to the scaled objective: where the guess costs many times
-    the optimum, they would leave controls undetermined that cost little. A stated size stays, and
-    so does one that has been taken from a value before.
+
+def resized(scales: Scales, objective: float, least: float) -> Scales:
+    """Scales with the objective's size taken from a solved value, where it was far off.
+
+    Tolerances of the solver are relative to the scaled objective: where the guess, or a loose limit
+    in place of one, costs many times the optimum, they would leave controls undetermined that cost
+    little. A stated size stays. One that was taken from a value before is lowered only.
+
+    Parameters
+    ----------
+    least : the size around the solved motion. A best value may be 0: by such values the size falls
+        to a thousandth once, and no further than to this one.
     """
-    reason = scales.reasons.get(("objective", ""))
-    size = max(abs(objective), 1e-3 * scales.objective)
-    near = scales.objective / _OFF <= size <= _OFF * scales.objective
-    if reason in ("stated", _SOLVED) or near or not math.isfinite(size):
+    reason, size = scales.reasons.get(("objective", "")), scales.objective
+    again = reason == _SOLVED
+    found = max(abs(objective), min(least, size if again else _FALL * size))
+    near = size / _OFF <= found <= _OFF * size
+    if reason == "stated" or near or (again and found > size) or not math.isfinite(found):
         return scales
-    return replace(scales, objective=size, reasons={**scales.reasons, ("objective", ""): _SOLVED})
+    return replace(scales, objective=found, reasons={**scales.reasons, ("objective", ""): _SOLVED})
 
 
 def _chosen(stated: float | None, size: float, reason: str) -> tuple[float, str]:

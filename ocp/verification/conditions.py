@@ -26,7 +26,7 @@ from ocp.refinement.error_estimate import promised_gain
 from ocp.refinement.switch_detection import control_jumps
 from ocp.verification.minimum_principle import MinimumPrinciple, minimum_principle
 from ocp.verification.simulation import SimulatedMotion, replayed, simulate
-from ocp.verification.verify import boundary_excesses, objective_size, verify
+from ocp.verification.verify import boundary_excesses, verify
 
 # Fraction of a phase within which a jump is on a breakpoint
 _ON_BREAKPOINT = 1e-9
@@ -183,7 +183,7 @@ def motion_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condi
         )
     yield Condition(
         "objective",
-        abs(verification.replayed_objective - iterate.objective) / objective_size(iterate),
+        abs(verification.replayed_objective - iterate.objective) / iterate.objective_size,
         allowed.objective,
         "the replayed motion has an objective that differs by this part",
     )

@@ -32,9 +32,6 @@ from ocp.verification.simulation import SimulatedMotion
 # the way to its end.
 _SLACK = 10.0
 
-# Part of the objective's scale below which its value is next to nothing, so that a difference is
-# not relative to it.
-_LEAST_OBJECTIVE = 1e-3
 
 # The change of basis amplifies round-off by about 2^degree: at 24, to 2e-9 of the largest value
 _HIGHEST_DEGREE = 24
@@ -153,7 +150,7 @@ def verify(
         restarts=simulated.restarts,
     )
     boundary = dict(boundary_excesses(iterate, replay, evaluator, peaks))
-    stated = _reasons(numbers, errors.worst_dynamics, boundary, objective_size(iterate), accuracy)
+    stated = _reasons(numbers, errors.worst_dynamics, boundary, iterate.objective_size, accuracy)
     reasons = tuple(reason for reason in stated if reason)
     return replace(numbers, passed=not reasons, reasons=reasons)
 
@@ -208,11 +205,6 @@ def unverified(objective: float) -> Verification:
     """What stands where no verification was asked for."""
     nan = float("nan")
     return Verification(nan, nan, (), objective, nan, nan, False, ("verify=False",))
-
-
-def objective_size(iterate: Iterate) -> float:
-    """What differences of the objective are relative to: its value, if that is not next to none."""
-    return max(abs(iterate.objective), _LEAST_OBJECTIVE * iterate.scales.objective)
 
 
 def boundary_excesses(

@@ -138,12 +138,23 @@ def test_the_objectives_size_follows_a_value_that_is_far_from_the_guesses():
     problem = Problem("move", [move], minimise=move.integral(u**2))
     first = scales_around_the_guess(problem)
     assert first.objective > 100
-    after = resized(first, 1.0)
-    assert after.objective == pytest.approx(max(1.0, 1e-3 * first.objective))
-    assert resized(after, 1e-9) is after  # once
-    assert resized(first, 0.5 * first.objective) is first  # near enough
+    after = resized(first, 1.0, least=0.1)
+    assert after.objective == 1.0
+    assert resized(after, 1e-9, least=0.01).objective == 0.01  # a best value may be none
+    assert resized(after, 10.0, least=0.0) is after  # raised once
+    assert resized(first, 0.5 * first.objective, least=0.0) is first  # near enough
     stated = dataclasses.replace(problem, scale=1e4)
     kept = scales_around_the_guess(stated)
-    assert resized(kept, 1.0) is kept
+    assert resized(kept, 1.0, least=0.0) is kept
     found = solve(problem)
     assert found.objective == pytest.approx(1.0, rel=1e-6)
+
+
+@pytest.mark.parametrize("bound", [1e-2, 1e2, 1e4])
+def test_bounds_that_are_far_too_wide_do_not_hide_the_optimum(bound):
+    # least effort over 1 m in 100 s: 12 D^2/T^3 of it, with a thrust of at most 6e-4 m/s^2
+    x, v = State("x", lower=0), State("v", lower=0)
+    u = Control("u", lower=-bound, upper=bound)
+    move = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=100)
+    found = solve(Problem("move", move, minimise=move.integral(1e5 * u**2)))
+    assert found.objective == pytest.approx(1.2, rel=1e-6)

@@ -80,7 +80,9 @@ def mesh_round(objective, *, excess=0.0, dynamics=1e-9, gain=0.0, tight=True, fi
     """A solved mesh as far as the end of a refinement looks at it."""
     problem = SimpleNamespace(sense=1.0)
     scales = SimpleNamespace(objective=1.0)
-    iterate = SimpleNamespace(objective=objective, scales=scales, problem=problem)
+    iterate = SimpleNamespace(
+        objective=objective, scales=scales, problem=problem, objective_size=abs(objective)
+    )
     errors = SimpleNamespace(excess=excess, dynamics=dynamics, gain=gain)
     return SolvedMesh(iterate, errors, 0.0, tight, finer)
 
