@@ -208,6 +208,7 @@ def _subjects(seed: int, folder: Path) -> Row:
         "arm": {
             "subject": "arm solve",
             "coarse": True,
+            "show": ["peak_root_torque", "work"],
             "parameters": {"arm.tip_mass": [20.0, 30.0, 40.0]},
             "base": {"stage": "big"},
         },
@@ -218,7 +219,7 @@ def _subjects(seed: int, folder: Path) -> Row:
         },
         "margin": {
             "coarse": True,
-            "parameters": {"margin.factors.joint_friction": [1.0, 1.5, 2.0]},
+            "parameters": {"margin.factors.net": [1.0, 1.5, 2.0]},
             "base": {
                 "minimise": "peak-factored-force",
                 "duration": 6.0,

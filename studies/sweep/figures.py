@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -17,7 +18,9 @@ from studies.common.result import Result
 
 PANELS = 3  # quantities in a figure, where no more are asked for
 CURVES = 7  # of one family that a reader tells apart
-TICKED = 8  # values of a heat map that are all named on its edge
+TICKED = 8  # values that are all named on their axis
+SAME = 1e-6  # relative: a spread below it is none
+WRAPPED = 36  # signs of a line of a label
 LACKING = "#b0b0b0"  # where a case has no solution
 
 
@@ -54,8 +57,13 @@ class Parameter:
         axis = panel.yaxis if vertical else panel.xaxis
         if self.words:
             axis.set_ticks(range(len(self.words)), list(self.words))
-        elif self.logarithmic:
+            return
+        if self.logarithmic:
             (panel.set_yscale if vertical else panel.set_xscale)("log")
+        values = np.unique(self.values)
+        if values.size <= TICKED:
+            axis.set_ticks(values, [f"{value:.4g}" for value in values])
+            axis.set_ticks([], minor=True)
 
 
 def draw(result: Result) -> Iterator[tuple[str, Figure]]:
@@ -81,7 +89,16 @@ def shown(result: Result) -> list[str]:
     """The quantities of the figures: those that are asked for, else the objectives."""
     known = list(result.details["titles"])
     asked = [name for name in result.configuration.get("show", ()) if name in known]
-    return asked or list(result.details["minimised"][:PANELS]) or known[:PANELS]
+    return asked or list(result.details["minimised"][:PANELS]) or _varying(result, known)[:PANELS]
+
+
+def _varying(result: Result, known: Sequence[str]) -> list[str]:
+    """The quantities that the keys change; all of them where they change none."""
+    spreads = {}
+    for name in known:
+        values = result.arrays[name].values[np.isfinite(result.arrays[name].values)]
+        spreads[name] = values.size and np.ptp(values) > SAME * np.abs(values).max()
+    return [name for name in known if spreads[name]] or list(known)
 
 
 def _solved(result: Result) -> Array:
@@ -130,7 +147,7 @@ def _panels(result: Result, count: int, height: float = 4.0) -> tuple[Figure, li
 
 def _label(result: Result, name: str) -> str:
     title, unit = result.details["titles"][name]
-    return f"{title} [{unit}]"
+    return textwrap.fill(f"{title} [{unit}]", WRAPPED)
 
 
 def _mark_lacking(panel: Axes, places: Array) -> None:
@@ -197,10 +214,6 @@ def heat_map(result: Result, parameters: Sequence[Parameter], quantities: Sequen
         second.along(panel, vertical=True)
         panel.set_xlabel(first.label)
         panel.set_ylabel(second.label)
-        for axis, centres, parameter in ((panel.xaxis, x, first), (panel.yaxis, y, second)):
-            if centres.size <= TICKED and not parameter.words:
-                axis.set_ticks(centres, [f"{centre:.4g}" for centre in centres])
-                axis.set_ticks([], minor=True)
         best = int(np.nanargmin(cells))
         panel.plot(x[best % x.size], y[best // x.size], "*", ms=11, mfc="w", mec="k", mew=0.7)
     panels[0].set_title("star: least value; grey: no solution", fontsize=8)
