@@ -19,6 +19,7 @@ SHOWS = {
     "arm-exports": "benchmarks.shows.arm_exports",
     "arm-random": "benchmarks.shows.arm_random",
     "check-noise": "benchmarks.shows.check_noise",
+    "codesign": "benchmarks.shows.codesign",
     "truss-random": "benchmarks.shows.truss_random",
     "truss-words": "benchmarks.shows.truss_words",
     "mechanism-caps": "benchmarks.shows.mechanism_caps",
