@@ -33,6 +33,7 @@ from studies.drive import Drive
 from studies.flex.config import FlexStudy, JointCase, LinkCase, MaterialCase, SweepCase
 from studies.flex.expressions import FUNCTIONS, NAMES
 from studies.margin import MarginRequirements
+from studies.mission import MissionStudy
 from studies.paper import PaperStudy
 from studies.paper.cases import Cases
 from studies.paper.entries import Entry
@@ -253,6 +254,7 @@ GENERATED = {
     "truss_keys": lambda: key_table(TrussStudy),
     "pareto_keys": lambda: key_table(TradeOff),
     "arm_keys": arm_keys,
+    "mission_keys": lambda: _rows_of(MissionStudy, {"arm", "truss"}),
     "design_keys": lambda: key_table(DesignSpace),
     "flex_keys": flex_keys,
     "sweep_keys": lambda: key_table(SweepStudy),

@@ -22,6 +22,7 @@ ARM_FIGURES = "studies.arm.report.comparison_figures"
 FIGURES = {
     "truss": "studies.truss.figures",
     "codesign": "studies.codesign.figures",
+    "mission": "studies.mission.figures",
     "check": "studies.check.figures",
     "check-arm": "studies.check.figures",
     "arm": ARM_FIGURES,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from models.truss import DYNAMIC_SET
-from studies.cli import COMMANDS, FORMER_COMMANDS, FORMER_FLAGS, LATER, main
+from studies.cli import COMMANDS, FORMER_COMMANDS, FORMER_FLAGS, main
 from studies.common.exit_codes import ExitCode
 from studies.truss.motions.laws import paper_laws
 
@@ -195,11 +195,6 @@ def test_a_former_flag_answers_with_what_to_write(
     for words in ([flag, "mine"], [f"{flag}=mine"]):
         line = answer([*name.split(), *words], capsys)
         assert f"'antenna-ocp {name} {flag}' is no longer there; write " in line
-
-
-@pytest.mark.parametrize("name", LATER)
-def test_what_is_not_built_yet_says_so(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert f"'antenna-ocp {name}' is not yet part of this version" in answer([name], capsys)
 
 
 def test_the_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,0 +1,144 @@
+"""What the user asks of a whole deployment: its time, its dwells, and what each stage may use."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from models.truss import TrussParameters
+from studies.arm.config import ArmDescription
+from studies.arm.optimal.objectives import RESIDUAL
+from studies.common.configuration import (
+    boolean,
+    check,
+    choice,
+    finite,
+    from_mapping,
+    key,
+    not_negative,
+    positive,
+    section,
+    toml_text,
+    whole,
+)
+from studies.common.exit_codes import ExitCode, StudyError
+from studies.truss.config import TrussStudy
+from studies.truss.config import as_dictionary as truss_dictionary
+
+AIMS = ("utilisation", "time")
+
+
+def _jerk(name: str, value: Any) -> float | str:
+    """A number, or a text that a study of the truss understands."""
+    return value if isinstance(value, str) else positive(name, value)
+
+
+def _truss(name: str, value: Any) -> TrussParameters:
+    """The ring, as a study of the truss reads it."""
+    del name  # that study says its own
+    return TrussStudy(minimise="energy", truss=value).truss
+
+
+@dataclass(frozen=True, kw_only=True)
+class MissionStudy:
+    """The whole deployment: big arm, small arm, ring; each latches and dwells before the next.
+
+    Attributes
+    ----------
+    least : "utilisation" for the least largest one in `total`, "time" for the least total under
+        the caps.
+    total : of stages and dwells [s].
+    dwell : after each stage, for its latch and what has to come to rest [s].
+    big_torque, small_torque : caps on the root's and the elbow's torque [N m].
+    residual_energy : cap on what each lock of the arm leaves [J].
+    rope_force, reaction : caps on the ring's motor and on what the arm feels of it [N].
+    jerk : cap on the jerk of the ring's angle, as of a study of the truss.
+    reaction_angle_deg : between the ring's reaction and the straight arm; 90 bends it most.
+    refine : whether motions of the arm are refined until the full model rests.
+    intervals : of the meshes of the arm's motions, 0 for those of `antenna-ocp arm`.
+    truss, arm : the ring and the arm.
+
+    Raises
+    ------
+    StudyError
+        Naming the key, its value and the remedy.
+    """
+
+    least: str = key(
+        choice(AIMS), "", "utilisation (in total) or time (under the caps)", default="utilisation"
+    )
+    total: float = key(positive, "s", "of all stages and dwells", default=36.0)
+    dwell: float = key(not_negative, "s", "after each stage, for its latch", default=2.0)
+    big_torque: float = key(positive, "N m", "cap on the torque at the root", default=5.0)
+    small_torque: float = key(positive, "N m", "cap on the torque at the elbow", default=12.0)
+    residual_energy: float = key(
+        positive, "J", "cap on what each lock of the arm leaves", default=RESIDUAL
+    )
+    rope_force: float = key(positive, "N", "cap on the ring's force on one rope", default=60.0)
+    reaction: float = key(positive, "N", "cap on what the arm feels of the ring", default=5.0)
+    jerk: Any = key(
+        _jerk,
+        "rad/s^3",
+        "cap on the jerk of the ring's angle, or 500/T^3, bezier, step5",
+        default="500/T^3",
+    )
+    reaction_angle_deg: float = key(
+        finite, "deg", "between the ring's reaction and the straight arm", default=90.0
+    )
+    refine: bool = key(boolean, "", "motions of the arm until the full model rests", default=True)
+    intervals: int = key(
+        whole(0, 2000), "", "of the arm's meshes; 0 for those of arm solve", default=0
+    )
+    truss: TrussParameters = key(
+        _truss, "", "the ring, with the keys of a study of the truss", factory=TrussParameters
+    )
+    arm: ArmDescription = key(section(ArmDescription), "", "the arm", factory=ArmDescription)
+
+    def __post_init__(self) -> None:
+        check(self)
+        if self.least == "utilisation" and self.moving <= 0.0:
+            raise StudyError(
+                f"total is {self.total:g} s, but three dwells of {self.dwell:g} s leave nothing to "
+                "move in; give more, or shorter dwells",
+                ExitCode.INFEASIBLE,
+            )
+
+    @property
+    def moving(self) -> float:
+        """Time for the motions of the three stages [s]."""
+        return self.total - 3 * self.dwell
+
+    @property
+    def question(self) -> str:
+        """What is asked, in one line."""
+        if self.least == "time":
+            return f"big arm, small arm and ring, {self.dwell:g} s after each: least total time"
+        return (
+            f"big arm, small arm and ring in {self.total:g} s, {self.dwell:g} s after each: least "
+            "largest utilisation"
+        )
+
+
+def study_from(raw: Mapping[str, Any]) -> MissionStudy:
+    """Check a nested dictionary and return the study it states.
+
+    Raises
+    ------
+    StudyError
+        Naming the key, its value and the remedy.
+    """
+    return from_mapping(MissionStudy, raw)
+
+
+def as_dictionary(study: MissionStudy) -> dict[str, Any]:
+    """The nested dictionary from which `study_from` makes the same study again."""
+    ring = truss_dictionary(TrussStudy(minimise="energy", truss=study.truss))["truss"]
+    return {**dataclasses.asdict(study), "truss": ring}
+
+
+def as_toml(study: MissionStudy) -> str:
+    """The file that states the same study again."""
+    head = "# Reproduces this result: antenna-ocp mission input.toml\n\n"
+    return head + toml_text(as_dictionary(study))

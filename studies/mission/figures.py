@@ -1,0 +1,104 @@
+"""The timeline of a mission: what turns when, what is used of each cap, what the arm does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from studies.common.drawing import COLOURS, label_axes, look
+from studies.common.result import Result
+
+SHADE = 0.12  # of the span in which a stage moves
+
+
+def draw(result: Result) -> Iterator[tuple[str, Figure]]:
+    """Every figure of a result with the name of its file."""
+    yield "timeline", timeline_figure(result)
+
+
+def timeline_figure(result: Result) -> Figure:
+    """Angles and parts of the caps along the mission; below, the arm while the ring opens."""
+    figure = Figure(figsize=(12.0, 8.6), dpi=150, layout="constrained")
+    grid = figure.add_gridspec(3, 2, height_ratios=(1, 1, 1.1), width_ratios=(1.5, 1))
+    stages = result.details["stages"]
+    angles = figure.add_subplot(grid[0, :])
+    drives = figure.add_subplot(grid[1, :], sharex=angles)
+    _draw_angles(angles, result, stages)
+    _draw_drives(drives, result, stages)
+    _draw_vibration(figure.add_subplot(grid[2, 0]), result)
+    _draw_uses(figure.add_subplot(grid[2, 1]), stages)
+    return figure
+
+
+def _spans(panel: Axes, stages: Sequence[Mapping[str, Any]]) -> None:
+    for stage, colour in zip(stages, COLOURS, strict=False):
+        panel.axvspan(stage["start"], stage["start"] + stage["duration"], color=colour, alpha=SHADE)
+
+
+def _legend_above(panel: Axes) -> None:
+    """A legend where no curve is."""
+    panel.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4)
+
+
+def _draw_angles(panel: Axes, result: Result, stages: Sequence[Mapping[str, Any]]) -> None:
+    time = result.arrays["time"].values
+    _spans(panel, stages)
+    for stage, colour in zip(stages, COLOURS, strict=False):
+        name = stage["stage"]
+        angle = np.degrees(result.arrays[f"{name.replace(' ', '_')}_angle"].values)
+        panel.plot(time, angle, color=colour, label=f"{name}: {stage['duration']:.4g} s")
+    label_axes(panel, "time [s]", "joint or deployment angle [deg]")
+    _legend_above(panel)
+
+
+def _draw_drives(panel: Axes, result: Result, stages: Sequence[Mapping[str, Any]]) -> None:
+    """Torques, rope force and reaction, each over its cap."""
+    time = result.arrays["time"].values
+    _spans(panel, stages)
+    for stage, colour in zip(stages, COLOURS, strict=False):
+        name, caps = stage["stage"], {use["title"]: use["cap"] for use in stage["uses"]}
+        drive = result.arrays[f"{name.replace(' ', '_')}_drive"].values
+        title = "peak rope force" if name == "ring" else "peak torque"
+        inside = (time >= stage["start"]) & (time <= stage["start"] + stage["duration"])
+        words = "rope force of the ring" if name == "ring" else f"torque of the {name}"
+        panel.plot(time[inside], drive[inside] / caps[title], color=colour, label=words)
+        if name == "ring":
+            reaction = result.arrays["reaction"].values[inside] / caps["peak reaction on the arm"]
+            panel.plot(time[inside], reaction, "--", color=COLOURS[3], label="reaction of the ring")
+    for sign in (-1.0, 1.0):
+        panel.axhline(sign, color="0.4", lw=0.8, ls=":")
+    label_axes(panel, "time [s]", "part of the cap [-]")
+    _legend_above(panel)
+
+
+def _draw_vibration(panel: Axes, result: Result) -> None:
+    axis = result.arrays["since the ring's start"].values
+    for name in ("optimal", "Bezier", "Step5"):
+        colour, style = look("optimum" if name == "optimal" else name)
+        tip = 1e3 * result.arrays[f"tip/{name}"].values
+        panel.plot(axis, tip, style, color=colour, lw=1.2, label=f"ring by {name}")
+    label_axes(panel, "time since the ring's start [s]", "tip across the arm [mm]")
+    panel.axvline(result.details["stages"][-1]["duration"], color="0.5", lw=0.8)
+    panel.set_title("the arm shaken by the ring (grey line: the ring has stopped)", fontsize=10)
+    panel.legend(frameon=False, loc="upper right", ncols=3)
+    low, high = panel.get_ylim()
+    panel.set_ylim(low, high + 0.2 * (high - low))  # room for the legend
+
+
+def _draw_uses(panel: Axes, stages: Sequence[Mapping[str, Any]]) -> None:
+    uses = [(stage["stage"], use) for stage in stages for use in stage["uses"]]
+    colours = {stage["stage"]: colour for stage, colour in zip(stages, COLOURS, strict=False)}
+    shares = [100 * use["share"] for _, use in uses]
+    panel.barh(range(len(uses)), shares, color=[colours[name] for name, _ in uses], height=0.6)
+    for place, share in enumerate(shares):
+        panel.annotate(
+            f"{share:.3g}", (share, place), xytext=(3, 0), textcoords="offset points", va="center"
+        )
+    label_axes(panel, "part of the cap that is used [%]", "")
+    panel.set_yticks(range(len(uses)), [f"{name}:\n{use['title']}" for name, use in uses])
+    panel.margins(x=0.15)
+    panel.invert_yaxis()

@@ -1,0 +1,202 @@
+"""What each stage does in a given time: its best motion, and how much of its caps that uses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from models.ancf.joints.angles import joint_angles
+from models.truss import least_peak_reaction
+from ocp import AdaptiveMesh, OcpError, Problem, Settings, Solution, peak, solve
+from ocp.arrays import Array
+from studies.arm.config import ArmStudy
+from studies.arm.optimal.motion import OptimalMotion
+from studies.arm.optimal.refinement import refine
+from studies.arm.optimal.solve import solve_stage
+from studies.arm.replay.full_model import LockedMotion
+from studies.common.console import Console
+from studies.common.exit_codes import ExitCode, StudyError
+from studies.mission.config import MissionStudy
+from studies.truss.config import TrussStudy
+from studies.truss.expressions import expressions
+from studies.truss.limits.caps import Caps
+from studies.truss.motions.deployment import Deployment
+from studies.truss.motions.laws import law_of
+from studies.truss.motions.starts import bezier_start
+from studies.truss.problem import state
+from studies.truss.quantities import OBJECTIVES, QUANTITIES
+from studies.truss.search.smoothness import first_price
+
+ARMS = {"big arm": "big", "small arm": "small"}
+RING = "ring"
+STAGES = (*ARMS, RING)
+SAMPLES = 1001  # of a stage's histories
+ALLOWED = 0.3  # part of the cap on the residual energy that a motion of least torque may leave
+
+
+@dataclass(frozen=True)
+class Use:
+    """A quantity of a stage beside its cap."""
+
+    title: str
+    unit: str
+    value: float
+    cap: float
+
+    @property
+    def share(self) -> float:
+        """Part of the cap that is used."""
+        return self.value / self.cap
+
+
+@dataclass(frozen=True, eq=False)
+class StageMotion:
+    """The best motion of a stage in a time.
+
+    Attributes
+    ----------
+    name : of the stage.
+    duration : [s].
+    uses : of its caps.
+    passed : whether its own checks passed.
+    history : time [s], angle [rad], torque [N m] or rope force [N], and of the ring its reaction.
+    deployment : of the ring; None of an arm.
+    """
+
+    name: str
+    duration: float
+    uses: tuple[Use, ...]
+    passed: bool
+    history: Mapping[str, Array]
+    deployment: Deployment | None = None
+
+    @property
+    def utilisation(self) -> float:
+        """Largest part of a cap that is used."""
+        return max(use.share for use in self.uses)
+
+    @property
+    def governing(self) -> Use:
+        """What is used most."""
+        return max(self.uses, key=lambda use: use.share)
+
+
+def move(study: MissionStudy, name: str, duration: float, console: Console) -> StageMotion:
+    """The best motion of a stage in a time.
+
+    Raises
+    ------
+    StudyError
+        If there is none.
+    """
+    if name == RING:
+        return _ring(study, duration, console)
+    return _arm(study, name, duration, console)
+
+
+def rigid_duration(study: MissionStudy, name: str) -> float:
+    """A time of the right size for a stage to use its caps [s]: that of rigid bodies."""
+    if name == RING:
+        return math.sqrt(least_peak_reaction(study.truss, 1.0) / study.reaction)
+    stage = ArmStudy(stage=ARMS[name], arm=study.arm).slew
+    return stage.least_duration(_torque_cap(study, name))
+
+
+def _torque_cap(study: MissionStudy, name: str) -> float:
+    return study.big_torque if ARMS[name] == "big" else study.small_torque
+
+
+def _arm(study: MissionStudy, name: str, duration: float, console: Console) -> StageMotion:
+    """Least peak torque from rest to rest, replayed on the full model and locked there."""
+    slew = ArmStudy(stage=ARMS[name], duration=duration, arm=study.arm).slew
+    motion = solve_stage(
+        slew.under("torque"),
+        objective="peak-torque",
+        intervals=study.intervals or None,
+        progress=console.live,
+    )
+    still = True
+    if study.refine:
+        # a refinement is as rough as its residual allows, so that little of the cap is allowed
+        residual = ALLOWED * study.residual_energy
+        refined = refine(motion, residual=residual, live=console.live)
+        motion, replayed = refined.motion, refined.replay
+        still = refined.still and refined.settled
+    else:
+        replayed = motion.replay()
+
+    joint = slew.moving[0]
+    uses = (
+        Use("peak torque", "N m", float(motion.peak_torque[joint]), _torque_cap(study, name)),
+        Use("residual energy", "J", replayed.residual_energy, study.residual_energy),
+    )
+    return StageMotion(name, duration, uses, still, _arm_history(motion, replayed, joint))
+
+
+def _arm_history(motion: OptimalMotion, replayed: LockedMotion, joint: int) -> dict[str, Array]:
+    """Angle of the joint on the full model and its torque, at even times."""
+    run = replayed.run.before
+    times = np.linspace(0.0, motion.stage.duration, SAMPLES)
+    angles = np.unwrap(joint_angles(run.chain, run.q)[joint])
+    # the folded elbow may be read as half a turn to the other side
+    angles += 2 * math.pi * round((motion.stage.start[joint] - angles[0]) / (2 * math.pi))
+    return {
+        "time": times,
+        "angle": np.interp(times, run.times, angles),
+        "drive": motion.torques[joint](times),
+    }
+
+
+def _ring(study: MissionStudy, duration: float, console: Console) -> StageMotion:
+    """Least of the larger of rope force and reaction, each over its cap."""
+    truss = TrussStudy(
+        minimise="peak-force", duration=duration, caps=Caps(jerk=study.jerk), truss=study.truss
+    )
+    caps = {"peak-force": study.rope_force, "peak-reaction": study.reaction}
+    weights = dict.fromkeys(OBJECTIVES, 1.0)
+    price = first_price(truss, 0, weights, with_forces=True) / study.rope_force
+    statement = state(truss, bezier_start(truss), weights, with_forces=True, price=price)
+
+    pieces: list[tuple[Any, Any]] = []
+    for phase, net in zip(statement.phases, statement.nets, strict=True):
+        known = expressions(truss, statement.signals, net)
+        pieces += [(phase, known[key][0] / cap) for key, cap in caps.items()]
+    objective = peak(*pieces, name="utilisation", absolute=True)
+    if statement.price is not None:
+        objective = objective + statement.price.symbol * statement.roughness
+    problem = Problem("ring", statement.phases, minimise=objective, links=statement.links)
+
+    try:
+        solution: Solution = solve(
+            problem,
+            settings=Settings(intervals=20, refinement=AdaptiveMesh(move_breakpoints=False)),
+            progress=console.live,
+        )
+    except OcpError as error:
+        raise StudyError(
+            f"no motion of the ring in {duration:.4g} s was found: {error}", ExitCode.NOT_SOLVED
+        ) from error
+    deployment = Deployment("optimal", law_of(truss, statement, solution), study.truss)
+    uses = tuple(
+        Use(QUANTITIES[key].title, QUANTITIES[key].unit, deployment.values[key], cap)
+        for key, cap in caps.items()
+    )
+    passed = solution.verification.passed
+    history = ring_history(deployment)
+    return StageMotion(RING, duration, uses, passed, history, deployment)
+
+
+def ring_history(deployment: Deployment) -> dict[str, Array]:
+    """Angle, rope force and reaction of a law of the ring at even times."""
+    times = np.linspace(0.0, deployment.law.duration, SAMPLES)
+    motion, truss = deployment.at(times)
+    return {
+        "time": times,
+        "angle": motion.angle,
+        "drive": truss.rope_force,
+        "reaction": truss.reaction_force,
+    }

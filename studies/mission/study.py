@@ -1,0 +1,313 @@
+"""A mission from its configuration to its result.
+
+Each stage has a least utilisation in a given time, by its own optimal motion, verified as that of a
+study of its own. Stages follow each other from rest to rest, so that only their times couple them:
+`studies.mission.split` shares these out.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocp.arrays import Array
+from studies.common.console import Console, silent
+from studies.common.folder import provenance
+from studies.common.result import Criterion, Result, Series, TableRow, Verdict
+from studies.mission.config import MissionStudy, as_dictionary
+from studies.mission.split import EQUAL, StageCurve, duration_at_the_cap, equal_split
+from studies.mission.stages import (
+    RING,
+    STAGES,
+    StageMotion,
+    move,
+    rigid_duration,
+    ring_history,
+)
+from studies.mission.vibration import ArmResponse, arm_response
+from studies.truss.motions.laws import paper_laws
+
+WITHIN = 1e-6  # relative: a cap that is exceeded by less is kept, as elsewhere
+
+
+@dataclass(frozen=True, eq=False)
+class Mission:
+    """What was found, before it is a result.
+
+    Attributes
+    ----------
+    study : that was asked.
+    curves : utilisation against duration, of each stage.
+    motions : the stages in the durations that were found, in order.
+    responses : of the arm to the ring, by law.
+    """
+
+    study: MissionStudy
+    curves: Sequence[StageCurve]
+    motions: Sequence[StageMotion]
+    responses: Mapping[str, ArmResponse]
+
+    @property
+    def starts(self) -> list[float]:
+        """When each stage begins [s]."""
+        lasting = [motion.duration + self.study.dwell for motion in self.motions]
+        return [0.0, *np.cumsum(lasting[:-1]).tolist()]
+
+    @property
+    def total(self) -> float:
+        """Of all stages and dwells [s]."""
+        return math.fsum(motion.duration + self.study.dwell for motion in self.motions)
+
+    @property
+    def largest(self) -> StageMotion:
+        """The stage that uses most of its caps."""
+        return max(self.motions, key=lambda motion: motion.utilisation)
+
+
+def run(study: MissionStudy, console: Console | None = None) -> Result:
+    """Share the time of a mission out among its stages.
+
+    Parameters
+    ----------
+    study : MissionStudy
+        What is asked.
+    console : Console, optional
+        Where lines of progress go; nowhere by default.
+
+    Returns
+    -------
+    Result
+        Of the kind "mission", with the timeline as arrays.
+
+    Raises
+    ------
+    StudyError
+        If a stage has no motion in a time that it is given.
+    """
+    console = console or silent()
+    known: dict[tuple[str, float], StageMotion] = {}
+
+    def curve(name: str) -> StageCurve:
+        def evaluate(duration: float) -> float:
+            motion = known[name, duration] = move(study, name, duration, console)
+            most = motion.governing
+            console.progress(
+                f"{name} in {duration:.5g} s: {100 * motion.utilisation:.4g} % ({most.title})"
+            )
+            return motion.utilisation
+
+        return StageCurve(name, evaluate)
+
+    curves = [curve(name) for name in STAGES]
+    rigid = [rigid_duration(study, name) for name in STAGES]
+    if study.least == "time":
+        durations = [
+            duration_at_the_cap(one, first) for one, first in zip(curves, rigid, strict=True)
+        ]
+    else:
+        durations = equal_split(curves, study.moving, rigid)
+
+    for one, duration in zip(curves, durations, strict=True):
+        one.at(duration)
+    motions = [known[name, duration] for name, duration in zip(STAGES, durations, strict=True)]
+    return _result(Mission(study, curves, motions, _responses(study, motions[-1])))
+
+
+def _responses(study: MissionStudy, ring: StageMotion) -> dict[str, ArmResponse]:
+    """What the arm does while the ring opens by its best motion, and by the paper's laws."""
+    histories = {"optimal": ring.history} | {
+        law.name: ring_history(law) for law in paper_laws(study.truss, ring.duration)
+    }
+    return {
+        name: arm_response(
+            study.arm.parameters, rows["time"], rows["reaction"], study.reaction_angle_deg
+        )
+        for name, rows in histories.items()
+    }
+
+
+def _result(mission: Mission) -> Result:
+    study = mission.study
+    return Result(
+        kind="mission",
+        question=study.question,
+        configuration=as_dictionary(study),
+        arrays=_arrays(mission),
+        table=_rows(mission),
+        verdict=_verdict(mission),
+        checks=_checks(mission),
+        remarks=tuple(_remarks(mission)),
+        details={
+            "stages": [
+                {
+                    "stage": motion.name,
+                    "start": start,
+                    "duration": motion.duration,
+                    "utilisation": motion.utilisation,
+                    "uses": [
+                        {**dataclasses.asdict(use), "share": use.share} for use in motion.uses
+                    ],
+                    "known": {f"{d:.9g}": u for d, u in sorted(curve.known.items())},
+                }
+                for motion, start, curve in zip(
+                    mission.motions, mission.starts, mission.curves, strict=True
+                )
+            ],
+            "arm_frequencies_Hz": next(iter(mission.responses.values())).frequencies,
+        },
+        provenance=provenance(),
+    )
+
+
+def _arrays(mission: Mission) -> dict[str, Series]:
+    """The timeline: what each drive does from the first start to the end of the last dwell."""
+    pieces = [
+        motion.history["time"] + s
+        for motion, s in zip(mission.motions, mission.starts, strict=True)
+    ]
+    time = np.unique(np.concatenate([[0.0, mission.total], *pieces]))
+    arrays = {"time": Series("s", "time", time, "from the start of the big arm")}
+    for motion, at in zip(mission.motions, pieces, strict=True):
+        name = motion.name.replace(" ", "_")
+        unit = "N" if motion.name == RING else "N m"
+        held = motion.history["drive"][-1] if motion.name == RING else 0.0
+        before = motion.history["drive"][0] if motion.name == RING else 0.0
+        arrays[f"{name}_angle"] = Series(
+            "rad",
+            "time",
+            np.interp(time, at, motion.history["angle"]),
+            f"angle of the {motion.name}",
+        )
+        arrays[f"{name}_drive"] = Series(
+            unit,
+            "time",
+            np.interp(time, at, motion.history["drive"], before, held),
+            "force on one rope" if motion.name == RING else f"torque of the {motion.name}",
+        )
+    arrays["reaction"] = Series(
+        "N",
+        "time",
+        np.interp(time, pieces[-1], mission.motions[-1].history["reaction"], 0.0, 0.0),
+        "of the ring on the arm",
+    )
+    return arrays | _vibrations(mission)
+
+
+def _vibrations(mission: Mission) -> dict[str, Series]:
+    first: Array = next(iter(mission.responses.values())).times
+    axis = "since the ring's start"
+    return {axis: Series("s", axis, first, "time")} | {
+        f"tip/{name}": Series("m", axis, response.tip, f"tip across the arm, ring by {name}")
+        for name, response in mission.responses.items()
+    }
+
+
+def _rows(mission: Mission) -> tuple[TableRow, ...]:
+    """Durations, uses and utilisation by stage, then what the ring does to the arm by law."""
+    motions = {motion.name: motion for motion in mission.motions}
+    titles = dict.fromkeys(use.title for motion in mission.motions for use in motion.uses)
+    units = {use.title: use.unit for motion in mission.motions for use in motion.uses}
+
+    def row(key: str, title: str, unit: str, values: Mapping[str, float]) -> TableRow:
+        return TableRow(key, title, unit, {"mission": math.nan, **values})
+
+    rows = [
+        TableRow(
+            "total",
+            "total time",
+            "s",
+            {"mission": mission.total},
+            cap=mission.study.total if mission.study.least == "utilisation" else None,
+            minimised=mission.study.least == "time",
+        ),
+        TableRow(
+            "utilisation",
+            "largest part of a cap that is used",
+            "1",
+            {"mission": mission.largest.utilisation}
+            | {name: motion.utilisation for name, motion in motions.items()},
+            cap=1.0,
+            minimised=mission.study.least == "utilisation",
+        ),
+        row("duration", "duration", "s", {n: m.duration for n, m in motions.items()}),
+    ]
+    for title in titles:
+        used = {n: u.value for n, m in motions.items() for u in m.uses if u.title == title}
+        rows.append(row(title.replace(" ", "-"), title, units[title], used))
+    for key, title, unit, of in (
+        ("arm-peak", "tip of the arm while the ring opens", "m", lambda r: r.peak),
+        ("arm-amplitude", "amplitude of the tip afterwards", "m", lambda r: r.amplitude),
+        ("arm-energy", "energy of the arm afterwards", "J", lambda r: r.energy),
+    ):
+        values = {f"ring by {name}": of(r) for name, r in mission.responses.items()}
+        rows.append(row(key, title, unit, values))
+    return tuple(rows)
+
+
+def _verdict(mission: Mission) -> Verdict:
+    failed = [motion.name for motion in mission.motions if not motion.passed]
+    if failed:
+        return Verdict("unverified", f"unverified: the motion of the {' and the '.join(failed)}")
+    stages = ", ".join(f"{m.name} {m.duration:.5g} s" for m in mission.motions)
+    return Verdict(
+        "local",
+        f"local: {stages}; each stage's motion is one optimum, replayed, and the split is best "
+        "among motions of these kinds",
+    )
+
+
+def _checks(mission: Mission) -> tuple[Criterion, ...]:
+    uses = [
+        Criterion(
+            f"{motion.name}: {use.title}",
+            use.unit,
+            use.value,
+            use.cap,
+            bool(use.value <= use.cap * (1 + WITHIN)),
+        )
+        for motion in mission.motions
+        for use in motion.uses
+    ]
+    if mission.study.least == "utilisation":
+        total = mission.study.total
+        kept = bool(mission.total <= total * (1 + WITHIN))
+        uses.append(Criterion("total time", "s", mission.total, total, kept))
+    return tuple(uses)
+
+
+def _remarks(mission: Mission) -> list[str]:
+    used = {motion.name: motion.utilisation for motion in mission.motions}
+    least, most = min(used.values()), max(used.values())
+    said = ", ".join(f"{name} {100 * u:.4g} %" for name, u in used.items())
+    remarks = [
+        f"{m.name}: {m.governing.title} governs, {m.governing.value:.5g} of "
+        f"{m.governing.cap:.5g} {m.governing.unit}."
+        for m in mission.motions
+    ]
+    if most / least <= 1.0 + EQUAL:
+        remarks.insert(0, f"All stages use their caps alike: {said}.")
+    else:
+        slow = [
+            c.name
+            for c, m in zip(mission.curves, mission.motions, strict=True)
+            if m.duration >= c.floor
+        ]
+        why = (
+            f"more time helps the {' and the '.join(slow)} no further"
+            if slow
+            else "the search for the split ended before they were alike"
+        )
+        remarks.insert(0, f"The stages do not use their caps alike: {said}; {why}.")
+    for curve, motion in zip(mission.curves, mission.motions, strict=True):
+        slope = curve.slope(motion.duration)
+        remarks.append(f"1 % more time for the {curve.name} lowers what it uses by {-slope:.3g} %.")
+    remarks.append(
+        "The rotation of the antenna about the big arm, between its stage and the small arm's, is "
+        "not modelled; its time belongs to the dwell. The ring's reaction is taken at "
+        f"{mission.study.reaction_angle_deg:g} deg to the straight arm, whose modes are linear."
+    )
+    return remarks

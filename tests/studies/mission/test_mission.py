@@ -1,0 +1,196 @@
+"""The whole deployment: the split of its time, the arm under the ring's reaction, its result."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from models.arm.parameters import ArmParameters
+from models.truss import DYNAMIC_SET
+from studies.cli import main
+from studies.common.console import Console
+from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.result import Result
+from studies.mission import MissionStudy, study_from
+from studies.mission import study as work
+from studies.mission.config import as_dictionary
+from studies.mission.split import EQUAL, StageCurve, duration_at_the_cap, equal_split
+from studies.mission.stages import RING, StageMotion, Use, move, ring_history
+from studies.mission.vibration import arm_response
+from studies.truss.motions.laws import paper_laws
+
+
+def curves(*laws: tuple[float, float, float]) -> list[StageCurve]:
+    """Stages that use size (T^power) and never less than a floor."""
+    return [
+        StageCurve(str(k), lambda t, s=size, p=power, f=floor: max(s * t**p, f))
+        for k, (size, power, floor) in enumerate(laws)
+    ]
+
+
+def test_rigid_stages_share_the_time_as_the_roots_of_their_sizes() -> None:
+    """u = s / T^2 is equal where T is in proportion to sqrt(s)."""
+    stages = curves((4.0, -2.0, 0.0), (9.0, -2.0, 0.0), (1.0, -2.0, 0.0))
+    durations = equal_split(stages, 12.0, (1.0, 1.0, 1.0))
+    assert sum(durations) == pytest.approx(12.0, rel=1e-12)
+    assert durations == pytest.approx([4.0, 6.0, 2.0], rel=EQUAL)
+
+
+def test_stages_of_other_powers_end_up_equal_and_moving_time_loses() -> None:
+    stages = curves((4.0, -2.0, 0.0), (30.0, -3.0, 0.0), (2.0, -1.2, 0.0))
+    durations = equal_split(stages, 9.0, (1.0, 1.0, 1.0))
+    used = [stage.at(d) for stage, d in zip(stages, durations, strict=True)]
+    assert max(used) / min(used) <= 1 + EQUAL
+
+    # 1 % of the time from any stage to any other
+    for giver in range(3):
+        for taker in {0, 1, 2} - {giver}:
+            moved = list(durations)
+            moved[giver] -= 0.09
+            moved[taker] += 0.09
+            assert max(s.evaluate(d) for s, d in zip(stages, moved, strict=True)) > max(used)
+
+
+def test_a_stage_that_more_time_helps_no_further_gives_its_time_away() -> None:
+    """Its floor is the least largest utilisation; the others use less, with what is left."""
+    stages = curves((1.0, -2.0, 0.5), (1.0, -2.0, 0.0))
+    durations = equal_split(stages, 20.0, (1.0, 1.0))
+    assert stages[0].floor < math.inf
+    assert max(s.at(d) for s, d in zip(stages, durations, strict=True)) == pytest.approx(0.5)
+    assert stages[1].at(durations[1]) < 0.5
+
+
+def test_least_time_uses_the_caps_and_no_more() -> None:
+    (stage,) = curves((30.0, -2.3, 0.0))
+    duration = duration_at_the_cap(stage, 2.0)
+    assert 1 - EQUAL <= stage.at(duration) <= 1.0
+
+
+def test_the_arm_answers_as_the_integral_of_duhamel() -> None:
+    """The slowest mode under half a sine, against the closed form; f1 as of an exact beam."""
+    arm, period = ArmParameters(), 6.0
+    times = np.linspace(0.0, period, 4001)
+    response = arm_response(arm, times, np.sin(math.pi * times / period), 90.0)
+    # 0.445349 Hz: exact Euler-Bernoulli beams, clamped root, locked elbow, 30 kg at the tip
+    assert response.frequencies[0] == pytest.approx(0.445349, rel=1e-5)
+
+    omega, drive = 2 * math.pi * response.frequencies[0], math.pi / period
+    # |integral of sin(a t) e^(-i w t)| over the half sine is 2 a cos(w T / 2) / (a^2 - w^2)
+    push = 2 * drive * abs(math.cos(omega * period / 2) / (drive**2 - omega**2))
+    # of the tip's amplitude all but a part in a thousand is the first mode's
+    static = response.amplitude / push * omega
+    stiffness = omega**2 / static  # k = w^2 / phi^2 at the tip
+    beam = 3 * arm.small.bending_stiffness / 2.0**3
+    assert 0.1 * beam < stiffness < beam  # both arms in line are softer than the small one alone
+    assert response.energy == pytest.approx(stiffness * response.amplitude**2 / 2, rel=0.01)
+
+
+def test_a_reaction_along_the_arm_bends_nothing() -> None:
+    times = np.linspace(0.0, 5.0, 501)
+    along = arm_response(ArmParameters(), times, np.ones(501), 0.0)
+    across = arm_response(ArmParameters(), times, np.ones(501), 90.0)
+    assert along.peak == pytest.approx(0.0, abs=1e-15)
+    assert across.peak > 1e-3
+
+
+def _rigid(study: MissionStudy, name: str, duration: float, console: Console) -> StageMotion:
+    """Stages by laws in closed form, so that what is shared out is known."""
+    del console
+    time = np.linspace(0.0, duration, 11)
+    if name == RING:
+        law = paper_laws(study.truss, duration)[0]
+        use = Use("peak reaction on the arm", "N", 100.0 / duration**2, study.reaction)
+        rope = Use("peak rope force", "N", 1.0, study.rope_force)
+        return StageMotion(name, duration, (use, rope), True, ring_history(law), law)
+    cap = study.big_torque if name == "big arm" else study.small_torque
+    use = Use("peak torque", "N m", cap * 40.0 / duration**2, cap)
+    return StageMotion(name, duration, (use,), True, {"time": time, "angle": time, "drive": time})
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(work, "move", _rigid)
+    path = tmp_path / "found"
+    flags = f"--total 36 --dwell 2 --reaction 5 --results {path}"
+    assert main(["mission", *flags.split()]) == 0
+    return path
+
+
+def test_the_result_is_a_timeline_of_the_whole_time(folder: Path) -> None:
+    result = Result.load(folder)
+    assert result.passed
+    assert result.arrays["time"].values[-1] == pytest.approx(36.0, rel=1e-9)
+    # 40 / T^2, 40 / T^2 and 20 / T^2 share 30 s
+    stages = {stage["stage"]: stage["duration"] for stage in result.details["stages"]}
+    assert stages["big arm"] == pytest.approx(30 / (2 + math.sqrt(0.5)), rel=2 * EQUAL)
+    assert any("All stages use their caps alike" in remark for remark in result.remarks)
+    assert result.value("arm-energy", "ring by Step5") > 0.0
+
+
+def test_figure_report_and_columns(folder: Path) -> None:
+    assert (folder / "timeline.png").stat().st_size > 20_000
+    assert main(["report", str(folder)]) == 0
+    table = folder.parent / "mission.csv"
+    assert main(["export", str(folder), "--to", "csv", "--output", str(table)]) == 0
+    assert "ring_drive" in table.read_text()
+
+
+def test_least_time_uses_all_caps(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(work, "move", _rigid)
+    result = work.run(study_from({"least": "time"}))
+    # sqrt(40) + sqrt(40) + sqrt(20) and three dwells of 2 s
+    expected = 2 * math.sqrt(40) + math.sqrt(20) + 6
+    assert result.value("total") == pytest.approx(expected, rel=EQUAL)
+    assert result.value("utilisation") <= 1.0
+
+
+def test_the_ring_of_a_mission_meets_both_caps_at_least_cost() -> None:
+    """In 6 s the reaction governs: it is close above its bound 4 M dR / T^2 without a jerk cap."""
+    study = study_from({"jerk": "500/T^3"})
+    ring = move(study, RING, 6.0, Console())
+    assert ring.passed
+    force, reaction = ring.uses
+    assert ring.governing is reaction
+    # 5.693e-3 N at 140 s scales with T^-2; a cap on the jerk costs a little more
+    bound = 5.693e-3 * (140.0 / 6.0) ** 2
+    assert bound < reaction.value < 1.2 * bound
+    assert force.value < study.rope_force
+
+
+@pytest.mark.parametrize(
+    ("raw", "sentence"),
+    [
+        ({"total": 5.0}, "three dwells of 2 s leave nothing to move in"),
+        ({"least": "tme"}, "did you mean time"),
+        ({"big_torqe": 3.0}, "did you mean big_torque"),
+        ({"rope_force": -1.0}, "rope_force is -1"),
+        ({"truss": {"crank": 0.2}}, "lengthen the link"),
+        ({"arm": {"big_wall": 1.0}}, "wall"),
+    ],
+)
+def test_bad_input_is_one_sentence(raw: dict[str, object], sentence: str) -> None:
+    with pytest.raises(StudyError, match=sentence):
+        study_from(raw)
+
+
+def test_too_short_a_time_has_the_code_of_what_cannot_be() -> None:
+    assert main(["mission", "--total", "6"]) == ExitCode.INFEASIBLE
+
+
+def test_the_resolved_study_states_itself_again() -> None:
+    study = study_from({"total": 40.0, "truss": {"pulley_friction": 0.01}})
+    assert study_from(as_dictionary(study)) == study
+    assert study.truss.crank == DYNAMIC_SET.crank
+
+
+@pytest.mark.slow
+def test_a_mission_of_flexible_arms_uses_all_stages_alike() -> None:
+    """Coarse meshes: the small arm then leaves more, which its cap allows here."""
+    raw = {"refine": False, "residual_energy": 0.01, "intervals": 80, "total": 38.0}
+    result = work.run(study_from(raw))
+    assert result.passed
+    used = [stage["utilisation"] for stage in result.details["stages"]]
+    assert max(used) / min(used) <= 1 + EQUAL
