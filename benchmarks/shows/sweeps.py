@@ -115,8 +115,16 @@ def _kills(seed: int, folder: Path) -> Row:
 
 
 def _dask(seed: int, folder: Path) -> Row:
-    """The same cases on two Dask workers in processes of their own; one dies, another comes."""
-    study, out, whole = _written(TRUSS, folder), folder / "dask", folder / "whole"
+    """200 falls on two Dask workers in processes of their own; one dies, another comes."""
+    content = {
+        "subject": "flex",
+        "parameters": {
+            "joint.0.start_deg": {"low": -60.0, "high": 60.0, "count": 20},
+            "link.0.length": {"low": 1.0, "high": 1.4, "count": 10},
+        },
+        "base": {**PENDULUM, "duration": 0.5, "elements": 2},
+    }
+    study, out, whole = _written(content, folder), folder / "dask", folder / "whole"
     with _cluster() as (address, workers), _started(study, out, "--scheduler", address) as run:
         _wait(run, lambda: len(_files(out)) >= 50)
         _end(workers[0])
