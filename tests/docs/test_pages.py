@@ -9,6 +9,7 @@ import matplotlib.pyplot as plt
 import pytest
 
 import studies.arm
+import studies.codesign
 import studies.flex
 import studies.pareto
 import studies.sweep
@@ -62,6 +63,7 @@ def test_toml_states_a_study(page: Path) -> None:
         "flexible-links": studies.flex.study_from,
         "trade-offs": studies.pareto.pareto_from,
         "sweeps": studies.sweep.study_from,
+        "co-design": studies.codesign.study_from,
     }
     read = readers.get(page.stem, study_from)
     for text in blocks(page, "toml"):
