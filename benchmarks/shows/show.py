@@ -24,6 +24,7 @@ SHOWS = {
     "truss-words": "benchmarks.shows.truss_words",
     "mechanism-caps": "benchmarks.shows.mechanism_caps",
     "factored-force": "benchmarks.shows.factored_force",
+    "pareto": "benchmarks.shows.pareto",
     "drive-table": "benchmarks.shows.drive_table",
     "drive-points": "benchmarks.shows.drive_points",
     "drive-formats": "benchmarks.shows.drive_formats",

@@ -42,7 +42,7 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
         configuration=configuration_of(study),
         input_text=as_toml(study),
         check=subject.check,
-        solve=lambda: result_of(subject, *front_found(subject)),
+        solve=lambda: result_of(subject, front_found(subject)),
         draw=_draw,
     )
     return carry_out(job, options, console)

@@ -10,7 +10,7 @@ Symbols: x, the objective that is limited; y, the one that is least.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
@@ -117,8 +117,8 @@ def walk(
     ranges: Ranges,
     stride: float,
     say: Callable[[str], None],
-) -> list[FrontPoint]:
-    """The points from a first one to a last limit, without the first.
+) -> Iterator[FrontPoint]:
+    """The points from a first one to a last limit, without the first, as they are found.
 
     Parameters
     ----------
@@ -127,7 +127,6 @@ def walk(
     """
     sign: float = 1.0 if last > first.limit else -1.0
     way: Way = "up" if sign > 0 else "down"
-    found: list[FrontPoint] = []
     before, share = first, 1.0
 
     while sign * (last - before.limit) > 0.0:
@@ -147,9 +146,8 @@ def walk(
             except NotFoundError:
                 say(f"nothing was found at {limit:.6g}: {error}")
                 break
-        found.append(point)
+        yield point
         before, share = point, min(1.0, 2 * share)
-    return found
 
 
 def _step(point: FrontPoint, ranges: Ranges, stride: float) -> float:

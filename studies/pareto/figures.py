@@ -10,12 +10,12 @@ from matplotlib.figure import Figure
 
 from studies.common.drawing import COLOURS, label_axes, look
 from studies.common.result import Result
-from studies.truss.quantities import QUANTITIES
+from studies.pareto.columns import WAYS, FrontAxis
 
-WAYS = {
-    1.0: ("found with rising limits", ">"),
-    -1.0: ("with falling limits", "<"),
-    0.0: ("in a gap", "o"),
+MARKS = {
+    "up": ("found with rising limits", ">"),
+    "down": ("with falling limits", "<"),
+    "between": ("in a gap", "o"),
 }
 ROOM = 0.06  # of the height, above and below what is shown
 STEEP = 0.05  # of the highest price: with one below, prices are drawn by their logarithm
@@ -30,13 +30,12 @@ def draw(result: Result) -> Iterator[tuple[str, Figure]]:
 
 def front_figure(result: Result) -> Figure:
     """The front with its bounds, the paper's laws and its knee; below it the price."""
-    limited, least = result.details["limited"], result.details["least"]
+    x, y = (FrontAxis(**axis) for axis in result.details["axes"])
     figure = Figure(figsize=(8.4, 6.6), dpi=150, layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(2.4, 1.0))
-    _front(top, result, limited, least)
-    _price(bottom, result, limited)
+    _front(top, result, x.key, y.key)
+    _price(bottom, result, x.key)
 
-    x, y = QUANTITIES[limited], QUANTITIES[least]
     label_axes(top, "", f"{y.title} [{y.unit}]", fit=False)
     label_axes(
         bottom, f"{x.title} [{x.unit}]", f"price\n[{result.arrays['price'].unit}]", fit=False
@@ -53,8 +52,8 @@ def _front(panel: Axes, result: Result, limited: str, least: str) -> None:
     x, y, bound = arrays[limited], arrays[least], arrays["bound"]
 
     panel.plot(*_broken(x, y, result.details["gaps"]), color=COLOURS[0], lw=1.2, zorder=3)
-    for way, (label, marker) in WAYS.items():
-        here = arrays["way"] == way
+    for way, (label, marker) in MARKS.items():
+        here = arrays["way"] == WAYS[way]
         if here.any():
             panel.plot(x[here], y[here], marker, ms=4, color=COLOURS[0], label=label, zorder=4)
     dominated = arrays[f"dominated {limited}"], arrays[f"dominated {least}"]
@@ -72,7 +71,10 @@ def _front(panel: Axes, result: Result, limited: str, least: str) -> None:
         panel.plot(x[at], y[at], "D", ms=8, mfc="none", color=COLOURS[1], label="knee", zorder=5)
 
     low, high = float(np.nanmin([*y, *bound])), float(np.nanmax(y))
-    for law in ("Bezier", "Step5"):
+    tail = f" {limited}"
+    for law in (name.removesuffix(tail) for name in arrays if name.endswith(tail)):
+        if law == "dominated":
+            continue
         colour, style = look(law)
         at_x, at_y = arrays[f"{law} {limited}"], arrays[f"{law} {least}"]
         panel.plot(at_x, at_y, "s" if at_x.size == 1 else style, color=colour, label=law)

@@ -7,31 +7,30 @@ comes from, its motion is evaluated between the points of its mesh, as every mot
 from __future__ import annotations
 
 import dataclasses
-import itertools
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
+from ocp.arrays import Array
 from studies.common.console import Console, silent
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.folder import provenance
-from studies.common.result import Criterion, Result, Series, Verdict
+from studies.common.result import Criterion, Result, Verdict
+from studies.pareto.both_ways import Walked, both_ways
+from studies.pareto.columns import FrontAxis, front_details, front_series, law_series
 from studies.pareto.config import ParetoStudy, configuration_of
-from studies.pareto.continuation import FrontPoint, NotFoundError, Ranges, distance, fill, walk
-from studies.pareto.envelope import Front, front_of
+from studies.pareto.continuation import FrontPoint, NotFoundError
+from studies.pareto.envelope import Front
 from studies.pareto.truss import TrussFront
-from studies.pareto.words import dominated_law, front_in_words, price_in_words
+from studies.pareto.words import dominated_law, front_in_words
 from studies.truss.checks import broken_caps, table_rows
 from studies.truss.limits.bounds import lower_bounds
 from studies.truss.limits.tolerances import CAPS
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import paper_laws
-from studies.truss.quantities import QUANTITIES
+from studies.truss.quantities import OBJECTIVES, QUANTITIES
 
 COARSE_POINTS = 6
-WIDEST = 3.0  # strides, from which two neighbours have a gap between them
-WAYS = {"up": 1.0, "between": 0.0, "down": -1.0}
 
 
 def run(study: ParetoStudy, console: Console | None = None) -> Result:
@@ -57,18 +56,18 @@ def run(study: ParetoStudy, console: Console | None = None) -> Result:
     console = console or silent()
     subject = TrussFront(study, console)
     subject.check()
-    return result_of(subject, *front_found(subject))
+    return result_of(subject, front_found(subject))
 
 
-def front_found(subject: TrussFront) -> tuple[Front, tuple[str, ...], bool]:
-    """The front, remarks on what was not found, and whether the user stopped it.
+def front_found(subject: TrussFront) -> Walked:
+    """The front between the ends that the study states, or that there are.
 
     Raises
     ------
     StudyError
         If an end of the front has no motion.
     """
-    console, pareto = subject.console, subject.study.pareto
+    pareto = subject.study.pareto
     (lows, slow), (high, free) = subject.ends()
     try:
         left = subject.first(subject.program(slow, high), lows, "up")
@@ -79,72 +78,77 @@ def front_found(subject: TrussFront) -> tuple[Front, tuple[str, ...], bool]:
             f"{error}; state a smaller pareto.range",
             ExitCode.NOT_SOLVED,
         ) from error
-    points, remarks, stopped = [left, right], list[str](), False
-    ranges = Ranges((left.x, max(right.x, high)), (min(left.y, right.y), max(left.y, right.y)))
-
     count = min(pareto.points, COARSE_POINTS) if pareto.coarse else pareto.points
-    stride = 2.0 / count
-    try:
-        for first, last in ((left, high), (right, left.limit)):
-            points += _told(walk(subject, first, last, ranges, stride, remarks.append), console)
-        front = front_of(points, ranges, WIDEST * stride)
-        for a, b in itertools.pairwise(front.points):
-            if distance(a, b, ranges) > WIDEST * stride:
-                points += fill(subject, a, b, ranges, WIDEST * stride)
-    except KeyboardInterrupt:
-        stopped = True
-    return front_of(points, ranges, WIDEST * stride), tuple(remarks), stopped
+    return both_ways(subject, left, right, count, subject.console.progress)
 
 
-def _told(points: list[FrontPoint], console: Console) -> list[FrontPoint]:
-    if points:
-        seconds = sum(point.seconds for point in points)
-        console.progress(f"way {points[0].way}: {len(points)} points in {seconds:.1f} s")
-    return points
-
-
-def result_of(subject: TrussFront, front: Front, remarks: tuple[str, ...], stopped: bool) -> Result:
+def result_of(subject: TrussFront, walked: Walked) -> Result:
     """The result that a front gives."""
-    study, limited, least = subject.study, subject.limited, subject.least
+    study, front, stopped = subject.study, walked.front, walked.stopped
+    axes = _axis(subject.limited), _axis(subject.least)
     bounds = np.array([subject.bound(p.x) or np.nan for p in front.points])
     chosen = front.points[len(front.points) // 2 if front.knee is None else front.knee]
-    laws = paper_laws(
-        study.truss.truss,
-        chosen.motion.deployment.law.duration,
-        study.truss.drive,
-        study.truss.margin,
-    )
+    laws = _laws_in(subject, chosen.motion.deployment.law.duration)
     shown = [_named(chosen, "knee" if front.knee is not None else "middle")]
-    shown += [_named(front.points[0], f"least {_short(limited)}")]
-    shown += [_named(front.points[-1], f"least {_short(least)}"), *laws]
-    free = dataclasses.replace(
-        study.truss, minimise=[n for n in (limited, least) if n in _MINIMISED]
-    )
-
+    shown += [_named(front.points[0], f"least {_short(subject.limited)}")]
+    shown += [_named(front.points[-1], f"least {_short(subject.least)}"), *laws]
+    both = [name for name in (subject.limited, subject.least) if name in OBJECTIVES]
+    free = dataclasses.replace(study.truss, minimise=both)
     lowest = lower_bounds(free, None)
 
     return Result(
         kind="pareto-truss",
         question=study.question,
         configuration=configuration_of(study),
-        arrays={**_series(subject, front, bounds), **_law_series(subject, front, laws)},
+        arrays={
+            **front_series(front, bounds, *axes),
+            **law_series(_places(subject, front, laws), *axes),
+        },
         table=table_rows(free, shown, lowest),
-        bounds={key: bound for key, bound in lowest.items() if key in (limited, least)},
+        bounds={key: bound for key, bound in lowest.items() if key in both},
         verdict=_verdict(front, stopped),
-        checks=_checks(front, bounds, least),
+        checks=_checks(front, bounds, subject.least),
         remarks=(
-            *front_in_words(front, limited, least),
-            *price_in_words(front, limited, least),
-            *(dominated_law(front, law, limited, least, _broken(subject, law)) for law in laws),
-            *remarks,
+            *front_in_words(front, *axes),
+            *(
+                dominated_law(front, law.name, _place(subject, law), axes, _broken(subject, law))
+                for law in laws
+            ),
+            *walked.remarks,
         ),
-        details=_details(subject, front),
+        details={
+            **front_details(front, *axes),
+            "solves": subject.solves,
+            "iterations": sum(point.motion.solution.iterations for point in front.points),
+        },
         provenance=provenance(),
         interrupted=stopped,
     )
 
 
-_MINIMISED = frozenset(QUANTITIES) - {"peak-jerk"}
+def _axis(name: str) -> FrontAxis:
+    return FrontAxis(name, QUANTITIES[name].title, QUANTITIES[name].unit)
+
+
+def _laws_in(subject: TrussFront, duration: float) -> tuple[Deployment, Deployment]:
+    """The paper's laws in a duration."""
+    truss = subject.truss
+    return paper_laws(truss.truss, duration, truss.drive, truss.margin)
+
+
+def _place(subject: TrussFront, law: Deployment) -> tuple[float, float]:
+    return law.values[subject.limited], law.values[subject.least]
+
+
+def _places(
+    subject: TrussFront, front: Front, laws: Sequence[Deployment]
+) -> dict[str, list[tuple[float, float]]]:
+    """Where the paper's laws are: curves if the duration is traded."""
+    durations = [laws[0].law.duration]
+    if subject.limited == "time":
+        durations = [point.x for point in front.points]
+    at = [_laws_in(subject, duration) for duration in durations]
+    return {law.name: [_place(subject, pair[k]) for pair in at] for k, law in enumerate(laws)}
 
 
 def _short(name: str) -> str:
@@ -172,7 +176,7 @@ def _verdict(front: Front, stopped: bool) -> Verdict:
     )
 
 
-def _checks(front: Front, bounds: np.ndarray, least: str) -> tuple[Criterion, ...]:
+def _checks(front: Front, bounds: Array, least: str) -> tuple[Criterion, ...]:
     """That no point is below its bound; each point itself was held against all that it has to."""
     values = np.array([p.y for p in front.points])
     known = np.isfinite(bounds)
@@ -194,67 +198,3 @@ def _checks(front: Front, bounds: np.ndarray, least: str) -> tuple[Criterion, ..
             )
         )
     return tuple(checks)
-
-
-def _series(subject: TrussFront, front: Front, bounds: np.ndarray) -> dict[str, Series]:
-    """The front along its limited objective, and what it dominates."""
-    x, y = subject.limited, subject.least
-    ux, uy = QUANTITIES[x].unit, QUANTITIES[y].unit
-
-    def column(points: Sequence[FrontPoint], name: str) -> np.ndarray:
-        return np.array([float(getattr(point, name)) for point in points])
-
-    points, others = front.points, front.dominated
-    return {
-        x: Series(ux, x, column(points, "x"), "of the motion, the limited objective"),
-        y: Series(uy, x, column(points, "y"), "least under that limit"),
-        "limit": Series(ux, x, column(points, "limit"), "that was set"),
-        "price": Series(
-            f"{uy}/({ux})", x, -column(points, "slope"), "what one more of the limit saves"
-        ),
-        "bound": Series(uy, x, bounds, "that no motion under the limit is below"),
-        "way": Series(
-            "1",
-            x,
-            np.array([WAYS[p.way] for p in points]),
-            "1 limit rising, -1 falling, 0 in a gap",
-        ),
-        "afresh": Series("1", x, column(points, "afresh"), "1 where the neighbour was no start"),
-        "seconds": Series("s", x, column(points, "seconds"), "that the point took"),
-        f"dominated {x}": Series(ux, f"dominated {x}", column(others, "x"), "of the motion"),
-        f"dominated {y}": Series(uy, f"dominated {x}", column(others, "y"), "of the motion"),
-    }
-
-
-def _law_series(subject: TrussFront, front: Front, laws: Sequence[Deployment]) -> dict[str, Series]:
-    """Where the paper's laws are: a point each, or a curve if the duration is traded."""
-    x, y, truss = subject.limited, subject.least, subject.truss
-    durations = [laws[0].law.duration]
-    if x == "time":
-        durations = [point.x for point in front.points]
-    places: dict[str, list[tuple[float, float]]] = {law.name: [] for law in laws}
-    for duration in durations:
-        for law in paper_laws(truss.truss, duration, truss.drive, truss.margin):
-            places[law.name].append((law.values[x], law.values[y]))
-    found = {}
-    for name, pairs in places.items():
-        axis, values = f"{name} {x}", np.array(pairs)
-        found[axis] = Series(QUANTITIES[x].unit, axis, values[:, 0], f"of the {name} law")
-        found[f"{name} {y}"] = Series(QUANTITIES[y].unit, axis, values[:, 1], f"of the {name} law")
-    return found
-
-
-def _details(subject: TrussFront, front: Front) -> dict[str, Any]:
-    points = [*front.points, *front.dominated]
-    return {
-        "limited": subject.limited,
-        "least": subject.least,
-        "gaps": [list(gap) for gap in front.gaps],
-        "knee": None if front.knee is None else front.points[front.knee].x,
-        "points": len(front.points),
-        "dominated": len(front.dominated),
-        "solves": subject.solves,
-        "afresh": sum(point.afresh for point in points),
-        "seconds_of_points": sum(point.seconds for point in points),
-        "iterations": sum(point.motion.solution.iterations for point in points),
-    }

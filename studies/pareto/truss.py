@@ -105,7 +105,7 @@ class TrussFront:
             own = replace(own, solver=options)
         self.truss = own
         self.solves = 0
-        self._settings = Settings(
+        self.settings = Settings(
             intervals=COARSE_INTERVALS if coarse else INTERVALS,
             accuracy=ACCURACY,
             refinement=AdaptiveMesh(move_breakpoints=False, rounds=ROUNDS),
@@ -227,7 +227,7 @@ class TrussFront:
         try:
             solution = solve(
                 program.problem,
-                settings=self._settings,
+                settings=self.settings,
                 constants={program.limit: limit},
                 guess=guess,
                 progress=self.console.live,

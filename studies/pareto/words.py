@@ -2,49 +2,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from studies.common.console import number
+from studies.pareto.columns import FrontAxis
 from studies.pareto.continuation import FrontPoint
 from studies.pareto.envelope import Front, reached
-from studies.truss.limits.tolerances import CAPS
-from studies.truss.motions.deployment import Deployment
-from studies.truss.quantities import QUANTITIES
 
 HUNDREDTH = 0.01  # of a limit: so much more of it has a price that one can imagine
+TOLERANCE = 1e-6  # relative: of the verification, within which two values are indistinguishable
 
 
-def front_in_words(front: Front, limited: str, least: str) -> tuple[str, ...]:
-    """Both ends, the knee and the gaps."""
+def front_in_words(front: Front, x: FrontAxis, y: FrontAxis) -> tuple[str, ...]:
+    """Both ends, the knee and the gaps; then what a little more of the limit saves."""
     first, last = front.points[0], front.points[-1]
     sentences = [
-        f"The front has {len(front.points)} verified points, from {_at(first, limited, least)} to "
-        f"{_at(last, limited, least)}; {len(front.dominated)} points that others dominate were "
-        "dropped."
+        f"The front has {len(front.points)} verified points, from {_at(first, x, y)} to "
+        f"{_at(last, x, y)}; {len(front.dominated)} points that others dominate were dropped."
     ]
     if front.knee is not None:
-        knee = front.points[front.knee]
-        sentences.append(f"Its knee is at {_at(knee, limited, least)}.")
-    unit = QUANTITIES[limited].unit
+        sentences.append(f"Its knee is at {_at(front.points[front.knee], x, y)}.")
     sentences += [
-        f"It has a gap between {number(a, 6)} and {number(b, 6)} {unit}: no point was found there "
-        "that no other dominates."
+        f"It has a gap between {number(a, 6)} and {number(b, 6)} {x.unit}: no point was found "
+        "there that no other dominates."
         for a, b in front.gaps
     ]
-    return tuple(sentences)
 
-
-def price_in_words(front: Front, limited: str, least: str) -> tuple[str, ...]:
-    """What a little more of the limit saves: at both ends and at the knee."""
     places = [0, len(front.points) - 1]
     if front.knee is not None:
         places.insert(1, front.knee)
-    return tuple(price_at(front.points[place], limited, least) for place in dict.fromkeys(places))
+    priced = [price_at(front.points[place], x, y) for place in dict.fromkeys(places)]
+    return (*sentences, *priced)
 
 
-def price_at(point: FrontPoint, limited: str, least: str) -> str:
+def price_at(point: FrontPoint, x: FrontAxis, y: FrontAxis) -> str:
     """What a second, or a hundredth of the limit, saves at a point."""
-    x, y = QUANTITIES[limited], QUANTITIES[least]
-    more = 1.0 if limited == "time" else HUNDREDTH * point.limit
-    share = "" if limited == "time" else " (1 %)"
+    more = 1.0 if x.key == "time" else HUNDREDTH * point.limit
+    share = "" if x.key == "time" else " (1 %)"
     return (
         f"At {number(point.limit, 5)} {x.unit}: {number(more, 3)} {x.unit}{share} more of "
         f"{x.title} saves {number(-point.slope * more, 3)} {y.unit} of {y.title}, at this slope."
@@ -52,28 +46,34 @@ def price_at(point: FrontPoint, limited: str, least: str) -> str:
 
 
 def dominated_law(
-    front: Front, law: Deployment, limited: str, least: str, broken: tuple[str, ...]
+    front: Front,
+    name: str,
+    place: tuple[float, float],
+    axes: tuple[FrontAxis, FrontAxis],
+    broken: Sequence[str] = (),
 ) -> str:
-    """How the front compares with a law of the paper at the law's own limit."""
-    x, y = law.values[limited], law.values[least]
-    unit = QUANTITIES[least].unit
-    head = f"{law.name} ({number(x, 5)} {QUANTITIES[limited].unit}, {number(y, 6)} {unit})"
+    """How the front compares with a law at the law's own limit.
+
+    Parameters
+    ----------
+    place : x and y of the law.
+    broken : titles of the caps that the law breaks.
+    """
+    (x, y), (across, up) = place, axes
+    head = f"{name} ({number(x, 5)} {across.unit}, {number(y, 6)} {up.unit})"
     also = f"; it breaks the cap on {', '.join(broken)}" if broken else ""
     best = reached(front.points, x)
     if best is None:
         return f"{head} is left of the front, where no point was looked for{also}."
     gain = 1 - best.y / y
-    if gain > CAPS:
+    if gain > TOLERANCE:
         return (
-            f"{head} is dominated: with no more {QUANTITIES[limited].title} the front needs "
-            f"{number(best.y, 6)} {unit}, {100 * gain:.3g} % less{also}."
+            f"{head} is dominated: with no more {across.title} the front needs "
+            f"{number(best.y, 6)} {up.unit}, {100 * gain:.3g} % less{also}."
         )
-    word = "indistinguishable from" if gain > -CAPS else "below"
+    word = "indistinguishable from" if gain > -TOLERANCE else "below"
     return f"{head} is {word} the front, by {abs(100 * gain):.2g} %{also}."
 
 
-def _at(point: FrontPoint, limited: str, least: str) -> str:
-    return (
-        f"{number(point.x, 6)} {QUANTITIES[limited].unit} with {number(point.y, 6)} "
-        f"{QUANTITIES[least].unit}"
-    )
+def _at(point: FrontPoint, x: FrontAxis, y: FrontAxis) -> str:
+    return f"{number(point.x, 6)} {x.unit} with {number(point.y, 6)} {y.unit}"

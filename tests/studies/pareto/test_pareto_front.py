@@ -38,7 +38,7 @@ STRIDE = 0.05
 
 def test_points_lie_evenly_along_the_curve():
     first = point(0.2, 5.0, -25.0, motion="flat")
-    found = walk(TwoBasins(), first, 3.0, RANGES, STRIDE, lambda line: None)
+    found = list(walk(TwoBasins(), first, 3.0, RANGES, STRIDE, print))
     steps = [distance(a, b, RANGES) for a, b in itertools.pairwise([first, *found])]
     # the slope at the beginning of a step foretells the step; at the bend it is a third off
     assert all(0.5 * STRIDE < step < 1.5 * STRIDE for step in steps[:-1])
@@ -47,9 +47,9 @@ def test_points_lie_evenly_along_the_curve():
 
 def test_the_way_back_finds_the_other_basin_and_the_envelope_takes_it():
     subject = TwoBasins()
-    up = walk(subject, point(0.2, 5.0, -25.0, motion="flat"), 3.0, RANGES, STRIDE, print)
+    up = list(walk(subject, point(0.2, 5.0, -25.0, motion="flat"), 3.0, RANGES, STRIDE, print))
     last = point(3.0, 1 / 3 - 0.2, -1 / 9, "down", "deep")
-    down = walk(subject, last, 0.2, RANGES, STRIDE, print)
+    down = list(walk(subject, last, 0.2, RANGES, STRIDE, print))
     front = front_of([*up, last, *down], RANGES, 3 * STRIDE)
 
     deep = [p for p in front.points if p.x >= 1.0]
@@ -65,7 +65,7 @@ def test_the_way_back_finds_the_other_basin_and_the_envelope_takes_it():
 def test_a_limit_without_a_motion_is_said_and_ends_the_way():
     said = []
     first = point(0.2, 5.0, -25.0, motion="flat")
-    found = walk(TwoBasins((1.0, 4.0)), first, 3.0, RANGES, STRIDE, said.append)
+    found = list(walk(TwoBasins((1.0, 4.0)), first, 3.0, RANGES, STRIDE, said.append))
     assert max(p.limit for p in found) <= 1.0
     assert len(said) == 1
     assert "refused" in said[0]
@@ -74,7 +74,7 @@ def test_a_limit_without_a_motion_is_said_and_ends_the_way():
 def test_a_flat_end_is_not_walked():
     first = point(0.5, 1.0, -1e-7)
     subject = TwoBasins()
-    assert walk(subject, first, 3.0, RANGES, STRIDE, print) == []
+    assert list(walk(subject, first, 3.0, RANGES, STRIDE, print)) == []
     assert subject.asked == []
 
 
