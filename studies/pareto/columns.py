@@ -43,7 +43,7 @@ def front_series(front: Front, bounds: Array, x: FrontAxis, y: FrontAxis) -> dic
     points, others = front.points, front.dominated
     ways = np.array([WAYS[point.way] for point in points])
     main, rest = x.key, f"dominated {x.key}"
-    price = f"{y.unit}/({x.unit})"
+    price = f"{y.unit}/({x.unit})" if "/" in x.unit or " " in x.unit else f"{y.unit}/{x.unit}"
     return {
         main: Series(x.unit, main, column(points, "x"), "of the motion, the limited objective"),
         y.key: Series(y.unit, main, column(points, "y"), "least under that limit"),

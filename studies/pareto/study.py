@@ -31,6 +31,7 @@ from studies.truss.motions.laws import paper_laws
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
 
 COARSE_POINTS = 6
+CURVE = 61  # durations at which a law is drawn, if the duration is traded
 
 
 def run(study: ParetoStudy, console: Console | None = None) -> Result:
@@ -146,7 +147,7 @@ def _places(
     """Where the paper's laws are: curves if the duration is traded."""
     durations = [laws[0].law.duration]
     if subject.limited == "time":
-        durations = [point.x for point in front.points]
+        durations = np.linspace(front.points[0].x, front.points[-1].x, CURVE).tolist()
     at = [_laws_in(subject, duration) for duration in durations]
     return {law.name: [_place(subject, pair[k]) for pair in at] for k, law in enumerate(laws)}
 

@@ -158,8 +158,11 @@ def state(
         )
         priced = Constant("price of the roughness", value=price) if price > 0.0 else None
 
-    links = joined(*phases) if len(phases) == 2 else ()
-    return Statement(phases, nets, signals, stages, roughness, priced, tuple(links))
+    links = tuple(joined(*phases)) if len(phases) == 2 else ()
+    if "time" in caps.constants:  # free times lie between numbers
+        longest = caps.constants["time"]
+        links += (Bound("longest duration", phases[-1].end_time, "s", upper=longest),)
+    return Statement(phases, nets, signals, stages, roughness, priced, links)
 
 
 def _rough(study: TrussStudy, signals: Signals) -> Any:
@@ -269,8 +272,7 @@ def _phases(
     angle = signals.angle
     low, high = study.duration
     guess = min(max(start.duration, low), high)
-    longest = caps.constants["time"].symbol if "time" in caps.constants else high
-    end: Any = high if low == high else Between(low, longest, guess=guess)
+    end: Any = high if low == high else Between(low, high, guess=guess)
 
     rest = {signals.speed: 0.0}
     if signals.jerk is not None:

@@ -1,0 +1,114 @@
+"""What a front becomes: series, sentences, a picture; and, slowly, a front of the truss."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from studies.cli import main
+from studies.common.result import Result, Verdict
+from studies.pareto.columns import FrontAxis, front_details, front_series, law_series
+from studies.pareto.continuation import FrontPoint, Ranges
+from studies.pareto.envelope import front_of
+from studies.pareto.figures import draw
+from studies.pareto.words import dominated_law, front_in_words, price_at
+
+X, Y = FrontAxis("time", "duration", "s"), FrontAxis("peak-force", "peak rope force", "N")
+
+
+def front():
+    """y = 1/x, without the points between 2 and 4, and a dominated point."""
+    places = [0.5, 0.6, 0.8, 1.0, 1.4, 2.0, 4.0, 4.5]
+    points = [FrontPoint(x, x, 1 / x, -1 / x**2, "up", False, 1.0, None) for x in places]
+    worse = FrontPoint(1.2, 1.2, 1.5, -1.0, "down", True, 1.0, None)
+    return front_of([*points, worse], Ranges((0.5, 4.5), (0.2, 2.0)), 0.3)
+
+
+def result():
+    found = front()
+    laws = {"Bezier": [(1.0, 3.0), (2.0, 2.5)], "Step5": [(1.0, 3.5)]}
+    bounds = np.array([0.9 * point.y for point in found.points])
+    return Result(
+        kind="pareto-truss",
+        question="a front",
+        configuration={},
+        arrays={**front_series(found, bounds, X, Y), **law_series(laws, X, Y)},
+        bounds={"time": 0.4},
+        verdict=Verdict("local", "local"),
+        remarks=front_in_words(found, X, Y),
+        details=front_details(found, X, Y),
+    )
+
+
+def test_the_words_say_ends_knee_gap_and_prices():
+    words = " ".join(front_in_words(front(), X, Y))
+    assert "8 verified points, from 0.5 s with 2 N to 4.5 s with 0.222222 N" in words
+    assert "1 points that others dominate" in words
+    assert "a gap between 2 and 4 s" in words
+    assert "Its knee is at" in words
+    assert "At 0.5 s: 1 s more of duration saves 4 N of peak rope force" in words
+    # other limits have the price of a hundredth of them
+    across = FrontAxis("peak-acceleration", "acceleration", "rad/s^2")
+    point = FrontPoint(0.2, 0.2, 20.0, -5.0, "up", False, 0.0, None)
+    assert "0.002 rad/s^2 (1 %) more of acceleration saves 0.01 N" in price_at(point, across, Y)
+
+
+@pytest.mark.parametrize(
+    ("place", "broken", "words"),
+    [
+        ((1.1, 2.0), (), "is dominated: with no more duration the front needs 1 N, 50 % less."),
+        ((1.0, 1.0 + 1e-9), (), "is indistinguishable from the front"),
+        ((1.0, 0.9), ("jerk",), "is below the front, by 11 %; it breaks the cap on jerk"),
+        ((0.4, 9.0), (), "is left of the front"),
+    ],
+)
+def test_a_law_is_held_against_the_front(place, broken, words):
+    assert words in dominated_law(front(), "Step5", place, (X, Y), broken)
+
+
+def test_a_result_is_stored_and_drawn_from_what_was_stored(tmp_path):
+    result().save(tmp_path)
+    stored = Result.load(tmp_path)
+    assert stored.axis == "time"
+    assert stored.arrays["price"].unit == "N/s"
+    (name, figure), *others = draw(stored)
+    assert (name, others) == ("front", [])
+
+    top, bottom = figure.axes
+    curve = next(line for line in top.get_lines() if np.isnan(line.get_ydata()).any())
+    # the curve is broken where the gap is, and nowhere else
+    breaks = np.flatnonzero(np.isnan(curve.get_ydata()))
+    assert breaks.tolist() == [6]
+    assert curve.get_xdata()[5] == 2.0
+    assert bottom.get_xlabel() == "duration [s]"
+    labels = top.get_legend_handles_labels()[1]
+    assert {"Bezier", "Step5", "knee", "dominated"} <= set(labels)
+
+
+@pytest.mark.slow
+def test_a_coarse_front_of_the_truss(tmp_path):
+    folder = tmp_path / "front"
+    words = "--objectives time,peak-force --duration 5..9 --jerk-cap 2.5 --coarse"
+    assert main(["pareto", "truss", *words.split(), "--results", str(folder)]) == 0
+    found = Result.load(folder)
+    assert found.passed
+    x, y = found.arrays["time"].values, found.arrays["peak-force"].values
+    assert x.size >= 6
+    assert (np.diff(x) > 0).all()
+    assert (np.diff(y) < 0).all()
+    assert (y >= found.arrays["bound"].values * (1 - 1e-6)).all()
+    assert 20.05 < y.min() < 20.3  # the static peak is 20.0751 N, and momentum saves a little
+
+    # falling force: what a second saves lies between the prices at both ends of each long step;
+    # values are good to 5e-4, so that short and flat steps say nothing
+    price = found.arrays["price"].values
+    steps = [k for k in range(x.size - 1) if y[k] - y[k + 1] > 20 * 5e-4 * 0.1 * math.pi]
+    falls = [(y[k] - y[k + 1]) / (x[k + 1] - x[k]) for k in steps]
+    pairs = list(itertools.pairwise(price))
+    assert all(
+        pairs[k][1] * 0.8 < fall < pairs[k][0] * 1.2 for k, fall in zip(steps, falls, strict=True)
+    )
+    assert any("is dominated" in remark for remark in found.remarks)
+    assert (folder / "front.png").is_file()
+    assert (folder / "profile.csv").is_file()
