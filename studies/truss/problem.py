@@ -18,7 +18,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-from models.truss import Net, TrussParameters
+from models.truss import Net, TrussParameters, static_peak
 from ocp import (
     AdaptiveMesh,
     Between,
@@ -346,7 +346,8 @@ def _bounds(
         (more,) = expressions(study, signals, net, reserve)["peak-force"]
         bounds.append(Bound("rope force with its reserve", more, "N", upper=strongest))
     if signals.force is None:
-        bounds.append(Bound("rope force", force, "N", lower=0.0, upper=strongest))
+        size = static_peak(study.truss).force
+        bounds.append(Bound("rope force", force, "N", lower=0.0, upper=strongest, scale=size))
     elif caps.of("peak-acceleration") is not None:
         acceleration, most = acceleration_in(signals, net), caps.of("peak-acceleration")
         bounds.append(Bound("acceleration", acceleration, "rad/s^2", lower=-most, upper=most))
@@ -366,7 +367,9 @@ def _caps_on_expressions(
         for number, formula in enumerate(formulas[key], start=1):
             name = quantity.title if len(formulas[key]) == 1 else f"{quantity.title} ({number})"
             if quantity.kind == "least":
-                yield Bound(name, formula, quantity.unit, lower=cap)
+                # where a motion ends in an impulse its inertia's force is no measure of a tension
+                size = static_peak(study.truss).force
+                yield Bound(name, formula, quantity.unit, lower=cap, scale=size)
             else:
                 lower = -cap if key in OF_BOTH_SIGNS else -math.inf
                 yield Bound(name, formula, quantity.unit, lower=lower, upper=cap)
