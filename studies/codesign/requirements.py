@@ -192,10 +192,10 @@ def _room_of_the_sliders(truss: TrussParameters) -> Any:
 
 
 def check_some_design(study: CodesignStudy, held: Sequence[Requirement]) -> None:
-    """Refuse requirements that no design in the range meets together.
+    """Refuse requirements for which no design in the range is found that meets them together.
 
     Each in turn is brought as far within its limit as those before it allow, from every corner of
-    the range and from the stated design: a local search, whose failure from all of them counts.
+    the range and from the stated design. The search is local, so that its failure proves nothing.
 
     Raises
     ------
@@ -211,10 +211,10 @@ def check_some_design(study: CodesignStudy, held: Sequence[Requirement]) -> None
         beside = f" beside {' and '.join(kept)}" if kept else ""
         extreme = "most" if requirement.least else "least"
         raise StudyError(
-            f"no design within {100 * study.design.range:g} % has a {requirement.words}{beside}: "
-            f"the {extreme} is {value:.6g} {requirement.unit}; change {requirement.key} to that, "
-            "or widen design.range",
-            ExitCode.INFEASIBLE,
+            f"no design within {100 * study.design.range:g} % was found with a "
+            f"{requirement.words}{beside}: the {extreme} found is {value:.6g} {requirement.unit}; "
+            f"change {requirement.key} to that, or widen design.range",
+            ExitCode.NOT_SOLVED,
         )
 
 

@@ -28,8 +28,8 @@ class SweptCommand:
     package : of its study, with `config` and `study`.
     configuration : name of the class of its study.
     coarse : what coarse meshes state on top of the study, key by key.
-    seconds : that a case takes about, on full and on coarse meshes [s]; measured on one core of
-        2.1 GHz, for a plan where no case has run yet.
+    seconds : that a case may take, on full and on coarse meshes [s]: rough guesses, for a plan
+        where no case has run yet.
     warm : whether a study can start from the motion of another one.
     entries : classes of the entries of its lists of tables, by the names of these; a joint may
         name a file.
