@@ -237,6 +237,7 @@ def _subjects(seed: int, folder: Path) -> Row:
             },
         },
     }
+
     found = []
     for name, content in studies.items():
         study = _written(content, folder, name)

@@ -33,8 +33,9 @@ import numpy as np
 
 from ocp.arrays import Array, Integers
 from ocp.errors import StatementError
-from ocp.optimality.active_set import MULTIPLIER_FREE, TOUCHED, LimitDistances, limit_distances
+from ocp.optimality.active_set import TOUCHED, LimitDistances, limit_distances
 from ocp.optimality.iterate import Iterate
+from ocp.optimality.multiplier_sets import MULTIPLIER_SPREAD, MultiplierChanges
 from ocp.optimality.multipliers import all_multipliers
 from ocp.problem.parameters import Parameters
 from ocp.problem.phase import Phase
@@ -43,20 +44,10 @@ from ocp.transcription.columns import PhaseColumns
 from ocp.transcription.transcribe import Transcription, transcribe
 
 if TYPE_CHECKING:
-    from scipy.sparse import csr_matrix
-
     from ocp.solution.solution import Solution
-
-# Part of a slope, or of the objective per size, beyond which its two ends count as two.
-_SPREAD = 1e-3
 
 # Sum of scaled multipliers, below which a limit that is touched does not press.
 _IDLE = 1e-4
-
-# Largest change of a multiplier that is looked at, in sizes of the largest one. A slope that
-# changes by a hundredth of that has no end.
-_REACH = 1e3
-_ENDLESS = 1e-2
 
 _KINK = "several limits hold the optimum at once: the active set is about to change"
 _TOUCHES = "the limit is touched but does not press: the active set is about to change"
@@ -129,17 +120,17 @@ def one_sided_sensitivities(solution: Solution) -> dict[str, Sided]:
     """
     iterate = solution.kept_iterate
     multipliers, distances = all_multipliers(iterate), limit_distances(iterate)
-    changes = _MultiplierChanges.of(iterate, multipliers, distances)
+    changes = MultiplierChanges.of(iterate, multipliers, distances)
     sense = iterate.problem.sense
 
     sided = {}
     for slope in lagrangian_slopes(iterate, multipliers, distances):
         value = slope.direct + float(slope.by_multiplier @ multipliers)
-        down, up = changes.range_of(slope) if changes.many else (0.0, 0.0)
+        down, up = changes.range_of(slope.by_multiplier) if changes.many else (0.0, 0.0)
 
         # round-off is measured against the largest single share of the slope
         share = float(np.abs(slope.by_multiplier * multipliers).max(initial=0.0))
-        if up - down <= _SPREAD * max(abs(value), abs(up), abs(down), share):
+        if up - down <= MULTIPLIER_SPREAD * max(abs(value), abs(up), abs(down), share):
             idle = np.abs(multipliers[slope.by_multiplier != 0]).sum() <= _IDLE
             note = _TOUCHES if slope.touching and idle else ""
             sided[slope.name] = Sided(sense * value, sense * value, note)
@@ -440,74 +431,3 @@ def _released(phase: Phase) -> Phase:
     assert not isinstance(start, Between)
     assert not isinstance(end, Between)
     return replace(phase, start=Between(start, start), end=Between(end, end))
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class _MultiplierChanges:
-    """All sets of multipliers that fit: changes `z` with ``equations @ z = 0`` and bounds.
-
-    Attributes
-    ----------
-    entries : (m,)
-        The rows, then unknowns, whose multipliers may change.
-    lower, upper : (m,)
-        Of the changes.
-    many : bool
-        Whether there is a change but zero.
-    """
-
-    entries: Integers
-    equations: csr_matrix
-    lower: Array
-    upper: Array
-    many: bool
-
-    @classmethod
-    def of(
-        cls, iterate: Iterate, multipliers: Array, distances: LimitDistances
-    ) -> _MultiplierChanges:
-        """The multipliers around those of a solution."""
-        from scipy.sparse import csr_matrix, hstack, identity  # slow to load, seldom needed
-
-        program = iterate.transcription.program
-        jacobian = program.constraint_jacobian(iterate.x, iterate.parameters.vector)[1].sparse()
-        everything = hstack([csr_matrix(jacobian).T, identity(iterate.x.size)]).tocsc()
-
-        # multipliers of touched limits may take any value of their sign, of equations any at all
-        near_lower, near_upper = distances.touching(MULTIPLIER_FREE)
-        entries = np.flatnonzero(near_lower | near_upper)
-        is_equation = (distances.lower + distances.upper)[entries] <= 0.0
-        reach = _REACH * max(1.0, float(np.abs(multipliers).max()))
-        present = multipliers[entries]
-        lower = np.where(is_equation | near_lower[entries], -reach, np.minimum(-present, 0.0))
-        upper = np.where(is_equation | near_upper[entries], reach, np.maximum(-present, 0.0))
-        equations = csr_matrix(everything[:, entries])
-
-        # unless zero is the only change, one of two opposite random directions finds another
-        small = cls(entries, equations, np.maximum(lower, -1.0), np.minimum(upper, 1.0), False)
-        random = np.random.default_rng(0).normal(size=entries.size)
-        many = max(small.most(random), small.most(-random)) > _SPREAD
-        return cls(entries, equations, lower, upper, many)
-
-    def most(self, direction: Array) -> float:
-        """Largest value of ``direction @ z``; infinite if the linear program has no end."""
-        size = float(np.abs(direction).max(initial=0.0))
-        if size == 0.0:
-            return 0.0
-        from scipy.optimize import linprog
-
-        result = linprog(
-            -direction / size,
-            A_eq=self.equations,
-            b_eq=np.zeros(self.equations.shape[0]),
-            bounds=np.column_stack([self.lower, self.upper]),
-            method="highs",
-        )
-        return float(-result.fun * size) if result.status == 0 else math.inf
-
-    def range_of(self, slope: Slope) -> tuple[float, float]:
-        """Smallest and largest change of a slope; infinite at the edge of what is looked at."""
-        direction = slope.by_multiplier[self.entries]
-        edge = _ENDLESS * _REACH * float(np.abs(direction).max(initial=0.0))
-        down, up = -self.most(-direction), self.most(direction)
-        return (-math.inf if down < -edge else down), (math.inf if up > edge else up)

@@ -147,6 +147,7 @@ def _result(made: Codesign) -> Result:
     laws = [best, before, *paper_laws(best.truss, best.law.duration, best.drive, best.margin)]
     table = (*_design_rows(made), *table_rows(better, laws, {}))
     audit = made.found.audit
+
     return Result(
         kind="codesign",
         question=study.question,
@@ -200,6 +201,8 @@ def _design_rows(made: Codesign) -> list[TableRow]:
         )
         for name in made.found.design
     ]
+
+    # what the caps imply at rest is no requirement of its own
     return rows + [
         TableRow(
             one.title.replace(" ", "-"),

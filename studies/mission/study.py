@@ -132,6 +132,20 @@ def _responses(study: MissionStudy, ring: StageMotion) -> dict[str, ArmResponse]
 
 def _result(mission: Mission) -> Result:
     study = mission.study
+    stages = [
+        {
+            "stage": motion.name,
+            "start": start,
+            "duration": motion.duration,
+            "utilisation": motion.utilisation,
+            "uses": [{**dataclasses.asdict(use), "share": use.share} for use in motion.uses],
+            "known": {f"{d:.9g}": u for d, u in sorted(curve.known.items())},
+        }
+        for motion, start, curve in zip(
+            mission.motions, mission.starts, mission.curves, strict=True
+        )
+    ]
+
     return Result(
         kind="mission",
         question=study.question,
@@ -142,21 +156,7 @@ def _result(mission: Mission) -> Result:
         checks=_checks(mission),
         remarks=tuple(_remarks(mission)),
         details={
-            "stages": [
-                {
-                    "stage": motion.name,
-                    "start": start,
-                    "duration": motion.duration,
-                    "utilisation": motion.utilisation,
-                    "uses": [
-                        {**dataclasses.asdict(use), "share": use.share} for use in motion.uses
-                    ],
-                    "known": {f"{d:.9g}": u for d, u in sorted(curve.known.items())},
-                }
-                for motion, start, curve in zip(
-                    mission.motions, mission.starts, mission.curves, strict=True
-                )
-            ],
+            "stages": stages,
             "arm_frequencies_Hz": next(iter(mission.responses.values())).frequencies,
         },
         provenance=provenance(),
@@ -171,6 +171,8 @@ def _arrays(mission: Mission) -> dict[str, Series]:
     ]
     time = np.unique(np.concatenate([[0.0, mission.total], *pieces]))
     arrays = {"time": Series("s", "time", time, "from the start of the big arm")}
+
+    # a rope is held before and after its motion, a joint is locked
     for motion, at in zip(mission.motions, pieces, strict=True):
         name = motion.name.replace(" ", "_")
         unit = "N" if motion.name == RING else "N m"
@@ -188,6 +190,7 @@ def _arrays(mission: Mission) -> dict[str, Series]:
             np.interp(time, at, motion.history["drive"], before, held),
             "force on one rope" if motion.name == RING else f"torque of the {motion.name}",
         )
+
     arrays["reaction"] = Series(
         "N",
         "time",
@@ -288,6 +291,7 @@ def _remarks(mission: Mission) -> list[str]:
         f"{m.governing.cap:.5g} {m.governing.unit}."
         for m in mission.motions
     ]
+
     if most / least <= 1.0 + EQUAL:
         remarks.insert(0, f"All stages use their caps alike: {said}.")
     else:
@@ -302,6 +306,7 @@ def _remarks(mission: Mission) -> list[str]:
             else "the search for the split ended before they were alike"
         )
         remarks.insert(0, f"The stages do not use their caps alike: {said}; {why}.")
+
     for curve, motion in zip(mission.curves, mission.motions, strict=True):
         slope = curve.slope(motion.duration)
         remarks.append(f"1 % more time for the {curve.name} lowers what it uses by {-slope:.3g} %.")

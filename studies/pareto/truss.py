@@ -269,6 +269,8 @@ class TrussFront:
                 )
                 if found.verification.excess <= LEAK:
                     return found
+
+        # what leaks less than that is good enough for a front; its motion is measured in any case
         self.refined += 1
         try:
             return solve(

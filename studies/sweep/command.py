@@ -33,6 +33,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="results folder, new or of this sweep, which then goes on "
         "[results/sweep-NAME of SWEEP.toml]",
     )
+
+    # how it runs
     parser.add_argument("--workers", metavar="N", help="cases at a time [the number of processors]")
     parser.add_argument(
         "--case-seconds", metavar="S", help="that a case may last; then it is a row without answer"
@@ -50,6 +52,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="ADDRESS",
         help="a Dask scheduler, as tcp://host:8786, or 'local' for one of this machine",
     )
+
+    # what is written
     parser.add_argument("--parquet", action="store_true", help="write the table as Parquet, too")
     parser.add_argument("--no-figures", action="store_true", help="leave the figures out")
 

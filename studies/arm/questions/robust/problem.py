@@ -164,6 +164,7 @@ def solve_robust(
     cap, margin = share * float(nominal.peak_torque[joint]), _RIPPLE * (share - 1.0)
     name, guess = f"robust, {share:g} x peak", None
     mesh = stage_mesh("worst residual", intervals or ROBUST_INTERVALS[joint == ELBOW])
+
     for _ in range(CAP_CORRECTIONS):
         stated = robust_statement(nominal, spread, cap * (1.0 - margin))
         try:
