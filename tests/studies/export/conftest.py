@@ -9,7 +9,7 @@ from models.laws import JerkLimited
 from studies.common.result import Result, TableRow, Verdict
 from studies.truss.config import DEPLOYED, TrussStudy, as_dictionary
 from studies.truss.motions.deployment import Deployment
-from studies.truss.study import _series
+from studies.truss.study import series_of
 
 
 def stored(duration: float, multiple: float = 200.0) -> Result:
@@ -23,7 +23,7 @@ def stored(duration: float, multiple: float = 200.0) -> Result:
         kind="truss",
         question=study.question,
         configuration=as_dictionary(study),
-        arrays=_series(deployment),
+        arrays=series_of(deployment),
         table=(
             TableRow(
                 "peak-acceleration",

@@ -1,6 +1,7 @@
 """Warm starts from a neighbour's motion, Sobol indices, tables and figures of sweeps."""
 
 import csv
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -133,7 +134,9 @@ def swept(
         {"subject": "flex", "sampling": sampling, "show": ["tip_x"], **content, "base": FALL}
     )
     (folder / "sweep.toml").write_text(text, "utf-8")
-    flags = ("--results", str(folder / "out"), "--parquet", "--no-figures")
+    flags = ["--results", str(folder / "out"), "--no-figures"]
+    if find_spec("pyarrow"):
+        flags.append("--parquet")
     assert main(["sweep", str(folder / "sweep.toml"), *flags]) == ExitCode.OK
     return folder / "out", count, figures
 

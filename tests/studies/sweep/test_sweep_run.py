@@ -194,7 +194,7 @@ def test_a_case_whose_process_dies_is_tried_once_more_alone_and_then_a_row(
     assert said.err.count(f"{why}; it is tried once more, alone") == 2
     assert "6 of 8 cases are solved and verified (2 killed)" in said.out
     for row in rows(out):
-        died = row["link.0.length"] == "1.1"
+        died = row["link.0.length [m]"] == "1.1"
         assert row["status"] == ("killed" if died else "solved")
         assert row["reason"] == (why if died else "")
 
