@@ -86,7 +86,8 @@ def test_without_friction_the_mesh_is_refined_to_its_tolerances(
     # at this optimum the solver wanders: rounds are started once more with another line search
     last = outcome.solution.mesh_iterations[-1]
     assert last.status in ("Solve_Succeeded", "Stood_Still_Near_Optimum")
-    assert last.excess <= Settings().accuracy.path
+    # the answer is the best round, and not always the last
+    assert outcome.solution.verification.excess <= Settings().accuracy.path
     assert_peak_is_dense(outcome)
     assert_energy_balances(outcome.deployment)
 
