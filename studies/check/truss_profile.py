@@ -61,12 +61,16 @@ class ReachableLaw:
     def motion(self, time: ArrayLike) -> AngularMotion:
         """Motion at times (m,) in [0, T]."""
         motion = self.law.motion(time)
+        angle = np.clip(motion.angle, LEAST_ANGLE, DEPLOYED)
+        # at its stops the truss rests
+        moves = angle == motion.angle
+        speed = np.maximum(motion.speed, 0.0) if self.forwards else motion.speed
         return AngularMotion(
             time=motion.time,
-            angle=np.clip(motion.angle, LEAST_ANGLE, DEPLOYED),
-            speed=np.maximum(motion.speed, 0.0) if self.forwards else motion.speed,
-            acceleration=motion.acceleration,
-            jerk=motion.jerk,
+            angle=angle,
+            speed=np.where(moves, speed, 0.0),
+            acceleration=np.where(moves, motion.acceleration, 0.0),
+            jerk=np.where(moves, motion.jerk, 0.0),
         )
 
 

@@ -14,6 +14,7 @@ from studies.check.smoothing.noise import estimate_noise
 from studies.check.smoothing.recovery import recover
 from studies.check.truss import check_truss
 from studies.cli import main
+from studies.common.columns import Dialect, read_csv
 from studies.common.exit_codes import ExitCode
 from studies.common.result import Result
 from studies.truss.config import DEPLOYED, TrussStudy
@@ -236,6 +237,12 @@ def test_what_is_measured_can_be_read_again_between_its_rows(what: str, tmp_path
     # the figures are drawn from the same law at times between the rows
     words = ["export", str(tmp_path / "r"), "--to", "csv", "--step", "0.05", "--output"]
     assert main([*words, str(tmp_path / "o.csv")]) == ExitCode.OK
+    if what == "overshoot":
+        # held at its stop it rests, where a law through rows that still have a speed would ring
+        rows = read_csv((tmp_path / "o.csv").read_text("utf-8"), Dialect())
+        stopped = rows["angle"] >= math.pi / 2 - 1e-12
+        assert stopped.sum() > 20
+        assert np.abs(rows["angular_acceleration"][stopped]).max() < 1e-9
 
 
 @pytest.mark.slow
