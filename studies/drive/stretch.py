@@ -1,8 +1,8 @@
 """The stretch of a rope that yields under its tension, hauled in beforehand.
 
-A motor turns in no time, so that it cannot follow a step of the tension. The stretch that is hauled
-in is that of a tension which is averaged twice over a ramp: it has a speed and an acceleration. The
-averaging leads where the motion ends and lags where it begins, so that the rope is at rest at both.
+A step of the tension would need an infinite speed of the motor. So the stretch that is hauled in is
+that of a tension which is averaged twice over a time, the ramp: it has a speed and an acceleration.
+At the start the average looks back, at the end it looks ahead. So the motor rests at both.
 """
 
 from __future__ import annotations
