@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
 from typing import Any
 
-from ocp.errors import Interrupted, OcpError, SolveFailed, StatementError
+from ocp.analysis.exchanged_roles import Held, SolveOptions, by_exchanged_roles, largest_value
+from ocp.errors import BudgetSpent, Interrupted, OcpError, SolveFailed, StatementError
 from ocp.keywords import checked_keywords
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Trajectory
@@ -19,7 +21,10 @@ from ocp.problem.symbols import Constant
 from ocp.progress import Progress, shown
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
-from ocp.solve import solve
+
+# Iterations of one mesh after which a solver has gone astray under the limits of the objectives
+# before: from their motion, which keeps them, it takes some dozens.
+_PATIENCE = 150
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -38,6 +43,9 @@ class PriorityLevel:
     solution : Solution or None
     error : OcpError or None
         Why there is no solution.
+    room : float
+        How much less the value may be at this optimum, as a part of it, where it was found from
+        above only (`ocp.analysis.exchanged_roles`).
     """
 
     objective: Any
@@ -45,6 +53,7 @@ class PriorityLevel:
     held: float | None = None
     solution: Solution | None = None
     error: OcpError | None = None
+    room: float = 0.0
 
     def __repr__(self) -> str:
         outcome = f"= {self.value:.8g}" if self.value is not None else f"failed, {self.error}"
@@ -92,7 +101,9 @@ def solve_lexicographic(
 
     Each one is minimised with all earlier ones held at their optimum, up to a concession.  Nothing
     that was found is lost: where a later objective fails, or the user stops it, the solution until
-    then is returned.
+    then is returned.  Where the solver goes astray under the limit of the objective before, the
+    roles of the two are exchanged: the least cap on the later one is looked for under which the
+    earlier one keeps its limit.
 
     Parameters
     ----------
@@ -122,19 +133,25 @@ def solve_lexicographic(
     count = len(objectives)
     slacks, all_settings, terms = _for_each_objective(count, slack, settings, beside)
     levels: list[PriorityLevel] = []
-    held: list[Bound] = []
+    held: list[Held] = []
     solution = first
     with shown(progress) as say, noted_interrupts() as interrupts:
         for i, objective in enumerate(objectives):
+            options = SolveOptions(
+                all_settings[i],
+                constants or {},
+                say and _prefixed(say, f"objective {i + 1} of {count}: "),
+            )
+            room = 0.0
             try:
-                if i > 0 or solution is None:
-                    solution = solve(
-                        with_objective(problem, objective + terms[i], held),
-                        settings=all_settings[i],
-                        guess=guess if i == 0 else solution,
-                        mesh=mesh if i == 0 else None,
-                        constants=constants,
-                        progress=say and _prefixed(say, f"objective {i + 1} of {count}: "),
+                if i > 0:
+                    assert solution is not None
+                    solution, room = _next_level(
+                        problem, objective, terms[i], held, solution, options
+                    )
+                elif solution is None:
+                    solution = options.solved(
+                        with_objective(problem, objective + terms[i]), guess, mesh=mesh
                     )
             except (SolveFailed, Interrupted) as error:
                 if solution is None:
@@ -143,10 +160,11 @@ def solve_lexicographic(
                 return Lexicographic(solution, tuple(levels), isinstance(error, Interrupted))
 
             is_last = i + 1 == count
-            level = _reached(objective, solution, None if is_last else slacks[i])
+            level = _reached(objective, solution, None if is_last else slacks[i], room)
             levels.append(level)
             if level.held is not None:
-                held.append(Bound(f"objective {i + 1}", objective, upper=level.held))
+                assert level.value is not None
+                held.append(Held(objective, terms[i], level.value, level.held))
             if interrupts.asked:
                 # it came too late to stop this solve
                 return Lexicographic(solution, tuple(levels), not is_last)
@@ -155,15 +173,46 @@ def solve_lexicographic(
     return Lexicographic(solution, tuple(levels), False)
 
 
-def _reached(objective: Any, solution: Solution, slack: float | None) -> PriorityLevel:
+def _next_level(
+    problem: Problem,
+    objective: Any,
+    beside: Any,
+    held: Sequence[Held],
+    solution: Solution,
+    options: SolveOptions,
+) -> tuple[Solution, float]:
+    """The least of an objective while all before keep their limits, and what room it leaves.
+
+    Raises
+    ------
+    SolveFailed, Interrupted
+        As `ocp.solve`.
+    """
+    limits = [
+        Bound(f"objective {number}", level.objective, upper=level.limit)
+        for number, level in enumerate(held, start=1)
+    ]
+    patient = options.settings.solver.within(_PATIENCE, math.inf)
+    stated = with_objective(problem, objective + beside, limits)
+    try:
+        return options.solved(stated, solution, solver=patient), 0.0
+    except BudgetSpent:
+        raise
+    except SolveFailed:
+        found = by_exchanged_roles(
+            problem, objective, beside, held[-1], solution, limits[:-1], options
+        )
+        if found is None:
+            raise
+        return found.solution, found.room
+
+
+def _reached(objective: Any, solution: Solution, slack: float | None, room: float) -> PriorityLevel:
     """What an objective has reached; without a slack it is not held afterwards."""
     # the replay is what is reported, and the program cannot get below its own value
-    value = solution.value(objective)
-    if solution.replay.phases:
-        value = max(value, solution.value(objective, replayed=True))
-
+    value = largest_value(objective, solution)
     limit = None if slack is None else value + slack * abs(value)
-    return PriorityLevel(objective, value, limit, solution)
+    return PriorityLevel(objective, value, limit, solution, room=room)
 
 
 def _for_each_objective(

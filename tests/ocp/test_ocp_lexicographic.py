@@ -101,3 +101,31 @@ def test_as_many_of_everything_as_objectives():
             solve_lexicographic(problem, [-phase.at_end(x), phase.at_end(x)], **wrong)
     with pytest.raises(StatementError, match="no keyword 'slak'; did you mean 'slack'"):
         solve_lexicographic(problem, [-phase.at_end(x)], slak=0.1)
+
+
+@pytest.mark.parametrize("slack", [1e-1, 1e-3])
+def test_exchanged_roles_give_the_same_motion(monkeypatch, slack):
+    # a solver that has one iteration under the limit goes astray at once
+    problem, phase, x, u = push()
+    objectives = [-phase.at_end(x), phase.integral(u**2)]
+    direct = solve_lexicographic(problem, objectives, slack=slack, settings=FEW)
+    monkeypatch.setattr("ocp.analysis.lexicographic._PATIENCE", 1)
+    exchanged = solve_lexicographic(problem, objectives, slack=slack, settings=FEW)
+
+    level = exchanged.levels[1]
+    assert exchanged.solution.verification.passed
+    assert exchanged.solution.value(objectives[0]) <= exchanged.levels[0].held * (1 + 1e-6)
+    # at most a twentieth of the concession is unused; the effort falls with its square root
+    assert level.value == pytest.approx(direct.levels[1].value, rel=0.05)
+    assert level.value >= direct.levels[1].value * (1 - 1e-5)
+    assert 0.0 < level.room < 1.0
+
+
+def test_objectives_that_do_not_contend_leave_no_room(monkeypatch):
+    problem, phase, x, _ = push()
+    v = problem.phases[0].states[1]
+    monkeypatch.setattr("ocp.analysis.lexicographic._PATIENCE", 1)
+    objectives = [-phase.at_end(x), -phase.at_end(v)]
+    found = solve_lexicographic(problem, objectives, slack=1e-3, settings=FEW)
+    assert found.solution.value(phase.at_end(v)) == pytest.approx(1.0, rel=1e-6)
+    assert found.levels[1].room == 0.0

@@ -404,6 +404,11 @@ class Search:
             label = f"objective {place}"
             if level.solution is not None and place > 1:
                 self.console.progress(f"{label}: done")
+                if level.room > 0.0:
+                    self.remarks.append(
+                        f"The {label} was found from above: at this optimum it may be less by "
+                        f"{100 * level.room:.2g} % at most."
+                    )
             elif level.error is not None and not found.interrupted:
                 self.remarks.append(f"The stage '{label}' failed and was left out: {level.error}")
         self.interrupted = self.interrupted or found.interrupted
