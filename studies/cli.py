@@ -129,7 +129,15 @@ COMMANDS: Mapping[str, Command] = {
         run="trade_off.run",
         loads="studies.arm.study",
     ),
-    "robust": Command(
+    "robust truss": Command(
+        "one law of the ring truss that serves several scenarios",
+        "studies.robust.command",
+        "Finds the law of the least rope force in the worst of several scenarios: friction, "
+        "springs, net, masses, a joint that sticks. Replays it and the nominal optimum on "
+        "thousands of trusses that are drawn, and says how often each breaks a limit.",
+        loads="studies.robust.study",
+    ),
+    "robust arm": Command(
         "a motion of the arm that stands a spread of stiffness or tip mass",
         "studies.arm.command",
         "Finds the motion of least peak torque of one arm, and two that leave arms of other "
@@ -199,7 +207,7 @@ COMMANDS: Mapping[str, Command] = {
 # What a name that is no longer a sub-command became.
 FORMER_COMMANDS = {
     "table": "write antenna-ocp paper",
-    "arm-robust": "write antenna-ocp robust",
+    "arm-robust": "write antenna-ocp robust arm",
     "benchmark-speed": "write make race in the source tree; python -m benchmarks.race --help "
     "names its parts and flags",
     "arm-speed": "write make exudyn in the source tree",
@@ -219,8 +227,8 @@ FORMER_FLAGS: Mapping[str, Mapping[str, str]] = {
         "--trade-off": "write antenna-ocp pareto arm",
         "--config": "write antenna-ocp arm solve STUDY.toml",
     },
-    "robust": {
-        "--config": "write the file before the flags: antenna-ocp robust STUDY.toml",
+    "robust arm": {
+        "--config": "write the file before the flags: antenna-ocp robust arm STUDY.toml",
     },
     "benchmarks": {"--output": "write --results DIR"},
 }
@@ -303,6 +311,7 @@ def parse(words: Sequence[str]) -> tuple[argparse.Namespace, Run]:
     options, unknown = parser.parse_known_args(rest)
     if unknown:
         raise StudyError(_unknown_argument(unknown[0], parser))
+    _refuse_repeated_flags(rest, parser)
     if COMMANDS[name].loads:
         importlib.import_module(COMMANDS[name].loads)
     return options, _named(COMMANDS[name].module, COMMANDS[name].run)
@@ -387,6 +396,15 @@ def _refuse_former_flags(name: str, words: Iterable[str]) -> None:
         flag = word.split("=")[0]
         if flag in former:
             raise StudyError(f"'{PROGRAM} {name} {flag}' is no longer there; {former[flag]}")
+
+
+def _refuse_repeated_flags(words: Sequence[str], parser: argparse.ArgumentParser) -> None:
+    """StudyError if a flag that holds one value is given twice: only one of them would count."""
+    given = [word.split("=")[0] for word in words]
+    for action in parser._actions:
+        once = isinstance(action, argparse._StoreAction) and action.option_strings
+        if once and sum(given.count(flag) for flag in action.option_strings) > 1:
+            raise StudyError(f"{action.option_strings[-1]} is given twice; leave one of them out")
 
 
 def _unknown_argument(word: str, parser: argparse.ArgumentParser) -> str:

@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode
+from studies.common.key_flags import KeyFlags, add_key_flags, put_key_flags
 from studies.common.running import Job, add_results_flags, add_study_argument, carry_out
 from studies.truss.command import add_truss_flags, raw_study, truss_warnings
 
 if TYPE_CHECKING:
     from studies.codesign.config import CodesignStudy
 
-# flag: (place in the configuration, help)
-FLAGS = {
-    "--free": (("design", "free"), "parameters that are free, with commas"),
+FLAGS: KeyFlags = {
     "--range": (("design", "range"), "part by which each may change, up and down; 0.3"),
     "--holding-force": (("design", "holding_force"), "least on each rope of the open truss [N]"),
     "--stroke": (("design", "stroke"), "most length that each rope is hauled in [m]"),
@@ -29,8 +28,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of the sub-command."""
     add_study_argument(parser)
     add_truss_flags(parser)
-    for flag, (_, text) in FLAGS.items():
-        parser.add_argument(flag, metavar="X", help=text)
+    parser.add_argument("--free", metavar="A,B", help="parameters that are free, with commas")
+    add_key_flags(parser, FLAGS)
     parser.add_argument("--margin", metavar="X", help="margins of the motor, as of truss")
     add_results_flags(parser)
 
@@ -66,14 +65,13 @@ def read_study(options: argparse.Namespace, console: Console) -> CodesignStudy:
         Naming the key, its value and the remedy.
     """
     from studies.codesign.config import study_from
-    from studies.common.configuration import as_number, put
+    from studies.common.configuration import put
     from studies.margin.schema import read_margin
 
     raw = raw_study(options)
-    for flag, (place, _) in FLAGS.items():
-        text = getattr(options, flag.removeprefix("--").replace("-", "_"))
-        if text is not None:
-            put(raw, place, text.split(",") if flag == "--free" else as_number(text))
+    put_key_flags(raw, options, FLAGS)
+    if options.free is not None:
+        put(raw, ("design", "free"), options.free.split(","))
     if options.margin is not None:
         raw["margin"] = read_margin(options.margin)
     with truss_warnings(console):

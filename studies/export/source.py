@@ -16,7 +16,12 @@ from studies.common.result import Result
 from studies.drive.course import DRUM, Course, joint_course, rope_course
 from studies.drive.schema import Drive
 
-TRUSSES = ("truss", "check", "codesign")  # kinds of results whose motion is that of a truss
+TRUSSES = (
+    "truss",
+    "check",
+    "codesign",
+    "robust-truss",
+)  # kinds of results whose motion is that of a truss
 
 
 @dataclass(frozen=True, eq=False)

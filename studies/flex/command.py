@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.key_flags import KeyFlags, add_key_flags, put_key_flags
 from studies.common.running import Job, add_results_flags, carry_out
 
 if TYPE_CHECKING:
     from studies.flex.config import FlexStudy
 
-# flag: (key, help)
-FLAGS: Mapping[str, tuple[str, str]] = {
-    "--duration": ("duration", "of the motion [s]"),
-    "--elements": ("elements", "of each link"),
-    "--form": ("form", "of the equations: minimal, index-1 or both"),
-    "--pace": ("pace", "multiple of the speed"),
-    "--step": ("step", "fixed step of the integrator [s]; none adapts it"),
+FLAGS: KeyFlags = {
+    "--duration": (("duration",), "of the motion [s]"),
+    "--elements": (("elements",), "of each link"),
+    "--form": (("form",), "of the equations: minimal, index-1 or both"),
+    "--pace": (("pace",), "multiple of the speed"),
+    "--step": (("step",), "fixed step of the integrator [s]; none adapts it"),
 }
 
 
@@ -42,8 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--preset", metavar="NAME", help=f"a case of the paper: {', '.join(preset_names())}"
     )
-    for flag, (_, text) in FLAGS.items():
-        parser.add_argument(flag, metavar="X", help=text)
+    add_key_flags(parser, FLAGS)
     parser.add_argument("--no-sweep", action="store_true", help="leave the case's sweep out")
     add_results_flags(parser)
 
@@ -79,7 +77,7 @@ def read_study(options: argparse.Namespace) -> tuple[FlexStudy, str]:
     StudyError
         Naming the key, its value and the remedy.
     """
-    from studies.common.configuration import as_number, nearest, put, read_toml
+    from studies.common.configuration import nearest, read_toml
     from studies.flex.config import study_from
     from studies.flex.drives import with_tables
 
@@ -96,10 +94,7 @@ def read_study(options: argparse.Namespace) -> tuple[FlexStudy, str]:
         path = preset_folder() / f"{options.preset}.toml"
 
     raw = read_toml(path)
-    for flag, (key, _) in FLAGS.items():
-        text = getattr(options, flag.removeprefix("--"))
-        if text is not None:
-            put(raw, [key], as_number(text))
+    put_key_flags(raw, options, FLAGS)
     if options.no_sweep:
         raw.pop("sweep", None)
     # a CSV file is named from where its case is, and its rows become part of the case

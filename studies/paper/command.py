@@ -3,27 +3,26 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode
+from studies.common.key_flags import KeyFlags, add_key_flags, put_key_flags
 from studies.common.running import Job, add_results_flags, add_study_argument, carry_out
 
 if TYPE_CHECKING:
     from studies.paper.config import PaperStudy
 
-FLAGS: Mapping[str, str] = {
-    "duration": "of the deployment of the truss [s]; 140, unless stated",
-    "elements": "of each link of the arm; 4, unless stated",
+FLAGS: KeyFlags = {
+    "--duration": (("duration",), "of the deployment of the truss [s]; 140, unless stated"),
+    "--elements": (("elements",), "of each link of the arm; 4, unless stated"),
 }
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of the sub-command."""
     add_study_argument(parser)
-    for name, text in FLAGS.items():
-        parser.add_argument(f"--{name}", metavar="X", help=text)
+    add_key_flags(parser, FLAGS)
     add_results_flags(parser)
 
 
@@ -60,14 +59,11 @@ def read_study(options: argparse.Namespace) -> PaperStudy:
     StudyError
         Naming the key, its value and the remedy.
     """
-    from studies.common.configuration import as_number, put, read_toml
+    from studies.common.configuration import read_toml
     from studies.paper.config import study_from
 
     raw = read_toml(options.study) if options.study is not None else {}
-    for name in FLAGS:
-        text = getattr(options, name)
-        if text is not None:
-            put(raw, [name], as_number(text))
+    put_key_flags(raw, options, FLAGS)
     return study_from(raw)
 
 

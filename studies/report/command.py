@@ -31,6 +31,7 @@ FIGURES = {
     "pareto-arm": ARM_FIGURES,
     "pareto-truss": "studies.pareto.figures",
     "robust": ARM_FIGURES,
+    "robust-truss": "studies.robust.figures",
     "paper": "studies.paper.figures",
     "flex": "studies.flex.figures",
     "sweep": "studies.sweep.figures",

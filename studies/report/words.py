@@ -16,6 +16,7 @@ _ABOUT = {
     "pareto-arm": "arm",
     "pareto-truss": "truss",
     "robust": "arm",
+    "robust-truss": "truss",
 }
 MOST_GAINS = 6
 MEETS = 1e-6  # relative: closer to a bound is on it, to the digits that are printed

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.key_flags import KeyFlags, add_key_flags, put_key_flags
 from studies.common.running import (
     Job,
     add_results_flags,
@@ -24,8 +25,7 @@ if TYPE_CHECKING:
     from studies.common.folder import ResultsFolder
     from studies.truss.config import TrussStudy
 
-# flag: (place in the configuration, help). Texts are turned into numbers where they are numbers.
-FLAGS: Mapping[str, tuple[tuple[str, ...], str]] = {
+FLAGS: KeyFlags = {
     "--objective": (("minimise",), ", ".join(OBJECTIVES)),
     "--speed-cap": (("caps", "speed"), "of the angle [rad/s]"),
     "--acceleration-cap": (("caps", "acceleration"), "of the angle [rad/s^2]"),
@@ -80,8 +80,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def add_truss_flags(parser: argparse.ArgumentParser) -> None:
     """The flags that state a study of the truss."""
-    for flag, (_, text) in FLAGS.items():
-        parser.add_argument(flag, metavar="X", help=text)
+    add_key_flags(parser, FLAGS)
     parser.add_argument("--duration", metavar="T", help="[s]; LOW..HIGH leaves it free between")
     parser.add_argument(
         "--parameter",
@@ -215,11 +214,7 @@ def truss_warnings(console: Console) -> Iterator[None]:
 def _apply_flags(raw: dict[str, Any], options: argparse.Namespace) -> None:
     from studies.common.configuration import as_number, put
 
-    for flag, (place, _) in FLAGS.items():
-        text = getattr(options, flag.removeprefix("--").replace("-", "_"))
-        if text is not None:
-            put(raw, place, as_number(text))
-
+    put_key_flags(raw, options, FLAGS)
     if options.duration is not None:
         ends = [as_number(end.strip()) for end in options.duration.split("..")]
         raw["duration"] = ends[0] if len(ends) == 1 else ends

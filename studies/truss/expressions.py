@@ -5,7 +5,7 @@ Objectives take their peaks, and caps bound them. None of them grows with the nu
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -36,6 +36,10 @@ OF_BOTH_SIGNS = frozenset(
 )
 
 
+# of angle, speed, acceleration and branch of the net: rope forces and tensions at the far end [N]
+Pull = Callable[[Any, Any, Any, Net], tuple[tuple[Any, ...], ...]]
+
+
 @dataclass(frozen=True)
 class Reserve:
     """What a rope may do beside a motion: limits of force, power and motor hold with it, too.
@@ -58,6 +62,7 @@ class Signals:
     truss : its parameters; a stand-in where some of them are unknowns.
     angle, speed, acceleration : the last one is an expression where a force drives.
     jerk, force : None where they are no signals.
+    pull : of all the trusses that move by the same law; None where there is one.
     """
 
     truss: TrussParameters
@@ -66,6 +71,7 @@ class Signals:
     acceleration: Any
     jerk: Control | None
     force: Control | None
+    pull: Pull | None = None
 
 
 def acceleration_in(signals: Signals, net: Net) -> Any:
@@ -127,6 +133,11 @@ def expressions(
     }
     # tensions fall along the rope, so that the last segment has the least of all
     found["least-tension"] = found["peak-far-end-tension"] = (force * far_end_ratio(truss, alpha),)
+
+    if signals.pull is not None:
+        forces, tensions = signals.pull(alpha, omega, acceleration, net)
+        found["peak-force"] = forces
+        found["least-tension"] = found["peak-far-end-tension"] = tensions
 
     found["peak-bar-force"] = bar_forces(truss, alpha, omega, acceleration, force, net)
 

@@ -35,6 +35,7 @@ from ocp import (
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.expressions import (
     OF_BOTH_SIGNS,
+    Pull,
     Reserve,
     Signals,
     acceleration_in,
@@ -118,6 +119,7 @@ def state(
     reserve: Reserve | None = None,
     limits: Mapping[str, Constant] | None = None,
     truss: TrussParameters | None = None,
+    pull: Pull | None = None,
 ) -> Statement:
     """State the study's problem with a start as guess.
 
@@ -137,9 +139,11 @@ def state(
     truss : TrussParameters, optional
         In place of the study's: a stand-in with unknowns for what the motion may leave to itself.
         The angles and what depends on them alone stay the study's.
+    pull : Pull, optional
+        Of several trusses that move by one law: objective and caps on forces hold for all.
     """
     caps = _Limits(study, limits or {})
-    signals = _signals(study, study.truss if truss is None else truss, with_forces, caps)
+    signals = _signals(study, study.truss if truss is None else truss, with_forces, caps, pull)
     nets: tuple[Net, ...] = ("slack", "taut") if with_forces else ("by angle",)
     phases = _phases(study, start, signals, nets, reserve, caps)
     pairs = tuple(zip(phases, nets, strict=True))
@@ -203,10 +207,16 @@ class _Limits:
 
 
 def _signals(
-    study: TrussStudy, truss: TrussParameters, with_forces: bool, caps: _Limits
+    study: TrussStudy,
+    truss: TrussParameters,
+    with_forces: bool,
+    caps: _Limits,
+    pull: Pull | None = None,
 ) -> Signals:
     stowed = study.truss.stowed_angle
     drive, shape = control_of(study, with_forces)
+    if pull is not None and drive == "force":  # which differs from truss to truss
+        drive, shape = "acceleration", "polynomial"
     angle = State("angle", "rad", lower=stowed / 2, upper=2.0)
     speed = State("speed", "rad/s", lower=0.0, upper=caps.most("peak-speed"))
     most = caps.most("peak-acceleration")
@@ -215,12 +225,12 @@ def _signals(
         acceleration = State("acceleration", "rad/s^2", lower=-most, upper=most)
         steepest = caps.most("peak-jerk")
         jerk = Control("jerk", "rad/s^3", lower=-steepest, upper=steepest, shape=shape)
-        return Signals(truss, angle, speed, acceleration, jerk, None)
+        return Signals(truss, angle, speed, acceleration, jerk, None, pull)
     if drive == "force":
         force = Control("rope force", "N", lower=0.0, upper=caps.most("peak-force"), shape=shape)
         return Signals(truss, angle, speed, None, None, force)
     control = Control("acceleration", "rad/s^2", lower=-most, upper=most, shape=shape)
-    return Signals(truss, angle, speed, control, None, None)
+    return Signals(truss, angle, speed, control, None, None, pull)
 
 
 def control_of(study: TrussStudy, with_forces: bool) -> tuple[Drive, ControlShape]:
@@ -347,7 +357,12 @@ def _bounds(
         bounds.append(Bound("rope force with its reserve", more, "N", upper=strongest))
     if signals.force is None:
         size = static_peak(study.truss).force
-        bounds.append(Bound("rope force", force, "N", lower=0.0, upper=strongest, scale=size))
+        forces = (
+            (force,) if signals.pull is None else expressions(study, signals, net)["peak-force"]
+        )
+        for number, one in enumerate(forces, start=1):
+            name = "rope force" if len(forces) == 1 else f"rope force ({number})"
+            bounds.append(Bound(name, one, "N", lower=0.0, upper=strongest, scale=size))
     elif caps.of("peak-acceleration") is not None:
         acceleration, most = acceleration_in(signals, net), caps.of("peak-acceleration")
         bounds.append(Bound("acceleration", acceleration, "rad/s^2", lower=-most, upper=most))

@@ -10,6 +10,7 @@ from models.truss import static_peak
 from ocp import Ipopt, Settings
 from studies.common.console import Console
 from studies.paper.cases import WITH_FRICTION
+from studies.truss.checks import criteria
 from studies.truss.config import DEPLOYED, study_from
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import pinned_bezier
@@ -103,6 +104,19 @@ def test_without_a_jerk_cap_the_phase_plane_is_met(duration: float, mu: float) -
     assert outcome.verdict.kind == "global"
     static = static_peak(outcome.deployment.truss).force
     assert outcome.basins[0].kind == ("fast" if force < 0.999 * static else "inertial")
+    # the rope brakes nothing: differences of the replay's angles left 1e-5 of the force there
+    assert outcome.deployment.values["least-tension"] >= -2e-7 * force
+
+
+@pytest.mark.slow
+def test_the_tension_of_a_force_driven_motion_is_no_noise() -> None:
+    raw = {"minimise": "peak-force", "duration": 3.5, "truss": {"modules": 36}}
+    outcome = Search(study_from(raw), Console(io.StringIO(), io.StringIO())).run()
+    deployment = outcome.deployment
+    assert outcome.verdict.kind == "global"
+    # 9e-6 of the force before the law was the integral of its acceleration
+    assert deployment.values["least-tension"] >= -2e-7 * deployment.values["peak-force"]
+    assert all(criterion.passed for criterion in criteria(study_from(raw), deployment))
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.01])
@@ -116,3 +130,21 @@ def test_energies_of_the_jerk_limited_laws_balance(mu: float, jerk: float) -> No
 def test_energies_of_bezier_balance() -> None:
     for truss in (WITH_FRICTION, study_from({"minimise": "energy"}).truss):
         assert_energy_balances(Deployment("Bezier", PINNED, truss))
+
+
+@pytest.mark.slow
+def test_the_second_objective_of_the_documents_example_is_found() -> None:
+    raw = {
+        "minimise": ["peak-force", "peak-acceleration"],
+        "duration": [4.0, 6.0],
+        "concession": 5e-5,
+        "caps": {"jerk": 1.6},
+        "solver": {"starts": ["bezier"]},
+    }
+    outcome = Search(study_from(raw), Console(io.StringIO(), io.StringIO())).run()
+    values = outcome.deployment.values
+    # least force alone: 20.11697 N with 1.119 rad/s^2; capped at 0.916 rad/s^2 it is above what is
+    # conceded, so that the least acceleration is between that and what was found, 0.949 rad/s^2
+    assert values["peak-force"] <= 20.11698 * (1 + 5.1e-5)
+    assert 0.91 < values["peak-acceleration"] < 0.955
+    assert any("found from above" in remark for remark in outcome.remarks)

@@ -8,7 +8,8 @@ from studies.cli import main
 from studies.common.exit_codes import ExitCode
 from studies.truss.limits.tolerances import PLAUSIBLE
 
-FAST = ("truss", "--objective", "peak-force", "--duration", "5", "--jerk-cap", "200/T^3")
+TIMELESS = ("truss", "--objective", "peak-force", "--jerk-cap", "200/T^3")
+FAST = (*TIMELESS, "--duration", "5")
 
 
 def sentence(words, capsys, code=ExitCode.BAD_INPUT):
@@ -16,6 +17,11 @@ def sentence(words, capsys, code=ExitCode.BAD_INPUT):
     assert main(list(words)) == code
     (line,) = capsys.readouterr().err.splitlines()
     return line
+
+
+def test_a_flag_that_is_given_twice_is_refused(capsys):
+    said = sentence([*FAST, "--duration=6"], capsys)
+    assert said == "antenna-ocp: --duration is given twice; leave one of them out"
 
 
 @pytest.mark.parametrize(
@@ -34,7 +40,8 @@ def sentence(words, capsys, code=ExitCode.BAD_INPUT):
     ],
 )
 def test_contradictory_and_half_input_is_refused(words, said, capsys) -> None:
-    assert said in sentence([*FAST, *words], capsys)
+    base = TIMELESS if "--duration" in words else FAST
+    assert said in sentence([*base, *words], capsys)
 
 
 @pytest.mark.parametrize(
@@ -51,7 +58,8 @@ def test_contradictory_and_half_input_is_refused(words, said, capsys) -> None:
     ],
 )
 def test_absurd_input_is_refused_with_limit_and_reason(words, said, capsys) -> None:
-    assert said in sentence([*FAST, *words], capsys)
+    base = TIMELESS if "--duration" in words else FAST
+    assert said in sentence([*base, *words], capsys)
 
 
 def test_what_is_absurd_leaves_the_paper_alone() -> None:

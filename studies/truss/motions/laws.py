@@ -33,6 +33,9 @@ from studies.truss.problem import Statement
 
 EXACT_DEGREE = 3  # of an acceleration between two rows that give angle, speed and acceleration
 ROWS_AN_INTERVAL = 16  # of a replay: the force is then good to 1e-8 between them
+# of Gauss and Legendre between two rows, from 0 to 1; of an order beyond that of the law there
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(4)
+GAUSS_POINTS, GAUSS_WEIGHTS = (1.0 + _POINTS) / 2.0, _WEIGHTS / 2.0
 JOINT = 1e-9  # of the duration: intervals of a replay that are shorter are left out
 SHORTEST = 1e-12  # of the duration: shorter intervals are left out
 
@@ -101,13 +104,13 @@ def law_of(study: TrussStudy, statement: Statement, solution: Solution) -> Law:
     """The law of a solution.
 
     With jerk or acceleration as the control it is the exact integral of that control from rest,
-    whatever the collocation polynomials say; else it is the engine's independent replay.
+    whatever the collocation polynomials say; else of the acceleration of the engine's replay.
     """
     jerk = statement.signals.jerk
     if isinstance(statement.signals.acceleration, Control):
         return _integrated_law(study, statement.signals.acceleration.name, solution)
     if jerk is None:
-        return _replayed_law(statement, solution)
+        return _replayed_law(study, statement, solution)
 
     edges: list[float] = [0.0]
     ramps: list[tuple[float, float]] = []
@@ -129,10 +132,9 @@ def _integrated_law(study: TrussStudy, acceleration: str, solution: Solution) ->
     A replay's angles are good to 1e-11, and second differences of close rows would amplify that. So
     do those of rounded angles: there are no more rows than the polynomials need.
     """
-    angle, speed = study.truss.stowed_angle, 0.0
     pieces, gains, turns = [], [], []
+    shortest = JOINT * solution.trajectory.phases[-1].end
     for phase in solution.trajectory.phases:
-        shortest = JOINT * solution.trajectory.phases[-1].end
         powers = phase.polynomial(acceleration).powers()[:, 0, :]
         for begin, end, coefficients in zip(
             phase.breakpoints[:-1], phase.breakpoints[1:], powers, strict=True
@@ -145,53 +147,64 @@ def _integrated_law(study: TrussStudy, acceleration: str, solution: Solution) ->
             rows = 1 if degree <= EXACT_DEGREE else ROWS_AN_INTERVAL
             tau = np.linspace(0.0, 1.0, rows + 1)
             once, twice = rate.integ()(tau), rate.integ(2)(tau)
-            speeds = speed + width * once
-            angles = angle + width * (speed * tau + width * twice)
-            pieces.append(np.column_stack([begin + width * tau, angles, speeds, rate(tau)]))
+            pieces.append(np.column_stack([begin + width * tau, rate(tau)]))
             gains.append(width * np.diff(once))
             turns.append(width**2 * (np.diff(twice) - np.diff(tau) * once[:-1]))
-            angle, speed = float(angles[-1]), float(speeds[-1])
-    return _hermite(pieces, np.concatenate(gains), np.concatenate(turns))
+    return _hermite(study, pieces, np.concatenate(gains), np.concatenate(turns))
 
 
-def _replayed_law(statement: Statement, solution: Solution) -> Hermite:
-    """The replayed states of a solution whose control is a force or an acceleration.
+def _replayed_law(study: TrussStudy, statement: Statement, solution: Solution) -> Hermite:
+    """The integral of the acceleration of the replay, for a solution whose control is a force.
 
-    Its acceleration is computed once, at rows so close that the law between them is as accurate as
-    the replay itself. Whoever asks for the motion then needs no expression any more.
+    The acceleration is computed once, at rows so close that the law between them is as accurate as
+    the replay itself. Whoever asks for the motion then needs no expression any more. It is not that
+    of the replay's angles, whose second differences between close rows are noise: the force that
+    follows from them was off by 1e-5 of its peak.
     """
-    signals, tau = statement.signals, np.linspace(0.0, 1.0, ROWS_AN_INTERVAL + 1)
+    signals = statement.signals
+    within = (np.arange(ROWS_AN_INTERVAL)[:, None] + np.append(0.0, GAUSS_POINTS)).ravel()
+    tau = np.append(within / ROWS_AN_INTERVAL, 1.0)
     shortest = JOINT * solution.replayed.phases[-1].end
-    pieces = []
+
+    pieces, gains, turns = [], [], []
     for motion, net in zip(solution.replayed.phases, statement.nets, strict=True):
-        acceleration = acceleration_in(signals, net)
-        acceleration = getattr(acceleration, "symbol", acceleration)
-        wanted = [signals.angle.symbol, signals.speed.symbol, acceleration]
         kept = np.flatnonzero(np.diff(motion.breakpoints) > shortest)
         values = solution.evaluator.values(
             solution.replayed,
             motion.name,
-            wanted,
+            [acceleration_in(signals, net)],
             np.repeat(kept, tau.size),
             np.tile(tau, kept.size),
-        )
-        lengths = np.diff(motion.breakpoints)[kept]
-        times = motion.breakpoints[kept][:, None] + lengths[:, None] * tau
-        pieces.append(np.dstack([times, values.reshape(kept.size, tau.size, 3)]))
+        ).reshape(kept.size, tau.size)
 
-    return _hermite([rows for phase in pieces for rows in phase])
+        # Gauss's rule between rows, for the integral and for the integral of the integral
+        width = np.diff(motion.breakpoints)[kept, None] / ROWS_AN_INTERVAL
+        inner = values[:, :-1].reshape(kept.size, ROWS_AN_INTERVAL, -1)[:, :, 1:]
+        gains.append((width * (inner @ GAUSS_WEIGHTS)).ravel())
+        turns.append((width**2 * (inner @ (GAUSS_WEIGHTS * (1.0 - GAUSS_POINTS)))).ravel())
+
+        times = motion.breakpoints[kept][:, None] + width * np.arange(ROWS_AN_INTERVAL + 1)
+        pieces += list(np.dstack([times, values[:, :: 1 + GAUSS_POINTS.size]]))
+    return _hermite(study, pieces, np.concatenate(gains), np.concatenate(turns))
 
 
-def _hermite(
-    pieces: Sequence[Array], gains: Array | None = None, turns: Array | None = None
-) -> Hermite:
-    """The law through rows of time, angle, speed and acceleration, (rows, 4) of each interval."""
+def _hermite(study: TrussStudy, pieces: Sequence[Array], gains: Array, turns: Array) -> Hermite:
+    """The law from rest through rows of time and acceleration, (rows, 2) of each interval.
+
+    Parameters
+    ----------
+    gains, turns : of all steps from row to row, as of `models.laws.Hermite`.
+    """
     # the last row of an interval gives way to the first one of the next, but for the acceleration
-    after = np.vstack([*(rows[:-1] for rows in pieces), pieces[-1][-1]])
-    before = np.concatenate([pieces[0][:1, 3], *(rows[1:, 3] for rows in pieces)])
-    after[0, 0], after[-1, 3] = 0.0, before[-1]
-    speeds = np.maximum(after[:, 2], 0.0)  # a bound of the solver leaves a little below
-    return Hermite(after[:, 0], after[:, 1], speeds, after[:, 3], before, gains, turns)
+    times, after = np.vstack([*(rows[:-1] for rows in pieces), pieces[-1][-1]]).T
+    before = np.concatenate([pieces[0][:1, 1], *(rows[1:, 1] for rows in pieces)])
+    times[0], after[-1] = 0.0, before[-1]
+
+    speeds = np.cumsum(np.append(0.0, gains))
+    steps = np.diff(times) * speeds[:-1] + turns
+    angles = np.cumsum(np.append(study.truss.stowed_angle, steps))
+    speeds = np.maximum(speeds, 0.0)  # a bound of the solver leaves a little below
+    return Hermite(times, angles, speeds, after, before, gains, turns)
 
 
 def knots(law: Law) -> dict[str, Array]:
