@@ -101,7 +101,7 @@ least_duration = Question(
 )
 sequence = Question("arm sequence", "arm-sequence", "SequenceStudy", "arm-sequence-{least}")
 trade_off = Question("pareto arm", "pareto-arm", "TradeOffStudy", "arm-{stage}-trade-off")
-robust = Question("robust", "robust", "RobustStudy", "arm-robust-{stage}-{drive}")
+robust = Question("robust arm", "robust", "RobustStudy", "arm-robust-{stage}-{drive}")
 
 
 def _draw(result: Any) -> Any:

@@ -288,7 +288,7 @@ class TradeOffStudy(StageStudy):
 
 @dataclass(frozen=True, kw_only=True)
 class RobustStudy(StageStudy):
-    """One motion for a spread of arms: `antenna-ocp robust`."""
+    """One motion for a spread of arms: `antenna-ocp robust arm`."""
 
     drive: Drive = key(choice(DRIVES), "", _DRIVE_MEANING, default="torque")
     points: int = key(_count(MOST_ELEMENTS), "", "arms a side of the grid on B21", default=21)

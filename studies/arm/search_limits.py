@@ -11,7 +11,7 @@ from typing import Literal
 # One stage on one mesh
 INTERVALS = (150, 200)  # where the root alone turns, and where the elbow does
 Attempt = tuple[float, Literal["monotone", "adaptive"]]
-ATTEMPTS: tuple[Attempt, ...] = ((1.0, "monotone"), (1.5, "adaptive"))  # mesh, IPOPT's barrier
+ATTEMPTS: tuple[Attempt, ...] = ((1.0, "adaptive"), (1.5, "monotone"))  # mesh, IPOPT's barrier
 ITERATIONS = 120  # of IPOPT in each attempt
 ROUNDS = 7  # of a refinement, that of the finer mesh not counted
 # by which the smoothness is made lighter at once, where the root alone turns and where the elbow

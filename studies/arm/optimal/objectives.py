@@ -67,7 +67,7 @@ def tip_acceleration(arm: ArmPhase, stage: Stage) -> Functional:
     k = stage.moving[0]
     length = (stage.arm.big.length, stage.arm.small.length)[k]
     size = _CONSTANT * abs(stage.turn[k]) * length / stage.duration**2
-    return arm.phase.peak(ca.dot(acceleration, acceleration) / size**2)
+    return arm.phase.peak(ca.dot(acceleration, acceleration) / size**2, scale=1.0)
 
 
 def root_reaction(arm: ArmPhase, stage: Stage) -> Functional:
@@ -76,7 +76,7 @@ def root_reaction(arm: ArmPhase, stage: Stage) -> Functional:
     k = stage.moving[0]
     length = (stage.arm.big.length, stage.arm.small.length)[k]
     size = float(_CONSTANT * stage.torque_units[k] / length)
-    return arm.phase.peak(ca.dot(force, force) / size**2)
+    return arm.phase.peak(ca.dot(force, force) / size**2, scale=1.0)
 
 
 def deflection(arm: ArmPhase, stage: Stage) -> Functional:

@@ -8,7 +8,7 @@ large ones, so that the replays decide.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Protocol, TypeVar
 
@@ -31,6 +31,7 @@ Progress = Callable[[str], None]
 SAME = 0.01  # relative change of the objective that counts as none
 AGREE = 0.1  # share of the residual allowed by which two replays may differ
 FLOOR = 1e-9  # [J] below which all replays count as still
+_SMALL_STEP = 2.0  # by which the smoothness is made lighter where a larger step leads astray
 ADDED = 0.005  # share of the peak torque that may be added, half of what counts as no change
 ASKED = 0.9  # share of the residual allowed that a round may leave: its replay is right to some %
 
@@ -65,6 +66,7 @@ class Refined:
     residual : that the motion may leave [J].
     change : of the objective by half the weight and half the interval, relative; nan if that
         failed, zero where nothing is weighed.
+    finer : replay on a finer full model, None where none was asked for.
     """
 
     motion: OptimalMotion
@@ -72,6 +74,7 @@ class Refined:
     rounds: tuple[Round, ...]
     residual: float
     change: float = 0.0
+    finer: LockedMotion | None = None
 
     @property
     def settled(self) -> bool:
@@ -82,6 +85,19 @@ class Refined:
     def still(self) -> bool:
         """Whether the full model is left with no more than was allowed."""
         return self.replay.residual_energy <= self.residual
+
+    @property
+    def disagreement(self) -> float:
+        """By how much a finer full model is left with another energy [J]; nan without one."""
+        if self.finer is None:
+            return float("nan")
+        return abs(self.finer.residual_energy - self.replay.residual_energy)
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether it is still, and a finer full model, where one was asked, says the same."""
+        agrees = self.finer is None or self.disagreement <= agreement(self.residual)
+        return self.still and agrees
 
     @property
     def resolved(self) -> bool:
@@ -104,7 +120,7 @@ Again = Callable[[_T, float, bool], "_T | None"]
 
 def refined(
     first: _T, again: Again[_T], residual: float, lighter: float
-) -> tuple[_T, tuple[Round, ...], float]:
+) -> tuple[tuple[_T, ...], tuple[Round, ...], float]:
     """Aim, lighten and refine until the full model rests and nothing more is gained.
 
     Parameters
@@ -120,7 +136,7 @@ def refined(
 
     Returns
     -------
-    best : Trial
+    answers : the best one, and then one whose objective is worse by no more than `SAME`, if any.
     rounds : all of them, in order.
     change : of the objective by half the weight and half the interval, see `Refined`.
     """
@@ -138,15 +154,15 @@ def refined(
         if finer is not None:
             finer = _aimed(finer, residual, rounds, noted)
             best = min(best, finer, key=lambda tried: tried.entry.on_full_model)
-        return best, tuple(rounds), 0.0
+        return (best,), tuple(rounds), 0.0
     best = first if _near(first, residual) else _aimed(first, residual, rounds, noted)
-    best, change = _lighter(best, residual, lighter, rounds, noted)
-    return best, tuple(rounds), change
+    answers, change = _lighter(best, residual, lighter, rounds, noted)
+    return answers, tuple(rounds), change
 
 
 def _lighter(
     heavy: _T, residual: float, lighter: float, rounds: list[Round], again: Again[_T]
-) -> tuple[_T, float]:
+) -> tuple[tuple[_T, ...], float]:
     """The lightest smoothness whose motion leaves the full model still, as far as it gains.
 
     Also what half the weight and half the interval change of the objective, nan if that fails.
@@ -164,9 +180,16 @@ def _lighter(
                 weight = heavy.entry.weight / lighter
                 continue
             # what no aim takes away, the mesh has left: with half the interval it goes
-            best, change = _finer(found, residual, rounds, again)
-            if best is not found:
-                return best, change
+            answers, change = _finer(found, residual, rounds, again)
+            if answers[0] is not found:
+                return answers, change
+        elif lighter <= _SMALL_STEP:
+            break
+        else:
+            # it left for a motion that no mesh resolves: by smaller steps it stays where it is
+            lighter = max(_SMALL_STEP, lighter / 10.0)
+            weight = heavy.entry.weight / lighter
+            continue
         weight = float(np.sqrt(weight * heavy.entry.weight))
 
     return _finer(_aimed(heavy, residual, rounds, again), residual, rounds, again)
@@ -174,11 +197,12 @@ def _lighter(
 
 def _finer(
     heavy: _T, residual: float, rounds: list[Round], again: Again[_T], more: int = 1
-) -> tuple[_T, float]:
+) -> tuple[tuple[_T, ...], float]:
     """The motion with half the weight and half the interval, if it leaves the full model still.
 
-    Also the change of the objective, nan if there is no such motion. Where that is too much, the
-    same is done again, so many times as `more` says.
+    Behind it the one that it comes from, where that is still and as good. Also the change of the
+    objective, nan if there is no such motion. Where that is too much, the same is done again, so
+    many times as `more` says.
     """
     finer = again(heavy, 0.5 * heavy.entry.weight, True)
     if finer is None or not _near(finer, residual):
@@ -186,15 +210,16 @@ def _finer(
         first = again(heavy, heavy.entry.weight, True)
         finer = None if first is None else again(first, 0.5 * first.entry.weight, False)
     if finer is None or not _near(finer, residual):
-        return heavy, float("nan")
+        return (heavy,), float("nan")
 
     change = finer.entry.objective / heavy.entry.objective - 1.0
     finer = _aimed(finer, residual, rounds, again)  # another mesh misses rest by something else
     if finer.entry.on_full_model > residual:
-        return heavy, change
+        return (heavy,), change
     if abs(change) > SAME and more:
         return _finer(finer, residual, rounds, again, more - 1)
-    return finer, change
+    as_good = abs(change) <= SAME and heavy.entry.on_full_model <= residual
+    return ((finer, heavy) if as_good else (finer,)), change
 
 
 def _a_halving(heavy: Round, light: Round) -> float:
@@ -243,6 +268,7 @@ def refine(
     *,
     residual: float = RESIDUAL,
     drive: Drive = "torque",
+    elements: int | None = None,
     say: Progress | None = None,
     live: Progress | None = None,
 ) -> Refined:
@@ -255,6 +281,9 @@ def refine(
         That the full model may be left with [J].
     drive : Drive
         Under which it is replayed.
+    elements : int, optional
+        Of a link in a finer full model. Of two motions that are as good, the one whose residual it
+        confirms is taken.
     say, live : callable, optional
         Receive a line a round, and a line now and then.
     """
@@ -286,11 +315,43 @@ def refine(
 
     first = tried(motion, np.zeros(2 * motion.stage.model.size))
     lighter = LIGHTER[ELBOW in motion.stage.moving]
-    best, rounds, change = refined(first, again, ASKED * residual, lighter)
+    answers, rounds, change = refined(first, again, ASKED * residual, lighter)
 
     # the rounds were replayed roughly; what is stated is not
-    replayed = best.motion.replay(drive, settings=steps_for(residual, drive))
-    return Refined(best.motion, replayed, rounds, residual, change)
+    steps = steps_for(residual, drive)
+
+    def stated(motion: OptimalMotion) -> Refined:
+        replayed = motion.replay(drive, settings=steps)
+        if elements is None:
+            return Refined(motion, replayed, rounds, residual, change)
+        if live is not None:
+            live("replaying on a finer full model")
+        finer = motion.replay(drive, elements=elements, settings=steps)
+        return Refined(motion, replayed, rounds, residual, change, finer)
+
+    return confirmed(map(stated, (answer.motion for answer in answers)), say)
+
+
+def confirmed(candidates: Iterable[Refined], say: Progress | None = None) -> Refined:
+    """The first of motions that are as good whose residual a finer full model confirms.
+
+    The first of all where there is none.
+    """
+    first: Refined | None = None
+    for found in candidates:
+        if found.confirmed:
+            return found
+        if say is not None and found.finer is not None:
+            left, finer = found.replay.residual_energy, found.finer.residual_energy
+            say(f"left with {left:.2e} J, and {finer:.2e} J on a finer full model")
+        first = first or found
+    assert first is not None
+    return first
+
+
+def agreement(residual: float) -> float:
+    """By how much two replays may differ where a residual [J] is allowed [J]."""
+    return max(AGREE * residual, FLOOR)
 
 
 def _corrected(

@@ -112,11 +112,6 @@ def solve_motion(study: ArmStudy, console: Console) -> Result:
     replayed = _followed_replay(study, refined)
     refined = dataclasses.replace(refined, replay=replayed)
     history = loads(replayed)
-    finer = refined.motion.replay(
-        study.drive,
-        elements=FINER * study.elements // 2,
-        settings=steps_for(study.residual_energy, study.drive),
-    )
 
     # the optimum's own column of the table, then that of the laws beside it
     # under angle drive the torque is the reaction that the replay finds
@@ -169,7 +164,7 @@ def solve_motion(study: ArmStudy, console: Console) -> Result:
         bounds=_bounds(study, stage),
         verdict=_verdict(refined),
         checks=(
-            *criteria(study, refined, history, finer),
+            *criteria(study, refined, history),
             profile_check(profile, study.residual_energy),
         ),
         costs_elsewhere=costs_elsewhere(rows),
@@ -207,6 +202,7 @@ def _refined(study: ArmStudy, console: Console) -> Refined:
         motion,
         residual=study.residual_energy,
         drive=study.drive,
+        elements=FINER * study.elements // 2,
         say=console.progress,
         live=console.live,
     )

@@ -11,7 +11,7 @@ import numpy as np
 from ocp.arrays import Array
 from studies.arm.config import ArmDescription, ArmStudy
 from studies.arm.optimal.motion import OptimalMotion
-from studies.arm.optimal.refinement import AGREE, FLOOR, SAME, Refined
+from studies.arm.optimal.refinement import AGREE, SAME, Refined, agreement
 from studies.arm.replay.full_model import LockedMotion
 from studies.arm.replay.loads import (
     EARLY_LATE,
@@ -312,10 +312,8 @@ def caps_by_quantity(study: ArmStudy) -> dict[str, float | None]:
     return caps
 
 
-def criteria(
-    study: ArmStudy, refined: Refined, history: Loads, finer: LockedMotion
-) -> tuple[Criterion, ...]:
-    """What must hold for the result to count; `finer` is the replay on a finer full model."""
+def criteria(study: ArmStudy, refined: Refined, history: Loads) -> tuple[Criterion, ...]:
+    """What must hold for the result to count."""
     motion, left = refined.motion, refined.replay.residual_energy
     checks = [
         _verified(
@@ -325,7 +323,7 @@ def criteria(
             refined.residual,
             refined.still,
         ),
-        _agreement(finer, refined),
+        _agreement(refined),
         *_numerical(refined.replay),
         _verified(
             "the integral of the root's moment is the angular momentum",
@@ -357,10 +355,9 @@ def criteria(
     return tuple(checks)
 
 
-def _agreement(finer: LockedMotion, refined: Refined) -> Criterion:
+def _agreement(refined: Refined) -> Criterion:
     """Whether a finer full model is left with the same energy, by the energy allowed."""
-    off = abs(finer.residual_energy - refined.replay.residual_energy)
-    limit = max(AGREE * refined.residual, FLOOR)
+    off, limit = refined.disagreement, agreement(refined.residual)
     name = f"half as many elements again change the residual by {AGREE:.0%} of what is allowed"
     return _verified(f"{name} at most", "J", off, limit, off <= limit)
 

@@ -12,8 +12,11 @@ from models.arm.lock import released
 from models.arm.parameters import ArmParameters
 from models.arm.reduced import ReducedArm
 from ocp import NumericalTrouble
+from ocp.mesh.initial_guess import initial_guess
+from ocp.problem.parameters import parameters_of
+from ocp.transcription.scaling import scales_of
 from studies.arm.config import SequenceStudy
-from studies.arm.optimal.objectives import first_duration
+from studies.arm.optimal.objectives import OBJECTIVES, first_duration, problem
 from studies.arm.optimal.refinement import refine
 from studies.arm.optimal.solve import in_words, solve_stage
 from studies.arm.optimal.solver import graded
@@ -256,3 +259,15 @@ def test_caps_of_a_multiple_of_the_unit():
     assert stage.capped(5.0).torque[0] == pytest.approx(
         5.0 * 38.417 * math.pi / 2 / 8.6**2, rel=1e-4
     )
+
+
+@pytest.mark.parametrize("objective", OBJECTIVES)
+@pytest.mark.parametrize("stage", [big_arm(8.6), small_arm(11.2)], ids=["big", "small"])
+def test_the_size_of_what_is_least_is_that_of_a_rigid_arm(stage, objective):
+    # A link that bends by its whole typical size would throw the tip with 5000 times the square of
+    # a rigid arm's acceleration: sized by that, the solver's barrier hides the objective.
+    caps = TorqueCaps((100.0, 100.0), (100.0, 100.0))
+    stated = problem(stage, caps, objective).problem
+    parameters = parameters_of(stated, {})
+    scales = scales_of(stated, initial_guess(stated, parameters, None), parameters)
+    assert 0.1 <= scales.objective <= 30.0

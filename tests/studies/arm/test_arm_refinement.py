@@ -4,11 +4,12 @@ A trial leaves what a formula says, and its objective is one that the smoothness
 """
 
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from studies.arm.optimal.refinement import SAME, Round, refined
+from studies.arm.optimal.refinement import SAME, Refined, Round, confirmed, refined
 
 RESIDUAL = 1e-6
 
@@ -56,7 +57,7 @@ def surcharge(weight, intervals):
 
 def test_a_motion_without_smoothness_is_aimed_as_long_as_that_helps():
     first, again, _ = solver(lambda w, n, aims: max(1e-3 * 0.01**aims, 3e-8), lambda w, n: 0.5)
-    best, rounds, change = refined(
+    (best, *_), rounds, change = refined(
         Trial(0.0, first.intervals, 0, first.left, 0.5), again, RESIDUAL, 100.0
     )
     assert [entry.on_full_model for entry in rounds] == pytest.approx([1e-3, 1e-5, 1e-7])
@@ -65,7 +66,7 @@ def test_a_motion_without_smoothness_is_aimed_as_long_as_that_helps():
 
 def test_the_smoothness_is_made_lighter_and_then_the_mesh_finer():
     first, again, asked = solver(lambda w, n, aims: 1e-8, surcharge)
-    best, rounds, change = refined(first, again, RESIDUAL, 100.0)
+    (best, *_), rounds, change = refined(first, again, RESIDUAL, 100.0)
     assert [(trial.weight, trial.intervals) for trial in asked] == [
         (1e-4, 100),
         (1e-6, 100),
@@ -80,7 +81,7 @@ def test_what_no_aim_takes_away_a_finer_mesh_does():
     first, again, _ = solver(
         lambda w, n, aims: 1e-7 if w > 1e-5 else (2e-5 if n == 100 else 2e-8), surcharge
     )
-    best, _, _ = refined(first, again, RESIDUAL, 100.0)
+    (best, *_), _, _ = refined(first, again, RESIDUAL, 100.0)
     assert (best.weight, best.intervals, best.left) == (5e-7, 200, 2e-8)
 
 
@@ -88,7 +89,7 @@ def test_a_finer_motion_that_gains_more_than_a_per_cent_is_refined_again():
     first, again, _ = solver(
         lambda w, n, aims: 1e-8, lambda w, n: surcharge(w, n) * (1.0 + 200.0 / n**2)
     )
-    best, _, change = refined(first, again, RESIDUAL, 100.0)
+    (best, *_), _, change = refined(first, again, RESIDUAL, 100.0)
     assert best.intervals == 400
     assert abs(change) <= SAME
 
@@ -98,6 +99,35 @@ def test_a_motion_that_the_mesh_does_not_resolve_is_no_answer_whatever_its_objec
         lambda w, n, aims: 1e-8 if n == 100 else 1e-2,
         lambda w, n: surcharge(w, n) if n == 100 else 0.8,
     )
-    best, _, change = refined(first, again, RESIDUAL, 100.0)
+    (best, *_), _, change = refined(first, again, RESIDUAL, 100.0)
     assert (best.weight, best.intervals) == (1e-6, 100)
     assert np.isnan(change)
+
+
+def test_beside_the_best_motion_stands_one_that_is_as_good():
+    first, again, _ = solver(lambda w, n, aims: 1e-8, surcharge)
+    answers, _, change = refined(first, again, RESIDUAL, 100.0)
+    assert [trial.weight for trial in answers] == [5e-7, 1e-6]
+    assert abs(change) <= SAME
+
+    # nothing stands beside what gains more
+    first, again, _ = solver(lambda w, n, aims: 1e-8, lambda w, n: 100.0 / n)
+    answers, _, change = refined(first, again, RESIDUAL, 100.0)
+    assert len(answers) == 1
+    assert abs(change) > SAME
+
+
+def left(energy, finer):
+    replays = (SimpleNamespace(residual_energy=x) for x in (energy, finer))
+    replay, other = replays
+    return Refined(None, replay, (), RESIDUAL, 0.0, other)
+
+
+def test_of_motions_as_good_the_one_that_a_finer_model_confirms_is_taken():
+    # 3.0e-7 J and 5.1e-7 J differ by more than a tenth of the 1e-6 J allowed
+    fast, smooth, worse = left(3.0e-7, 5.1e-7), left(4.1e-7, 4.2e-7), left(2e-6, 2e-6)
+    said = []
+    assert confirmed(iter([fast, smooth]), said.append) is smooth
+    assert "3.00e-07 J, and 5.10e-07 J" in said[0]
+    assert confirmed(iter([smooth, fast])) is smooth
+    assert confirmed(iter([fast, worse])) is fast

@@ -87,8 +87,9 @@ def coarse(drive, stage, copies, intervals, monkeypatch):
 def test_a_coarse_robust_motion_of_the_big_arm_stands_the_spread(monkeypatch):
     copies = ((0.925, 0.925), (1.075, 1.075))
     peak, reduced, full = coarse("torque", big_arm(4.3), copies, 50, monkeypatch)
-    # this command's own; the rigid arm needs 3.2637 N m in 8.6 s, and four times that in half of it
-    assert peak == pytest.approx(13.314, rel=2e-3)
+    # this command's own: 13.314 N m was found as well, and leaves 1.4e-6 J where 1e-6 are allowed.
+    # The rigid arm needs 3.2637 N m in 8.6 s, and four times that in half of it.
+    assert peak == pytest.approx(13.342, rel=2e-3)
     assert peak > 4 * 3.2637
     assert reduced < 0.1  # a flat optimum: the floor of the residual, 0.008 and 0.018 were seen
     # so near to the rigid arm's peak the full arm keeps modes that B21 lacks: 0.042 was seen
@@ -114,7 +115,7 @@ def test_a_coarse_robust_motion_of_the_small_arm_stands_the_spread(monkeypatch):
     ],
 )
 def test_bad_input_is_said(flags, said, capsys):
-    assert main(["robust", *flags]) == ExitCode.BAD_INPUT
+    assert main(["robust", "arm", *flags]) == ExitCode.BAD_INPUT
     assert said in capsys.readouterr().err
 
 
@@ -122,7 +123,7 @@ def test_bad_input_is_said(flags, said, capsys):
 def test_a_file_says_nothing_that_the_study_decides(line, tmp_path, capsys):
     file = tmp_path / "study.toml"
     file.write_text(f"{line}\n", "utf-8")
-    assert main(["robust", str(file)]) == ExitCode.BAD_INPUT
+    assert main(["robust", "arm", str(file)]) == ExitCode.BAD_INPUT
     assert f"unknown key {line.split()[0]}" in capsys.readouterr().err
 
 

@@ -113,7 +113,7 @@ def refine_sequence(
         return tried(found, from_.aims)
 
     none = np.zeros(2 * case.first.model.size), np.zeros(2 * case.second.model.size)
-    best, rounds, change = refined(tried(solved, none), again, residual, LIGHTER[True])
+    (best, *_), rounds, change = refined(tried(solved, none), again, residual, LIGHTER[True])
     return RefinedSequence(best.solved, best.replay, rounds, residual, change)
 
 
