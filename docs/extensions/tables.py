@@ -41,6 +41,7 @@ from studies.paper.listing import HEAD as ROW_HEAD
 from studies.paper.listing import assumption_rows, cells, errata_rows
 from studies.paper.study import entries_of
 from studies.pareto.config import TradeOff
+from studies.robust import Uncertainty
 from studies.sweep import SweepStudy
 from studies.truss import TrussStudy
 from studies.truss.limits.tolerances import PLAUSIBLE, VERIFICATION
@@ -56,7 +57,7 @@ ARM_QUESTIONS = {
     "arm least-duration": LeastDurationStudy,
     "arm sequence": SequenceStudy,
     "pareto arm": TradeOffStudy,
-    "robust": RobustStudy,
+    "robust arm": RobustStudy,
 }
 
 
@@ -255,6 +256,7 @@ GENERATED = {
     "pareto_keys": lambda: key_table(TradeOff),
     "arm_keys": arm_keys,
     "mission_keys": lambda: _rows_of(MissionStudy, {"arm", "truss"}),
+    "robust_keys": lambda: key_table(Uncertainty),
     "design_keys": lambda: key_table(DesignSpace),
     "flex_keys": flex_keys,
     "sweep_keys": lambda: key_table(SweepStudy),

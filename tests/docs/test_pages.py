@@ -12,6 +12,7 @@ import studies.arm
 import studies.codesign
 import studies.flex
 import studies.pareto
+import studies.robust
 import studies.sweep
 from models.laws import JerkLimited
 from studies.cli import parse
@@ -64,6 +65,7 @@ def test_toml_states_a_study(page: Path) -> None:
         "trade-offs": studies.pareto.pareto_from,
         "sweeps": studies.sweep.study_from,
         "co-design": studies.codesign.study_from,
+        "robust": studies.robust.study_from,
     }
     read = readers.get(page.stem, study_from)
     for text in blocks(page, "toml"):

@@ -19,12 +19,14 @@ console.QUIET = 0.0
 signal.signal(signal.SIGINT, signal.default_int_handler)
 sys.exit(studies.cli.main())
 """
-STUDY = ("truss", "--objective", "peak-force", "--duration", "5", "--jerk-cap", "200/T^3")
+STUDY = ("truss", "--duration", "5", "--jerk-cap", "200/T^3", "--friction", "0.01")
 
 
-def interrupted_at(words: str, results: Path, *more: str) -> tuple[int, str]:
+def interrupted_at(
+    words: str, results: Path, *more: str, objective: str = "peak-force"
+) -> tuple[int, str]:
     """Exit code and messages of a run that receives SIGINT when it first prints `words`."""
-    arguments = [*STUDY, "--friction", "0.01", "--results", str(results), *more]
+    arguments = [*STUDY, "--objective", objective, "--results", str(results), *more]
     process = subprocess.Popen(
         [sys.executable, "-c", COMMAND, *arguments],
         cwd=ROOT,
@@ -73,7 +75,7 @@ def test_later_the_best_motion_is_kept(words: str, tmp_path: Path) -> None:
 def test_while_figures_are_drawn_all_numbers_are_kept(tmp_path: Path) -> None:
     out = tmp_path / "out"
     code, messages = interrupted_at(
-        "drawing", out, "--objective", "peak-acceleration", "--starts", "straight"
+        "drawing", out, "--starts", "straight", objective="peak-acceleration"
     )
     assert code == 130
     assert "Traceback" not in messages

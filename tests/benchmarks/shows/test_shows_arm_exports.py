@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.shows.arm_exports import MOTIONS, Links, answer, left_by, question
+from benchmarks.shows.arm.exports import MOTIONS, Links, answer, left_by, question
 from models.arm.parameters import ArmParameters
 from studies.common.exit_codes import ExitCode
 

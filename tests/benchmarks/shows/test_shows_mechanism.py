@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.shows import drive_formats, factored_force, mechanism_caps
-from benchmarks.shows.mechanism_caps import verdict_on
+from benchmarks.shows.drive import factored_force, formats, mechanism_caps
+from benchmarks.shows.drive.mechanism_caps import verdict_on
 from studies.export.formats import TABLES
 from studies.truss.quantities import QUANTITIES
 
@@ -42,14 +42,14 @@ def test_a_cap_below_the_least_possible_is_proven_by_the_command(tmp_path: Path)
 
 
 def test_every_table_and_curve_is_a_case_once(tmp_path: Path) -> None:
-    questions = [drive_formats.question(0, index) for index in range(26)]
+    questions = [formats.question(0, index) for index in range(26)]
     assert len({tuple(one.items()) for one in questions}) == 26
     assert {one["name"] for one in questions} >= set(TABLES)
     rows = []
     for index in (8, 20):  # a table that is short, and polynomials
-        row = drive_formats.answer(drive_formats.question(0, index), tmp_path)
-        rows.append({**drive_formats.question(0, index), **row, "failure": ""})
-    table, curves = drive_formats.tables(rows)
+        row = formats.answer(formats.question(0, index), tmp_path)
+        rows.append({**formats.question(0, index), **row, "failure": ""})
+    table, curves = formats.tables(rows)
     assert table.rows[0][6] == "yes"
     assert float(curves.rows[0][2]) <= 1e-9
 

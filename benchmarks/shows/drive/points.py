@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.shows.drive_table import DRUM_RADIUS, optimum
+from benchmarks.shows.drive.table import DRUM_RADIUS, optimum
 from benchmarks.shows.show import Question, Row
 from studies.common.console import Table, number
 from studies.drive import Drive

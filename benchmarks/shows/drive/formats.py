@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.shows.drive_table import DRUM_RADIUS, optimum
+from benchmarks.shows.drive.table import DRUM_RADIUS, optimum
 from benchmarks.shows.show import Question, Row
 from ocp.arrays import Array
 from studies.common.console import Table, number

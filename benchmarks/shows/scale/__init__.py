@@ -1,0 +1,1 @@
+"""Shows of studies of many motions: fronts, sweeps, designs, laws for many trusses."""

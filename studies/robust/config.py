@@ -1,0 +1,226 @@
+"""What the user asks of a robust law: a study of the truss, its scenarios, and a scatter."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from models.truss import TrussParameters
+from studies.common.configuration import (
+    check,
+    check_keys,
+    finite,
+    from_mapping,
+    key,
+    not_negative,
+    positive,
+    table,
+    toml_text,
+    whole,
+)
+from studies.common.exit_codes import StudyError
+from studies.truss.config import TrussStudy
+from studies.truss.config import as_dictionary as truss_dictionary
+from studies.truss.config import study_from as truss_study_from
+
+# what may differ from truss to truss: neither the stroke nor the angle of the taut net
+OF_THE_TRUSS = {
+    "pulley_friction": "1",
+    "joint_friction": "N m s/rad",
+    "slider_friction": "N s/m",
+    "spring_stiffness": "N/m",
+    "net_stiffness": "N/m",
+    "linear_density": "kg/m",
+}
+STUCK = {"stuck_moment": "N m", "stuck_angle_deg": "deg", "stuck_width_deg": "deg"}
+VARIED = {**OF_THE_TRUSS, **STUCK}
+STUCK_WIDTH = 5.0  # [deg], unless stated
+CAPS = (
+    "force",
+    "least_tension",
+    "speed",
+    "acceleration",
+    "jerk",
+    "rope_speed",
+    "rope_acceleration",
+    "rope_jerk",
+    "reaction",
+)
+NOMINAL = "nominal"
+
+
+def _scenarios(name: str, value: Any) -> dict[str, dict[str, float]]:
+    """Trusses by name, each by what it has other than the study's."""
+    found = {}
+    for scenario, raw in table(name, value).items():
+        where = f"{name}.{scenario}"
+        if scenario == NOMINAL:
+            raise StudyError(f"{where} is always there: the study's own truss; rename the scenario")
+        check_keys(table(where, raw), VARIED, f"{where}.")
+        found[scenario] = {word: not_negative(f"{where}.{word}", raw[word]) for word in raw}
+        if "stuck_moment" in raw and "stuck_angle_deg" not in raw:
+            raise StudyError(f"{where}.stuck_moment acts nowhere; state stuck_angle_deg beside it")
+    return found
+
+
+def _scatter(name: str, value: Any) -> dict[str, dict[str, float]]:
+    """Distributions by parameter: low and high, or mean and deviation."""
+    found = {}
+    for word, raw in table(name, value).items():
+        check_keys({word: raw}, VARIED, f"{name}.")
+        where = f"{name}.{word}"
+        if set(table(where, raw)) not in ({"low", "high"}, {"mean", "deviation"}):
+            raise StudyError(
+                f"{where} is {dict(raw)!r}; give low and high (uniform), or mean and deviation "
+                "(normal, cut off at zero)"
+            )
+        found[word] = {end: finite(f"{where}.{end}", raw[end]) for end in raw}
+        low = found[word].get("low", found[word].get("deviation", 0.0))
+        if low < 0 or found[word].get("high", math.inf) < low or found[word].get("mean", 0) < 0:
+            raise StudyError(f"{where} is {dict(raw)!r}; give numbers from zero, the lower first")
+    return found
+
+
+def _confidence(name: str, value: Any) -> float:
+    level = positive(name, value)
+    if level >= 1.0:
+        raise StudyError(f"{name} is {level:g}; give a part below 1, as 0.95 for 95 %")
+    return level
+
+
+@dataclass(frozen=True, kw_only=True)
+class Uncertainty:
+    """Trusses that one law has to serve, and the scatter of those that it is tried on.
+
+    Attributes
+    ----------
+    scenarios : by name, what each has other than the study's truss, which is always one of them.
+    scatter : by parameter, its distribution among the trusses that are drawn.
+    draws : trusses that are drawn; 0 for none.
+    seed : of the draws.
+    confidence : of the interval of a rate.
+
+    Raises
+    ------
+    StudyError
+        Naming the key, its value and the remedy.
+    """
+
+    scenarios: Any = key(
+        _scenarios,
+        "",
+        "tables of what a truss has other than the study's: " + ", ".join(VARIED),
+        factory=dict,
+    )
+    scatter: Any = key(
+        _scatter,
+        "",
+        "by the same words, {low, high} (uniform) or {mean, deviation} (normal, cut at zero)",
+        factory=dict,
+    )
+    draws: int = key(whole(0, 10_000_000), "", "trusses drawn from the scatter", default=10_000)
+    seed: int = key(whole(0), "", "of the draws", default=1)
+    confidence: float = key(_confidence, "", "of the interval of a rate", default=0.95)
+
+    def __post_init__(self) -> None:
+        check(self, "robust.")
+        if not self.scenarios:
+            raise StudyError(
+                "no scenarios are stated; give tables such as [robust.scenarios.rough] with "
+                "pulley_friction = 0.015"
+            )
+        if "stuck_moment" in self.scatter and "stuck_angle_deg" not in self.scatter:
+            raise StudyError(
+                "robust.scatter.stuck_moment acts nowhere; state robust.scatter.stuck_angle_deg"
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobustTrussStudy:
+    """One law of the truss for several scenarios.
+
+    Attributes
+    ----------
+    deployment : the study of the nominal truss.
+    uncertainty : scenarios and scatter.
+
+    Raises
+    ------
+    StudyError
+        If the objective or a cap is none of a robust law.
+    """
+
+    deployment: TrussStudy
+    uncertainty: Uncertainty
+
+    def __post_init__(self) -> None:
+        study = self.deployment
+        if study.minimise != ({"peak-force": 1.0},):
+            asked = ", ".join(study.objectives)
+            raise StudyError(
+                f"a robust law has the least worst peak-force, but minimise is {asked}; "
+                "leave it out or state peak-force"
+            )
+        stated = dataclasses.asdict(study.caps)
+        others = [name for name, cap in stated.items() if cap and name not in CAPS]
+        if others:
+            raise StudyError(
+                f"caps.{others[0]} holds for one truss only; a robust law knows {', '.join(CAPS)}"
+            )
+        if study.drive is not None:
+            raise StudyError("a robust law knows no [drive]; state its limits as caps")
+        if study.fixed_duration is None:
+            raise StudyError(f"duration is {study.duration}; a robust law needs one number [s]")
+
+    @property
+    def scenarios(self) -> dict[str, dict[str, float]]:
+        """What each truss has other than the study's; the nominal one first."""
+        return {NOMINAL: {}, **self.uncertainty.scenarios}
+
+    @property
+    def question(self) -> str:
+        """What is asked, in one line."""
+        return f"{self.deployment.question}, worst of {len(self.scenarios)} scenarios"
+
+    def truss_of(self, scenario: str) -> TrussParameters:
+        """The truss of a scenario, without what sticks."""
+        stated = self.scenarios[scenario]
+        changes: dict[str, Any] = {w: v for w, v in stated.items() if w in OF_THE_TRUSS}
+        return dataclasses.replace(self.deployment.truss, **changes)
+
+    def values_of(self, stated: Mapping[str, float]) -> list[float]:
+        """A number for each of `VARIED`, in SI units and degrees."""
+        own = {word: float(getattr(self.deployment.truss, word)) for word in OF_THE_TRUSS}
+        nothing = {"stuck_moment": 0.0, "stuck_angle_deg": 0.0, "stuck_width_deg": STUCK_WIDTH}
+        return [({**own, **nothing, **stated})[word] for word in VARIED]
+
+
+def study_from(raw: Mapping[str, Any]) -> RobustTrussStudy:
+    """Check a nested dictionary and return the study it states: a truss, and `[robust]`.
+
+    Raises
+    ------
+    StudyError
+        Naming the key, its value and the remedy.
+    """
+    uncertainty = from_mapping(Uncertainty, table("robust", raw.get("robust", {})), "robust.")
+    of_the_truss = {name: value for name, value in raw.items() if name != "robust"}
+    deployment = truss_study_from({"minimise": "peak-force", **of_the_truss})
+    return RobustTrussStudy(deployment=deployment, uncertainty=uncertainty)
+
+
+def as_dictionary(study: RobustTrussStudy) -> dict[str, Any]:
+    """The nested dictionary from which `study_from` makes the same study again."""
+    return {
+        **truss_dictionary(study.deployment),
+        "robust": dataclasses.asdict(study.uncertainty),
+    }
+
+
+def as_toml(study: RobustTrussStudy) -> str:
+    """The file that states the same study again."""
+    head = "# Reproduces this result: antenna-ocp robust truss input.toml\n\n"
+    return head + toml_text(as_dictionary(study), inline=("minimise",))

@@ -1,0 +1,65 @@
+"""Figures of a robust law: its force in all scenarios and on the draws, beside the nominal one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from studies.common.drawing import COLOURS, label_axes
+from studies.common.result import Result
+from studies.robust.config import study_from
+from studies.robust.study import NOMINAL_LAW, ROBUST
+from studies.truss.figures import draw as draw_truss
+
+LAWS = {ROBUST: COLOURS[0], NOMINAL_LAW: COLOURS[1]}
+
+
+def draw(result: Result) -> Iterator[tuple[str, Figure]]:
+    """The figure of the robust law, then those of any motion of the truss."""
+    yield "robust", robust_figure(result)
+    yield from draw_truss(result)
+
+
+def robust_figure(result: Result) -> Figure:
+    """Bands of the force over time, and peaks by scenario."""
+    figure = Figure(figsize=(12.0, 4.6), dpi=150, layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=(1.4, 1))
+    _draw_bands(left, result)
+    _draw_scenarios(right, result)
+    return figure
+
+
+def _draw_bands(panel: Axes, result: Result) -> None:
+    for name, colour in LAWS.items():
+        if f"{name}/time" not in result.arrays:
+            continue
+        time, low, high = (result.arrays[f"{name}/{c}"].values for c in ("time", "low", "high"))
+        panel.fill_between(time, low, high, color=colour, alpha=0.3, lw=0, label=f"{name}: 5-95 %")
+    time, force = (result.arrays[c].values for c in ("time", "motor_force"))
+    panel.plot(time, force, color=LAWS[ROBUST], lw=1.2, label="robust, nominal truss")
+    panel.axhline(result.details["motor_force"], color="0.3", ls="--", lw=1, label="motor force")
+    floor = study_from(result.configuration).deployment.caps.least_tension or 0.0
+    panel.axhline(floor, color="0.3", ls=":", lw=1, label="least tension asked")
+    label_axes(panel, "time [s]", "force of the motor on one rope [N]")
+    panel.set_title("rope force of the trusses that were drawn", fontsize=10)
+    panel.legend(framealpha=0.9, edgecolor="none", fontsize=8)
+
+
+def _draw_scenarios(panel: Axes, result: Result) -> None:
+    scenarios = result.details["scenarios"]
+    places = np.arange(len(scenarios))
+    for shift, (law, colour) in zip((-0.2, 0.2), LAWS.items(), strict=True):
+        peaks = [one[law]["peak"] for one in scenarios.values()]
+        bars = panel.barh(places + shift, peaks, 0.36, color=colour, label=law)
+        panel.bar_label(bars, fmt="%.4g", padding=3, fontsize=8)
+    own = list(result.details["scenario_bounds"].values())
+    panel.plot(own, places, "|", color="0.1", ms=26, label="bound of the scenario alone")
+    label_axes(panel, "peak rope force [N]", "")
+    panel.set_yticks(places, list(scenarios))
+    panel.margins(x=0.15, y=0.02)
+    panel.set_ylim(len(scenarios) + 0.6, -0.6)  # room for the legend
+    panel.set_title("peak rope force by scenario", fontsize=10)
+    panel.legend(frameon=False, fontsize=8, loc="lower right")
