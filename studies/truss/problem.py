@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from models.truss import Net, TrussParameters, static_peak
 from ocp import (
+    Accuracy,
     AdaptiveMesh,
     Between,
     Bound,
@@ -43,6 +44,7 @@ from studies.truss.expressions import (
     force_in,
 )
 from studies.truss.limits.caps import CAPPED, CURVE, cap_on
+from studies.truss.limits.tolerances import OPTIMUM
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
 
 if TYPE_CHECKING:  # which needs this module
@@ -264,9 +266,12 @@ def settings_of(study: TrussStudy, with_forces: bool) -> Settings:
     phases = 2 if with_forces else 1
     # moved to the switches of the jerk; where forces matter, bisection is more robust
     moving = phases == 1 and control_of(study, with_forces)[1] == "constant"
+    # on its switches a motion is exact at once; elsewhere each digit more doubles the mesh
+    accuracy = Accuracy() if moving else Accuracy(objective=OPTIMUM)
     return Settings(
         intervals=max(2, -(-study.solver.intervals // phases)),
         refinement=AdaptiveMesh(move_breakpoints=moving),
+        accuracy=accuracy,
         seconds=max(share, LEAST_OF_A_START),
     )
 
