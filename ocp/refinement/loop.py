@@ -236,8 +236,9 @@ def stands_still(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> bool:
     if len(latest) < _STILL or not latest[-1].tight:
         return False
 
+    # what leaks of the looser tolerance may be worth, however loosely the optimum is asked for
     objectives = [s.iterate.objective for s in latest]
-    slack = accuracy.objective * latest[-1].iterate.objective_size
+    slack = min(accuracy.objective, LOOSER * accuracy.path) * latest[-1].iterate.objective_size
     if max(objectives) - min(objectives) > slack:
         return False
     if all(s.errors.gain > accuracy.objective and not s.finer for s in latest):
