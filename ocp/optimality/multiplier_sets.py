@@ -7,14 +7,15 @@ off them has a range (`ocp.analysis.sensitivity`).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ocp.arrays import Array, Integers
 from ocp.optimality.active_set import MULTIPLIER_FREE, LimitDistances
 from ocp.optimality.iterate import Iterate
+from ocp.optimality.switch_slopes import switch_slopes
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -30,7 +31,7 @@ _ENDLESS = 1e-2
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MultiplierChanges:
-    """All sets of multipliers that fit: changes `z` with ``equations @ z = 0`` and bounds.
+    """All sets of multipliers that fit: changes `z` with ``equations @ z = constants`` and bounds.
 
     Attributes
     ----------
@@ -39,11 +40,13 @@ class MultiplierChanges:
     lower, upper : (m,)
         Of the changes.
     many : bool
-        Whether there is a change but zero.
+        Whether more than one set fits the program. Where this is because a switch lies on a
+        breakpoint, the `equations` leave one of them, and it need not be that of the solver.
     """
 
     entries: Integers
     equations: csr_matrix
+    constants: Array
     lower: Array
     upper: Array
     many: bool
@@ -70,26 +73,57 @@ class MultiplierChanges:
         equations = csr_matrix(everything[:, entries])
 
         # unless zero is the only change, one of two opposite random directions finds another
-        small = cls(entries, equations, np.maximum(lower, -1.0), np.minimum(upper, 1.0), False)
+        nothing = np.zeros(equations.shape[0])
+        least, largest = np.maximum(lower, -1.0), np.minimum(upper, 1.0)
+        small = cls(entries, equations, nothing, least, largest, False)
         random = np.random.default_rng(0).normal(size=entries.size)
-        many = max(small.most(random), small.most(-random)) > MULTIPLIER_SPREAD
-        return cls(entries, equations, lower, upper, many)
+        many = entries.size > nothing.size  # more multipliers than equations for them
+        many = many or max(small.most(random), small.most(-random)) > MULTIPLIER_SPREAD
+        changes = cls(entries, equations, nothing, lower, upper, many)
+        return changes._without_gains_of_switches(iterate, multipliers) if many else changes
+
+    def _without_gains_of_switches(self, iterate: Iterate, multipliers: Array) -> MultiplierChanges:
+        """Those that promise nothing of moving a switch that lies on a breakpoint."""
+        from scipy.sparse import csr_matrix, vstack
+
+        slopes = switch_slopes(iterate)
+        if not slopes.direct.size:
+            return self
+        sizes = np.maximum(np.abs(slopes.by_multiplier).max(axis=1), 1e-300)
+        present = slopes.direct + slopes.by_multiplier @ multipliers
+        rows = csr_matrix(slopes.by_multiplier[:, self.entries] / sizes[:, None])
+        fewer = replace(
+            self,
+            equations=vstack([self.equations, rows]).tocsr(),
+            constants=np.concatenate([self.constants, -present / sizes]),
+        )
+        # a control that only seems to switch there says nothing of the multipliers
+        return fewer if fewer.exist else self
+
+    @property
+    def exist(self) -> bool:
+        """Whether any set of multipliers fits."""
+        return self._program(np.zeros(self.entries.size)).status == 0
 
     def most(self, direction: Array) -> float:
         """Largest value of ``direction @ z``; infinite if the linear program has no end."""
         size = float(np.abs(direction).max(initial=0.0))
         if size == 0.0:
             return 0.0
+        result = self._program(-direction / size)
+        return float(-result.fun * size) if result.status == 0 else math.inf
+
+    def _program(self, cost: Array) -> Any:
+        """What HiGHS says of the changes of least cost."""
         from scipy.optimize import linprog
 
-        result = linprog(
-            -direction / size,
+        return linprog(
+            cost,
             A_eq=self.equations,
-            b_eq=np.zeros(self.equations.shape[0]),
+            b_eq=self.constants,
             bounds=np.column_stack([self.lower, self.upper]),
             method="highs",
         )
-        return float(-result.fun * size) if result.status == 0 else math.inf
 
     def range_of(self, by_multiplier: Array) -> tuple[float, float]:
         """Smallest and largest change of a slope; infinite at the edge of what is looked at.

@@ -6,9 +6,11 @@ import pytest
 
 from ocp import (
     ActiveSetWarning,
+    Between,
     Bound,
     Constant,
     Control,
+    FixedMesh,
     Phase,
     Problem,
     Settings,
@@ -82,3 +84,41 @@ def test_a_roof_that_is_just_touched_is_noted():
     pressing = bryson_denham(1 / 9).one_sided_sensitivities()["x upper"]
     assert pressing.note == ""
     assert pressing.above == pytest.approx(-36.0, rel=1e-4)
+
+
+@pytest.mark.parametrize(("brake", "intervals"), [(1.0, 20), (2.0, 21)])
+def test_a_switch_on_a_breakpoint_is_no_kink(brake: float, intervals: int) -> None:
+    # from rest to rest over L = 1 m with -b <= u <= a: T = sqrt(2 L (a + b) / (a b)), and the
+    # switch is at b / (a + b) of T, which is a breakpoint
+    most = Constant("most", "m/s^2", 1.0)
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", lower=-brake, upper=most)
+    ends = {"initial": {x: 0, v: 0}, "final": {x: 1, v: 0}}
+    phase = Phase("move", {x: v, v: u}, **ends, end=Between(0.1, 10.0))
+    settings = Settings(intervals=intervals, refinement=FixedMesh())
+    found = solve(Problem("rest to rest", [phase], minimise=phase.duration), settings=settings)
+
+    duration = math.sqrt(2.0 * (1.0 + brake) / brake)
+    slopes = found.sensitivities()
+    assert slopes["most"] == pytest.approx(duration / 2 * (1 / (1 + brake) - 1), rel=1e-6)
+    assert slopes["u upper"] == pytest.approx(slopes["most"], rel=1e-9)
+    assert slopes["u lower"] == pytest.approx(
+        duration / 2 * (1 / brake - 1 / (1 + brake)), rel=1e-6
+    )
+    assert slopes["move: x final"] == pytest.approx(duration / 2, rel=1e-6)
+
+
+def test_two_switches_on_breakpoints_are_no_kinks() -> None:
+    # the jerk switches at T/4 and 3T/4; T = (32 L / j)^(1/3)
+    most = Constant("most", "m/s^3", 4.0)
+    x, v, a = State("x", "m"), State("v", "m/s"), State("a", "m/s^2")
+    jerk = Control("jerk", "m/s^3", lower=-most.symbol, upper=most)
+    ends = {"initial": {x: 0, v: 0, a: 0}, "final": {x: 1, v: 0, a: 0}}
+    phase = Phase("move", {x: v, v: a, a: jerk}, **ends, end=Between(0.1, 10.0))
+    found = solve(
+        Problem("rest to rest", [phase], minimise=phase.duration),
+        settings=Settings(intervals=20, refinement=FixedMesh()),
+    )
+    assert found.objective == pytest.approx(2.0, rel=1e-8)
+    slopes = found.sensitivities()
+    assert slopes["most"] == pytest.approx(-2.0 / 3 / 4.0, rel=1e-6)
+    assert slopes["move: x final"] == pytest.approx(2.0 / 3, rel=1e-6)

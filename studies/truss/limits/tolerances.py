@@ -73,9 +73,9 @@ LONGER = VERIFICATION["duration"].value
 IMBALANCE = VERIFICATION["balance of energy"].value
 BACKWARD = VERIFICATION["speed below zero"].value
 
-# Of the objective: what finer controls may still promise, so that the optimum is known to 1e-5 with
-# some room. Where the force or a cap is ridden over a long arc, the digit that the engine would seek
-# by default takes five times as many intervals and up to thirty times the time.
+# Of the objective: what finer controls may still promise, so that the optimum is known to 1e-5.
+# Where the force or a cap is ridden over a long arc, what the engine asks for by default takes five
+# times as many intervals and up to thirty times the time.
 OPTIMUM = 3e-6
 
 
