@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from models.truss import TrussParameters
 from studies.common.configuration import (
+    boolean,
     check,
     check_keys,
     finite,
@@ -49,7 +51,7 @@ CAPS = (
     "rope_jerk",
     "reaction",
 )
-NOMINAL = "nominal"
+NOMINAL, CORNER = "nominal", "corner"
 
 
 def _scenarios(name: str, value: Any) -> dict[str, dict[str, float]]:
@@ -59,6 +61,8 @@ def _scenarios(name: str, value: Any) -> dict[str, dict[str, float]]:
         where = f"{name}.{scenario}"
         if scenario == NOMINAL:
             raise StudyError(f"{where} is always there: the study's own truss; rename the scenario")
+        if re.fullmatch(rf"{CORNER} \d+", scenario):
+            raise StudyError(f"{where} is a name of the study's own; rename the scenario")
         check_keys(table(where, raw), VARIED, f"{where}.")
         found[scenario] = {word: not_negative(f"{where}.{word}", raw[word]) for word in raw}
         if "stuck_moment" in raw and "stuck_angle_deg" not in raw:
@@ -99,6 +103,8 @@ class Uncertainty:
     ----------
     scenarios : by name, what each has other than the study's truss, which is always one of them.
     scatter : by parameter, its distribution among the trusses that are drawn.
+    corners : whether the law also serves every truss in the ranges of the scatter.
+    deviations : half the range of a normal distribution.
     draws : trusses that are drawn; 0 for none.
     seed : of the draws.
     confidence : of the interval of a rate.
@@ -121,21 +127,40 @@ class Uncertainty:
         "by the same words, {low, high} (uniform) or {mean, deviation} (normal, cut at zero)",
         factory=dict,
     )
+    corners: bool = key(
+        boolean, "", "whether every truss in the ranges of the scatter is served, too", default=True
+    )
+    deviations: float = key(
+        positive, "", "half the range of a normal distribution, in deviations", default=3.0
+    )
     draws: int = key(whole(0, 10_000_000), "", "trusses drawn from the scatter", default=10_000)
     seed: int = key(whole(0), "", "of the draws", default=1)
     confidence: float = key(_confidence, "", "of the interval of a rate", default=0.95)
 
     def __post_init__(self) -> None:
         check(self, "robust.")
-        if not self.scenarios:
+        if not (self.scenarios or self.ranges):
             raise StudyError(
-                "no scenarios are stated; give tables such as [robust.scenarios.rough] with "
-                "pulley_friction = 0.015"
+                "neither scenarios are stated, nor a scatter whose corners are served; give tables "
+                "such as [robust.scenarios.rough] with pulley_friction = 0.015"
             )
         if "stuck_moment" in self.scatter and "stuck_angle_deg" not in self.scatter:
             raise StudyError(
                 "robust.scatter.stuck_moment acts nowhere; state robust.scatter.stuck_angle_deg"
             )
+
+    @property
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """Lowest and highest value of what differs among the trusses that are served."""
+        if not self.corners:
+            return {}
+        return {word: self._range(shape) for word, shape in sorted(self.scatter.items())}
+
+    def _range(self, shape: Mapping[str, float]) -> tuple[float, float]:
+        if "low" in shape:
+            return shape["low"], shape["high"]
+        half = self.deviations * shape["deviation"]
+        return max(shape["mean"] - half, 0.0), shape["mean"] + half
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -146,6 +171,7 @@ class RobustTrussStudy:
     ----------
     deployment : the study of the nominal truss.
     uncertainty : scenarios and scatter.
+    corners : further scenarios by name, trusses at corners of the ranges; found, not stated.
 
     Raises
     ------
@@ -155,6 +181,7 @@ class RobustTrussStudy:
 
     deployment: TrussStudy
     uncertainty: Uncertainty
+    corners: Mapping[str, Mapping[str, float]] = dataclasses.field(default_factory=dict)
 
     def __post_init__(self) -> None:
         study = self.deployment
@@ -176,14 +203,17 @@ class RobustTrussStudy:
             raise StudyError(f"duration is {study.duration}; a robust law needs one number [s]")
 
     @property
-    def scenarios(self) -> dict[str, dict[str, float]]:
-        """What each truss has other than the study's; the nominal one first."""
-        return {NOMINAL: {}, **self.uncertainty.scenarios}
+    def scenarios(self) -> dict[str, Mapping[str, float]]:
+        """What each truss has other than the study's; the nominal one first, corners last."""
+        return {NOMINAL: {}, **self.uncertainty.scenarios, **self.corners}
 
     @property
     def question(self) -> str:
         """What is asked, in one line."""
-        return f"{self.deployment.question}, worst of {len(self.scenarios)} scenarios"
+        stated = len(self.scenarios) - len(self.corners)
+        counted = f"{stated} scenario{'s' * (stated > 1)}"
+        ranges = " and of all in the ranges" if self.uncertainty.ranges else ""
+        return f"{self.deployment.question}, worst of {counted}{ranges}"
 
     def truss_of(self, scenario: str) -> TrussParameters:
         """The truss of a scenario, without what sticks."""

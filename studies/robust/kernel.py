@@ -32,8 +32,8 @@ def force_kernel(truss: TrussParameters, net: Net) -> ca.Function:
     uncertain = with_symbols(truss, **{word: named[word] for word in OF_THE_TRUSS})
 
     middle, width = (named[f"stuck_{word}_deg"] * math.pi / 180 for word in ("angle", "width"))
-    aside = (alpha - middle) / width
-    share = ca.if_else(ca.fabs(aside) < 0.5, ca.cos(math.pi * aside) ** 2, 0)
+    aside = alpha - middle
+    share = ca.if_else(2 * ca.fabs(aside) < width, ca.cos(math.pi * aside / width) ** 2, 0)
     stuck = named["stuck_moment"] * share / rope_leverage(uncertain, alpha)
     force = rope_force(uncertain, alpha, omega, acc, net) + stuck
     far = force * far_end_ratio(uncertain, alpha)

@@ -90,7 +90,7 @@ def replay(
     deployment: Deployment, values: Array, tell: Callable[[str], None] = lambda line: None
 ) -> Replay:
     """Forces of trusses with values (k, len(VARIED)) that all move by the deployment's law."""
-    time = _times(deployment)
+    time = times_of(deployment)
     columns = np.unique(np.linspace(0, time.size - 1, BAND_TIMES).round().astype(int))
     peak, least = np.empty(len(values)), np.empty(len(values))
     history = np.empty((len(values), columns.size), dtype=np.float32)
@@ -101,7 +101,7 @@ def replay(
         tension = np.minimum(force, far)
         history[block] = force[:, columns]
         for found, sign, rows in ((peak, 1.0, force), (least, -1.0, tension)):
-            close = forces(deployment, _closer(time, (sign * rows).argmax(axis=1)), values[block])
+            close = forces(deployment, closer(time, (sign * rows).argmax(axis=1)), values[block])
             finer = sign * (close[0] if sign > 0 else np.minimum(*close))
             found[block] = sign * np.maximum((sign * rows).max(axis=1), finer.max(axis=1))
         if (begin // BLOCK) % 10 == 9:
@@ -111,16 +111,23 @@ def replay(
 
 
 def forces(deployment: Deployment, time: Array, values: Array) -> tuple[Array, Array]:
-    """Forces at the motor and tensions at the far end, (k, m), at times (k, m) of k trusses."""
+    """Forces at the motor and tensions at the far end, (k, m), at times (k, m) of k trusses.
+
+    Parameters
+    ----------
+    values : of `VARIED`, (k, len(VARIED)), or (k, m, len(VARIED)) where they change along the way.
+    """
     motion = deployment.law.motion(time.ravel())
     rows = (motion.angle, np.maximum(motion.speed, 0.0), motion.acceleration)
     kernel = force_kernel(deployment.truss, "by angle").map(time.size)
-    found = kernel(*(row[None] for row in rows), np.repeat(values, time.shape[1], axis=0).T)
+    if values.ndim == 2:
+        values = np.repeat(values[:, None], time.shape[1], axis=1)
+    found = kernel(*(row[None] for row in rows), values.reshape(-1, len(VARIED)).T)
     force, far = (row.full().reshape(time.shape) for row in found)
     return force, far
 
 
-def _times(deployment: Deployment) -> Array:
+def times_of(deployment: Deployment) -> Array:
     """Times of a motion (m,): even within each piece, both sides of every kink among them."""
     edges = np.array(deployment.edges)
     share = np.diff(edges) / edges[-1]
@@ -131,7 +138,7 @@ def _times(deployment: Deployment) -> Array:
     return np.unique(np.concatenate([*pieces, np.nextafter(edges[1:], 0.0)]))
 
 
-def _closer(time: Array, highest: Array) -> Array:
+def closer(time: Array, highest: Array) -> Array:
     """Finer times between the neighbours of samples (k,), shape (k, FINER)."""
     low, high = time[np.maximum(highest - 1, 0)], time[np.minimum(highest + 1, time.size - 1)]
     return low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, FINER)

@@ -1,4 +1,8 @@
-"""The law of the least worst force, and which scenario prevents one where none is found."""
+"""The law of the least worst force, and which scenario prevents one where none is found.
+
+Where trusses in ranges are served, too, a law is sought for the scenarios. A corner of the ranges
+at which it does worse becomes a scenario, until there is none: few of the many corners decide.
+"""
 
 from __future__ import annotations
 
@@ -8,21 +12,29 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NoReturn
 
+import numpy as np
+
 from models.laws import Law
-from ocp import Audit, Interrupted, OcpError, Problem, Settings, Solution, audit
+from ocp import Audit, Interrupted, OcpError, Problem, Relaxed, Settings, Solution, audit, relaxed
 from studies.common.console import Console, number, silent
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.robust.config import NOMINAL, RobustTrussStudy
 from studies.robust.kernel import pull_of
+from studies.robust.ranges import with_corners
+from studies.robust.replay import replay
 from studies.truss.config import TrussStudy
-from studies.truss.motions.laws import law_of
+from studies.truss.limits.tolerances import CAPS
+from studies.truss.motions.deployment import Deployment
+from studies.truss.motions.laws import law_of, pinned_bezier
 from studies.truss.motions.starts import starting_motion
-from studies.truss.problem import Statement, settings_of, state
-from studies.truss.search.motion_search import Search
+from studies.truss.problem import ROPE_FORCE, Statement, bound_names, settings_of, state
+from studies.truss.quantities import QUANTITIES
+from studies.truss.search.motion_search import RELAXED, Search
 from studies.truss.search.smoothness import first_price
 
 SAME = 1e-4  # relative: optima closer than this are one
 WEIGHTS = {"peak-force": 1.0}
+ROUNDS = 6  # of further corners; each law that was tried took one or two
 
 
 class NoLawError(Exception):
@@ -38,11 +50,13 @@ class RobustLaw:
     audit : of all starts.
     solution : the best of them.
     law : its motion.
+    study : with the corners that it serves as scenarios.
     """
 
     audit: Audit
     solution: Solution
     law: Law
+    study: RobustTrussStudy
 
 
 def check(study: RobustTrussStudy) -> None:
@@ -53,11 +67,24 @@ def check(study: RobustTrussStudy) -> None:
     StudyError
         Naming the scenario, with the nearest value that works.
     """
+    # the corners of any law will do to find one that has none
+    duration = study.deployment.fixed_duration
+    assert duration is not None
+    truss = study.deployment.truss
+    study = with_corners(study, Deployment("Bezier", pinned_bezier(truss, duration), truss))
     for name in study.scenarios:
         try:
             Search(alone(study, name), silent()).check()
         except StudyError as error:
-            raise StudyError(f"scenario {name}: {error}", error.exit_code) from error
+            raise StudyError(f"scenario {named(study, name)}: {error}", error.exit_code) from error
+
+
+def named(study: RobustTrussStudy, scenario: str) -> str:
+    """A scenario in words: what a corner is, as nobody stated it."""
+    if scenario not in study.corners:
+        return scenario
+    values = ", ".join(f"{word} {value:.6g}" for word, value in study.corners[scenario].items())
+    return f"{scenario} of the ranges ({values})"
 
 
 def alone(study: RobustTrussStudy, scenario: str) -> TrussStudy:
@@ -72,25 +99,102 @@ def bounds(study: RobustTrussStudy) -> dict[str, float]:
     }
 
 
-def search(study: RobustTrussStudy, console: Console) -> RobustLaw:
-    """Solve from all starts.
+def search(study: RobustTrussStudy, nominal: Deployment, console: Console) -> RobustLaw:
+    """Solve from all starts, for the scenarios and for as many corners as it takes.
+
+    Parameters
+    ----------
+    nominal : the nominal truss's own law, whose worst corners are served from the beginning.
 
     Raises
     ------
     StudyError
-        If no start gave a law; it names the scenario that has none alone, if there is one.
+        If no start gave a law; it says which limit of which scenario would have to give way.
     """
+    study = with_corners(study, nominal)
+    for _ in range(ROUNDS):
+        console.progress(f"robust law: {len(study.scenarios)} scenarios")
+        found = _for_scenarios(study, console)
+        more = with_corners(study, Deployment("robust", found.law, study.deployment.truss))
+        if more is study or found.audit.interrupted:
+            break
+        study = more
+    return found
+
+
+def _for_scenarios(study: RobustTrussStudy, console: Console) -> RobustLaw:
     try:
-        return _from_all_starts(study, tuple(study.scenarios), console)
+        found = _from_all_starts(study, tuple(study.scenarios), console)
     except Interrupted as stop:
         raise StudyError("interrupted before a law was found", ExitCode.INTERRUPTED) from stop
     except (OcpError, NoLawError) as error:
-        console.progress("no common law was found; each scenario alone, to see which prevents it")
+        console.progress("no common law was found: looking for the least relaxation")
+        prevents = who_gives_way(study, console) or _who_prevents(study)
         raise StudyError(
-            f"no law was found that serves all scenarios: {_who_prevents(study)}; the solver says: "
-            f"{error}",
+            f"no law was found that serves all scenarios: {prevents}; the solver says: {error}",
             ExitCode.NOT_SOLVED,
         ) from error
+    _check_force(study, found)
+    return found
+
+
+def _check_force(study: RobustTrussStudy, found: RobustLaw) -> None:
+    """Refuse a law that needs more than the cap: with the least that was found."""
+    cap = study.deployment.caps.force
+    law = Deployment("robust", found.law, study.deployment.truss)
+    peaks = replay(law, np.array([study.values_of(s) for s in study.scenarios.values()])).peak
+    if cap is None or peaks.max() <= cap * (1 + CAPS):
+        return
+    # others may use what the worst ones leave them, and would do with less
+    worst = [
+        named(study, name)
+        for name, peak in zip(study.scenarios, peaks, strict=True)
+        if peak >= peaks.max() * (1 - SAME)
+    ]
+    raise StudyError(
+        f"no law was found that needs at most {cap:.6g} N in all scenarios: the one of the least "
+        f"worst force that was found (local) needs {peaks.max():.6g} N in scenario "
+        f"{' and '.join(worst)}; raise caps.force to that, ease another cap or leave it out",
+        ExitCode.NOT_SOLVED,
+    )
+
+
+def who_gives_way(study: RobustTrussStudy, console: Console) -> str:
+    """The least relaxation of the scenarios' least tensions, in words; empty if none is found.
+
+    The limits of the motion stay: they are the same for all scenarios. The force has none here.
+    """
+    names = list(study.scenarios)
+    titles = [ROPE_FORCE]
+    if study.deployment.caps.least_tension:
+        titles.append(QUANTITIES["least-tension"].title)
+    owners = {
+        bound: (title, named(study, scenario))
+        for title in titles
+        for bound, scenario in zip(bound_names(title, len(names)), names, strict=True)
+    }
+    for start in _starts(study):
+        problem = _statement(study, names, start).problem()
+        try:
+            found = relaxed(problem, only=list(owners), settings=RELAXED, progress=console.live)
+        except (OcpError, StudyError):
+            continue
+        said = [_given_way(*owners[_common(item.name)], item) for item in found.items]
+        return "; ".join(said)
+    return ""
+
+
+def _given_way(title: str, scenario: str, item: Relaxed) -> str:
+    """A limit of a scenario that has to give way, in words."""
+    return (
+        f"by the least relaxation found (local, on one mesh) the {title} in scenario {scenario} "
+        f"would be at least {item.needed:.6g} N instead of {item.limit:.6g} N"
+    )
+
+
+def _common(name: str) -> str:
+    """The name of a bound without that of its phase."""
+    return name.rpartition(": ")[2]
 
 
 def _who_prevents(study: RobustTrussStudy) -> str:
@@ -100,7 +204,7 @@ def _who_prevents(study: RobustTrussStudy) -> str:
         try:
             _from_all_starts(study, (name,), silent())
         except (OcpError, NoLawError):
-            without.append(name)
+            without.append(named(study, name))
     if without:
         return f"none was found for {' and '.join(without)} alone either; ease it or its caps"
     return "each has one alone, so they contradict each other; ease a cap or leave a scenario out"
@@ -118,9 +222,7 @@ def _from_all_starts(
         statements[problem] = statement
         return problem
 
-    laws = [law for law in deployment.solver.starts if law != "phase-plane"]
-    if not laws:
-        raise StudyError("solver.starts has no law but phase-plane, that of one truss; add bezier")
+    laws = _starts(study)
     found = audit(
         starts={law: functools.partial(stated, law) for law in laws},
         settings=_settings(deployment, len(laws)),
@@ -141,7 +243,14 @@ def _from_all_starts(
     best = found.optima[0].solution
     if not (found.interrupted or best.verification.passed):
         raise NoLawError("; ".join(best.verification.reasons))
-    return RobustLaw(found, best, law_of(deployment, statements[best.problem], best))
+    return RobustLaw(found, best, law_of(deployment, statements[best.problem], best), study)
+
+
+def _starts(study: RobustTrussStudy) -> list[str]:
+    laws = [law for law in study.deployment.solver.starts if law != "phase-plane"]
+    if not laws:
+        raise StudyError("solver.starts has no law but phase-plane, that of one truss; add bezier")
+    return laws
 
 
 def _settings(study: TrussStudy, starts: int) -> Settings:
@@ -150,7 +259,10 @@ def _settings(study: TrussStudy, starts: int) -> Settings:
 
 
 def _statement(study: RobustTrussStudy, scenarios: Sequence[str], start: str) -> Statement:
-    deployment = study.deployment
+    # the worst force is what is least: a cap on it has no say in the search, but is checked after
+    deployment = dataclasses.replace(
+        study.deployment, caps=dataclasses.replace(study.deployment.caps, force=None)
+    )
     stated: Mapping[str, Mapping[str, float]] = study.scenarios
     pull = pull_of(deployment.truss, [study.values_of(stated[name]) for name in scenarios])
     price = first_price(deployment, 0, WEIGHTS, with_forces=True)

@@ -1,14 +1,14 @@
 """A robust law of the truss from its configuration to its result.
 
 The nominal truss gets its best motion first, to compare with. Then the law of the least worst force
-is sought. Both are driven through every scenario, and through trusses that are drawn.
+is sought. Both are driven through every scenario, to the worst truss in the ranges of the scatter,
+and through trusses that are drawn.
 """
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,8 +18,9 @@ from studies.common.folder import provenance
 from studies.common.result import Criterion, Result, Series, TableRow, Verdict
 from studies.margin.schema import MarginRequirements
 from studies.robust.config import NOMINAL, RobustTrussStudy, as_dictionary
+from studies.robust.ranges import WorstTruss, extremes
 from studies.robust.replay import Rate, Replay, drawn, rate, replay
-from studies.robust.search import RobustLaw, bounds, check, search
+from studies.robust.search import RobustLaw, bounds, check, named, search
 from studies.truss.checks import criteria, engine_criterion, table_rows
 from studies.truss.config import as_dictionary as truss_dictionary
 from studies.truss.limits.tolerances import CAPS, TENSION
@@ -31,6 +32,7 @@ from studies.truss.search.verdict import BOUND_MET
 from studies.truss.study import series_of
 
 ROBUST, NOMINAL_LAW = "robust", "nominal optimum"
+BY_FACTORS = "nominal optimum, motor by factors"
 BAND_COLUMNS = ("time", "low", "high")
 
 __all__ = ["check", "run"]
@@ -38,20 +40,26 @@ __all__ = ["check", "run"]
 
 @dataclass(frozen=True, eq=False)
 class _Found:
-    """Both laws, in all scenarios and on all draws."""
+    """Both laws, in all scenarios and on all draws; the study's corners are those it serves."""
 
     study: RobustTrussStudy
     nominal: BestMotion
     robust: RobustLaw
     laws: tuple[Deployment, Deployment]
     scenarios: Mapping[str, Replay]  # of each law, a truss for each scenario
+    ranges: Mapping[str, tuple[WorstTruss, WorstTruss]]  # of each law; empty if none are served
     draws: Mapping[str, Replay]
     bounds: Mapping[str, float]
 
+    def worst_of(self, law: str) -> float:
+        """Largest force of a law in any scenario, or on any truss in the ranges [N]."""
+        peak = float(self.scenarios[law].peak.max())
+        return max(peak, self.ranges[law][0].value) if law in self.ranges else peak
+
     @property
     def worst(self) -> float:
-        """Largest force of the robust law in any scenario [N]."""
-        return float(self.scenarios[ROBUST].peak.max())
+        """The same of the robust law."""
+        return self.worst_of(ROBUST)
 
     @property
     def cap(self) -> float:
@@ -75,14 +83,12 @@ def run(study: RobustTrussStudy, console: Console | None = None) -> Result:
     console = console or silent()
     deployment = study.deployment
     console.progress(f"{NOMINAL_LAW}: the best motion of the nominal truss, to compare with")
-    nominal = Search(dataclasses.replace(deployment, margin=None), console).run()
-    console.progress(f"robust law: {len(study.scenarios)} scenarios")
-    robust = search(study, console)
+    nominal = Search(replace(deployment, margin=None), console).run()
+    own = Deployment(NOMINAL_LAW, nominal.deployment.law, deployment.truss, None, deployment.margin)
+    robust = search(study, own, console)
+    study = robust.study
 
-    laws = (
-        Deployment(ROBUST, robust.law, deployment.truss, None, deployment.margin),
-        Deployment(NOMINAL_LAW, nominal.deployment.law, deployment.truss, None, deployment.margin),
-    )
+    laws = (Deployment(ROBUST, robust.law, deployment.truss, None, deployment.margin), own)
     stated = np.array([study.values_of(stated) for stated in study.scenarios.values()])
     scenarios = {law.name: replay(law, stated) for law in laws}
     draws = {}
@@ -90,7 +96,8 @@ def run(study: RobustTrussStudy, console: Console | None = None) -> Result:
         console.progress(f"{study.uncertainty.draws} trusses are drawn")
         values = drawn(study)
         draws = {law.name: replay(law, values, console.progress) for law in laws}
-    found = _Found(study, nominal, robust, laws, scenarios, draws, bounds(study))
+    ranges = {law.name: both for law in laws if (both := extremes(study, law)) is not None}
+    found = _Found(study, nominal, robust, laws, scenarios, ranges, draws, bounds(study))
     return _result(found)
 
 
@@ -101,14 +108,14 @@ def _result(found: _Found) -> Result:
     # the worst force stands first; the rows of any truss say what the law does to the nominal one
     others = paper_laws(robust.truss, robust.law.duration, None, robust.margin)
     rows = [
-        dataclasses.replace(row, minimised=False)
+        replace(row, minimised=False)
         for row in table_rows(study.deployment, [*found.laws, *others], {})
     ]
     worst = TableRow(
         "worst-force",
-        "peak rope force in the worst scenario",
+        "peak rope force on the worst truss" if found.ranges else "peak rope force, worst scenario",
         "N",
-        {name: float(replayed.peak.max()) for name, replayed in found.scenarios.items()},
+        {name: found.worst_of(name) for name in found.scenarios},
         cap=study.deployment.caps.force,
         bound=bound,
         minimised=True,
@@ -147,10 +154,15 @@ def _details(found: _Found) -> dict[str, Any]:
             }
             for place, name in enumerate(study.scenarios)
         },
+        "corners": study.corners,
+        "ranges": {
+            law: {"largest force": asdict(largest), "least tension": asdict(least)}
+            for law, (largest, least) in found.ranges.items()
+        },
         "scenario_bounds": dict(found.bounds),
         "motor_force": found.cap,
         "rates": {
-            law: {word: dataclasses.asdict(one) for word, one in rates.items()}
+            law: {word: asdict(one) for word, one in rates.items()}
             for law, rates in _rates(found).items()
         },
         "starts": [
@@ -206,6 +218,20 @@ def _scenario_checks(found: _Found) -> list[Criterion]:
         if caps.force is not None:
             kept = bool(peak <= caps.force * (1 + CAPS))
             checks.append(Criterion(f"rope force, {name}", "N", float(peak), caps.force, kept))
+    return [*checks, *_range_checks(found)]
+
+
+def _range_checks(found: _Found) -> list[Criterion]:
+    """The limits on every truss in the ranges: on the worst of them."""
+    if ROBUST not in found.ranges:
+        return []
+    caps, (largest, least) = found.study.deployment.caps, found.ranges[ROBUST]
+    asked = caps.least_tension or 0.0
+    taut = bool(least.value >= asked - TENSION * largest.value)
+    checks = [Criterion("least tension in the ranges", "N", least.value, asked, taut)]
+    if caps.force is not None:
+        kept = bool(largest.value <= caps.force * (1 + CAPS))
+        checks.append(Criterion("rope force in the ranges", "N", largest.value, caps.force, kept))
     return checks
 
 
@@ -229,13 +255,22 @@ def _verdict(found: _Found, bound: float) -> Verdict:
     )
 
 
+def _motors(found: _Found) -> dict[str, tuple[str, float]]:
+    """By name of a rate: the law, and the force of the motor that drives it [N]."""
+    motors = {name: (name, found.cap) for name in found.draws}
+    if found.draws and isinstance(found.study.deployment.margin, MarginRequirements):
+        motors[BY_FACTORS] = (NOMINAL_LAW, found.laws[1].values["peak-factored-force"])
+    return motors
+
+
 def _rates(found: _Found) -> dict[str, dict[str, Rate]]:
     """How often each law breaks each limit on the draws."""
     caps, level = found.study.deployment.caps, found.study.uncertainty.confidence
     asked = caps.least_tension or 0.0
     rates = {}
-    for name, replayed in found.draws.items():
-        over = replayed.peak > found.cap * (1 + CAPS)
+    for name, (law, motor) in _motors(found).items():
+        replayed = found.draws[law]
+        over = replayed.peak > motor * (1 + CAPS)
         slack = replayed.least < asked - TENSION * replayed.peak
         rates[name] = {
             word: rate(int(broken.sum()), broken.size, level)
@@ -245,16 +280,16 @@ def _rates(found: _Found) -> dict[str, dict[str, Rate]]:
 
 
 def _remarks(found: _Found, bound: float) -> list[str]:
-    study, names = found.study, list(found.study.scenarios)
+    study = found.study
     of_nominal, of_robust = found.scenarios[NOMINAL_LAW], found.scenarios[ROBUST]
-    hardest = names[int(of_robust.peak.argmax())]
-    place = names.index(NOMINAL)
+    place = list(study.scenarios).index(NOMINAL)
     remarks = [
-        f"The robust law needs at most {found.worst:.6g} N, in scenario {hardest}; the nominal "
-        f"optimum needs {of_nominal.peak.max():.6g} N in its worst scenario.",
+        f"The robust law needs at most {found.worst:.6g} N, {_hardest(found, ROBUST)}; the nominal "
+        f"optimum needs {found.worst_of(NOMINAL_LAW):.6g} N, {_hardest(found, NOMINAL_LAW)}.",
         f"On the nominal truss the robust law needs {of_robust.peak[place]:.6g} N, the nominal "
         f"optimum {of_nominal.peak[place]:.6g} N.",
-        f"No law needs less than {bound:.6g} N in every scenario: the largest of their own bounds.",
+        f"No law needs less than {bound:.6g} N on every truss: the largest of their own bounds.",
+        *_on_ranges(found),
     ]
     if isinstance(study.deployment.margin, MarginRequirements):
         needed = found.laws[1].values["peak-factored-force"]
@@ -263,17 +298,49 @@ def _remarks(found: _Found, bound: float) -> list[str]:
         )
     else:
         remarks.append("No margin by factors is stated; --margin aiaa-s-114 sets one beside this.")
-    rates = _rates(found)
-    if not rates:
-        return [*remarks, "No scatter is stated, so no trusses were drawn."]
+    return [*remarks, *_on_rates(found)]
 
-    level = 100 * study.uncertainty.confidence
-    whose = "the stated cap" if study.deployment.caps.force else "what the robust law needs"
-    for name, of_law in rates.items():
-        remarks.append(
-            f"Of {of_law['any'].draws} trusses drawn, the {name} law breaks a limit in "
-            f"{of_law['any'].words}: more than {found.cap:.6g} N, {whose}, in "
-            f"{of_law['force'].words}; a tension below what is asked in {of_law['tension'].words}. "
-            f"In brackets: where the true rate lies, with a confidence of {level:g} %."
-        )
+
+def _hardest(found: _Found, law: str) -> str:
+    """Where a law needs its largest force."""
+    names = list(found.study.scenarios)
+    hardest = found.scenarios[law].peak
+    if law in found.ranges and found.ranges[law][0].value > hardest.max() * (1 + CAPS):
+        return "at another corner of the ranges"
+    return f"in scenario {names[int(hardest.argmax())]}"
+
+
+def _on_ranges(found: _Found) -> list[str]:
+    """Which trusses are served, and what the corners are."""
+    study = found.study
+    if ROBUST not in found.ranges:
+        return ["The law is held to its scenarios alone: trusses that are drawn may break limits."]
+    ranges = study.uncertainty.ranges
+    listed = ", ".join(f"{word} {low:.6g} to {high:.6g}" for word, (low, high) in ranges.items())
+    remarks = [
+        f"The robust law serves every truss with {listed}: at each instant the force is monotone "
+        "in each of these, so that its extremes are at corners of the ranges, and all were tried."
+    ]
+    remarks += [f"A scenario was added: {named(study, corner)}." for corner in study.corners]
+    remarks += [
+        f"On these trusses the {name} law needs {largest.value:.6g} N at most and leaves a tension "
+        f"of {least.value:.6g} N at least."
+        for name, (largest, least) in found.ranges.items()
+    ]
     return remarks
+
+
+def _on_rates(found: _Found) -> list[str]:
+    """How often each law breaks its limits, in words."""
+    study, rates = found.study, _rates(found)
+    if not rates:
+        why = "no draws are asked for" if study.uncertainty.scatter else "no scatter is stated"
+        return [f"No trusses were drawn: {why}."]
+    level, motors = 100 * study.uncertainty.confidence, _motors(found)
+    remarks = [
+        f"Of {of_law['any'].draws} trusses drawn, {name}: a limit is broken in "
+        f"{of_law['any'].words}; more than {motors[name][1]:.6g} N are needed in "
+        f"{of_law['force'].words}; a tension is below what is asked in {of_law['tension'].words}."
+        for name, of_law in rates.items()
+    ]
+    return [*remarks, f"In brackets: where the true rate lies, with a confidence of {level:g} %."]

@@ -55,6 +55,7 @@ if TYPE_CHECKING:  # which needs this module
 # (the cubic law).
 LEAST_JERK = math.sqrt(720)
 LEAST_ACCELERATION = math.sqrt(12)
+ROPE_FORCE = "rope force"  # name of its bounds
 
 Drive = Literal["jerk", "acceleration", "force"]
 ControlShape = Literal["constant", "linear", "polynomial"]
@@ -365,8 +366,7 @@ def _bounds(
         forces = (
             (force,) if signals.pull is None else expressions(study, signals, net)["peak-force"]
         )
-        for number, one in enumerate(forces, start=1):
-            name = "rope force" if len(forces) == 1 else f"rope force ({number})"
+        for name, one in zip(bound_names(ROPE_FORCE, len(forces)), forces, strict=True):
             bounds.append(Bound(name, one, "N", lower=0.0, upper=strongest, scale=size))
     elif caps.of("peak-acceleration") is not None:
         acceleration, most = acceleration_in(signals, net), caps.of("peak-acceleration")
@@ -384,8 +384,8 @@ def _caps_on_expressions(
         left_out = key in SIGNAL_CAPS or key == "peak-force"
         if cap is None or left_out or (quantity.needs_forces and net == "by angle"):
             continue
-        for number, formula in enumerate(formulas[key], start=1):
-            name = quantity.title if len(formulas[key]) == 1 else f"{quantity.title} ({number})"
+        names = bound_names(quantity.title, len(formulas[key]))
+        for name, formula in zip(names, formulas[key], strict=True):
             if quantity.kind == "least":
                 # where a motion ends in an impulse its inertia's force is no measure of a tension
                 size = static_peak(study.truss).force
@@ -393,6 +393,11 @@ def _caps_on_expressions(
             else:
                 lower = -cap if key in OF_BOTH_SIGNS else -math.inf
                 yield Bound(name, formula, quantity.unit, lower=lower, upper=cap)
+
+
+def bound_names(title: str, count: int) -> list[str]:
+    """Names of bounds on as many expressions of one quantity."""
+    return [title] if count == 1 else [f"{title} ({number})" for number in range(1, count + 1)]
 
 
 def _objective(
