@@ -48,6 +48,7 @@ from studies.truss.search.smoothness import (
     SHARE,
     at_a_light_price,
     first_price,
+    price_in_words,
     share_is_all,
     share_of,
 )
@@ -302,6 +303,9 @@ class Search:
         if verified and not self.interrupted and len(statement.stages) > 1:
             solution = self._later_stages(statement, solution)
             deployment = self._deployment(statement, solution)
+
+        if price := price_in_words(statement, optimum.solution):
+            self.remarks.append(price)
 
         force = deployment.values["peak-force"] if "peak-force" in self.study.objectives else None
         bound = self._bound()

@@ -23,6 +23,7 @@ from studies.truss.limits.bounds import lower_bounds
 from studies.truss.limits.feasibility import end_forces
 from studies.truss.problem import Statement
 from studies.truss.quantities import OBJECTIVES
+from studies.truss.search.verdict import BOUND_MET
 
 # Share of the peak that the roughness may have in what is minimised. It is no bound on what the
 # roughness adds to the peak: an optimum that is rougher than what was found would pay more.
@@ -110,6 +111,18 @@ def share_is_all(statement: Statement) -> bool:
     return statement.price is None or statement.signals.jerk is not None
 
 
+def price_in_words(statement: Statement, solution: Solution) -> str | None:
+    """What the smoothness of an answer costs; None where that is within what counts as optimal."""
+    share = share_of(statement, solution)
+    if share <= BOUND_MET or not share_is_all(statement):
+        return None
+    return (
+        f"Smoothness has a price of {100 * share:.2g} % of the objective here: the solver found no "
+        "verified motion at a lower one, and a rougher motion may be better. A lower jerk cap "
+        "makes the optimum definite."
+    )
+
+
 def at_a_light_price(
     problem: Problem,
     statement: Statement,
@@ -130,12 +143,14 @@ def at_a_light_price(
     """
     best = Smoothed(solution, share_of(statement, solution))
     gain = 0.0 if share_is_all(statement) else math.inf
+    largest = _LARGEST_STEP
     for _ in range(_STEPS):
         if best.share <= SHARE and gain <= _NO_GAIN:
             break
         assert statement.price is not None
         price = best.solution.value(statement.price.symbol)
-        price *= min(max(_AIM * SHARE / best.share, _LARGEST_STEP), _LEAST_STEP)
+        step = min(max(_AIM * SHARE / best.share, largest), _LEAST_STEP)
+        price *= step
         seconds = min(left(), _SECONDS)
         try:
             lighter = solve(
@@ -148,7 +163,10 @@ def at_a_light_price(
         except Interrupted:
             return replace(best, interrupted=True)
         except OcpError:
-            break
+            if step == _LEAST_STEP:
+                break
+            largest = _LEAST_STEP  # so far at once leads astray
+            continue
 
         before, after = (
             found.value(statement.stages[0], replayed=True) for found in (best.solution, lighter)
