@@ -418,9 +418,10 @@ def _unknown_argument(word: str, parser: argparse.ArgumentParser) -> str:
 def _suggestion(word: str, known: Iterable[str]) -> str:
     import difflib  # for errors only
 
-    known = list(known)
-    near = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
-    return f"did you mean {near[0]}?" if near else f"choose one of {', '.join(known)}"
+    # the dashes would count as a likeness
+    by_name = {name.lstrip("-"): name for name in known}
+    near = difflib.get_close_matches(word.lstrip("-"), by_name, n=1)
+    return f"did you mean {by_name[near[0]]}?" if near else f"choose one of {', '.join(known)}"
 
 
 def _say(text: str) -> Run:
