@@ -15,6 +15,7 @@ from ocp.mesh.mesh import Mesh, uniform
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.failures import collapsed, failure
 from ocp.optimality.iterate import Iterate
+from ocp.optimality.multiplier_sets import fitted_to_switches
 from ocp.optimality.multipliers import multipliers
 from ocp.problem.integrator_chains import first_degree
 from ocp.problem.parameters import parameters_of
@@ -276,6 +277,7 @@ def _solution(
         verdict = _verdict(meshes, iterate.objective, bound)
         if shortfall := _shortfall(meshes, refinement):
             verdict += f"; {shortfall}"
+    fitted = fitted_to_switches(iterate)
     solution = Solution(
         problem=meshes.problem,
         objective=iterate.objective,
@@ -288,8 +290,8 @@ def _solution(
         verdict=verdict,
         evaluator=meshes.evaluator,
         seconds=clock.perf_counter() - meshes.budget.begin,
-        multipliers=multipliers(iterate),
-        iterate=iterate,
+        multipliers=multipliers(fitted),
+        iterate=fitted,
     )
 
     # on a mesh that stays the user wants to see what it gives

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ocp.arrays import Array, Integers
-from ocp.optimality.active_set import MULTIPLIER_FREE, LimitDistances
+from ocp.optimality.active_set import MULTIPLIER_FREE, LimitDistances, limit_distances
 from ocp.optimality.iterate import Iterate
+from ocp.optimality.multipliers import all_multipliers
 from ocp.optimality.switch_slopes import switch_slopes
 
 if TYPE_CHECKING:
@@ -27,6 +28,36 @@ MULTIPLIER_SPREAD = 1e-3
 # changes by a hundredth of that has no end.
 _REACH = 1e3
 _ENDLESS = 1e-2
+
+
+# Of the largest multiplier: what moving a switch may promise, which is the noise of a solver.
+_NOISE = 1e-8
+
+
+def fitted_to_switches(iterate: Iterate) -> Iterate:
+    """The iterate with multipliers that promise nothing of moving a switch; its own mostly do.
+
+    Where a switch lies on a breakpoint that stays, the solver ends with any of the sets that fit.
+    Costates, Hamiltonian and slopes are those of the problem for the set that is taken here.
+    """
+    slopes = switch_slopes(iterate)
+    multipliers = all_multipliers(iterate)
+    if not slopes.direct.size or np.all(slopes.promised(multipliers) <= _NOISE):
+        return iterate
+
+    changes = MultiplierChanges.of(iterate, multipliers, limit_distances(iterate))
+    change = changes.least() if changes.many else None
+    if change is None:
+        return iterate
+    rows = np.zeros(multipliers.size)
+    rows[changes.entries] = change
+    of_rows, of_unknowns = np.split(rows, [iterate.row_multipliers.size])
+    return replace(
+        iterate,
+        row_multipliers=iterate.row_multipliers + of_rows,
+        bound_multipliers=iterate.bound_multipliers + of_unknowns,
+        built=iterate.transcription,
+    )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -89,41 +120,50 @@ class MultiplierChanges:
         slopes = switch_slopes(iterate)
         if not slopes.direct.size:
             return self
-        sizes = np.maximum(np.abs(slopes.by_multiplier).max(axis=1), 1e-300)
-        present = slopes.direct + slopes.by_multiplier @ multipliers
-        rows = csr_matrix(slopes.by_multiplier[:, self.entries] / sizes[:, None])
+        rows = csr_matrix(slopes.by_multiplier[:, self.entries])
         fewer = replace(
             self,
             equations=vstack([self.equations, rows]).tocsr(),
-            constants=np.concatenate([self.constants, -present / sizes]),
+            constants=np.concatenate([self.constants, -slopes.of(multipliers)]),
         )
         # a control that only seems to switch there says nothing of the multipliers
-        return fewer if fewer.exist else self
+        return self if fewer.least() is None else fewer
 
-    @property
-    def exist(self) -> bool:
-        """Whether any set of multipliers fits."""
-        return self._program(np.zeros(self.entries.size)).status == 0
+    def least(self) -> Array | None:
+        """The change (m,) of the least sum of moduli; None if no set of multipliers fits."""
+        from scipy.optimize import linprog
+        from scipy.sparse import hstack
+
+        # as the difference of two parts that are not negative
+        result = linprog(
+            np.ones(2 * self.entries.size),
+            A_eq=hstack([self.equations, -self.equations]).tocsr(),
+            b_eq=self.constants,
+            bounds=np.column_stack(
+                [
+                    np.zeros(2 * self.entries.size),
+                    np.concatenate([np.maximum(self.upper, 0.0), np.maximum(-self.lower, 0.0)]),
+                ]
+            ),
+            method="highs",
+        )
+        return np.subtract(*np.split(result.x, 2)) if result.status == 0 else None
 
     def most(self, direction: Array) -> float:
         """Largest value of ``direction @ z``; infinite if the linear program has no end."""
         size = float(np.abs(direction).max(initial=0.0))
         if size == 0.0:
             return 0.0
-        result = self._program(-direction / size)
-        return float(-result.fun * size) if result.status == 0 else math.inf
-
-    def _program(self, cost: Array) -> Any:
-        """What HiGHS says of the changes of least cost."""
         from scipy.optimize import linprog
 
-        return linprog(
-            cost,
+        result = linprog(
+            -direction / size,
             A_eq=self.equations,
             b_eq=self.constants,
             bounds=np.column_stack([self.lower, self.upper]),
             method="highs",
         )
+        return float(-result.fun * size) if result.status == 0 else math.inf
 
     def range_of(self, by_multiplier: Array) -> tuple[float, float]:
         """Smallest and largest change of a slope; infinite at the edge of what is looked at.

@@ -23,6 +23,8 @@ from ocp.transcription.transcribe import transcribe
 # the widths of intervals, most of them linear.
 _STEP = 1e-4
 
+_NOTHING = 1e-300  # so that nothing is divided by zero
+
 # Of the phase: a breakpoint this close to a known instant belongs to it and stays there.
 _SAME = 1e-9
 
@@ -31,7 +33,7 @@ _SAME = 1e-9
 class SwitchSlopes:
     """Derivatives of the Lagrangian by breakpoints: ``direct + by_multiplier @ multipliers``.
 
-    All scaled, per fraction of the phase.
+    Scaled, so that the largest factor of a multiplier is one.
 
     Attributes
     ----------
@@ -42,21 +44,30 @@ class SwitchSlopes:
     direct: Array
     by_multiplier: Array
 
+    def of(self, multipliers: Array) -> Array:
+        """The derivatives for scaled multipliers (rows + unknowns,), shape (k,)."""
+        return self.direct + self.by_multiplier @ multipliers
+
+    def promised(self, multipliers: Array) -> Array:
+        """Their moduli, in parts of the largest share of each, (k,)."""
+        shares = np.abs(self.by_multiplier * multipliers).max(axis=1, initial=0.0)
+        return np.abs(self.of(multipliers)) / np.maximum(shares, np.abs(self.direct) + _NOTHING)
+
 
 def switch_slopes(iterate: Iterate) -> SwitchSlopes:
     """Of all breakpoints that stay where they are and carry a switch of a control."""
     unknowns = np.zeros(iterate.x.size)
-    direct, rows = [], []
+    slopes = []
     for index, phase in enumerate(iterate.mesh.phases):
         for number in _switches(iterate, index):
             width = np.diff(phase.breakpoints)
             step = _STEP * min(width[number - 1], width[number])
             before, after = (_values(iterate, index, number, part) for part in (-step, step))
             slope = (after - before) / (2.0 * step)
-            direct.append(slope[0])
-            rows.append(np.concatenate([slope[1:], unknowns]))
+            slopes.append(np.concatenate([slope / np.abs(slope).max(), unknowns]))
     size = iterate.transcription.program.rows + iterate.x.size
-    return SwitchSlopes(np.array(direct), np.array(rows).reshape(-1, size))
+    table = np.array(slopes).reshape(-1, 1 + size)
+    return SwitchSlopes(table[:, 0], table[:, 1:])
 
 
 def _values(iterate: Iterate, index: int, number: int, step: float) -> Array:

@@ -15,6 +15,7 @@ from ocp import (
     Problem,
     Settings,
     State,
+    certify,
     peak,
     solve,
 )
@@ -122,3 +123,20 @@ def test_two_switches_on_breakpoints_are_no_kinks() -> None:
     slopes = found.sensitivities()
     assert slopes["most"] == pytest.approx(-2.0 / 3 / 4.0, rel=1e-6)
     assert slopes["move: x final"] == pytest.approx(2.0 / 3, rel=1e-6)
+
+
+@pytest.mark.parametrize(("brake", "intervals"), [(1.0, 20), (2.0, 21), (3.0, 8)])
+def test_an_exact_answer_on_a_mesh_that_stays_is_certified(brake: float, intervals: int) -> None:
+    # the same motion again; the solver may end with any multipliers that fit its mesh
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", lower=-brake, upper=1.0)
+    ends = {"initial": {x: 0, v: 0}, "final": {x: 1, v: 0}}
+    phase = Phase("move", {x: v, v: u}, **ends, end=Between(0.1, 10.0))
+    settings = Settings(intervals=intervals, refinement=FixedMesh())
+    found = solve(Problem("rest to rest", [phase], minimise=phase.duration), settings=settings)
+    assert certify(found).passed, str(certify(found))
+
+    duration = math.sqrt(2.0 * (1.0 + brake) / brake)
+    switch = duration * brake / (1.0 + brake)
+    # H = 1 + p_x v + p_v u = 0 with p_v = 0 at the switch, where v = a t: p_x = -1 / v
+    assert found.costate("x", 0.5 * duration) == pytest.approx(-1.0 / switch, rel=1e-6)
+    assert found.costate("v", 0.0) == pytest.approx(-1.0, rel=1e-6)
