@@ -45,7 +45,7 @@ def _draw_bands(panel: Axes, result: Result) -> None:
     panel.axhline(floor, color="0.3", ls=":", lw=1, label="least tension asked")
     label_axes(panel, "time [s]", "force of the motor on one rope [N]")
     panel.set_title("rope force of the trusses that were drawn", fontsize=10)
-    panel.legend(framealpha=0.9, edgecolor="none", fontsize=8)
+    _legend_below(panel)
 
 
 def _draw_scenarios(panel: Axes, result: Result) -> None:
@@ -60,6 +60,19 @@ def _draw_scenarios(panel: Axes, result: Result) -> None:
     label_axes(panel, "peak rope force [N]", "")
     panel.set_yticks(places, list(scenarios))
     panel.margins(x=0.15, y=0.02)
-    panel.set_ylim(len(scenarios) + 0.6, -0.6)  # room for the legend
+    panel.set_ylim(len(scenarios) - 0.4, -0.6)
     panel.set_title("peak rope force by scenario", fontsize=10)
-    panel.legend(frameon=False, fontsize=8, loc="lower right")
+    _legend_below(panel)
+
+
+def _legend_below(panel: Axes) -> None:
+    """Outside, where it hides no bar and no band."""
+    below = (0.5, -0.13)
+    panel.legend(
+        frameon=False,
+        fontsize=8,
+        loc="upper center",
+        bbox_to_anchor=below,
+        ncols=3,
+        markerscale=0.4,
+    )
