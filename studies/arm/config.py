@@ -36,8 +36,10 @@ from studies.common.configuration import (
     optional_key,
     positive,
     section,
+    whole,
 )
 from studies.common.exit_codes import StudyError
+from studies.common.rates import confidence
 
 DURATIONS = {"big": 8.6, "small": 11.2, "both": 11.2}  # [s], a tenth of the paper's
 DRIVES: tuple[Drive, ...] = get_args(Drive)
@@ -292,6 +294,14 @@ class RobustStudy(StageStudy):
 
     drive: Drive = key(choice(DRIVES), "", _DRIVE_MEANING, default="torque")
     points: int = key(_count(MOST_ELEMENTS), "", "arms a side of the grid on B21", default=21)
+    draws: int = key(
+        whole(0, 10_000_000), "", "arms drawn evenly from the spread, on B21", default=1500
+    )
+    seed: int = key(whole(0), "", "of the draws", default=1)
+    confidence: float = key(confidence, "", "of the interval of a rate", default=0.95)
+    allowed_energy: float = key(
+        positive, "J", "energy of an arm after the lock, above which it counts", default=RESIDUAL
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from models.truss import TrussParameters
+from studies.common import rates
 from studies.common.configuration import (
     boolean,
     check,
@@ -88,13 +89,6 @@ def _scatter(name: str, value: Any) -> dict[str, dict[str, float]]:
     return found
 
 
-def _confidence(name: str, value: Any) -> float:
-    level = positive(name, value)
-    if level >= 1.0:
-        raise StudyError(f"{name} is {level:g}; give a part below 1, as 0.95 for 95 %")
-    return level
-
-
 @dataclass(frozen=True, kw_only=True)
 class Uncertainty:
     """Trusses that one law has to serve, and the scatter of those that it is tried on.
@@ -135,7 +129,7 @@ class Uncertainty:
     )
     draws: int = key(whole(0, 10_000_000), "", "trusses drawn from the scatter", default=10_000)
     seed: int = key(whole(0), "", "of the draws", default=1)
-    confidence: float = key(_confidence, "", "of the interval of a rate", default=0.95)
+    confidence: float = key(rates.confidence, "", "of the interval of a rate", default=0.95)
 
     def __post_init__(self) -> None:
         check(self, "robust.")

@@ -42,30 +42,6 @@ class Replay:
     high: Array
 
 
-@dataclass(frozen=True)
-class Rate:
-    """How many of the draws break a limit, and between which rates the true one lies."""
-
-    broken: int
-    draws: int
-    low: float
-    high: float
-
-    @property
-    def words(self) -> str:
-        """In per cent, with the interval."""
-        share = 100 * self.broken / self.draws
-        return f"{share:.3g} % ({100 * self.low:.2g} to {100 * self.high:.2g} %)"
-
-
-def rate(broken: int, draws: int, confidence: float) -> Rate:
-    """The rate of an event, with the interval of Clopper and Pearson."""
-    from scipy.stats import binomtest
-
-    interval = binomtest(broken, draws).proportion_ci(confidence, method="exact")
-    return Rate(broken, draws, float(interval.low), float(interval.high))
-
-
 def drawn(study: RobustTrussStudy) -> Array:
     """Values of `VARIED` of each truss that is drawn, shape (draws, len(VARIED))."""
     asked = study.uncertainty

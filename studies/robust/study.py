@@ -15,11 +15,12 @@ import numpy as np
 
 from studies.common.console import Console, silent
 from studies.common.folder import provenance
+from studies.common.rates import Rate, rate
 from studies.common.result import Criterion, Result, Series, TableRow, Verdict
 from studies.margin.schema import MarginRequirements
 from studies.robust.config import NOMINAL, RobustTrussStudy, as_dictionary
 from studies.robust.ranges import WorstTruss, extremes
-from studies.robust.replay import Rate, Replay, drawn, rate, replay
+from studies.robust.replay import Replay, drawn, replay
 from studies.robust.search import RobustLaw, bounds, check, named, search
 from studies.truss.checks import criteria, engine_criterion, table_rows
 from studies.truss.config import as_dictionary as truss_dictionary

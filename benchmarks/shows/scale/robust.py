@@ -16,9 +16,10 @@ from benchmarks.shows.truss_random import run_command
 from studies.common.configuration import toml_text
 from studies.common.console import Table, number
 from studies.common.exit_codes import ExitCode
+from studies.common.rates import rate
 from studies.common.result import Result
 from studies.robust.config import study_from
-from studies.robust.replay import drawn, rate, replay
+from studies.robust.replay import drawn, replay
 from studies.robust.study import BY_FACTORS, NOMINAL_LAW, ROBUST
 from studies.truss.limits.tolerances import CAPS, TENSION
 from studies.truss.motions.deployment import Deployment
@@ -121,4 +122,4 @@ def tables(rows: Sequence[Row]) -> list[Table]:
 
 def _rate(rate: dict[str, float]) -> str:
     share = 100 * rate["broken"] / rate["draws"]
-    return f"{share:.3g} % ({100 * rate['low']:.2g} to {100 * rate['high']:.2g} %)"
+    return f"{share:.3g} % ({100 * rate['low']:.3g} to {100 * rate['high']:.3g} %)"

@@ -37,6 +37,8 @@ def draw(result: Result) -> Iterator[tuple[str, Figure]]:
     elif result.kind == "robust":
         yield "spread", spread_figure(result)
         yield "torque", robust_torque_figure(result)
+        if "draws" in result.arrays:
+            yield "draws", draws_figure(result)
 
 
 def residual_figure(result: Result) -> Figure:
@@ -190,6 +192,22 @@ def robust_torque_figure(result: Result) -> Figure:
     label_axes(panel, "time [s]", f"{joint} torque [N m]")
     panel.legend(frameon=False)
     figure.suptitle(f"{_robust_title(result)}: torque on the nominal arm")
+    return figure
+
+
+def draws_figure(result: Result) -> Figure:
+    """Shares of the drawn arms against the energy that they are left with."""
+    figure = Figure(figsize=(8, 4.2), dpi=150, layout="constrained")
+    panel = figure.subplots()
+    shares = 100 * result.arrays["draws"].values
+    for name, colour, style in zip(_motions(result), COLOURS, STYLES, strict=False):
+        if (series := result.arrays.get(f"{name}: draws")) is not None:
+            panel.semilogx(series.values, shares, style, color=colour, label=name)
+    allowed = result.configuration["allowed_energy"]
+    panel.axvline(allowed, color="0.3", ls=":", lw=1, label="allowed")
+    label_axes(panel, "residual energy [J]", "arms with no more [%]", fit=False)
+    panel.legend(frameon=False)
+    figure.suptitle(f"{_robust_title(result)}: {shares.size} arms drawn from the spread, on B21")
     return figure
 
 

@@ -11,8 +11,10 @@ from models.arm.driven import DrivenArm
 from models.arm.reduced import ReducedArm
 from models.arm.reduced_simulation import simulate_reduced
 from models.errors import ModelError
+from studies.arm.config import RobustStudy
 from studies.arm.optimal.motion import angle_joints
 from studies.arm.questions.robust import comparison as robust_study
+from studies.arm.questions.robust.draws import draw_series, rates_in_words, rates_of
 from studies.arm.questions.robust.problem import solve_nominal
 from studies.arm.questions.robust.spread import SPREADS, Spread
 from studies.arm.replay.full_model import Motion, replay
@@ -71,6 +73,24 @@ def test_a_spread_puts_no_design_on_a_grid():
         assert not {tuple(np.round(spread.factors(*d), 9)) for d in spread.design} & points
 
 
+def test_half_of_the_drawn_arms_are_left_with_more_than_the_median():
+    factors = SPREADS["torque"].drawn(60, seed=3)
+    assert factors == SPREADS["torque"].drawn(60, seed=3) != SPREADS["torque"].drawn(60, seed=4)
+    assert all(0.9 <= x <= 1.1 and 0.9 <= y <= 1.1 and tip == 1.0 for x, y, tip in factors)
+    assert not {(x, y) for x, y, _ in factors} & set(SPREADS["torque"].design)
+
+    motion, _ = pushed(STAGES["big"])
+    energies = residuals(motion, factors, step=0.002)
+    study = RobustStudy(draws=60, allowed_energy=float(np.median(energies)))
+    found = rates_of({"wave": energies}, study)["wave"]
+    assert found.broken == 30
+    assert found.low < 0.5 < found.high
+    assert "leaves more in 50 %" in rates_in_words({"wave": energies}, study)[0]
+    series = draw_series({"wave": energies})
+    half = np.interp(study.allowed_energy, series["wave: draws"].values, series["draws"].values)
+    assert half == pytest.approx(0.5, abs=1 / 60)
+
+
 def coarse(drive, stage, copies, intervals, monkeypatch):
     """Nominal peak [N m] and ratios of the robust motion: few copies, coarse mesh, few arms."""
     spread = Spread(drive, SPREADS[drive].axes, copies)
@@ -109,6 +129,8 @@ def test_a_coarse_robust_motion_of_the_small_arm_stands_the_spread(monkeypatch):
     ("flags", "said"),
     [
         (["--points", "1"], "points is 1"),
+        (["--draws", "-1"], "draws is -1"),
+        (["--confidence", "1"], "below 1"),
         (["--stage", "both"], "turns one joint, the stage 'both' both"),
         (["--stage", "smal"], "did you mean small?"),
         (["--duration", "-1"], "duration is -1; give a finite positive number"),

@@ -14,11 +14,12 @@ from models.truss import DYNAMIC_SET
 from studies.cli import main
 from studies.common.console import silent
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.rates import rate
 from studies.common.result import Result
 from studies.robust import run, study_from
 from studies.robust.config import VARIED, RobustTrussStudy, as_dictionary
 from studies.robust.ranges import extremes, with_corners
-from studies.robust.replay import drawn, rate, replay
+from studies.robust.replay import drawn, replay
 from studies.robust.search import _from_all_starts, bounds, check, search, who_gives_way
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import pinned_bezier

@@ -16,6 +16,12 @@ from ocp.arrays import Array
 from studies.arm.config import RobustStudy, as_dictionary
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.refinement import FLOOR
+from studies.arm.questions.robust.draws import (
+    draw_series,
+    energies_of_draws,
+    rates_in_words,
+    rates_of,
+)
 from studies.arm.questions.robust.problem import solve_nominal, solve_robust
 from studies.arm.questions.robust.spread import SPREADS, WIDTH, Spread
 from studies.arm.replay.full_model import Drive, Motion, replay
@@ -175,17 +181,19 @@ def find_robust(study: RobustStudy, console: Console) -> Result:
     """
     comparison = compare(study.slew, study.drive, study.points, console.progress, console.live)
     misses = mass_misses(comparison.robust[0].motion, console.live)
+    judged = comparison.robust[0].motion, comparison.nominal.motion
+    left = energies_of_draws(judged, comparison.spread, study, console)
 
     # the motion that is judged comes first, what it is compared with after it
-    judged, *others = comparison.robust
-    ordered = (judged, comparison.nominal, *others)
+    first, *others = comparison.robust
+    ordered = (first, comparison.nominal, *others)
     profiles = {m.motion.name: _sampled(m.motion, study.drive) for m in ordered}
     rows = table_rows({m.motion.name: _quantities(m, comparison) for m in ordered})
     return Result(
         kind="robust",
         question=study.question,
         configuration=as_dictionary(study),
-        arrays=_profile_series(profiles) | _series(comparison),
+        arrays=_profile_series(profiles) | _series(comparison) | draw_series(left),
         table=rows,
         verdict=Verdict(
             "local",
@@ -197,7 +205,7 @@ def find_robust(study: RobustStudy, console: Console) -> Result:
             *(profile_check(p, _allowed(p), f"'{name}'") for name, p in profiles.items()),
         ),
         costs_elsewhere=costs_elsewhere(rows),
-        remarks=_remarks(comparison, misses),
+        remarks=(*_remarks(comparison, misses), *rates_in_words(left, study)),
         details={
             "stage": {
                 "duration": comparison.stage.duration,
@@ -209,7 +217,8 @@ def find_robust(study: RobustStudy, console: Console) -> Result:
             "points": {"B21": len(comparison.nominal.reduced), "full model": FULL},
             "motions": [_torque_law(m) for m in comparison.maps],
             "angle_miss_of_tip_mass_rad": misses,
-            "profile_of": judged.motion.name,
+            "rates": {name: dataclasses.asdict(one) for name, one in rates_of(left, study).items()},
+            "profile_of": first.motion.name,
             **exported_motions(profiles),
         },
         provenance=provenance(),

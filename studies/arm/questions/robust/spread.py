@@ -36,6 +36,12 @@ class Spread:
         """(Big stiffness, small stiffness, tip mass) of a point."""
         return (x, y, 1.0) if self.drive == "torque" else (x, x, y)
 
+    def drawn(self, draws: int, seed: int) -> list[Factors]:
+        """Points drawn evenly from the square."""
+        generator = np.random.default_rng(seed)
+        points = generator.uniform(1.0 - WIDTH, 1.0 + WIDTH, (draws, 2))
+        return [self.factors(float(x), float(y)) for x, y in points]
+
     def grid(self, points: int) -> list[Factors]:
         """All points of a square grid with that many a side."""
         side = np.linspace(1.0 - WIDTH, 1.0 + WIDTH, points)
