@@ -24,9 +24,10 @@ from models.numerics import interior
 
 _log = logging.getLogger(__name__)
 
-_NEWTON = 0.01  # error of the Newton iteration over the tolerance of the step: it must not show
+_NEWTON = 0.001  # error of the Newton iteration over the tolerance of the step: it must not show
 _ITERATIONS = 12  # a step that takes more is tried again at a quarter of its length
 _DIVERGING = 0.9  # ratio of two Newton corrections from which on the step is given up
+_KEEPING = 3  # iterations of a step up to which its linearisation serves the next one, too
 _FILTERS = 2  # passes that hide modes too fast for the step, which the method then damps
 _ROUND_OFF = 1e-14  # change of a coordinate [m] that is noise
 _SMALLEST = 1e-10  # step [s] at which the integration is given up
@@ -162,17 +163,22 @@ class _Integrator:
         # Stages start from zero accelerations: under a jump of torque a0 belongs to modes that
         # the step will not follow.
         a, N = self._flat(0.0 * a0), self._flat(N)
-        linearised, last_report = False, monotonic()
+        linearised = fresh = False
+        last_report = monotonic()
 
         while end - t > 1e-12 * max(1.0, abs(end)):
             h = self._fit(t, h)
             if not linearised:
                 self._linearise(t, z)
-                linearised = True
+                linearised = fresh = True
 
+            before = self.steps.iterations
             try:
                 new_a, new_N, dz = self._newton(t, z, v, h, a, N)
             except _NoConvergence:
+                if not fresh:  # the step may be right, and the linearisation too old
+                    linearised = False
+                    continue
                 self._reject(t, h, "the Newton iteration does not converge")
                 h, a, N = h / 4, self._flat(0.0 * a0), self._flat(N[:, 0])
                 continue
@@ -191,7 +197,9 @@ class _Integrator:
             # The stage polynomials, continued, are the first guess of the next step.
             growth = self._growth(error)
             a, N = self._extrapolate(new_a, new_N, self._fit(t, h * growth) / h, 1.0)
-            h, linearised = h * growth, False
+            # a linearisation serves until the motion has turned so far that it takes iterations
+            h, fresh = h * growth, False
+            linearised = self.steps.iterations - before <= _KEEPING
             last_report = self._report(t, last_report)
 
         return z, v, h

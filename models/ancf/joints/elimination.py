@@ -50,6 +50,11 @@ class SlopeElimination:
         # Root outward: the slope before a joint is complete when that joint's turn comes.
         for tie in self.ties:
             stretch_place = tie.after[0]
+            if tie.clamp is not None:  # half of the work of a step would be its sines and zeros
+                for full in (x, xd, xdd):
+                    full[tie.after] = full[stretch_place] * tie.clamp
+                continue
+
             g, gd, gdd = (full[stretch_place].copy() for full in (x, xd, xdd))
             u, ud, udd = tie.direction(t, x, xd, xdd)
             x[tie.after] = g * u
@@ -78,6 +83,9 @@ class SlopeElimination:
         """J^T f: generalised force on z of a force f (n, m) on x, (n_z, m)."""
         force = force.copy()
         for tie in self.ties:
+            if tie.clamp is not None:
+                force[tie.after[0]] = tie.clamp[:, 0] @ force[tie.after]
+                continue
             phi = tie.joint.law(t)[0]
             a, force_after = tie.slope_before(x), force[tie.after]
             u = rotate(phi, a)

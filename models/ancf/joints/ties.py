@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -40,6 +41,13 @@ class SlopeTie:
     before: list[int] | None
     after: list[int]
     joint: Locked | Driven
+
+    @cached_property
+    def clamp(self) -> Array | None:
+        """U (2, 1) of a locked root, which never changes; None of any other joint."""
+        if self.before is not None or not isinstance(self.joint, Locked):
+            return None
+        return np.array([[np.cos(self.joint.angle)], [np.sin(self.joint.angle)]])
 
     def slope_before(self, x: Array) -> Array:
         """The slope a, (2, m), of coordinates (n, m)."""
