@@ -25,6 +25,7 @@ from studies.arm.replay.full_model import (
 )
 
 STEPS = (0.02, 0.005, 0.001)  # [s] sample times tried, the longest first
+_ASKED = 0.9  # of the residual that a rough replay may leave, which is right to some per cent
 INTERPOLATION: dict[Drive, str] = {
     "torque": "cubic spline through the torques, with no slope at either end",
     "angle": "cubic spline through the angles, with no slope at either end",
@@ -83,7 +84,8 @@ def sampled_to(
         last = tried == STEPS[-1] or step is not None
         if (
             not last
-            and replay(follows, elements=elements, settings=rough).residual_energy > residual
+            and replay(follows, elements=elements, settings=rough).residual_energy
+            > _ASKED * residual
         ):
             continue
         again = replay(follows, elements=elements, settings=SMOOTH)
