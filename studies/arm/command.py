@@ -12,7 +12,14 @@ from typing import Any
 
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode
-from studies.common.running import Job, add_results_flags, add_study_argument, carry_out
+from studies.common.running import (
+    Job,
+    add_results_flags,
+    add_resume_flag,
+    add_study_argument,
+    carry_out,
+    take_up,
+)
 
 QUOTES = '"'
 
@@ -27,12 +34,14 @@ class Question:
     kind : of result.
     study : name of its configuration in `studies.arm`.
     folder : default name of the results folder; `{stage}`, `{drive}`, `{least}` are filled in.
+    goes_on : whether a run that was stopped can go on, as its solves are kept.
     """
 
     command: str
     kind: str
     study: str
     folder: str
+    goes_on: bool = False
 
     def add_arguments(self, parser: argparse.ArgumentParser) -> None:
         """A file of the study, a flag for each of its keys, and where results go."""
@@ -47,14 +56,20 @@ class Question:
             flag = line.key.split(".")[-1].replace("_", "-")
             parser.add_argument(f"--{flag}", dest=line.key, metavar="X", help=text)
         add_results_flags(parser)
+        if self.goes_on:
+            add_resume_flag(parser)
 
     def run(self, options: argparse.Namespace, console: Console) -> ExitCode:
         """Answer the question that the file and the flags state."""
         from studies.arm.config import as_dictionary
         from studies.arm.study import check, run
         from studies.common.configuration import toml_text
+        from studies.common.finished import FinishedStarts
 
+        if self.goes_on:
+            take_up(options, self.add_arguments)
         study = self.read(options)
+        opened: list[FinishedStarts] = []  # the folder is known when it is opened
         configuration = as_dictionary(study)
         job = Job(
             kind=self.kind,
@@ -64,9 +79,12 @@ class Question:
             configuration=configuration,
             input_text=toml_text(configuration),
             check=lambda: check(study),
-            solve=lambda: run(study, console),
+            solve=lambda: run(study, console, *opened),
             draw=_draw,
             files=_files,
+            opened=lambda folder: opened.append(FinishedStarts(folder.path)),
+            resume=options.resume if self.goes_on else None,
+            go_on=f"antenna-ocp {self.command} --resume" if self.goes_on else "",
         )
         return carry_out(job, options, console)
 
@@ -94,7 +112,7 @@ class Question:
         return configuration
 
 
-solve = Question("arm solve", "arm", "ArmStudy", "arm-{stage}")
+solve = Question("arm solve", "arm", "ArmStudy", "arm-{stage}", goes_on=True)
 baselines = Question("arm baselines", "arm-baselines", "BaselinesStudy", "arm-{stage}-{drive}")
 least_duration = Question(
     "arm least-duration", "arm-least-duration", "LeastDurationStudy", "arm-{stage}-least"

@@ -29,15 +29,15 @@ from studies.arm.questions.sequence.study import (
 from studies.arm.questions.trade_off import trade_off
 from studies.common.console import Console, silent
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.finished import FinishedStarts
 from studies.common.result import Result
 
 AnyArmStudy = (
     ArmStudy | BaselinesStudy | LeastDurationStudy | SequenceStudy | TradeOffStudy | RobustStudy
 )
 
-# a question is a configuration and the function that answers it
+# a further question is a configuration and the function that answers it
 _ANSWERS: Mapping[type[Any], Callable[[Any, Console], Result]] = {
-    ArmStudy: solve_motion,
     BaselinesStudy: compare_baselines,
     LeastDurationStudy: find_least_durations,
     SequenceStudy: find_sequence,
@@ -66,7 +66,9 @@ def check(study: AnyArmStudy) -> None:
         check_sequence(study, case)
 
 
-def run(study: AnyArmStudy, console: Console | None = None) -> Result:
+def run(
+    study: AnyArmStudy, console: Console | None = None, kept: FinishedStarts | None = None
+) -> Result:
     """Answer a question to the arm.
 
     Parameters
@@ -76,6 +78,8 @@ def run(study: AnyArmStudy, console: Console | None = None) -> Result:
         `TradeOffStudy` and `RobustStudy` of `studies.arm`.
     console : Console, optional
         Where progress is said; nowhere by default.
+    kept : FinishedStarts, optional
+        Where the solves of an `ArmStudy` go to, and where those of an earlier run are read.
 
     Returns
     -------
@@ -90,6 +94,8 @@ def run(study: AnyArmStudy, console: Console | None = None) -> Result:
     """
     check(study)
     try:
+        if isinstance(study, ArmStudy):
+            return solve_motion(study, console or silent(), kept)
         return _ANSWERS[type(study)](study, console or silent())
     except ModelError as error:  # such as a step that diverges
         raise StudyError(str(error), ExitCode.NOT_SOLVED) from error

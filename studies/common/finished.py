@@ -1,4 +1,4 @@
-"""Starts that are done, kept in the results folder, so that a study that was killed goes on.
+"""Starts and other solves that are done, in the results folder: a killed study goes on from them.
 
 Each start is one file, written beside its place and renamed: it is there as a whole or not at all.
 """

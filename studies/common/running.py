@@ -38,6 +38,50 @@ def add_results_flags(parser: argparse.ArgumentParser, figures: bool = True) -> 
         parser.add_argument("--no-figures", action="store_true", help="leave the figures out")
 
 
+def add_resume_flag(parser: argparse.ArgumentParser) -> None:
+    """Which run is to go on."""
+    parser.add_argument(
+        "--resume",
+        type=folder_path,
+        metavar="DIR",
+        help="go on with a study that was stopped, in its results folder",
+    )
+
+
+def take_up(
+    options: argparse.Namespace, add_arguments: Callable[[argparse.ArgumentParser], None]
+) -> None:
+    """Let a study go on in its folder: what it asks is there, and nothing else may be said.
+
+    Parameters
+    ----------
+    options : Namespace
+        Its `study` becomes the file in the folder, if there is something to go on with.
+    add_arguments : callable
+        Of the command, whose defaults tell what was said.
+
+    Raises
+    ------
+    StudyError
+        If a flag or a file says something else, or the folder is none that could go on.
+    """
+    if options.resume is None:
+        return
+    from studies.common.folder import INPUT_FILE, resumed_results
+
+    parser = argparse.ArgumentParser()
+    add_arguments(parser)
+    for name, value in vars(options).items():
+        if name not in ("resume", "no_figures") and value != parser.get_default(name):
+            flag = name.split(".")[-1].replace("_", "-")
+            what = "a study" if name == "study" else f"--{flag}"
+            raise StudyError(
+                f"--resume goes on with the study in {options.resume}, and takes no other words, "
+                f"but {what} is given; leave it out"
+            )
+    options.study = resumed_results(options.resume) / INPUT_FILE
+
+
 def folder_path(text: str) -> Path:
     """The path of a flag; an empty text is none."""
     if not text.strip():
@@ -119,6 +163,13 @@ def carry_out(job: Job, options: argparse.Namespace, console: Console) -> ExitCo
         if error.exit_code is ExitCode.INTERRUPTED and go_on:
             raise StudyError(f"{error}; go on by: {go_on}", error.exit_code) from error
         raise
+    except KeyboardInterrupt as stop:
+        if not go_on:
+            raise
+        raise StudyError(
+            f"interrupted; what was written until then is kept; go on by: {go_on}",
+            ExitCode.INTERRUPTED,
+        ) from stop
     for name, text in job.files(result).items():
         folder.file(name).write_text(text, "utf-8", newline="")
     again = f"{job.command} {folder.file('input.toml')}"

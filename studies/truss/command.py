@@ -15,9 +15,10 @@ from studies.common.key_flags import KeyFlags, add_key_flags, put_key_flags
 from studies.common.running import (
     Job,
     add_results_flags,
+    add_resume_flag,
     add_study_argument,
     carry_out,
-    folder_path,
+    take_up,
 )
 from studies.truss.quantities import OBJECTIVES
 
@@ -70,12 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="margins of the motor: a preset, as aiaa-s-114, or a TOML file with [margin]",
     )
     add_results_flags(parser)
-    parser.add_argument(
-        "--resume",
-        type=folder_path,
-        metavar="DIR",
-        help="go on with a study that was stopped, in its results folder",
-    )
+    add_resume_flag(parser)
 
 
 def add_truss_flags(parser: argparse.ArgumentParser) -> None:
@@ -99,7 +95,7 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
     from studies.truss.search.motion_search import Search
     from studies.truss.study import result_of
 
-    _take_up(options)
+    take_up(options, add_arguments)
     study = read_study(options, console)
     search = Search(study, console)
 
@@ -121,30 +117,6 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
         go_on="antenna-ocp truss --resume",
     )
     return carry_out(job, options, console)
-
-
-def _take_up(options: argparse.Namespace) -> None:
-    """Let a study go on in its folder: what it asks is there, and nothing else may be said.
-
-    Raises
-    ------
-    StudyError
-        If a flag or a file says something else, or the folder is none that could go on.
-    """
-    if options.resume is None:
-        return
-    from studies.common.folder import INPUT_FILE, resumed_results
-
-    parser = argparse.ArgumentParser()
-    add_arguments(parser)
-    for name, value in vars(options).items():
-        if name not in ("resume", "no_figures") and value != parser.get_default(name):
-            what = "a study" if name == "study" else f"--{name.replace('_', '-')}"
-            raise StudyError(
-                f"--resume goes on with the study in {options.resume}, and takes no other words, "
-                f"but {what} is given; leave it out"
-            )
-    options.study = resumed_results(options.resume) / INPUT_FILE
 
 
 def _draw(result: Any) -> Any:

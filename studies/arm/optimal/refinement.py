@@ -15,9 +15,11 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from models.ancf.integrate import StepControl
+from ocp import solve
 from ocp.arrays import Array
 from studies.arm.optimal.aim import beside_rest
 from studies.arm.optimal.correction import added_to, correction
+from studies.arm.optimal.finished_solves import Solve
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.objectives import RESIDUAL
 from studies.arm.optimal.phase import is_slow
@@ -271,6 +273,7 @@ def refine(
     elements: int | None = None,
     say: Progress | None = None,
     live: Progress | None = None,
+    solver: Solve = solve,
 ) -> Refined:
     """Refine a motion that was solved on one mesh.
 
@@ -286,6 +289,8 @@ def refine(
         confirms is taken.
     say, live : callable, optional
         Receive a line a round, and a line now and then.
+    solver : callable
+        In the place of `ocp.solve`, see `finished_solves`.
     """
 
     def tried(motion: OptimalMotion, aim: Array) -> _TriedMotion:
@@ -305,7 +310,12 @@ def refine(
         intervals = from_.motion.intervals * (2 if finer else 1)
         try:
             solved = solve_again(
-                from_.motion, weight=weight, aim=aim, intervals=intervals, progress=live
+                from_.motion,
+                weight=weight,
+                aim=aim,
+                intervals=intervals,
+                progress=live,
+                solver=solver,
             )
         except StudyError as error:
             if say is not None:

@@ -11,6 +11,7 @@ from models.arm.reduced_simulation import reduced_modes
 from ocp import Interrupted, NumericalTrouble, OcpError, Solution, Trajectory, solve
 from ocp.arrays import Array
 from studies.arm.laws.unit_laws import quintic
+from studies.arm.optimal.finished_solves import Solve
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.objectives import OBJECTIVES, StatedStage, first_duration, problem
 from studies.arm.optimal.phase import quasi_static
@@ -40,8 +41,11 @@ def solve_stage(
     intervals: int | None = None,
     name: str = "optimum",
     progress: Progress | None = None,
+    solver: Solve = solve,
 ) -> OptimalMotion:
     """Solve one stage on one mesh; the stage solved lasts what the solver chose.
+
+    `solver` takes the place of `ocp.solve`, see `finished_solves`.
 
     Raises
     ------
@@ -53,7 +57,7 @@ def solve_stage(
     guess: Trajectory | None = None
     if objective == "time":
         # least time starts from a motion that is possible and only shortens it
-        guess = in_enough_time(stage, caps, intervals, progress)
+        guess = in_enough_time(stage, caps, intervals, progress, solver)
         stage = stage.lasting(guess.phases[0].end)
     else:
         check_bending(stage)
@@ -61,7 +65,7 @@ def solve_stage(
 
     stated = problem(stage, caps, objective)
     weight = OBJECTIVES[objective].smoothing
-    return _solved(name, stated, weight, None, intervals, guess, progress)
+    return _solved(name, stated, weight, None, intervals, guess, progress, solver)
 
 
 def solve_again(
@@ -71,6 +75,7 @@ def solve_again(
     aim: Array,
     intervals: int,
     progress: Progress | None = None,
+    solver: Solve = solve,
 ) -> OptimalMotion:
     """Solve the problem of a motion again, from it: lighter, aimed elsewhere or on a finer mesh.
 
@@ -83,6 +88,8 @@ def solve_again(
         Where the end is beside rest, see `aim`.
     intervals : int
     progress : callable, optional
+    solver : callable
+        In the place of `ocp.solve`, see `finished_solves`.
 
     Raises
     ------
@@ -92,7 +99,7 @@ def solve_again(
     # multipliers help where the same weight is asked for again, and mislead where it is another
     alike = weight > 0.4 * motion.weight
     start = motion.solution if alike else motion.trajectory
-    return _solved(motion.name, motion.stated, weight, aim, intervals, start, progress)
+    return _solved(motion.name, motion.stated, weight, aim, intervals, start, progress, solver)
 
 
 def _solved(
@@ -103,12 +110,13 @@ def _solved(
     intervals: int,
     guess: Solution | Trajectory | None,
     progress: Progress | None,
+    solver: Solve,
 ) -> OptimalMotion:
     failure: OcpError | None = None
     for finer, barrier in ATTEMPTS:
         mesh = stage_mesh(stated.objective, round(finer * intervals))
         try:
-            solution = solve(
+            solution = solver(
                 stated.problem,
                 settings=settings(barrier),
                 guess=guess,
@@ -141,7 +149,11 @@ def in_words(failure: OcpError | None) -> str:
 
 
 def in_enough_time(
-    stage: Stage, caps: TorqueCaps, intervals: int, progress: Progress | None = None
+    stage: Stage,
+    caps: TorqueCaps,
+    intervals: int,
+    progress: Progress | None = None,
+    solver: Solve = solve,
 ) -> Trajectory:
     """The smoothest motion under the caps in a duration that is long enough: least time's start.
 
@@ -152,7 +164,10 @@ def in_enough_time(
     """
 
     def smoothest(longer: Stage) -> Trajectory:
-        return solve_stage(longer, caps=caps, intervals=intervals, progress=progress).trajectory
+        found = solve_stage(
+            longer, caps=caps, intervals=intervals, progress=progress, solver=solver
+        )
+        return found.trajectory
 
     longer = stage.lasting(first_duration(stage, caps))
     for _ in range(LONGER_DURATIONS):

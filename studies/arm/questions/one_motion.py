@@ -11,8 +11,10 @@ from models.ancf.analysis import natural_modes
 from models.ancf.joints import Locked
 from models.ancf.state import posed
 from models.errors import ModelError
+from ocp import solve
 from studies.arm.config import ArmStudy, as_dictionary
 from studies.arm.laws.unit_laws import baselines
+from studies.arm.optimal.finished_solves import FinishedSolves, Solve
 from studies.arm.optimal.objectives import first_duration
 from studies.arm.optimal.phase import is_slow
 from studies.arm.optimal.refinement import Refined, refine
@@ -54,6 +56,7 @@ from studies.arm.report.traces import Trace, snapshot_series, snapshots_of
 from studies.arm.stage import Stage, TorqueCaps
 from studies.common.console import Console
 from studies.common.exit_codes import StudyError
+from studies.common.finished import FinishedStarts
 from studies.common.folder import provenance
 from studies.common.result import Result, Verdict, costs_elsewhere
 from studies.common.scene.chain_shapes import shape_series
@@ -99,15 +102,15 @@ def check_mesh(study: ArmStudy) -> None:
         raise StudyError(str(error)) from error
 
 
-def solve_motion(study: ArmStudy, console: Console) -> Result:
-    """The motion that a study asks for.
+def solve_motion(study: ArmStudy, console: Console, kept: FinishedStarts | None = None) -> Result:
+    """The motion that a study asks for; `kept` are its solves of an earlier run.
 
     Raises
     ------
     StudyError
         If no motion is found.
     """
-    refined = _refined(study, console)
+    refined = _refined(study, console, kept)
     stage = refined.motion.stage  # least time has its own duration
     replayed = _followed_replay(study, refined)
     refined = dataclasses.replace(refined, replay=replayed)
@@ -187,13 +190,15 @@ def _followed_replay(study: ArmStudy, refined: Refined) -> LockedMotion:
     return followed(replayed, np.linspace(stage.duration, 1.25 * stage.duration, _AFTER))
 
 
-def _refined(study: ArmStudy, console: Console) -> Refined:
+def _refined(study: ArmStudy, console: Console, kept: FinishedStarts | None) -> Refined:
+    solver: Solve = solve if kept is None else FinishedSolves(kept, console.progress)
     try:
         motion = solve_stage(
             study.slew.under(study.drive),
             caps=study.caps,
             objective=study.objective,
             progress=console.live,
+            solver=solver,
         )
     except StudyError as error:
         hint = duration_to_try(study.slew, study.caps)
@@ -205,6 +210,7 @@ def _refined(study: ArmStudy, console: Console) -> Refined:
         elements=FINER * study.elements // 2,
         say=console.progress,
         live=console.live,
+        solver=solver,
     )
 
 

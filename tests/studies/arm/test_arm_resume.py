@@ -1,0 +1,87 @@
+"""A motion of the arm whose study was stopped goes on from its finished solves."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ocp import Control, FixedMesh, Mesh, Phase, Problem, Radau, Settings, State, solve
+from ocp.mesh.mesh import uniform
+from studies.arm.optimal import finished_solves
+from studies.arm.optimal.finished_solves import FinishedSolves
+from studies.cli import main
+from studies.common.exit_codes import ExitCode
+from studies.common.finished import FinishedStarts
+from studies.common.result import Result
+
+STUDY = ("arm", "solve", "--stage", "small", "--objective", "energy", "--no-figures")
+SETTINGS = Settings(scheme=Radau(3), refinement=FixedMesh(), verify=False)
+
+
+def cart() -> Problem:
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
+    phase = Phase("cart", {x: v, v: u}, {x: 0.0, v: 0.0}, {x: 1.0, v: 0.0}, end=1.0)
+    return Problem("cart", [phase], minimise=phase.integral(u**2, "effort", "m^2/s^3"))
+
+
+class Counted:
+    """`ocp.solve` that counts, and that a user stops at a call."""
+
+    def __init__(self, stopped_at: int = 0) -> None:
+        self.calls, self.stopped_at = 0, stopped_at
+
+    def __call__(self, *given, **how):
+        self.calls += 1
+        if self.calls == self.stopped_at:
+            raise KeyboardInterrupt
+        return solve(*given, **how)
+
+
+def test_a_solve_is_read_only_at_its_place_and_on_its_mesh(tmp_path: Path, monkeypatch) -> None:
+    counted, kept = Counted(), FinishedStarts(tmp_path)
+    monkeypatch.setattr(finished_solves, "solve", counted)
+    coarse, fine = (Mesh((uniform(n, 3),)) for n in (4, 8))
+
+    first = FinishedSolves(kept, lambda line: None)
+    found = [first(cart(), mesh=mesh, settings=SETTINGS) for mesh in (coarse, fine)]
+    assert counted.calls == 2
+
+    lines: list[str] = []
+    again = FinishedSolves(kept, lines.append)
+    read = again(cart(), mesh=coarse, settings=SETTINGS)
+    assert counted.calls == 2
+    assert lines == ["solve 1: found in an earlier run"]
+    assert read.objective == found[0].objective
+    for ours, theirs in zip(read.trajectory.phases, found[0].trajectory.phases, strict=True):
+        assert np.array_equal(ours.breakpoints, theirs.breakpoints)
+
+    # the second solve was on the fine mesh
+    again(cart(), mesh=coarse, settings=SETTINGS)
+    assert counted.calls == 3
+
+
+@pytest.mark.slow
+def test_a_motion_that_was_stopped_goes_on(tmp_path: Path, monkeypatch, capsys) -> None:
+    out = tmp_path / "out"
+    monkeypatch.setattr(finished_solves, "solve", Counted(stopped_at=3))
+    assert main([*STUDY, "--results", str(out)]) == ExitCode.INTERRUPTED
+    messages = capsys.readouterr().err
+    assert messages.splitlines()[-1].endswith(f"go on by: antenna-ocp arm solve --resume {out}")
+    assert len(list((out / "starts").glob("*.json"))) == 2
+
+    counted = Counted()
+    monkeypatch.setattr(finished_solves, "solve", counted)
+    assert main(["arm", "solve", "--resume", str(out), "--no-figures"]) == ExitCode.OK
+    lines = capsys.readouterr().err
+    assert "solve 2: found in an earlier run" in lines
+    assert "solve 3: found in an earlier run" not in lines
+    assert counted.calls == len(list((out / "starts").glob("*.json"))) - 2
+    assert Result.load(out).value("residual_energy") <= 1e-6
+
+
+def test_resume_takes_no_other_words(tmp_path: Path, capsys) -> None:
+    words = ["arm", "solve", "--resume", str(tmp_path)]
+    assert main([*words, "--drive", "angle"]) == ExitCode.BAD_INPUT
+    assert "takes no other words, but --drive is given" in capsys.readouterr().err
+    assert main(words) == ExitCode.BAD_INPUT
+    assert "no results folder with an input.toml" in capsys.readouterr().err
