@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from time import process_time
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from models.ancf.analysis import natural_modes
 from models.ancf.joints import Locked
 from models.ancf.state import posed
 from models.errors import ModelError
-from ocp import solve
+from ocp import Solution, solve
 from studies.arm.config import ArmStudy, as_dictionary
 from studies.arm.laws.unit_laws import baselines
 from studies.arm.optimal.finished_solves import FinishedSolves, Solve
@@ -66,6 +67,7 @@ LAWS = ("Step5", "Bezier")
 """The paper's own laws, beside which the optimum's costs are seen."""
 FINER = 3  # halves of the elements of a link, on which the residual is found again
 _AFTER = 401  # instants of the quarter of a stage that is followed after the lock
+_LONG = 30.0  # seconds of the processor, from which on a motion says why it took them
 _SHAPER = 10.0  # frequency times duration of shapers that nobody asks for here
 
 
@@ -110,7 +112,8 @@ def solve_motion(study: ArmStudy, console: Console, kept: FinishedStarts | None 
     StudyError
         If no motion is found.
     """
-    refined = _refined(study, console, kept)
+    begin, solves = process_time(), list[float]()
+    refined = _refined(study, console, kept, solves)
     stage = refined.motion.stage  # least time has its own duration
     replayed = _followed_replay(study, refined)
     refined = dataclasses.replace(refined, replay=replayed)
@@ -145,6 +148,9 @@ def solve_motion(study: ArmStudy, console: Console, kept: FinishedStarts | None 
     arrays |= reduced_series(refined.motion.reduced) | snapshot_series(snapshots)
     arrays |= shape_series(replayed.run.runs)
 
+    seconds = process_time() - begin
+    if seconds > _LONG:
+        console.progress(_why_long(seconds, solves))
     remarks = [ASSUMPTIONS]
     details: dict[str, Any] = {
         "stage": {"duration": stage.duration, "start": stage.start, "end": stage.end},
@@ -177,6 +183,15 @@ def solve_motion(study: ArmStudy, console: Console, kept: FinishedStarts | None 
     )
 
 
+def _why_long(seconds: float, solves: list[float]) -> str:
+    """Where the processor's seconds of a motion went, and why."""
+    return (
+        f"it took {seconds:.0f} s of the processor: {sum(solves):.0f} s for {len(solves)} solves "
+        "on B21, whose accelerations are differentiated twice at every point of the mesh, and the "
+        "rest for replays on the full model, where fast modes ring on and keep the steps short"
+    )
+
+
 def _followed_replay(study: ArmStudy, refined: Refined) -> LockedMotion:
     """The motion on the study's own model, and the vibration that follows it."""
     stage, replayed = refined.motion.stage, refined.replay
@@ -190,15 +205,26 @@ def _followed_replay(study: ArmStudy, refined: Refined) -> LockedMotion:
     return followed(replayed, np.linspace(stage.duration, 1.25 * stage.duration, _AFTER))
 
 
-def _refined(study: ArmStudy, console: Console, kept: FinishedStarts | None) -> Refined:
+def _refined(
+    study: ArmStudy, console: Console, kept: FinishedStarts | None, seconds: list[float]
+) -> Refined:
+    """The refined motion; `seconds` of each solve are added."""
     solver: Solve = solve if kept is None else FinishedSolves(kept, console.progress)
+
+    def timed(*given: Any, **how: Any) -> Solution:
+        begin = process_time()
+        try:
+            return solver(*given, **how)
+        finally:
+            seconds.append(process_time() - begin)
+
     try:
         motion = solve_stage(
             study.slew.under(study.drive),
             caps=study.caps,
             objective=study.objective,
             progress=console.live,
-            solver=solver,
+            solver=timed,
         )
     except StudyError as error:
         hint = duration_to_try(study.slew, study.caps)
@@ -210,7 +236,7 @@ def _refined(study: ArmStudy, console: Console, kept: FinishedStarts | None) -> 
         elements=FINER * study.elements // 2,
         say=console.progress,
         live=console.live,
-        solver=solver,
+        solver=timed,
     )
 
 
