@@ -63,7 +63,9 @@ def _add_points(parser: argparse.ArgumentParser) -> None:
         help="rope, drum (default with several layers) or angle; of an arm, root or elbow",
     )
     parser.add_argument(
-        "--motion", metavar="NAME", help="of several motions of an arm, such as 'beside Bezier'"
+        "--motion",
+        metavar="NAME",
+        help="of several of an arm, such as 'beside Bezier'; of a front, 'point 3'",
     )
     parser.add_argument("--step", metavar="S", help="time between two points [s]")
     parser.add_argument(

@@ -70,7 +70,8 @@ def source_of(result: Result) -> Source:
     if result.axis != "time":
         raise StudyError(
             f"a result of the kind '{result.kind}' runs along {result.axis} and is no motion; "
-            "only its stored rows can be exported, with --to csv or json and nothing else"
+            "only its stored rows can be exported, with --to csv or json and nothing else; of a "
+            "front, state a motion: --motion 'point 3'"
         )
     return _truss_source(result) if result.kind in TRUSSES else _arm_source(result)
 
@@ -79,7 +80,8 @@ def with_motion(result: Result, name: str | None) -> Result:
     """The same result with another of its motions as the main one; none is named for the main.
 
     Results of the arm may hold several motions, sampled for a drive: `details["profiles"]` says
-    what each is, and its series have its name before their own.
+    what each is, and its series have its name before their own. A front of the truss holds one for
+    each of its points.
 
     Raises
     ------
@@ -88,6 +90,10 @@ def with_motion(result: Result, name: str | None) -> Result:
     """
     if name is None:
         return result
+    if result.kind == "pareto-truss":
+        from studies.pareto.motions import motion_of
+
+        return motion_of(result, name)
     motions = result.details.get("profiles", {})
     if name not in motions:
         known = ", ".join(repr(one) for one in motions) or "its main motion only"

@@ -21,6 +21,7 @@ from studies.pareto.columns import FrontAxis, front_details, front_series, law_s
 from studies.pareto.config import ParetoStudy, configuration_of
 from studies.pareto.continuation import FrontPoint, NotFoundError
 from studies.pareto.envelope import Front
+from studies.pareto.motions import motion_series
 from studies.pareto.truss import TrussFront
 from studies.pareto.words import dominated_law, front_in_words
 from studies.truss.checks import broken_caps, table_rows
@@ -104,6 +105,7 @@ def result_of(subject: TrussFront, walked: Walked) -> Result:
         arrays={
             **front_series(front, bounds, *axes),
             **law_series(_places(subject, front, laws), *axes),
+            **motion_series(front.points),
         },
         table=table_rows(free, shown, lowest),
         bounds={key: bound for key, bound in lowest.items() if key in both},

@@ -99,6 +99,18 @@ class FrontProgram:
     limit: Constant
 
 
+def study_at(study: ParetoStudy, limit: float) -> TrussStudy:
+    """A study of the truss that asks for one point of a front."""
+    return limited(study.truss, study.pareto.limited, limit)
+
+
+def limited(truss: TrussStudy, name: str, limit: float) -> TrussStudy:
+    """A study with a limit on a quantity; that of the time is its longest duration."""
+    if name == "time":
+        return replace(truss, duration=(truss.duration[0], limit))
+    return replace(truss, caps=replace(truss.caps, **{CAPPED[name]: limit}))
+
+
 class TrussFront:
     """A study's motions as points of a front; a `continuation.Subject`."""
 
@@ -143,10 +155,7 @@ class TrussFront:
 
     def at(self, limit: float) -> TrussStudy:
         """The study with a limit."""
-        if self.limited == "time":
-            return replace(self.truss, duration=(self.truss.duration[0], limit))
-        caps = replace(self.truss.caps, **{CAPPED[self.limited]: limit})
-        return replace(self.truss, caps=caps)
+        return limited(self.truss, self.limited, limit)
 
     def ends(self) -> tuple[tuple[tuple[float, ...], Law], tuple[float, Law]]:
         """Lowest limits to try and the highest, each with a motion that a search found there.

@@ -4,12 +4,16 @@ import numpy as np
 import pytest
 
 from studies.cli import main
+from studies.common.exit_codes import StudyError
 from studies.common.result import Result, Verdict
+from studies.export.source import with_motion
 from studies.pareto.columns import FrontAxis, front_details, front_series, law_series
 from studies.pareto.continuation import FrontPoint, Ranges
 from studies.pareto.envelope import front_of
 from studies.pareto.figures import draw
 from studies.pareto.words import dominated_law, front_in_words, price_at
+from studies.truss.motions.deployment import Deployment
+from studies.truss.motions.laws import law_of_result, study_of
 
 X, Y = FrontAxis("time", "duration", "s"), FrontAxis("peak-force", "peak rope force", "N")
 
@@ -108,3 +112,21 @@ def test_a_coarse_front_of_the_truss(tmp_path):
     assert any("is dominated" in remark for remark in found.remarks)
     assert (folder / "front.png").is_file()
     assert (folder / "profile.csv").is_file()
+
+    # the motion of a point has both its values, and goes out as any motion does
+    third = with_motion(found, "point 3")
+    moved = Deployment("", law_of_result(third), study_of(third).truss).values
+    # an exact law again; peaks between rows are refined to rounding
+    assert moved["time"] == pytest.approx(x[2], rel=1e-9)
+    assert moved["peak-force"] == pytest.approx(y[2], rel=1e-6)
+    file = tmp_path / "third.csv"
+    flags = ["--motion", "point 3", "--to", "csv", "--step", "0.1", "--output", str(file)]
+    assert main(["export", str(folder), *flags]) == 0
+    assert float(file.read_text().splitlines()[-1].split(",")[0]) == pytest.approx(x[2])
+    with pytest.raises(StudyError, match=f"'point 1' to 'point {x.size}'"):
+        with_motion(found, "point 0")
+
+
+def test_a_front_stored_without_motions_says_so():
+    with pytest.raises(StudyError, match="stored without its motions"):
+        with_motion(result(), "point 1")
