@@ -36,6 +36,7 @@ _LOST_FOR = 20
 # lets it; the sum of all complementary products estimates what the objective may still gain.
 _STATIONARITY = 0.01
 _GAP = 0.003
+_SMALLEST = 1e-300  # of an objective: at zero nothing but a gap of zero is near
 
 # IPOPT's own scaling of its error by large multipliers (Waechter and Biegler 2006, eq. 6)
 _LARGE_MULTIPLIERS = 100.0
@@ -128,7 +129,9 @@ class Standstill:
         mean = float(np.abs(multipliers).mean())
         size = max(_LARGE_MULTIPLIERS, mean) / _LARGE_MULTIPLIERS
         dual = float(np.abs(stationarity).max()) / size
-        gap = _GAP * float(products.sum()) / max(abs(objective), 1.0)
+        # a part of the objective, however small its scale makes it: after a warm start from a
+        # neighbour, the start itself meets all else
+        gap = _GAP * float(products.sum()) / max(abs(objective), _SMALLEST)
         return max(float(excess.max(initial=0.0)), _STATIONARITY * dual, gap)
 
 

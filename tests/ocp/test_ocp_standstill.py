@@ -61,6 +61,17 @@ def test_points_off_the_optimum_are_not_near(program_and_optimum):
         assert standstill.best is None, what
 
 
+def test_what_the_objective_may_gain_counts_as_a_part_of_it(program_and_optimum):
+    """A program's objective may be small in its scale: a start from a neighbour is then no end."""
+    meshes, program, optimum = program_and_optimum
+    # pressed a little where no limit is: what limits may gain, but hardly a lack of stationarity
+    arrays = optimum.rows, optimum.bound_multipliers + 1e-9, optimum.row_multipliers
+    for share, near in ((1.0, True), (1e-4, False)):
+        standstill = watched(meshes, program)
+        standstill.seen(0, optimum.x, share * optimum.objective, *arrays)
+        assert (standstill.best is not None) == near
+
+
 def test_a_lower_objective_is_waited_for(program_and_optimum):
     meshes, program, optimum = program_and_optimum
     standstill = watched(meshes, program)
