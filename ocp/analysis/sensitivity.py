@@ -133,7 +133,6 @@ def one_sided_sensitivities(solution: Solution) -> dict[str, Sided]:
         if up - down <= MULTIPLIER_SPREAD * max(abs(value), abs(up), abs(down), share):
             idle = np.abs(multipliers[slope.by_multiplier != 0]).sum() <= _IDLE
             note = _TOUCHES if slope.touching and idle else ""
-            value += 0.5 * (down + up)  # of the multipliers that fit, which the solver's may not
             sided[slope.name] = Sided(sense * value, sense * value, note)
         else:
             sided[slope.name] = Sided(sense * (value + down), sense * (value + up), _KINK)

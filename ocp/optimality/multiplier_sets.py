@@ -16,7 +16,7 @@ from ocp.arrays import Array, Integers
 from ocp.optimality.active_set import MULTIPLIER_FREE, LimitDistances, limit_distances
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import all_multipliers
-from ocp.optimality.switch_slopes import switch_slopes
+from ocp.optimality.switch_slopes import SwitchSlopes, switch_slopes
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -28,7 +28,6 @@ MULTIPLIER_SPREAD = 1e-3
 # changes by a hundredth of that has no end.
 _REACH = 1e3
 _ENDLESS = 1e-2
-
 
 # Of the largest multiplier: what moving a switch may promise, which is the noise of a solver.
 _NOISE = 1e-8
@@ -45,13 +44,13 @@ def fitted_to_switches(iterate: Iterate) -> Iterate:
     if not slopes.direct.size or np.all(slopes.promised(multipliers) <= _NOISE):
         return iterate
 
-    changes = MultiplierChanges.of(iterate, multipliers, limit_distances(iterate))
-    change = changes.least() if changes.many else None
-    if change is None:
+    around = MultiplierChanges.around(iterate, multipliers, limit_distances(iterate))
+    change = around.without_gains_of(slopes, multipliers).least()
+    if change is None:  # a control that only seems to switch there
         return iterate
-    rows = np.zeros(multipliers.size)
-    rows[changes.entries] = change
-    of_rows, of_unknowns = np.split(rows, [iterate.row_multipliers.size])
+    changes = np.zeros(multipliers.size)
+    changes[around.entries] = change
+    of_rows, of_unknowns = np.split(changes, [iterate.row_multipliers.size])
     return replace(
         iterate,
         row_multipliers=iterate.row_multipliers + of_rows,
@@ -70,9 +69,10 @@ class MultiplierChanges:
         The rows, then unknowns, whose multipliers may change.
     lower, upper : (m,)
         Of the changes.
+    constants : (k,)
+        Zero, but where a set is asked for that promises nothing of moving a switch.
     many : bool
-        Whether more than one set fits the program. Where this is because a switch lies on a
-        breakpoint, the `equations` leave one of them, and it need not be that of the solver.
+        Whether more than one set fits the program.
     """
 
     entries: Integers
@@ -86,7 +86,25 @@ class MultiplierChanges:
     def of(
         cls, iterate: Iterate, multipliers: Array, distances: LimitDistances
     ) -> MultiplierChanges:
-        """The multipliers around those of a solution."""
+        """The multipliers around those of a solution; where there are many, by their switches."""
+        around = cls.around(iterate, multipliers, distances)
+
+        # unless zero is the only change, one of two opposite random directions finds another
+        least, largest = np.maximum(around.lower, -1.0), np.minimum(around.upper, 1.0)
+        small = replace(around, lower=least, upper=largest)
+        random = np.random.default_rng(0).normal(size=around.entries.size)
+        if max(small.most(random), small.most(-random)) <= MULTIPLIER_SPREAD:
+            return around
+
+        many = replace(around, many=True)
+        by_switches = many.without_gains_of(switch_slopes(iterate), multipliers)
+        return many if by_switches.least() is None else by_switches
+
+    @classmethod
+    def around(
+        cls, iterate: Iterate, multipliers: Array, distances: LimitDistances
+    ) -> MultiplierChanges:
+        """All changes that leave the Lagrangian stationary; whether there are many is not asked."""
         from scipy.sparse import csr_matrix, hstack, identity  # slow to load, seldom needed
 
         program = iterate.transcription.program
@@ -103,31 +121,18 @@ class MultiplierChanges:
         upper = np.where(is_equation | near_upper[entries], reach, np.maximum(-present, 0.0))
         equations = csr_matrix(everything[:, entries])
 
-        # unless zero is the only change, one of two opposite random directions finds another
-        nothing = np.zeros(equations.shape[0])
-        least, largest = np.maximum(lower, -1.0), np.minimum(upper, 1.0)
-        small = cls(entries, equations, nothing, least, largest, False)
-        random = np.random.default_rng(0).normal(size=entries.size)
-        many = entries.size > nothing.size  # more multipliers than equations for them
-        many = many or max(small.most(random), small.most(-random)) > MULTIPLIER_SPREAD
-        changes = cls(entries, equations, nothing, lower, upper, many)
-        return changes._without_gains_of_switches(iterate, multipliers) if many else changes
+        return cls(entries, equations, np.zeros(equations.shape[0]), lower, upper, many=False)
 
-    def _without_gains_of_switches(self, iterate: Iterate, multipliers: Array) -> MultiplierChanges:
+    def without_gains_of(self, slopes: SwitchSlopes, multipliers: Array) -> MultiplierChanges:
         """Those that promise nothing of moving a switch that lies on a breakpoint."""
         from scipy.sparse import csr_matrix, vstack
 
-        slopes = switch_slopes(iterate)
-        if not slopes.direct.size:
-            return self
         rows = csr_matrix(slopes.by_multiplier[:, self.entries])
-        fewer = replace(
+        return replace(
             self,
             equations=vstack([self.equations, rows]).tocsr(),
             constants=np.concatenate([self.constants, -slopes.of(multipliers)]),
         )
-        # a control that only seems to switch there says nothing of the multipliers
-        return self if fewer.least() is None else fewer
 
     def least(self) -> Array | None:
         """The change (m,) of the least sum of moduli; None if no set of multipliers fits."""

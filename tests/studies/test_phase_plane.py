@@ -117,3 +117,17 @@ def test_what_no_method_integrates_is_said(monkeypatch) -> None:  # type: ignore
     monkeypatch.setattr(phase_plane, "MOST_OF_A_CRAWL", 100)
     with pytest.raises(StudyError, match="gives no bound"):
         PhasePlane(truss).least_force(5.0)
+
+
+def test_where_friction_makes_it_a_crawl_the_motion_beside_the_limit_is_found_farther_off():
+    # 60 times the joint friction: at 1e-8 above the static limit the integration stalls
+    truss = dataclasses.replace(DYNAMIC_SET, pulley_friction=0.01, joint_friction=6.0)
+    plane = PhasePlane(truss)
+    assert plane.fastest(plane.limit_force * (1 + phase_plane.NEAR_LIMIT)) is None
+    least = plane.least_force(1.6)
+    assert least.attained
+    assert plane.least_time(least.force) == pytest.approx(1.6, rel=1e-6)
+
+    slow = plane.least_force(2e4)
+    assert not slow.attained
+    assert "(to 1e-07 of it)" in slow.sentence

@@ -29,6 +29,7 @@ from studies.common.exit_codes import StudyError
 DEPLOYED = math.pi / 2
 TOLERANCE = 1e-12  # of the integration; its dense output is then good to about 1e-10
 NEAR_LIMIT = 1e-8  # relative distance from the limit force below which forces are not resolved
+_DECADES = 5  # beyond that distance, within which a motion has to get through
 LIMIT_TOLERANCE = 1e-11  # relative, of the limit force
 FOREVER = 1e6  # [s]
 AT_REST = 1e-9  # [rad/s]; a motion as slow as this does not get through
@@ -105,8 +106,9 @@ class LeastForce:
         """What to say of this bound."""
         if self.attained:
             return f"least peak rope force without further caps: {self.force:.6g} N (phase plane)"
+        nearest = self.motion.force / self.force - 1.0
         return (
-            f"the least peak rope force is {self.force:.6g} N (to {NEAR_LIMIT:g} of it), a limit "
+            f"the least peak rope force is {self.force:.6g} N (to {nearest:.0e} of it), a limit "
             "that no motion attains: it would arrive at rest in the unstable equilibrium at "
             f"{math.degrees(_slowest_angle(self.motion)):.2f} deg"
         )
@@ -169,9 +171,7 @@ class PhasePlane:
     def least_force(self, duration: float) -> LeastForce:
         """F that solves T_min(F) = duration [s], or the limit where T_min outlasts it."""
         limit = self.limit_force
-        nearest = limit * (1 + NEAR_LIMIT)
-        slowest = self.fastest(nearest)
-        assert slowest is not None
+        slowest = self._slowest(limit)
         if slowest.duration <= duration:
             return LeastForce(limit, False, slowest)
 
@@ -184,12 +184,31 @@ class PhasePlane:
         def excess(logarithm: float) -> float:
             return self.least_time(limit + math.exp(logarithm)) - duration
 
-        bracket = math.log(nearest - limit), math.log(high - limit)
+        bracket = math.log(slowest.force - limit), math.log(high - limit)
         near = 1e-6 if self._crawls else 1e-10  # in a crawl the time is as good as that
         force = limit + math.exp(brentq(excess, *bracket, xtol=near, rtol=1e-14))
         motion = self.fastest(force)
         assert motion is not None
         return LeastForce(force, True, motion)
+
+    def _slowest(self, limit: float) -> FastestMotion:
+        """The motion barely above the limit.
+
+        Where friction makes it a crawl, the integration stalls within its own error of the limit.
+
+        Raises
+        ------
+        StudyError
+            If no motion gets through at a force that is noticeably larger either.
+        """
+        for decade in range(_DECADES):
+            motion = self.fastest(limit * (1 + NEAR_LIMIT * 10**decade))
+            if motion is not None:
+                return motion
+        raise StudyError(
+            f"the phase plane bounds no force: its motions stall at {limit:.6g} N, where statics "
+            "let them through"
+        )
 
     def _join(self, force: float, driven: _Flow, braking: _Flow) -> FastestMotion:
         """Motion along `driven`, then back along `braking`."""
