@@ -187,8 +187,8 @@ def _why_long(seconds: float, solves: list[float]) -> str:
     """Where the processor's seconds of a motion went, and why."""
     return (
         f"it took {seconds:.0f} s of the processor: {sum(solves):.0f} s for {len(solves)} solves "
-        "on B21, whose accelerations are differentiated twice at every point of the mesh, and the "
-        "rest for replays on the full model, where fast modes ring on and keep the steps short"
+        "on B21, whose accelerations are differentiated twice at every point of the mesh; the rest "
+        "is mostly replays on the full model, where fast modes ring on and keep the steps short"
     )
 
 
