@@ -27,7 +27,7 @@ def test_a_cap_that_cannot_act_changes_nothing(caps, capsys) -> None:
 def test_a_motion_at_a_limit_says_so_and_ends_in_its_own_code() -> None:
     # a dip of the speed, where the motion nearly rests
     speed, angle = np.array([0.0, 1.0, 0.5, 1.0]), np.array([0.1, 0.5, 1.5, 1.57])
-    motion = SimpleNamespace(speed=speed, angle=angle)
+    motion = SimpleNamespace(speed=speed, angle=angle, force=12.0 * (1 + 1e-8))
     limit, met = (LeastForce(12.0, attained, motion) for attained in (False, True))
     at = unattained_verdict(12.0 * (1 + 0.5 * AT_LIMIT), limit)
     assert at is not None
