@@ -114,7 +114,8 @@ def question(seed: int, index: int) -> Question:
 
     # drawn last, so that it changes nothing of what is drawn before
     drawn = rng.random() < OTHER_CAP
-    cap = str(rng.choice([name for name in OTHER_CAPS if OTHER_CAPS[name] != objective]))
+    free = [name for name in OTHER_CAPS if f"--{name}-cap" not in command]
+    cap = str(rng.choice([name for name in free if OTHER_CAPS[name] != objective]))
     factor = _rounded(_log_uniform(rng, *FACTORS))
     return {
         "objective": objective,

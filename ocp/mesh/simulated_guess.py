@@ -170,8 +170,8 @@ def _drawn(
 
     # a value that is none counts as one that has run away
     scale = np.array([sizes[s.name] for s in phase.states])[None, :, None]
-    away = np.nan_to_num(np.abs(motion) / scale, nan=np.inf).max(axis=1)
     with np.errstate(over="ignore"):
+        away = np.nan_to_num(np.abs(motion) / scale, nan=np.inf).max(axis=1)
         miss = _misses(phase, parameters, np.nan_to_num(motion), scale)
     miss[np.maximum.accumulate(away, axis=0) > _FAR] = np.inf
 

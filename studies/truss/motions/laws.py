@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -27,16 +27,10 @@ from studies.common.result import Result
 from studies.drive.schema import Drive
 from studies.margin.schema import MarginRequirements
 from studies.truss.config import DEPLOYED, TrussStudy, study_from
-from studies.truss.expressions import acceleration_in
 from studies.truss.motions.deployment import Deployment
+from studies.truss.motions.integrated import integrated_law, replayed_law
 from studies.truss.problem import Statement
 
-EXACT_DEGREE = 3  # of an acceleration between two rows that give angle, speed and acceleration
-ROWS_AN_INTERVAL = 16  # of a replay: the force is then good to 1e-8 between them
-# of Gauss and Legendre between two rows, from 0 to 1; of an order beyond that of the law there
-_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(4)
-GAUSS_POINTS, GAUSS_WEIGHTS = (1.0 + _POINTS) / 2.0, _WEIGHTS / 2.0
-JOINT = 1e-9  # of the duration: intervals of a replay that are shorter are left out
 SHORTEST = 1e-12  # of the duration: shorter intervals are left out
 
 EXACT = 1e-9  # [rad]: jerks that integrate to the angles this closely are the law's own
@@ -108,9 +102,9 @@ def law_of(study: TrussStudy, statement: Statement, solution: Solution) -> Law:
     """
     jerk = statement.signals.jerk
     if isinstance(statement.signals.acceleration, Control):
-        return _integrated_law(study, statement.signals.acceleration.name, solution)
+        return integrated_law(study, statement.signals.acceleration.name, solution)
     if jerk is None:
-        return _replayed_law(study, statement, solution)
+        return replayed_law(study, statement, solution)
 
     edges: list[float] = [0.0]
     ramps: list[tuple[float, float]] = []
@@ -124,87 +118,6 @@ def law_of(study: TrussStudy, statement: Statement, solution: Solution) -> Law:
                 edges.append(float(end))
                 ramps.append((float(first), float(last)))
     return linear_jerk(tuple(edges), tuple(ramps), start_angle=study.truss.stowed_angle)
-
-
-def _integrated_law(study: TrussStudy, acceleration: str, solution: Solution) -> Hermite:
-    """The exact integral of an acceleration that is a polynomial in each interval.
-
-    A replay's angles are good to 1e-11, and second differences of close rows would amplify that. So
-    do those of rounded angles: there are no more rows than the polynomials need.
-    """
-    pieces, gains, turns = [], [], []
-    shortest = JOINT * solution.trajectory.phases[-1].end
-    for phase in solution.trajectory.phases:
-        powers = phase.polynomial(acceleration).powers()[:, 0, :]
-        for begin, end, coefficients in zip(
-            phase.breakpoints[:-1], phase.breakpoints[1:], powers, strict=True
-        ):
-            width = end - begin
-            if width <= shortest:
-                continue
-            rate = np.polynomial.Polynomial(coefficients)
-            degree = int(np.flatnonzero(coefficients).max(initial=0))
-            rows = 1 if degree <= EXACT_DEGREE else ROWS_AN_INTERVAL
-            tau = np.linspace(0.0, 1.0, rows + 1)
-            once, twice = rate.integ()(tau), rate.integ(2)(tau)
-            pieces.append(np.column_stack([begin + width * tau, rate(tau)]))
-            gains.append(width * np.diff(once))
-            turns.append(width**2 * (np.diff(twice) - np.diff(tau) * once[:-1]))
-    return _hermite(study, pieces, np.concatenate(gains), np.concatenate(turns))
-
-
-def _replayed_law(study: TrussStudy, statement: Statement, solution: Solution) -> Hermite:
-    """The integral of the acceleration of the replay, for a solution whose control is a force.
-
-    The acceleration is computed once, at rows so close that the law between them is as accurate as
-    the replay itself. Whoever asks for the motion then needs no expression any more. It is not that
-    of the replay's angles, whose second differences between close rows are noise: the force that
-    follows from them was off by 1e-5 of its peak.
-    """
-    signals = statement.signals
-    within = (np.arange(ROWS_AN_INTERVAL)[:, None] + np.append(0.0, GAUSS_POINTS)).ravel()
-    tau = np.append(within / ROWS_AN_INTERVAL, 1.0)
-    shortest = JOINT * solution.replayed.phases[-1].end
-
-    pieces, gains, turns = [], [], []
-    for motion, net in zip(solution.replayed.phases, statement.nets, strict=True):
-        kept = np.flatnonzero(np.diff(motion.breakpoints) > shortest)
-        values = solution.evaluator.values(
-            solution.replayed,
-            motion.name,
-            [acceleration_in(signals, net)],
-            np.repeat(kept, tau.size),
-            np.tile(tau, kept.size),
-        ).reshape(kept.size, tau.size)
-
-        # Gauss's rule between rows, for the integral and for the integral of the integral
-        width = np.diff(motion.breakpoints)[kept, None] / ROWS_AN_INTERVAL
-        inner = values[:, :-1].reshape(kept.size, ROWS_AN_INTERVAL, -1)[:, :, 1:]
-        gains.append((width * (inner @ GAUSS_WEIGHTS)).ravel())
-        turns.append((width**2 * (inner @ (GAUSS_WEIGHTS * (1.0 - GAUSS_POINTS)))).ravel())
-
-        times = motion.breakpoints[kept][:, None] + width * np.arange(ROWS_AN_INTERVAL + 1)
-        pieces += list(np.dstack([times, values[:, :: 1 + GAUSS_POINTS.size]]))
-    return _hermite(study, pieces, np.concatenate(gains), np.concatenate(turns))
-
-
-def _hermite(study: TrussStudy, pieces: Sequence[Array], gains: Array, turns: Array) -> Hermite:
-    """The law from rest through rows of time and acceleration, (rows, 2) of each interval.
-
-    Parameters
-    ----------
-    gains, turns : of all steps from row to row, as of `models.laws.Hermite`.
-    """
-    # the last row of an interval gives way to the first one of the next, but for the acceleration
-    times, after = np.vstack([*(rows[:-1] for rows in pieces), pieces[-1][-1]]).T
-    before = np.concatenate([pieces[0][:1, 1], *(rows[1:, 1] for rows in pieces)])
-    times[0], after[-1] = 0.0, before[-1]
-
-    speeds = np.cumsum(np.append(0.0, gains))
-    steps = np.diff(times) * speeds[:-1] + turns
-    angles = np.cumsum(np.append(study.truss.stowed_angle, steps))
-    speeds = np.maximum(speeds, 0.0)  # a bound of the solver leaves a little below
-    return Hermite(times, angles, speeds, after, before, gains, turns)
 
 
 def knots(law: Law) -> dict[str, Array]:
