@@ -27,7 +27,7 @@ from ocp.refinement.mesh_iteration import (
     iterations_of,
     record_of,
 )
-from ocp.refinement.policy import gain_falls
+from ocp.refinement.policy import gain_falls, same_intervals
 from ocp.refinement.unwrapping import lost_angle
 from ocp.transcription.packing import trajectory_of
 from ocp.transcription.transcribe import Transcription
@@ -121,7 +121,7 @@ def _refine(
 ) -> Ending:
     """The loop; appends to `solved` and `rounds`."""
     asked, policy = meshes.settings.solver, meshes.settings.refinement
-    most = len(rounds) + policy.rounds
+    most, last_of_all = len(rounds) + policy.rounds, len(rounds) + 2 * policy.rounds
     program, finer = meshes.first_program(start, mesh), False
 
     # without multipliers the first mesh is a rough one, and its digits are lost with it
@@ -140,6 +140,8 @@ def _refine(
             log.info("round %d: %s", len(rounds), rounds[-1])
 
             following = policy.next_mesh(solved, accuracy)
+            # points that close a leak step by step cost little, and are no finer mesh
+            most = min(most + _closes_leaks(solved, following), last_of_all)
             loose = following is not None and _worst(last.errors) >= _FAR
             if _once_more(meshes, solved, following, over=len(rounds) >= most):
                 following, loose = program.mesh, False
@@ -165,6 +167,17 @@ def _refine(
         finer = following.intervals > program.mesh.intervals
         start = solved[-1].iterate
         program = meshes.next_program(start, following)
+
+
+def _closes_leaks(solved: Sequence[SolvedMesh], following: Mesh | None) -> bool:
+    """Whether the next mesh has the same intervals, and the last one left less over its limits."""
+    if following is None or len(solved) < 2:
+        return False
+    before, last = solved[-2:]
+    if following is last.iterate.mesh or last.leak >= before.leak:
+        return False
+    pairs = zip(following.phases, last.iterate.mesh.phases, strict=True)
+    return all(same_intervals(new, old) for new, old in pairs)
 
 
 def _once_more(

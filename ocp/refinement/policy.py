@@ -121,7 +121,8 @@ class AdaptiveMesh:
     Parameters
     ----------
     rounds : int
-        Most meshes that are solved.
+        Most meshes that are solved. Those that only impose limits at more points, and so leave less
+        over them each time, do not count, up to as many again.
     most_intervals : int
         Of a phase.
     highest_degree : int
@@ -378,11 +379,12 @@ def _worthwhile_jumps(mesh: PhaseMesh, errors: PhaseErrors, tolerance: float) ->
 
 
 def _equal(a: PhaseMesh, b: PhaseMesh) -> bool:
-    return (
-        np.array_equal(a.breakpoints, b.breakpoints)
-        and np.array_equal(a.degrees, b.degrees)
-        and a.movable == b.movable
-    )
+    return a.movable == b.movable and same_intervals(a, b)
+
+
+def same_intervals(a: PhaseMesh, b: PhaseMesh) -> bool:
+    """Whether two meshes of a phase have the same breakpoints and degrees."""
+    return np.array_equal(a.breakpoints, b.breakpoints) and np.array_equal(a.degrees, b.degrees)
 
 
 def _gathered(errors: PhaseErrors, motion: PhaseTrajectory, base: PhaseMesh) -> PhaseErrors:

@@ -1,0 +1,36 @@
+"""Rounds that only impose a limit at more points: they go on where each leaves less over it."""
+
+import math
+from itertools import pairwise
+
+import pytest
+
+from ocp import AdaptiveMesh, Control, Phase, Problem, Settings, State, peak, solve
+
+# A mass of 1 kg moves 1 m from rest to rest in 3 s and brakes by at most 1 m/s^2. At full power P
+# its speed is sqrt(2 P t), so that the force begins with a pole, beside which each point that is
+# added leaks to its side. It then brakes for v seconds: 2 v - v^2 / 6 = 1, P = v^2 / (2 (3 - v)).
+SPEED = 6 - math.sqrt(30)
+LEAST = SPEED**2 / (2 * (3 - SPEED))
+
+
+def least_power():
+    x, v = State("x", "m"), State("v", "m/s", lower=0)
+    u = Control("u", "m/s^2", lower=-1)
+    move = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=3.0)
+    return Problem("power", move, minimise=peak((move, u * v)))
+
+
+def test_rounds_that_close_a_leak_step_by_step_do_not_count():
+    rounds = 16
+    refinement = AdaptiveMesh(rounds=rounds, move_breakpoints=False)
+    found = solve(least_power(), settings=Settings(refinement=refinement))
+    assert found.verification.passed
+    # no breakpoint may move onto the instant at which the brake begins
+    assert found.objective == pytest.approx(LEAST, rel=1e-3)
+    assert found.objective > LEAST
+
+    # those beyond the number have the intervals of one before them
+    sizes = [iteration.intervals for iteration in found.mesh_iterations]
+    assert len(sizes) > rounds
+    assert sum(after == before for before, after in pairwise(sizes)) >= len(sizes) - rounds
