@@ -155,22 +155,6 @@ def counted_effort() -> Iterator[Effort]:
 
 
 @contextlib.contextmanager
-def kept_solutions(package: str) -> Iterator[list[Any]]:
-    """Keep the solutions of every `solve` that a loaded package calls inside the block."""
-    from ocp import solve
-
-    solutions: list[Any] = []
-
-    def kept_solve(*arguments: Any, **options: Any) -> Any:
-        solution = solve(*arguments, **options)
-        solutions.append(solution)
-        return solution
-
-    with _replaced(package, "solve", kept_solve):
-        yield solutions
-
-
-@contextlib.contextmanager
 def _replaced(package: str, function: str, replacement: Any) -> Iterator[None]:
     """Replace a function in all loaded modules of a package, wherever they are."""
     with contextlib.ExitStack() as patches:
@@ -226,13 +210,10 @@ def _arm(given: Mapping[str, Any]) -> Answer:
     study = study_from(given)
     begin = time.process_time()
     check_study(study)
-    with kept_solutions("studies.arm") as solutions:  # the study keeps the trajectory alone
-        solved = solve_stage(study.slew, caps=study.caps, objective=study.objective)
-        refined = refine(solved)
+    refined = refine(solve_stage(study.slew, caps=study.caps, objective=study.objective))
     seconds = time.process_time() - begin
 
-    trajectory = refined.motion.trajectory
-    solution = next(s for s in solutions if s.trajectory is trajectory)
+    solution = refined.motion.solution
     agreement = ("study: the full model is still, no finer motion is better", refined.resolved)
     return Answer(
         solution.objective, ARM_TOLERANCE, solution, solution.verdict, seconds, (agreement,)

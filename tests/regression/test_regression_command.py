@@ -107,3 +107,13 @@ def test_records_keep_every_digit(tmp_path: Path) -> None:
     RecordFile({"commit": "c"}, {"one": record}).write(file)
     assert read_records(file) == RecordFile({"commit": "c"}, {"one": record})
     assert json.loads(file.read_text("utf-8"))["records"][0]["value"] == 1 / 3
+
+
+@pytest.mark.slow
+def test_an_arm_is_a_case(tmp_path: Path) -> None:
+    # a stage is solved and refined by a study, whose solution is what is compared
+    output = tmp_path / "today.json"
+    assert regression.main(["arm_small", "--output", str(output)]) == 0
+    record = read_records(output).records["arm_small"]
+    # source: 0.69835 N m, as the committed records have it
+    assert record.value == pytest.approx(0.69835, rel=1e-4)
