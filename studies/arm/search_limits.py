@@ -17,6 +17,7 @@ ROUNDS = 7  # of a refinement, that of the finer mesh not counted
 # by which the smoothness is made lighter at once, where the root alone turns and where the elbow
 # does: lightened by 100, the elbow's torque swings the big arm to and fro, which no mesh resolves
 LIGHTER = (100.0, 10.0)
+CALMER_ROUNDS = 4  # of a smoothness made heavier where a finer full model disagrees
 CORRECTIONS = 4  # of a round's torque on the full model
 HOPELESS = 300.0  # times the residual allowed, above which a motion is not aimed anew
 

@@ -59,7 +59,13 @@ class Modes:
 
 
 def natural_modes(
-    chain: Chain, joints: Sequence[Joint], state: NodalState, *, count: int = 6, t: float = 0.0
+    chain: Chain,
+    joints: Sequence[Joint],
+    state: NodalState,
+    *,
+    count: int = 6,
+    t: float = 0.0,
+    resolved: bool = False,
 ) -> Modes:
     """Linearise about an equilibrium and return its `count` lowest modes that are not rigid.
 
@@ -74,6 +80,8 @@ def natural_modes(
         Number of modes.
     t : float
         [s]
+    resolved : bool
+        Return fewer where the mesh has fewer than four elements a wave at a higher frequency.
 
     Raises
     ------
@@ -98,6 +106,9 @@ def natural_modes(
     stiffness = elimination.reduce(t, x, asm.tangent(x)) + elimination.geometric_stiffness(t, lack)
     mass = elimination.reduce(t, x, dense(asm.mass))
     squares, vectors = _elastic_modes(chain, joints, stiffness, mass, count)
+    if resolved:
+        fine = sum(_elements_for(chain, sqrt(square)) <= chain.elements for square in squares)
+        squares, vectors = squares[: max(fine, 1)], vectors[:, : max(fine, 1)]
     _check_mesh(chain, sqrt(squares[-1]))
 
     # Half the stiffness times a shape of unit modal mass is its strain energy, omega^2 / 2.
@@ -211,8 +222,8 @@ def _checked_solve(matrix: Array, rhs: Array) -> Array:
     return np.asarray(shapes[:, stiff] @ (along[stiff] / stiffness[stiff, None]))
 
 
-def _check_mesh(chain: Chain, omega: float) -> None:
-    """Raise ModelError unless every link has four elements a wave at `omega` [rad/s]."""
+def _elements_for(chain: Chain, omega: float) -> int:
+    """Elements with which every link has four of them a wave at `omega` [rad/s]."""
     needed = 1
     for link in chain.links:
         rho = link.linear_density
@@ -221,7 +232,12 @@ def _check_mesh(chain: Chain, omega: float) -> None:
         bend = (omega**2 * rho / link.bending_stiffness) ** 0.25
         stretch = omega * sqrt(rho / link.axial_stiffness)
         needed = max(needed, int(np.ceil(max(bend, stretch) * link.length / _COARSE)))
+    return needed
 
+
+def _check_mesh(chain: Chain, omega: float) -> None:
+    """Raise ModelError unless the elements are enough for `omega` [rad/s]."""
+    needed = _elements_for(chain, omega)
     if chain.elements < needed:
         raise ModelError(
             f"natural_modes: {chain.elements} elements a link are too coarse for "

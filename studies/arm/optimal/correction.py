@@ -30,7 +30,7 @@ from studies.arm.stage import ROOT, Stage
 
 FASTEST = (20.0, 45.0)  # [Hz], up to which modes are corrected, where the elbow turns, the root
 _SHARES = (0.25, 0.75)  # of the stage that the correction may last, likewise
-_COUNT = 6  # modes looked at
+_COUNT = 6  # modes looked at, or as many as the mesh resolves
 _POSES = 17  # on the way, at which the modes are found
 _A_PERIOD = 24  # points of the correction in a period of the fastest mode
 _TURN = 1e-6  # [rad] of the difference quotient that gives the rigid motion
@@ -105,7 +105,8 @@ def _modes(stage: Stage, chain: Chain, joint: int, angle: float) -> _Modes:
     """Modes of the undeformed arm with the joint free at an angle [rad]."""
     angles = [angle if k == joint else a for k, a in enumerate(stage.end)]
     rest = posed(chain, angles)
-    elastic = natural_modes(chain, stage.full_joints({joint: Free()}), rest, count=_COUNT)
+    joints = stage.full_joints({joint: Free()})
+    elastic = natural_modes(chain, joints, rest, count=_COUNT, resolved=True)
     bending = elastic.axial_fraction < 0.5  # a torque at the joint does not stretch straight links
 
     turned = [

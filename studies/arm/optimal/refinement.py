@@ -8,7 +8,8 @@ large ones, so that the replays decide.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import functools
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Protocol, TypeVar
 
@@ -25,7 +26,7 @@ from studies.arm.optimal.objectives import RESIDUAL
 from studies.arm.optimal.phase import is_slow
 from studies.arm.optimal.solve import solve_again
 from studies.arm.replay.full_model import Drive, LockedMotion, rough_steps_for, steps_for
-from studies.arm.search_limits import CORRECTIONS, HOPELESS, LIGHTER, ROUNDS
+from studies.arm.search_limits import CALMER_ROUNDS, CORRECTIONS, HOPELESS, LIGHTER, ROUNDS
 from studies.arm.stage import ELBOW
 from studies.common.exit_codes import StudyError
 
@@ -34,6 +35,7 @@ SAME = 0.01  # relative change of the objective that counts as none
 AGREE = 0.1  # share of the residual allowed by which two replays may differ
 FLOOR = 1e-9  # [J] below which all replays count as still
 _SMALL_STEP = 2.0  # by which the smoothness is made lighter where a larger step leads astray
+_HEAVIER = 2.0  # by which the smoothness is made heavier where a finer full model disagrees
 ADDED = 0.005  # share of the peak torque that may be added, half of what counts as no change
 ASKED = 0.9  # share of the residual allowed that a round may leave: its replay is right to some %
 
@@ -327,19 +329,61 @@ def refine(
     lighter = LIGHTER[ELBOW in motion.stage.moving]
     answers, rounds, change = refined(first, again, ASKED * residual, lighter)
 
-    # the rounds were replayed roughly; what is stated is not
+    stated = functools.partial(
+        _stated, residual=residual, drive=drive, elements=elements, live=live
+    )
+    found = confirmed((stated(answer.motion, rounds, change) for answer in answers), say)
+    if found.confirmed or elements is None:
+        return found
+    heavier = calmer(answers, rounds, residual, again)
+    others = (stated(tried.motion, all_rounds, lost) for tried, all_rounds, lost in heavier)
+    return next((other for other in others if other.confirmed), found)
+
+
+def _stated(
+    motion: OptimalMotion,
+    rounds: tuple[Round, ...],
+    change: float,
+    *,
+    residual: float,
+    drive: Drive,
+    elements: int | None,
+    live: Progress | None,
+) -> Refined:
+    """A motion of the rounds, which were replayed roughly, with the replays that are stated."""
     steps = steps_for(residual, drive)
+    replayed = motion.replay(drive, settings=steps)
+    if elements is None:
+        return Refined(motion, replayed, rounds, residual, change)
+    if live is not None:
+        live("replaying on a finer full model")
+    finer = motion.replay(drive, elements=elements, settings=steps)
+    return Refined(motion, replayed, rounds, residual, change, finer)
 
-    def stated(motion: OptimalMotion) -> Refined:
-        replayed = motion.replay(drive, settings=steps)
-        if elements is None:
-            return Refined(motion, replayed, rounds, residual, change)
-        if live is not None:
-            live("replaying on a finer full model")
-        finer = motion.replay(drive, elements=elements, settings=steps)
-        return Refined(motion, replayed, rounds, residual, change, finer)
 
-    return confirmed(map(stated, (answer.motion for answer in answers)), say)
+def calmer(
+    answers: tuple[_T, ...], rounds: tuple[Round, ...], residual: float, again: Again[_T]
+) -> Iterator[tuple[_T, tuple[Round, ...], float]]:
+    """Motions as good as the best answer at a heavier smoothness, with the rounds until then.
+
+    Also by how much the best answer is better, relative.
+
+    A torque with sharp edges stirs modes whose frequencies a finer full model shifts: over a stage
+    of hundreds of their periods both models then end with another phase. No correction on one model
+    holds for the other, so that the torque has to leave these modes alone.
+    """
+    best, tried = answers[0].entry, answers[-1]
+    for _ in range(CALMER_ROUNDS):
+        found = again(tried, _HEAVIER * tried.entry.weight, False)
+        if found is None:
+            return
+        tried, rounds = found, (*rounds, found.entry)
+        change = best.objective / found.entry.objective - 1.0
+        if abs(change) > SAME:
+            return
+        # what both models are left with differs by no more than that, in order of magnitude
+        if found.entry.on_full_model <= AGREE * residual:
+            yield found, rounds, change
 
 
 def confirmed(candidates: Iterable[Refined], say: Progress | None = None) -> Refined:

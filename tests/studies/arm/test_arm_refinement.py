@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from studies.arm.optimal.refinement import SAME, Refined, Round, confirmed, refined
+from studies.arm.optimal.refinement import AGREE, SAME, Refined, Round, calmer, confirmed, refined
 
 RESIDUAL = 1e-6
 
@@ -131,3 +131,29 @@ def test_of_motions_as_good_the_one_that_a_finer_model_confirms_is_taken():
     assert "3.00e-07 J, and 5.10e-07 J" in said[0]
     assert confirmed(iter([smooth, fast])) is smooth
     assert confirmed(iter([fast, worse])) is fast
+
+
+def test_where_a_finer_model_disagrees_the_torque_is_made_smoother_while_that_costs_little():
+    def dearer(weight, intervals):
+        return 1.0 + 500.0 * weight
+
+    def stirred(weight, intervals, aims):
+        return 3e-13 / weight
+
+    best = Trial(1e-6, 200, 0, stirred(1e-6, 200, 0), dearer(1e-6, 200))
+    _, again, asked = solver(stirred, dearer)
+    found = list(calmer((best,), (best.entry,), RESIDUAL, again))
+
+    # heavier by two each time; a torque counts that stirs little, and costs a per cent at most
+    assert [trial.weight for trial in asked[1:]] == [2e-6, 4e-6, 8e-6, 16e-6]
+    assert [trial.weight for trial, _, _ in found] == [4e-6, 8e-6, 16e-6]
+    for trial, rounds, change in found:
+        assert trial.left <= AGREE * RESIDUAL
+        assert change == pytest.approx(best.objective / trial.objective - 1.0)
+        assert -SAME <= change < 0.0
+        assert rounds[0] == best.entry
+        assert rounds[-1] == trial.entry
+
+    # nothing is taken that is dearer
+    _, again, asked = solver(stirred, lambda weight, intervals: 1.0 + 1e4 * weight)
+    assert not list(calmer((best,), (), RESIDUAL, again))

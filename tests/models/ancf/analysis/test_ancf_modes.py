@@ -103,6 +103,16 @@ def test_shapes_have_unit_modal_mass():
     assert modes.shapes.T @ mass @ modes.shapes == pytest.approx(np.eye(3), abs=1e-9)
 
 
+def test_modes_that_a_mesh_does_not_resolve_may_be_left_out():
+    coarse, fine = Chain((BEAM,), 3), Chain((BEAM,), 12)
+    few = natural_modes(coarse, [Locked(0.0)], posed(coarse), count=6, resolved=True)
+    asked = natural_modes(fine, [Locked(0.0)], posed(fine), count=6, resolved=True)
+    assert 1 <= len(few.frequencies) < 6
+    assert few.shapes.shape[1] == len(few.axial_fraction) == len(few.frequencies)
+    assert few.frequencies == pytest.approx(asked.frequencies[: len(few.frequencies)], rel=1e-2)
+    assert len(asked.frequencies) == 6
+
+
 @pytest.mark.parametrize(
     ("call", "words"),
     [
