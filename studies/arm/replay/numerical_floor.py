@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from models.ancf.integrate import StepControl
+from models.errors import ModelError
 from studies.arm.replay.full_model import ELEMENTS, Motion, replay
 
 STEPS = 1000  # of the coarser run
+HALVINGS = 4  # of that step where it is too long
 TOLERANCE = 1e-9  # of the Newton iterations; the step is fixed
 
 
@@ -34,8 +36,26 @@ class Floor:
 
 
 def numerical_floor(motion: Motion) -> Floor:
-    """Three replays of a motion with steps of one length."""
+    """Three replays of a motion with steps of one length.
+
+    Where a step is too long for Newton's iteration, as in a motion of much more than the paper's
+    angles, it is halved.
+
+    Raises
+    ------
+    ModelError
+        If the shortest step is too long, too.
+    """
     step = motion.stage.duration / STEPS
+    for _ in range(HALVINGS):
+        try:
+            return _floor(motion, step)
+        except ModelError:
+            step /= 2
+    return _floor(motion, step)
+
+
+def _floor(motion: Motion, step: float) -> Floor:
     whole = StepControl(TOLERANCE, fixed_step=step)
     half = StepControl(TOLERANCE, fixed_step=step / 2)
     return Floor(
