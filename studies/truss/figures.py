@@ -239,8 +239,8 @@ def overview_figure(deployments: Sequence[Deployment], caps: Caps | None = None)
     """
     first = deployments[0]
     window = opening(first)
-    figure = Figure(figsize=(12.0, 5.6), dpi=110, layout="constrained")
-    parts: Any = figure.subfigures(2, 1, height_ratios=(1, 1.5))
+    figure = Figure(figsize=(12.0, 5.9), dpi=110, layout="constrained")
+    parts: Any = figure.subfigures(2, 1, height_ratios=(1.2, 1.5))
     above, below = parts
 
     above.suptitle(f"{first.truss.modules} modules opening under the {first.name} law")
@@ -308,7 +308,7 @@ def draw_snapshot(panel: Axes, deployment: Deployment, picture: MovingPicture, t
     draw_instant(panel, picture, picture.laws[0], time, frame=outline(picture, View()))
     diameter = 2 * float(ring_radius(truss, angle))
     panel.set_title(
-        f"t = {time:.4g} s,  α = {math.degrees(angle):.1f}°,  diameter {diameter:.2f} m",
+        f"t = {time:.4g} s\nα = {math.degrees(angle):.1f}°,  diameter {diameter:.2f} m",
         fontsize=10,
     )
 
