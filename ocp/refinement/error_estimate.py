@@ -50,6 +50,7 @@ _SAMPLES_PER_POINT = 6
 # After five it is located to 1e-4, and a smooth maximum is known to the square of that.
 _ZOOMS = 5
 _ZOOM_SAMPLES = 9
+_PEAKS = 3  # of the samples in an interval, that are looked at
 
 
 @dataclass(frozen=True, eq=False)
@@ -451,6 +452,26 @@ def dense_grid(degree: int) -> Array:
     return np.asarray(0.5 - 0.5 * np.cos(np.pi * np.arange(count) / (count - 1)))
 
 
+def _reach(top: Array, lowest: Array) -> Array:
+    """How high a smooth function may rise at a sample: by less than its neighbours differ."""
+    return np.where(np.isfinite(top), 2.0 * top, np.nan) - lowest
+
+
+def _reach_of_peaks(values: Array) -> Array:
+    """The reach of each sample that is higher than its neighbours, (N, m); -inf elsewhere.
+
+    The highest of all has the greatest, so that it is always looked at.
+    """
+    padded = np.pad(values, ((0, 0), (1, 1)), mode="edge")
+    left, right = padded[:, :-2], padded[:, 2:]
+    higher = (values >= left) & (values >= right) & ((values > left) | (values > right))
+    reach = np.where(
+        higher, np.nan_to_num(_reach(values, np.minimum(left, right)), nan=np.inf), -np.inf
+    )
+    reach[np.arange(len(values)), np.argmax(values, axis=1)] = np.inf
+    return reach
+
+
 def maxima(
     function: Callable[[Integers, Array], Array],
     values: Array,
@@ -468,33 +489,34 @@ def maxima(
     level : float
         What lies below it and below the largest value of all needs no zoom.
     """
-    tau = np.broadcast_to(grid, values.shape)
-    best, best_tau = np.full(len(values), -np.inf), np.zeros(len(values))
-    intervals = np.arange(len(values))
+    # what is not a number exceeds every limit
+    values = np.where(np.isfinite(values), values, np.inf)
+    best, best_tau = values.max(axis=1), grid[np.argmax(values, axis=1)]
 
-    for zoom in range(_ZOOMS):
-        if zoom:
-            values = function(np.repeat(intervals, tau.shape[1]), tau.ravel()).reshape(tau.shape)
+    # a lower sample may stand beside a higher peak, so that several are looked at
+    peak = np.argsort(-_reach_of_peaks(values), axis=1)[:, :_PEAKS].ravel()
+    intervals = np.repeat(np.arange(len(values)), peak.size // len(values))
+    values, tau = values[intervals], np.broadcast_to(grid, (intervals.size, grid.size))
 
-        # what is not a number exceeds every limit
-        values = np.where(np.isfinite(values), values, np.inf)
-        row, peak = np.arange(intervals.size), np.argmax(values, axis=1)
+    for _ in range(_ZOOMS - 1):
+        row = np.arange(intervals.size)
         left, right = np.maximum(peak - 1, 0), np.minimum(peak + 1, tau.shape[1] - 1)
-
-        top = values[row, peak]
-        better = top > best[intervals]
-        best[intervals] = np.where(better, top, best[intervals])
-        best_tau[intervals] = np.where(better, tau[row, peak], best_tau[intervals])
-
-        # a smooth function rises above its samples by less than these differ
         lowest = np.minimum(values[row, left], values[row, right])
-        reach = np.where(np.isfinite(top), 2.0 * top, np.nan) - lowest
-        near = reach >= min(level, best.max())
+        near = _reach(values[row, peak], lowest) >= min(level, best.max())
         if not near.any():
             break
 
         first, last = tau[row, left][near, None], tau[row, right][near, None]
         intervals = intervals[near]
         tau = first + np.linspace(0.0, 1.0, _ZOOM_SAMPLES) * (last - first)
+        values = function(np.repeat(intervals, tau.shape[1]), tau.ravel()).reshape(tau.shape)
+        values = np.where(np.isfinite(values), values, np.inf)
+
+        # the highest of an interval comes last, and stays
+        peak = np.argmax(values, axis=1)
+        top, top_tau = values.max(axis=1), tau[np.arange(peak.size), peak]
+        order = np.argsort(top, kind="stable")
+        order = order[top[order] > best[intervals[order]]]
+        best[intervals[order]], best_tau[intervals[order]] = top[order], top_tau[order]
 
     return Extremes(best, best_tau)

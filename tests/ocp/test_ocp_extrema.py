@@ -54,3 +54,19 @@ def test_only_what_may_reach_the_level_or_is_the_largest_is_zoomed_into():
 def test_a_value_that_is_not_finite_is_the_largest():
     found = all_maxima(lambda k, tau: np.where(tau > 0.9, np.nan, tau), 1)
     assert found.values[0] == np.inf
+
+
+def test_a_peak_beside_lower_samples_is_found_where_the_highest_sample_is_at_an_end():
+    # the end is at -0.4; between two samples there is a narrow peak of 5.7, beside them -80
+    grid = dense_grid(4)
+    middle = 0.5 * (grid[15] + grid[16])
+    curvature = 85.7 / (grid[16] - middle) ** 2
+
+    def values(k, tau):
+        return np.maximum(5.7 - curvature * (tau - middle) ** 2, -0.4 - 1e5 * (1.0 - tau))
+
+    samples = values(np.zeros(grid.size, dtype=int), grid)
+    assert samples.max() == -0.4  # no sample shows it
+    found = all_maxima(values, 1, level=0.0)
+    np.testing.assert_allclose(found.values, [5.7], atol=1e-3)
+    np.testing.assert_allclose(found.tau, [middle], atol=1e-5)
