@@ -111,7 +111,7 @@ def held(
     A motion may rest for minutes at an equilibrium that pulls it back. A replay feels that pull, an
     integral of its acceleration does not: what rounding leaves of a speed moves the angle for as
     long as the rest lasts. So each interval brings the law back to the replay, by an acceleration
-    linear in time. Where that would be more than noise the next interval does it.
+    linear in time, the speed first. It is never more than noise: what is left the next one does.
 
     Parameters
     ----------
@@ -131,11 +131,12 @@ def held(
         angle, speed = angle + (steps[i] * before + turns[i]).sum(), speed + gains[i].sum()
 
         # a constant part for the speed, and one that changes sign for what the angle still misses
-        constant = (ends[i, 1] - speed) / width
-        slope = 6.0 * ((ends[i, 0] - angle) / width**2 - constant / 2.0)
-        if abs(constant) + abs(slope) <= most:
-            added[i] = constant + slope * (1.0 - 2.0 * tau)
-            angle, speed = float(ends[i, 0]), float(ends[i, 1])
+        constant = float(np.clip((ends[i, 1] - speed) / width, -most, most))
+        room = most - abs(constant)
+        wanted = 6.0 * ((ends[i, 0] - angle) / width**2 - constant / 2.0)
+        slope = float(np.clip(wanted, -room, room))
+        added[i] = constant + slope * (1.0 - 2.0 * tau)
+        angle, speed = angle + width**2 * (constant / 2 + slope / 6), speed + width * constant
 
     first, last = added[:, :-1], added[:, 1:]
     held_gains = gains + steps * (first + last) / 2.0
