@@ -59,8 +59,8 @@ PRICE = 0.1
 # A front is read to four digits, and its values are measured between the points of the mesh, not
 # promised. So a limit or a peak may leak by this part between them, as the motion is then a point
 # with a little more of it, and a finer control may promise a thousandth. What is no part of the
-# trade, such as the other caps, is held as closely as the truss asks. A mesh that is refined leaks a
-# fifth of that, so that neighbours can be solved on it, too.
+# trade, such as the other caps, is held as closely as the truss asks. A mesh that is refined leaks
+# a fifth of that, so that neighbours can be solved on it, too.
 LEAK = 5e-4
 ACCURACY = Accuracy(objective=1e-3, path=1e-4)
 INTERVALS, COARSE_INTERVALS = 80, 20  # of each phase of the first mesh

@@ -205,18 +205,22 @@ def _finer(
     """The motion with half the weight and half the interval, if it leaves the full model still.
 
     Behind it the one that it comes from, where that is still and as good. Also the change of the
-    objective, nan if there is no such motion. Where that is too much, the same is done again, so
+    objective, nan if none was found. Where that is too much, the same is done again, so
     many times as `more` says.
     """
     finer = again(heavy, 0.5 * heavy.entry.weight, True)
     if finer is None or not _near(finer, residual):
         # one after the other is easier
         first = again(heavy, heavy.entry.weight, True)
-        finer = None if first is None else again(first, 0.5 * first.entry.weight, False)
-    if finer is None or not _near(finer, residual):
+        second = None if first is None else again(first, 0.5 * first.entry.weight, False)
+        finer = second or finer
+    if finer is None:
         return (heavy,), float("nan")
 
     change = finer.entry.objective / heavy.entry.objective - 1.0
+    if not _near(finer, residual):
+        # no answer, but at rest on B21: its objective says what there was to be gained
+        return (heavy,), change
     finer = _aimed(finer, residual, rounds, again)  # another mesh misses rest by something else
     if finer.entry.on_full_model > residual:
         return (heavy,), change

@@ -101,6 +101,14 @@ def test_a_motion_that_the_mesh_does_not_resolve_is_no_answer_whatever_its_objec
     )
     (best, *_), _, change = refined(first, again, RESIDUAL, 100.0)
     assert (best.weight, best.intervals) == (1e-6, 100)
+    assert change == pytest.approx(0.8 / surcharge(1e-6, 0) - 1.0)
+    assert abs(change) > SAME
+
+    # nothing is known of what could be gained where nothing finer is found
+    first, again, _ = solver(lambda w, n, aims: 1e-8, surcharge)
+    coarse = lambda from_, weight, finer: None if finer else again(from_, weight, finer)  # noqa: E731
+    (best, *_), _, change = refined(first, coarse, RESIDUAL, 100.0)
+    assert best.intervals == 100
     assert np.isnan(change)
 
 
