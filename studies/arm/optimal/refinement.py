@@ -35,7 +35,9 @@ SAME = 0.01  # relative change of the objective that counts as none
 AGREE = 0.1  # share of the residual allowed by which two replays may differ
 FLOOR = 1e-9  # [J] below which all replays count as still
 _SMALL_STEP = 2.0  # by which the smoothness is made lighter where a larger step leads astray
-_HEAVIER = 2.0  # by which the smoothness is made heavier where a finer full model disagrees
+# by which the smoothness is made heavier where a finer full model disagrees, at least and at most:
+# about as much less is left on the full model
+_HEAVIER = (2.0, 10.0)
 ADDED = 0.005  # share of the peak torque that may be added, half of what counts as no change
 ASKED = 0.9  # share of the residual allowed that a round may leave: its replay is right to some %
 
@@ -376,17 +378,20 @@ def calmer(
     of hundreds of their periods both models then end with another phase. No correction on one model
     holds for the other, so that the torque has to leave these modes alone.
     """
-    best, tried = answers[0].entry, answers[-1]
+    best = answers[0].entry
+    tried, heavier = answers[0], best.on_full_model / (AGREE * residual)
     for _ in range(CALMER_ROUNDS):
-        found = again(tried, _HEAVIER * tried.entry.weight, False)
+        weight = tried.entry.weight * float(np.clip(heavier, *_HEAVIER))
+        found = again(tried, weight, False)
         if found is None:
             return
         tried, rounds = found, (*rounds, found.entry)
         change = best.objective / found.entry.objective - 1.0
         if abs(change) > SAME:
             return
-        # what both models are left with differs by no more than that, in order of magnitude
-        if found.entry.on_full_model <= AGREE * residual:
+        # both models are left with something else, of the order of what either is left with
+        heavier = found.entry.on_full_model / (AGREE * residual)
+        if heavier <= 1.0:
             yield found, rounds, change
 
 

@@ -152,9 +152,9 @@ def test_where_a_finer_model_disagrees_the_torque_is_made_smoother_while_that_co
     _, again, asked = solver(stirred, dearer)
     found = list(calmer((best,), (best.entry,), RESIDUAL, again))
 
-    # heavier by two each time; a torque counts that stirs little, and costs a per cent at most
-    assert [trial.weight for trial in asked[1:]] == [2e-6, 4e-6, 8e-6, 16e-6]
-    assert [trial.weight for trial, _, _ in found] == [4e-6, 8e-6, 16e-6]
+    # by as much as three replays differ too much, then by two; one counts that costs a per cent
+    assert [trial.weight for trial in asked[1:]] == pytest.approx([3e-6, 6e-6, 12e-6, 24e-6])
+    assert [trial.weight for trial, _, _ in found] == pytest.approx([3e-6, 6e-6, 12e-6])
     for trial, rounds, change in found:
         assert trial.left <= AGREE * RESIDUAL
         assert change == pytest.approx(best.objective / trial.objective - 1.0)
