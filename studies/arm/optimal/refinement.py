@@ -73,6 +73,8 @@ class Refined:
     change : of the objective by half the weight and half the interval, relative; nan if that
         failed, zero where nothing is weighed.
     finer : replay on a finer full model, None where none was asked for.
+    lost : part of the objective by which a lighter smoothness is better, whose residual no finer
+        full model confirms; zero where the lightest one is taken.
     """
 
     motion: OptimalMotion
@@ -81,11 +83,12 @@ class Refined:
     residual: float
     change: float = 0.0
     finer: LockedMotion | None = None
+    lost: float = 0.0
 
     @property
     def settled(self) -> bool:
-        """Whether a finer motion is no better by more than `SAME`."""
-        return abs(self.change) <= SAME
+        """Whether neither a finer nor a less smooth motion is better by more than `SAME`."""
+        return abs(self.change) <= SAME and self.lost <= SAME
 
     @property
     def still(self) -> bool:
@@ -207,22 +210,18 @@ def _finer(
     """The motion with half the weight and half the interval, if it leaves the full model still.
 
     Behind it the one that it comes from, where that is still and as good. Also the change of the
-    objective, nan if none was found. Where that is too much, the same is done again, so
+    objective, nan if there is no such motion. Where that is too much, the same is done again, so
     many times as `more` says.
     """
     finer = again(heavy, 0.5 * heavy.entry.weight, True)
     if finer is None or not _near(finer, residual):
         # one after the other is easier
         first = again(heavy, heavy.entry.weight, True)
-        second = None if first is None else again(first, 0.5 * first.entry.weight, False)
-        finer = second or finer
-    if finer is None:
+        finer = None if first is None else again(first, 0.5 * first.entry.weight, False)
+    if finer is None or not _near(finer, residual):
         return (heavy,), float("nan")
 
     change = finer.entry.objective / heavy.entry.objective - 1.0
-    if not _near(finer, residual):
-        # no answer, but at rest on B21: its objective says what there was to be gained
-        return (heavy,), change
     finer = _aimed(finer, residual, rounds, again)  # another mesh misses rest by something else
     if finer.entry.on_full_model > residual:
         return (heavy,), change
@@ -339,10 +338,12 @@ def refine(
         _stated, residual=residual, drive=drive, elements=elements, live=live
     )
     found = confirmed((stated(answer.motion, rounds, change) for answer in answers), say)
-    if found.confirmed or elements is None:
+    if found.confirmed or elements is None or not found.settled:
         return found
-    heavier = calmer(answers, rounds, residual, again)
-    others = (stated(tried.motion, all_rounds, lost) for tried, all_rounds, lost in heavier)
+    others = (
+        replace(stated(tried.motion, all_rounds, change), lost=lost)
+        for tried, all_rounds, lost in calmer(answers, rounds, residual, again)
+    )
     return next((other for other in others if other.confirmed), found)
 
 
@@ -372,7 +373,7 @@ def calmer(
 ) -> Iterator[tuple[_T, tuple[Round, ...], float]]:
     """Motions as good as the best answer at a heavier smoothness, with the rounds until then.
 
-    Also by how much the best answer is better, relative.
+    Also the part of the objective by which the best answer is better.
 
     A torque with sharp edges stirs modes whose frequencies a finer full model shifts: over a stage
     of hundreds of their periods both models then end with another phase. No correction on one model
@@ -386,13 +387,13 @@ def calmer(
         if found is None:
             return
         tried, rounds = found, (*rounds, found.entry)
-        change = best.objective / found.entry.objective - 1.0
-        if abs(change) > SAME:
+        lost = 1.0 - best.objective / found.entry.objective
+        if abs(lost) > SAME:
             return
         # both models are left with something else, of the order of what either is left with
         heavier = found.entry.on_full_model / (AGREE * residual)
         if heavier <= 1.0:
-            yield found, rounds, change
+            yield found, rounds, lost
 
 
 def confirmed(candidates: Iterable[Refined], say: Progress | None = None) -> Refined:

@@ -337,7 +337,11 @@ def criteria(study: ArmStudy, refined: Refined, history: Loads) -> tuple[Criteri
     if motion.weight:
         name = f"half the smoothness and half the interval change the objective by {SAME:.0%}"
         changed = abs(refined.change)
-        checks.append(_verified(f"{name} at most", "1", changed, SAME, refined.settled))
+        checks.append(_verified(f"{name} at most", "1", changed, SAME, changed <= SAME))
+    if refined.lost:
+        name = "the smoothness with which a finer full model agrees costs"
+        kept = refined.lost <= SAME
+        checks.append(_verified(f"{name} {SAME:.0%} at most", "1", refined.lost, SAME, kept))
     if study.latch is not None:
         checks += latch_checks(refined.replay, study.latch)
 

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from studies.arm.optimal import refinement as room
 from studies.arm.optimal.refinement import AGREE, SAME, Refined, Round, calmer, confirmed, refined
 
 RESIDUAL = 1e-6
@@ -101,14 +102,6 @@ def test_a_motion_that_the_mesh_does_not_resolve_is_no_answer_whatever_its_objec
     )
     (best, *_), _, change = refined(first, again, RESIDUAL, 100.0)
     assert (best.weight, best.intervals) == (1e-6, 100)
-    assert change == pytest.approx(0.8 / surcharge(1e-6, 0) - 1.0)
-    assert abs(change) > SAME
-
-    # nothing is known of what could be gained where nothing finer is found
-    first, again, _ = solver(lambda w, n, aims: 1e-8, surcharge)
-    coarse = lambda from_, weight, finer: None if finer else again(from_, weight, finer)  # noqa: E731
-    (best, *_), _, change = refined(first, coarse, RESIDUAL, 100.0)
-    assert best.intervals == 100
     assert np.isnan(change)
 
 
@@ -155,13 +148,42 @@ def test_where_a_finer_model_disagrees_the_torque_is_made_smoother_while_that_co
     # by as much as three replays differ too much, then by two; one counts that costs a per cent
     assert [trial.weight for trial in asked[1:]] == pytest.approx([3e-6, 6e-6, 12e-6, 24e-6])
     assert [trial.weight for trial, _, _ in found] == pytest.approx([3e-6, 6e-6, 12e-6])
-    for trial, rounds, change in found:
+    for trial, rounds, lost in found:
         assert trial.left <= AGREE * RESIDUAL
-        assert change == pytest.approx(best.objective / trial.objective - 1.0)
-        assert -SAME <= change < 0.0
+        assert lost == pytest.approx(1.0 - best.objective / trial.objective)
+        assert 0.0 < lost <= SAME
         assert rounds[0] == best.entry
         assert rounds[-1] == trial.entry
 
     # nothing is taken that is dearer
     _, again, asked = solver(stirred, lambda weight, intervals: 1.0 + 1e4 * weight)
     assert not list(calmer((best,), (), RESIDUAL, again))
+
+
+@pytest.mark.parametrize(("change", "settled"), [(np.nan, False), (-0.05, False), (-0.005, True)])
+def test_a_smoother_torque_stands_in_only_for_an_answer_that_is_settled(
+    monkeypatch, change, settled
+):
+    answer, smoother = Trial(1e-6, 200, 0, 4e-7, 1.0), Trial(4e-6, 200, 0, 5e-8, 1.004)
+
+    def stated(motion, rounds, change, **how):
+        finer = 9e-7 if motion is answer else 6e-8
+        replays = [SimpleNamespace(residual_energy=x) for x in (motion.left, finer)]
+        return Refined(motion, replays[0], rounds, RESIDUAL, change, replays[1])
+
+    motions = [SimpleNamespace(motion=m, entry=m.entry) for m in (answer, smoother)]
+    monkeypatch.setattr(room, "refined", lambda *given: ((motions[0],), (), change))
+    monkeypatch.setattr(room, "calmer", lambda *given: iter([(motions[1], (), 0.004)]))
+    monkeypatch.setattr(room, "_stated", stated)
+    monkeypatch.setattr(room, "_TriedMotion", lambda *given: motions[0])
+    monkeypatch.setattr(room, "sentence", lambda *given: "")
+    stage = SimpleNamespace(model=SimpleNamespace(size=1), moving=(0, 1), name="arm")
+    replay = SimpleNamespace(run=SimpleNamespace(before=None))
+    motion = SimpleNamespace(stage=stage, replay=lambda *given, **how: replay)
+    monkeypatch.setattr(room, "beside_rest", lambda *given: np.zeros(2))
+
+    found = room.refine(motion, elements=12)
+    assert found.settled is settled
+    assert found.motion is (smoother if settled else answer)
+    assert found.confirmed is settled
+    assert found.lost == (0.004 if settled else 0.0)
