@@ -217,6 +217,10 @@ def _finer(
     if finer is None or not _near(finer, residual):
         # one after the other is easier
         first = again(heavy, heavy.entry.weight, True)
+        if first is not None and not _near(first, residual):
+            # a mesh leaves a fast mode out, or resolves it; one with a point or two in a period of
+            # it does neither, and half its interval does
+            first = again(first, heavy.entry.weight, True)
         finer = None if first is None else again(first, 0.5 * first.entry.weight, False)
     if finer is None or not _near(finer, residual):
         return (heavy,), float("nan")
@@ -304,8 +308,7 @@ def refine(
         steps = rough_steps_for(residual, drive)
         replayed = motion.replay(drive, settings=steps)
         next_aim = aim - beside_rest(motion.stage, replayed.run.before)
-        if drive == "torque" and len(motion.stage.moving) == 1 and not is_slow(motion.stage):
-            motion, replayed = _corrected(motion, replayed, residual, steps)
+        motion, replayed = _corrected(motion, replayed, residual, drive, steps)
         found = _TriedMotion(motion, replayed, next_aim)
         if say is not None:
             say(sentence(found.entry, motion.stage.name))
@@ -360,6 +363,9 @@ def _stated(
     """A motion of the rounds, which were replayed roughly, with the replays that are stated."""
     steps = steps_for(residual, drive)
     replayed = motion.replay(drive, settings=steps)
+    if replayed.residual_energy > residual:
+        # where little is allowed, the rough replay that the rounds correct misses as much itself
+        motion, replayed = _corrected(motion, replayed, residual, drive, steps)
     if elements is None:
         return Refined(motion, replayed, rounds, residual, change)
     if live is not None:
@@ -419,12 +425,15 @@ def agreement(residual: float) -> float:
 
 
 def _corrected(
-    motion: OptimalMotion, replayed: LockedMotion, residual: float, steps: StepControl
+    motion: OptimalMotion, replayed: LockedMotion, residual: float, drive: Drive, steps: StepControl
 ) -> tuple[OptimalMotion, LockedMotion]:
     """The motion with a little torque added, as far as that brings the full model nearer to rest.
 
-    A motion that needs much more torque, or breaks a limit with it, is left as it is.
+    A motion that needs much more torque, or breaks a limit with it, is left as it is; so is one
+    under angles, of both joints, or so slow that it hardly stirs the modes.
     """
+    if drive != "torque" or len(motion.stage.moving) > 1 or is_slow(motion.stage):
+        return motion, replayed
     best, still = motion, replayed
     for _ in range(CORRECTIONS):
         # well below what is allowed: a finer full model then agrees, too

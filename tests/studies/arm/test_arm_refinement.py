@@ -105,6 +105,16 @@ def test_a_motion_that_the_mesh_does_not_resolve_is_no_answer_whatever_its_objec
     assert np.isnan(change)
 
 
+def test_a_mesh_that_neither_leaves_a_mode_out_nor_resolves_it_is_made_finer_once_more():
+    first, again, _ = solver(
+        lambda w, n, aims: 1e-2 if n == 200 else 1e-8,
+        lambda w, n: surcharge(w, 0),
+    )
+    (best, *_), _, change = refined(first, again, RESIDUAL, 100.0)
+    assert (best.weight, best.intervals) == (5e-7, 400)
+    assert abs(change) <= SAME
+
+
 def test_beside_the_best_motion_stands_one_that_is_as_good():
     first, again, _ = solver(lambda w, n, aims: 1e-8, surcharge)
     answers, _, change = refined(first, again, RESIDUAL, 100.0)
