@@ -59,6 +59,7 @@ TRADE_OFF_REDUCED = 161  # durations on B21
 
 # Both stages as one problem
 SEQUENCE_INTERVALS = (150, 10, 200)  # of big arm, dwell and small arm
+UNRESOLVED = 10.0  # times the residual allowed, above which no more replays are made
 LONGEST_DWELL = 1000.0  # [s]; its vibration is resolved by the replays, however little it is
 SEQUENCE_WINDOW = (0.3, 3.0)  # of the guessed durations, between which the optimiser chooses
 SEQUENCE_ITERATIONS = 400  # where the small arm must calm what the first lock leaves

@@ -26,10 +26,10 @@ from studies.arm.questions.sequence.solve import OptimalSequence, alone, solve_s
 from studies.arm.replay.full_model import ELEMENTS, followed, steps_for
 from studies.arm.report.quantities import CAP_EXCESS, MISS, Metric, table_rows
 from studies.arm.report.traces import Trace
-from studies.arm.search_limits import SEQUENCE_WINDOW
+from studies.arm.search_limits import SEQUENCE_WINDOW, UNRESOLVED
 from studies.arm.stage import ROOT
 from studies.common.console import Console
-from studies.common.exit_codes import StudyError
+from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.folder import provenance
 from studies.common.result import Criterion, Result, Verdict
 from studies.common.scene.chain_shapes import shape_series
@@ -46,13 +46,14 @@ def find_sequence(study: SequenceStudy, console: Console) -> Result:
     Raises
     ------
     StudyError
-        If no motion is found.
+        If no motion is found, or none that comes near to rest.
     """
     case = stated_case(study)
     first = solve_sequence(case, study.least, study.torque_cap, progress=console.live)
     found = refine_sequence(
         first, residual=study.residual_energy, say=console.progress, live=console.live
     )
+    check_rest(found)
     solved, settings = found.solved, steps_for(study.residual_energy)
     console.live("replaying on a finer full model, and sampled")
     finer = replay_sequence(solved, FINER * ELEMENTS // 2, settings)
@@ -91,6 +92,24 @@ def find_sequence(study: SequenceStudy, console: Console) -> Result:
         },
         provenance=provenance(),
     )
+
+
+def check_rest(found: RefinedSequence) -> None:
+    """Refuse a sequence that the mesh does not resolve: its finer replays take hours.
+
+    Raises
+    ------
+    StudyError
+        With what the best round leaves.
+    """
+    left, allowed = found.replay.left, found.residual
+    if left > UNRESOLVED * allowed:
+        raise StudyError(
+            f"no sequence was found that comes to rest: the best of {len(found.rounds)} rounds "
+            f"leaves {left:.2e} J on the full model, and {allowed:g} J are allowed; give a longer "
+            "total or dwell, or allow more residual energy",
+            ExitCode.NOT_SOLVED,
+        )
 
 
 def stated_case(study: SequenceStudy) -> Sequence:
