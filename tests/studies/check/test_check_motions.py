@@ -3,9 +3,12 @@
 import json
 import math
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.integrate import cumulative_trapezoid
+from scipy.interpolate import CubicSpline
 
 from models.laws import JerkLimited, constant_acceleration
 from models.truss import TrussParameters
@@ -254,3 +257,38 @@ def test_a_motion_that_runs_back_is_drawn_with_friction(tmp_path: Path) -> None:
     words = ["check", str(path), "--no-optimum", "--results", str(tmp_path / "r")]
     assert main(words) == ExitCode.NOT_VERIFIED
     assert (tmp_path / "r" / "force.png").exists()
+
+
+def test_steep_edges_of_an_export_are_no_noise_and_scatter_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from studies.arm.config import study_from
+    from studies.check import arm
+
+    def turned(torque, times: np.ndarray) -> np.ndarray:
+        """The angle of a rigid arm [rad], of 100 kg m^2."""
+        speed = cumulative_trapezoid(torque(times) / 100.0, times, initial=0.0)
+        return np.asarray(cumulative_trapezoid(speed, times, initial=0.0))
+
+    def replayed(measured, motion, study):
+        run = SimpleNamespace(
+            times=fine, joint_angles=lambda: [turned(motion.joints[0].torque, fine)]
+        )
+        return SimpleNamespace(run=SimpleNamespace(before=run))
+
+    fine, time = np.linspace(0.0, 8.6, 8601), np.linspace(0.0, 8.6, 173)
+    rows = -3.3 * np.sign(time - 4.3) * (time > 0.0) * (time < 8.6)
+    angle = np.interp(time, fine, turned(CubicSpline(time, rows, bc_type="clamped"), fine))
+    scatter = np.random.default_rng(0).normal(0.0, 0.1, time.size)
+    monkeypatch.setattr(arm, "_replayed", replayed)
+    study, smoothed = study_from({"stage": "big", "duration": 8.6}), []
+    for noise in (0.0 * scatter, scatter):
+        columns = {"time [s]": time, "root_torque [N m]": rows + noise, "root_angle [rad]": angle}
+        measured = read_profile(Path(arm_file(tmp_path / "torque.csv", columns)))
+        driving = arm._driving(measured, study.slew, None)
+        assert driving.smoothed[0]
+        by_curve = replayed(
+            measured, arm._motion(measured, study.slew, driving, exported=True), study
+        )
+        smoothed.append(arm._as_exported(measured, study, driving, by_curve)[0].smoothed[0])
+    assert smoothed == [False, True]
