@@ -59,12 +59,13 @@ class Tolerances:
         Product of a multiplier and the distance to its limit. The solver accepts 1e-8.
     within : float
         Range of the Hamiltonian between two changes of the active set, where costates are as exact
-        as the slope of the Lagrangian.
+        as the slope of the Lagrangian. Not where a path constraint acts: there `gain` counts.
     strict : float
         Worst interval mean of dH/du, in all intervals but those that hold a change of the active
         set or are next to one. It is relative to terms that cancel, hence wider than `within`.
     changes : float
-        Part of the duration that these may take. Where it is most of it, little has been tested.
+        Part of the duration that these may take, those left out that meet `within` and `strict` all
+        the same. Where it is most of it, little has been tested.
     hamiltonian : float
         Mean drift of the Hamiltonian over the whole phase, and its end values at free times.
         Costates are of first order only in intervals that hold a jump of theirs, so that this is
@@ -74,7 +75,8 @@ class Tolerances:
     concave : float
         Negative curvature of the Hamiltonian by a free control: rounding of a few products.
     gain : float
-        What finer controls promise, relative to the objective: ten times the default of a solve,
+        What finer controls promise, or other breakpoints where a path constraint acts, relative
+        to the objective: ten times the default of a solve,
         because the promise is of first order, and often ten times what they give.
     peak : float
         Sum and sign of a peak's multipliers: ten times what the solver leaves of the slope of the
@@ -259,7 +261,7 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
     iterate = evidence.iterate
     for index, costates in enumerate(evidence.multipliers.costates):
         principle = minimum_principle(iterate, evidence.evaluator, costates, index)
-        yield from _between_changes(principle, allowed)
+        yield from _between_changes(principle, iterate.objective_size, allowed)
         yield from _on_the_whole(principle, _undetermined_jumps(iterate, index), allowed)
         yield from _end_values(evidence, principle, index, allowed)
     if iterate.scheme.informative_multipliers:
@@ -271,17 +273,20 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
         )
 
 
-def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterator[Condition]:
+def _between_changes(
+    principle: MinimumPrinciple, objective_size: float, allowed: Tolerances
+) -> Iterator[Condition]:
     """What must hold strictly where the active set does not change."""
     count, name = int(principle.changes.sum()), principle.name
 
     # where changes take most of the time, the rest says little
     yield Condition(
         f"active-set changes of '{name}'",
-        principle.share_of_changes,
+        principle.share_judged_by_means(allowed.within, allowed.strict),
         allowed.changes,
         f"{count} of {principle.changes.size} intervals hold a change of the active set or are "
-        "next to one; they take this part of the duration and are judged by means",
+        "next to one; those that miss the strict limits take this part of the duration and are "
+        "judged by means",
     )
 
     # the Hamiltonian is constant only where time does not enter
@@ -290,7 +295,16 @@ def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterat
             f"between changes of '{name}': Hamiltonian",
             principle.drift_between_changes,
             allowed.within,
-            "its largest range over a run of intervals without changes of the active set",
+            "its largest range over a run of intervals without changes of the active set, "
+            "where no path constraint or state's bound acts",
+        )
+    if principle.autonomous and principle.acting.any():
+        yield Condition(
+            f"where path constraints act in '{name}': Hamiltonian",
+            principle.gain_on_arcs / objective_size,
+            allowed.gain,
+            "what moving breakpoints promises to gain by its changes, to first order, relative to "
+            "the objective",
         )
 
     # there is no slope where all intervals hold a change, and no curvature at the bounds

@@ -10,6 +10,12 @@ given. For a control that is constant in an interval, the interval mean of the s
 Where the active set changes, because a control jumps or a limit is met or left, costates jump or
 bend inside an interval. Polynomials follow that to first order only, so that the principle is
 judged strictly in all other intervals.
+
+Where a path constraint, a peak or a state's bound acts, multipliers are masses at points, and
+costates jump there, too.
+The Hamiltonian then swings inside the intervals, and its means are off by an error that falls with
+the square of the interval. Means that differ say what the objective would gain if the breakpoint
+between them moved (Bryson and Ho, ch. 3.7), and are judged by that gain.
 """
 
 from __future__ import annotations
@@ -25,6 +31,7 @@ from ocp.optimality.active_set import (
     AT,
     CLOSE,
     PRESSING,
+    acting_intervals,
     at_limit,
     path_forces,
     pressing,
@@ -62,19 +69,21 @@ class MinimumPrinciple:
     drift : float
         Mean over time of how far its interval means are from their own mean. At instants that
         `Phase.at` names it may jump, so that each stretch between them has a mean of its own.
-    drift_between_changes : float
-        Largest range of its interval means between two changes of the active set.
+    means : (N,)
+        Its interval means, relative to `size`.
+    steps : (N,)
+        Durations of the intervals [s].
+    stretches : (N,)
+        Number of the stretch between known instants of each interval.
     slopes : (N, n_u)
         Interval means of its slope by the controls, projected on the controls' bounds, relative to
         the mean size of the terms that make them up.
     mean_slope : float
         Largest mean over time of ``|slopes|``.
-    slope_between_changes : float
-        Largest of ``|slopes|`` in intervals that are not at a change of the active set.
     changes : (N,)
         Intervals that hold a change of the active set or are next to one.
-    share_of_changes : float
-        The part of the duration that these take.
+    acting : (N,)
+        Intervals in which a path constraint, a peak or a state's bound acts.
     concavity : float
         Largest negative curvature by a free control, relative to its mean size. It is nan where
         path constraints limit the controls, whose share it lacks.
@@ -86,13 +95,57 @@ class MinimumPrinciple:
     ends: Array
     size: float
     drift: float
-    drift_between_changes: float
+    means: Array
+    steps: Array
+    stretches: Integers
     slopes: Array
     mean_slope: float
-    slope_between_changes: float
     changes: Flags
-    share_of_changes: float
+    acting: Flags
     concavity: float
+
+    @property
+    def slope_between_changes(self) -> float:
+        """Largest of ``|slopes|`` in intervals that are not at a change of the active set."""
+        return float(np.abs(self.slopes[~self.changes]).max(initial=0.0))
+
+    @property
+    def drift_between_changes(self) -> float:
+        """Largest range of its interval means over runs without changes, where no path acts."""
+        strict = ~self.changes & ~self.acting
+        runs = (np.cumsum(~strict) + self.stretches * (strict.size + 1))[strict]
+        kept = self.means[strict]
+        return max((float(np.ptp(kept[runs == run])) for run in set(runs.tolist())), default=0.0)
+
+    @property
+    def gain_on_arcs(self) -> float:
+        """What moving breakpoints promises where a path acts [unit of the objective].
+
+        To first order, each by the shorter one of its intervals.
+        """
+        arcs = self.acting & ~self.changes
+        inside = arcs[1:] & arcs[:-1] & (np.diff(self.stretches) == 0)
+        shorter = np.minimum(self.steps[1:], self.steps[:-1])
+        return float(self.size * (np.abs(np.diff(self.means)) * shorter)[inside].sum())
+
+    def share_judged_by_means(self, within: float, strict: float) -> float:
+        """The part of the duration in which the strict limits do not hold, or were not tested.
+
+        They hold at a change of the active set, too, where a breakpoint is on it.
+
+        Parameters
+        ----------
+        within : float
+            Least difference of the Hamiltonian's means of an interval and a neighbour.
+        strict : float
+            Largest of ``|slopes|`` in an interval.
+        """
+        same = (np.abs(np.diff(self.means)) <= within) & (np.diff(self.stretches) == 0)
+        as_beside = np.append(same, False) | np.append(False, same)
+        if not self.autonomous:
+            as_beside[:] = True
+        holds = as_beside & (np.abs(self.slopes) <= strict).all(axis=1)
+        return float(self.steps[self.changes & ~holds].sum() / self.steps.sum())
 
 
 def minimum_principle(
@@ -120,7 +173,6 @@ def minimum_principle(
     first_and_last = np.array([0, phase.intervals - 1])
     stretches = _stretches(iterate, phase)
     drift = float(np.abs(means - _means_of_stretches(means, steps, stretches)) @ steps / duration)
-    changes = active_set_changes(iterate, index)
     return MinimumPrinciple(
         name=phase.name,
         autonomous=hamiltonian.autonomous,
@@ -128,12 +180,13 @@ def minimum_principle(
         ends=tested.values(first_and_last, np.array([0.0, 1.0])).value,
         size=size,
         drift=drift / size,
-        drift_between_changes=_range_between(means, changes, stretches) / size,
+        means=means / size,
+        steps=steps,
+        stretches=stretches,
         slopes=slopes,
         mean_slope=float((np.abs(slopes).T @ steps).max(initial=0.0) / duration),
-        slope_between_changes=float(np.abs(slopes[~changes]).max(initial=0.0)),
-        changes=changes,
-        share_of_changes=float(steps[changes].sum() / duration),
+        changes=active_set_changes(iterate, index),
+        acting=acting_intervals(iterate)[index],
         concavity=_concavity(values, hamiltonian, _free(tested)[points.intervals]),
     )
 
@@ -240,13 +293,6 @@ def _means_of_stretches(means: Array, steps: Array, stretches: Integers) -> Arra
     """Mean over the stretch that each interval is in, (N,)."""
     total, length = np.bincount(stretches, means * steps), np.bincount(stretches, steps)
     return np.asarray((total / np.where(length > 0, length, 1.0))[stretches])
-
-
-def _range_between(means: Array, changes: Flags, stretches: Integers) -> float:
-    """Largest range over runs of intervals without changes of the active set or instants."""
-    runs = (np.cumsum(changes) + stretches * (changes.size + 1))[~changes]
-    kept = means[~changes]
-    return max((float(np.ptp(kept[runs == run])) for run in set(runs.tolist())), default=0.0)
 
 
 def _free(tested: _TestedPhase) -> Flags:
