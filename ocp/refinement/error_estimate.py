@@ -19,6 +19,7 @@ from ocp.optimality.iterate import Iterate
 from ocp.problem.functionals import Integral, Peak
 from ocp.problem.parameters import Parameters
 from ocp.refinement.accuracy import Accuracy
+from ocp.refinement.constrained_arcs import arc_gains
 from ocp.refinement.missed_switches import missed_switches
 from ocp.refinement.switch_detection import Jump, control_errors, control_jumps, saturated
 from ocp.transcription.path_constraints import PathConstraint
@@ -260,9 +261,9 @@ class PhaseErrors:
         Relative errors of the dynamics, the integrals and the equations.
     gain : (N,)
         What a finer control could gain, relative to the objective, to first order, where the
-        control is rough.
+        control is rough, and what other breakpoints could where a path acts.
     switching : (N,)
-        The same wherever it is.
+        What a finer control could gain wherever it is.
     excess : tuple of Extremes
         Excess of each path constraint, relative to its size on the trajectory.
     jumps : tuple of Jump
@@ -315,13 +316,14 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
         jumps = tuple(control_jumps(motion))
         gain, rough = _relative_gains(iterate, evaluator, index), _telling(iterate, index, acting)
         missed = missed_switches(iterate, evaluator, index, jumps)
+        on_arcs = arc_gains(iterate, evaluator, index, acting[index]) / iterate.objective_size
         excess = motion_errors.excess[index]
         over = [e.values > _COARSE for e in excess]
         wide = np.diff(motion.fractions) > NARROW
         phases.append(
             PhaseErrors(
                 dynamics=motion_errors.dynamics[index],
-                gain=np.where(rough, gain, 0.0) + missed,
+                gain=np.where(rough, gain, 0.0) + missed + on_arcs,
                 switching=gain + missed,
                 excess=excess,
                 jumps=jumps,

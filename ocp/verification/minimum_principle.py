@@ -12,39 +12,25 @@ bend inside an interval. Polynomials follow that to first order only, so that th
 judged strictly in all other intervals.
 
 Where a path constraint, a peak or a state's bound acts, multipliers are masses at points, and
-costates jump there, too.
-The Hamiltonian then swings inside the intervals, and its means are off by an error that falls with
-the square of the interval. Means that differ say what the objective would gain if the breakpoint
-between them moved (Bryson and Ho, ch. 3.7), and are judged by that gain.
+costates jump there, too. The principle is judged there by what moving breakpoints promises
+(`ocp.refinement.constrained_arcs`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from ocp.arrays import Array, Flags, Integers
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory
-from ocp.optimality.active_set import (
-    AT,
-    CLOSE,
-    PRESSING,
-    acting_intervals,
-    at_limit,
-    path_forces,
-    pressing,
-    share_at_limit,
-)
+from ocp.optimality.active_set import AT, CLOSE, acting_intervals, at_limit, share_at_limit
 from ocp.optimality.hamiltonian import Hamiltonian, HamiltonianValues, hamiltonian_of
+from ocp.optimality.interval_means import CollocationPoints, collocation_points
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import PhaseCostates
-from ocp.refinement.switch_detection import control_samples, jumps
-from ocp.transcription.columns import PhaseColumns
-
-# Fraction of a phase within which a jump touches an interval: round-off of fractions
-_ROUND_OFF = 1e-12
+from ocp.refinement.active_set_changes import active_set_changes
+from ocp.refinement.constrained_arcs import shift_gains, stretches_of
 
 # Samples of an interval in which a control has to stay off its bounds to be called free
 _SAMPLES = 9
@@ -119,14 +105,9 @@ class MinimumPrinciple:
 
     @property
     def gain_on_arcs(self) -> float:
-        """What moving breakpoints promises where a path acts [unit of the objective].
-
-        To first order, each by the shorter one of its intervals.
-        """
+        """What moving breakpoints promises where a path acts [unit of the objective]."""
         arcs = self.acting & ~self.changes
-        inside = arcs[1:] & arcs[:-1] & (np.diff(self.stretches) == 0)
-        shorter = np.minimum(self.steps[1:], self.steps[:-1])
-        return float(self.size * (np.abs(np.diff(self.means)) * shorter)[inside].sum())
+        return self.size * float(shift_gains(self.means, self.steps, self.stretches, arcs).sum())
 
     def share_judged_by_means(self, within: float, strict: float) -> float:
         """The part of the duration in which the strict limits do not hold, or were not tested.
@@ -164,14 +145,14 @@ def minimum_principle(
     duration = steps.sum()
 
     # at the collocation points, and as means over the intervals
-    points = _collocation_points(iterate.transcription.columns.phases[index])
+    points = collocation_points(iterate.transcription.columns.phases[index])
     values = tested.values(points.intervals, points.tau)
     means = points.means(values.value)
     size = float(points.means(np.abs(values.terms)).sum(axis=1) @ steps / duration) or 1.0
     slopes = _projected(tested, _slopes(tested, points, values))
 
     first_and_last = np.array([0, phase.intervals - 1])
-    stretches = _stretches(iterate, phase)
+    stretches = stretches_of(iterate, phase)
     drift = float(np.abs(means - _means_of_stretches(means, steps, stretches)) @ steps / duration)
     return MinimumPrinciple(
         name=phase.name,
@@ -212,35 +193,7 @@ class _TestedPhase:
         return self.hamiltonian.along(self.evaluator, trajectory, self.costates, intervals, tau)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class _CollocationPoints:
-    """All collocation points of a phase of `count` intervals, (m,) each."""
-
-    intervals: Integers
-    tau: Array
-    weights: Array
-    count: int
-
-    def means(self, values: Array) -> Array:
-        """Means over each interval of values (m, ...) at the points, (N, ...)."""
-        means = np.zeros((self.count, *values.shape[1:]))
-        np.add.at(means, self.intervals, (self.weights * values.T).T)
-        return means
-
-
-def _collocation_points(columns: PhaseColumns) -> _CollocationPoints:
-    intervals, tau, weights = [], [], []
-    for group in columns.groups:
-        rule, count = group.collocation, group.intervals.size
-        intervals.append(np.repeat(group.intervals, rule.degree))
-        tau.append(np.tile(rule.points, count))
-        weights.append(np.tile(rule.weights, count))
-    return _CollocationPoints(
-        np.concatenate(intervals), np.concatenate(tau), np.concatenate(weights), columns.intervals
-    )
-
-
-def _slopes(tested: _TestedPhase, points: _CollocationPoints, values: HamiltonianValues) -> Array:
+def _slopes(tested: _TestedPhase, points: CollocationPoints, values: HamiltonianValues) -> Array:
     """Interval means of ``H_u + sum mu c_u`` relative to the mean size of its terms, (N, n_u).
 
     Parameters
@@ -282,13 +235,6 @@ def _projected(tested: _TestedPhase, slopes: Array) -> Array:
     return projected
 
 
-def _stretches(iterate: Iterate, phase: PhaseTrajectory) -> Integers:
-    """Number of the stretch between known instants of each interval, (N,)."""
-    instants = iterate.problem.instants[phase.name]
-    middle = 0.5 * (phase.breakpoints[:-1] + phase.breakpoints[1:])
-    return np.searchsorted(np.array(instants, dtype=float), middle)
-
-
 def _means_of_stretches(means: Array, steps: Array, stretches: Integers) -> Array:
     """Mean over the stretch that each interval is in, (N,)."""
     total, length = np.bincount(stretches, means * steps), np.bincount(stretches, steps)
@@ -325,42 +271,3 @@ def _concavity(values: HamiltonianValues, hamiltonian: Hamiltonian, free: Flags)
     blocks = values.curvature * (free[:, :, None] & free[:, None, :])
     size = float(np.abs(values.curvature).mean()) or 1.0
     return max(0.0, -float(np.linalg.eigvalsh(blocks).min(initial=0.0))) / size
-
-
-def active_set_changes(iterate: Iterate, index: int) -> Flags:
-    """Which intervals of a phase hold a change of the active set or are next to one, (N,)."""
-    changes = _jumping(iterate, iterate.trajectory.phases[index])
-    for status in (*_pressing(iterate, index), *_at_bounds(iterate, index)):
-        changed = np.flatnonzero(np.diff(status) != 0)
-        changes[changed], changes[changed + 1] = True, True
-    return changes
-
-
-def _jumping(iterate: Iterate, phase: PhaseTrajectory) -> Flags:
-    """Intervals that overlap a jump of a control or touch it."""
-    fractions = phase.fractions
-    jumping = np.zeros(phase.intervals, dtype=bool)
-    for name in phase.controls:
-        times, values = control_samples(phase, name)
-        if np.ptp(values) <= AT * iterate.scales.signals[name]:
-            continue  # round-off of a constant
-        for jump in jumps(times, values, fractions):
-            ends_after = fractions[1:] >= jump.first - _ROUND_OFF
-            jumping |= ends_after & (fractions[:-1] <= jump.last + _ROUND_OFF)
-    return jumping
-
-
-def _pressing(iterate: Iterate, index: int) -> Iterator[Array]:
-    """Whether each path constraint of a phase presses in each interval, (N,) each."""
-    for force in path_forces(iterate, index).values():
-        yield pressing(force, PRESSING).astype(float)
-
-
-def _at_bounds(iterate: Iterate, index: int) -> Iterator[Array]:
-    """How much of each control and state is at its lower, and its upper bound, (N,) each."""
-    phase, columns = iterate.trajectory.phases[index], iterate.transcription.columns.phases[index]
-    for signal in (*columns.controls, *columns.states):
-        polynomial = phase.polynomial(signal.name)
-        margin = AT * iterate.scales.signals[signal.name]
-        for limit in iterate.parameters.signal_limits[signal.name]:
-            yield share_at_limit(polynomial, limit, margin)

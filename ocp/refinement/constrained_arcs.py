@@ -1,0 +1,74 @@
+"""What other breakpoints gain along arcs on which a path constraint, peak or state's bound acts.
+
+There the multipliers are masses at points. The Hamiltonian swings inside the intervals, and its
+interval means are off by an error that falls with the square of the interval. To first order the
+objective changes with the time of a breakpoint by the difference of the Hamiltonian on both sides
+(Bryson and Ho, "Applied Optimal Control", ch. 3.7). Means that differ therefore tell what is lost
+to the mesh, where costates at single points say nothing of the controls.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocp.arrays import Array, Flags, Integers
+from ocp.mesh.trajectory import Evaluator, PhaseTrajectory
+from ocp.optimality.hamiltonian import hamiltonian_of
+from ocp.optimality.interval_means import collocation_points
+from ocp.optimality.iterate import Iterate
+from ocp.optimality.multipliers import phase_costates
+from ocp.refinement.active_set_changes import active_set_changes
+
+
+def arc_gains(iterate: Iterate, evaluator: Evaluator, index: int, acting: Flags) -> Array:
+    """What other breakpoints gain in each interval of a phase [unit of the objective], (N,).
+
+    Zero outside of arcs, and where time enters the phase, as the Hamiltonian changes with it.
+
+    Parameters
+    ----------
+    index : int
+        Of the phase.
+    acting : (N,)
+        Intervals in which a path constraint, a peak or a state's bound acts.
+    """
+    phase = iterate.trajectory.phases[index]
+    hamiltonian = hamiltonian_of(evaluator, iterate.transcription, index)
+    arcs = acting & ~active_set_changes(iterate, index)
+    if not hamiltonian.autonomous or not arcs.any():
+        return np.zeros(phase.intervals)
+
+    points = collocation_points(iterate.transcription.columns.phases[index])
+    costates = phase_costates(iterate, index)
+    values = hamiltonian.along(
+        evaluator, iterate.trajectory, costates, points.intervals, points.tau
+    )
+    steps, stretches = np.diff(phase.breakpoints), stretches_of(iterate, phase)
+    return shift_gains(points.means(values.value), steps, stretches, arcs)
+
+
+def shift_gains(means: Array, steps: Array, stretches: Integers, arcs: Flags) -> Array:
+    """What moving breakpoints by their shorter interval gains, half to each interval beside, (N,).
+
+    Parameters
+    ----------
+    means : (N,)
+        Interval means of the Hamiltonian.
+    steps : (N,)
+        Durations of the intervals [s].
+    stretches : (N,)
+        Numbers of the stretches between known instants, across which the Hamiltonian may jump.
+    arcs : (N,)
+        Intervals that count.
+    """
+    inside = arcs[1:] & arcs[:-1] & (np.diff(stretches) == 0)
+    shorter = np.minimum(steps[1:], steps[:-1])
+    half = np.where(inside, 0.5 * np.abs(np.diff(means)) * shorter, 0.0)
+    return np.asarray(np.append(half, 0.0) + np.append(0.0, half))
+
+
+def stretches_of(iterate: Iterate, phase: PhaseTrajectory) -> Integers:
+    """Number of the stretch between known instants of each interval, (N,)."""
+    instants = iterate.problem.instants[phase.name]
+    middle = 0.5 * (phase.breakpoints[:-1] + phase.breakpoints[1:])
+    return np.searchsorted(np.array(instants, dtype=float), middle)
