@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 
-from ocp import AdaptiveMesh, Control, Phase, Problem, Settings, State, peak, solve
+from ocp import Accuracy, AdaptiveMesh, Control, Phase, Problem, Settings, State, peak, solve
 
 # A mass of 1 kg moves 1 m from rest to rest in 3 s and brakes by at most 1 m/s^2. At full power P
 # its speed is sqrt(2 P t), so that the force begins with a pole, beside which each point that is
@@ -22,9 +22,10 @@ def least_power():
 
 
 def test_rounds_that_close_a_leak_step_by_step_do_not_count():
-    rounds = 16
+    rounds = 8
     refinement = AdaptiveMesh(rounds=rounds, move_breakpoints=False)
-    found = solve(least_power(), settings=Settings(refinement=refinement))
+    accuracy = Accuracy(objective=1e-3)
+    found = solve(least_power(), settings=Settings(accuracy=accuracy, refinement=refinement))
     assert found.verification.passed
     # no breakpoint may move onto the instant at which the brake begins
     assert found.objective == pytest.approx(LEAST, rel=1e-3)
@@ -34,3 +35,15 @@ def test_rounds_that_close_a_leak_step_by_step_do_not_count():
     sizes = [iteration.intervals for iteration in found.mesh_iterations]
     assert len(sizes) > rounds
     assert sum(after == before for before, after in pairwise(sizes)) >= len(sizes) - rounds
+
+
+@pytest.mark.parametrize("asked", [1e-3, 1e-4])
+def test_what_the_mesh_loses_along_an_arc_is_no_more_than_asked(asked):
+    # all but the brake is one arc at full power, on which multipliers sit at points
+    settings = Settings(
+        accuracy=Accuracy(objective=asked), refinement=AdaptiveMesh(move_breakpoints=False)
+    )
+    found = solve(least_power(), settings=settings)
+    assert 0.0 <= found.objective / LEAST - 1.0 <= asked
+    last = found.mesh_iterations[-1]
+    assert 0.2 <= (found.objective / LEAST - 1.0) / last.gain <= 5.0  # what is promised is true
