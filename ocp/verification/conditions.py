@@ -258,13 +258,21 @@ def _lagrangian_slope(iterate: Iterate, multipliers: Array) -> Array:
 
 def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condition]:
     """The minimum principle, phase by phase."""
-    iterate = evidence.iterate
+    iterate, informative = evidence.iterate, evidence.iterate.scheme.informative_multipliers
     for index, costates in enumerate(evidence.multipliers.costates):
         principle = minimum_principle(iterate, evidence.evaluator, costates, index)
-        yield from _between_changes(principle, iterate.objective_size, allowed)
+        yield from _between_changes(principle, allowed)
         yield from _on_the_whole(principle, _undetermined_jumps(iterate, index), allowed)
         yield from _end_values(evidence, principle, index, allowed)
-    if iterate.scheme.informative_multipliers:
+        if informative and principle.autonomous and principle.acting.any():
+            yield Condition(
+                f"where path constraints act in '{principle.name}': Hamiltonian",
+                principle.gain_on_arcs / iterate.objective_size,
+                allowed.gain,
+                "what moving breakpoints promises to gain by its changes, to first order, relative "
+                "to the objective",
+            )
+    if informative:
         yield Condition(
             "finer controls",
             promised_gain(iterate, evidence.evaluator),
@@ -273,9 +281,7 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
         )
 
 
-def _between_changes(
-    principle: MinimumPrinciple, objective_size: float, allowed: Tolerances
-) -> Iterator[Condition]:
+def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterator[Condition]:
     """What must hold strictly where the active set does not change."""
     count, name = int(principle.changes.sum()), principle.name
 
@@ -298,15 +304,6 @@ def _between_changes(
             "its largest range over a run of intervals without changes of the active set, "
             "where no path constraint or state's bound acts",
         )
-    if principle.autonomous and principle.acting.any():
-        yield Condition(
-            f"where path constraints act in '{name}': Hamiltonian",
-            principle.gain_on_arcs / objective_size,
-            allowed.gain,
-            "what moving breakpoints promises to gain by its changes, to first order, relative to "
-            "the objective",
-        )
-
     # there is no slope where all intervals hold a change, and no curvature at the bounds
     if principle.slopes.size:
         yield Condition(
