@@ -37,6 +37,11 @@ TOUCHED = 1e-4
 # with a scaled multiplier above 1e-4 are met that closely; a smaller one counts as none.
 MULTIPLIER_FREE = 1e-6
 
+# Scaled product of a limit's multiplier and the distance from it that a solver leaves: ten times a
+# barrier parameter of 1e-10. It is also what moving on to the limit would gain, in parts of the
+# objective's size. A larger product is no remainder of the barrier.
+LEFT = 1e-9
+
 # Part of the largest multiplier of the same limit, from which on the limit presses. Where it does
 # not, the barrier leaves about 1e-10 over the scaled distance.
 PRESSING = 1e-6

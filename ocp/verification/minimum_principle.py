@@ -24,7 +24,7 @@ import numpy as np
 
 from ocp.arrays import Array, Flags, Integers
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory
-from ocp.optimality.active_set import AT, CLOSE, acting_intervals, at_limit, share_at_limit
+from ocp.optimality.active_set import AT, CLOSE, LEFT, acting_intervals, at_limit, share_at_limit
 from ocp.optimality.hamiltonian import Hamiltonian, HamiltonianValues, hamiltonian_of
 from ocp.optimality.interval_means import CollocationPoints, collocation_points
 from ocp.optimality.iterate import Iterate
@@ -149,7 +149,7 @@ def minimum_principle(
     values = tested.values(points.intervals, points.tau)
     means = points.means(values.value)
     size = float(points.means(np.abs(values.terms)).sum(axis=1) @ steps / duration) or 1.0
-    slopes = _projected(tested, _slopes(tested, points, values))
+    slopes = _projected(tested, *_slopes(tested, points, values))
 
     first_and_last = np.array([0, phase.intervals - 1])
     stretches = stretches_of(iterate, phase)
@@ -193,13 +193,21 @@ class _TestedPhase:
         return self.hamiltonian.along(self.evaluator, trajectory, self.costates, intervals, tau)
 
 
-def _slopes(tested: _TestedPhase, points: CollocationPoints, values: HamiltonianValues) -> Array:
-    """Interval means of ``H_u + sum mu c_u`` relative to the mean size of its terms, (N, n_u).
+def _slopes(
+    tested: _TestedPhase, points: CollocationPoints, values: HamiltonianValues
+) -> tuple[Array, Array]:
+    """Interval means of ``H_u + sum mu c_u`` relative to the mean size of its terms.
 
     Parameters
     ----------
     points, values
         The collocation points, and the Hamiltonian there.
+
+    Returns
+    -------
+    slopes : (N, n_u)
+    typical : (n_u,)
+        What they are relative to [unit of the objective / s / unit of the control].
     """
     iterate, steps = tested.iterate, np.diff(tested.phase.breakpoints)
     slopes, sizes = points.means(values.slope), points.means(values.slope_size)
@@ -217,12 +225,25 @@ def _slopes(tested: _TestedPhase, points: CollocationPoints, values: Hamiltonian
         np.add.at(sizes, path.intervals, np.abs(share))
 
     typical = sizes.T @ steps / steps.sum()
-    return np.asarray(slopes / np.where(typical > 0, typical, 1.0))
+    typical = np.where(typical > 0, typical, 1.0)
+    return np.asarray(slopes / typical), np.asarray(typical)
 
 
-def _projected(tested: _TestedPhase, slopes: Array) -> Array:
-    """Zero where a control touches the bound against which the slope presses it."""
-    iterate, projected = tested.iterate, slopes.copy()
+def _projected(tested: _TestedPhase, slopes: Array, typical: Array) -> Array:
+    """Zero where a control touches the bound against which the slope presses it.
+
+    Off the bounds it is balanced by what the solver's barrier leaves of their multipliers, which
+    is the more, the closer the control is to a bound, and the narrower the interval.
+
+    Parameters
+    ----------
+    slopes : (N, n_u)
+        Relative to the typical size of each control's terms.
+    typical : (n_u,)
+        That size [unit of the objective / s / unit of the control].
+    """
+    iterate, left = tested.iterate, _left_by_barrier(tested)
+    projected = slopes + left / typical
     for j, control in enumerate(tested.hamiltonian.controls):
         margin = AT * iterate.scales.signals[control.name]
         polynomial = tested.phase.polynomial(control.name)
@@ -230,9 +251,33 @@ def _projected(tested: _TestedPhase, slopes: Array) -> Array:
             share_at_limit(polynomial, limit, margin) > 0.0
             for limit in iterate.parameters.signal_limits[control.name]
         )
+        projected[at_lower | at_upper, j] = slopes[at_lower | at_upper, j]
         pressed = (at_lower & (slopes[:, j] > 0)) | (at_upper & (slopes[:, j] < 0))
         projected[pressed, j] = 0.0
     return projected
+
+
+def _left_by_barrier(tested: _TestedPhase) -> Array:
+    """Multipliers of the controls' bounds that a barrier explains, as interval means, (N, n_u).
+
+    In the unit of the objective by second and by the unit of the control.
+    """
+    iterate, steps = tested.iterate, np.diff(tested.phase.breakpoints)
+    columns, names = iterate.transcription.columns, [c.name for c in tested.hamiltonian.controls]
+    lower, upper = iterate.limits.columns
+    left = np.zeros((steps.size, len(names)))
+
+    for signal, intervals, ids in columns.phases[tested.index].coefficients:
+        if signal.name not in names:
+            continue
+        multipliers, x = iterate.bound_multipliers[ids], iterate.x[ids]
+        distances = np.where(multipliers > 0, upper[ids] - x, x - lower[ids])
+        pushing = np.isfinite(distances) & (multipliers != 0)
+        products = np.abs(multipliers * np.where(pushing, distances, 0.0))
+        explained = np.where(pushing & (products <= LEFT), multipliers / columns.sizes[ids], 0.0)
+        masses = explained.sum(axis=1) * iterate.scales.objective
+        left[intervals, names.index(signal.name)] = masses / steps[intervals]
+    return left
 
 
 def _means_of_stretches(means: Array, steps: Array, stretches: Integers) -> Array:

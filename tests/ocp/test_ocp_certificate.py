@@ -128,7 +128,7 @@ def test_between_changes_the_minimum_principle_holds_strictly():
     within = named_check(certificate, "between changes of 'dash': Hamiltonian")
     assert within.value < 1e-7
     changes = named_check(certificate, "active-set changes of 'dash'")
-    assert changes.value == 0.0  # a breakpoint is on the switch, so that both sides are as strict
+    assert changes.value == 0.0  # a breakpoint lies on the switch, so that none is spoilt
     assert changes.sentence.startswith(tuple("123456789"))  # says how many intervals are left out
     missed = solve(least_time(), settings=Settings(intervals=11, refinement=FixedMesh()))
     changes = named_check(certify(missed), "active-set changes of 'dash'")
@@ -139,18 +139,87 @@ def test_between_changes_the_minimum_principle_holds_strictly():
 
 def test_a_costate_that_is_off_between_changes_fails():
     found = solve(least_effort("constant"), settings=Settings(intervals=20, refinement=FixedMesh()))
+    one_of_twenty = np.where(np.arange(20) == 7, 1.0 + 1e-3, 1.0)[:, None, None]
+    spoilt = with_costates(found, lambda values: values * one_of_twenty)
+    assert {"between changes of 'move': Hamiltonian", "between changes of 'move': dH/du"} <= failed(
+        spoilt
+    )
+
+
+def with_costates(found, changed):
+    """The solution with other costates; `changed` takes and returns values (N, s, n)."""
     kept = found.multipliers
     (own,) = kept.costates
     (piece,) = own.polynomial.pieces
-    values = piece.coefficients.copy()
-    values[7] *= 1.0 + 1e-3  # in one interval of twenty
-    piece = dataclasses.replace(piece, coefficients=values)
+    piece = dataclasses.replace(piece, coefficients=changed(piece.coefficients))
     polynomial = dataclasses.replace(own.polynomial, pieces=(piece,))
     spoilt = dataclasses.replace(own, polynomial=polynomial)
-    multipliers = dataclasses.replace(kept, costates=(spoilt,))
-    assert {"between changes of 'move': Hamiltonian", "between changes of 'move': dH/du"} <= failed(
-        dataclasses.replace(found, multipliers=multipliers)
+    return dataclasses.replace(found, multipliers=dataclasses.replace(kept, costates=(spoilt,)))
+
+
+def dash(intervals, lower=-2.0):
+    """A dash with one switch, after two thirds of the time if it brakes with 2 m/s^2."""
+    x, v, u = chain(lower=lower, upper=1)
+    phase = Phase("dash", {x: v, v: u}, {x: 0, v: 0}, {x: 300, v: 0}, end=Between(1, 100))
+    problem = Problem("least time", [phase], minimise=phase.end_time)
+    return solve(problem, settings=Settings(intervals=intervals, refinement=FixedMesh()))
+
+
+def test_intervals_at_a_change_that_are_exact_count_as_tested():
+    # two of three intervals are next to the switch, which is on the breakpoint between them
+    found = dash(3)
+    assert found.objective == pytest.approx(30.0, rel=1e-8)
+    certificate = certify(found)
+    changes = named_check(certificate, "active-set changes of 'dash'")
+    assert changes.sentence.startswith("2 of 3 intervals")
+    assert changes.value == 0.0
+    assert certificate.passed, str(certificate)
+
+
+def test_intervals_at_a_change_that_are_not_exact_do_not():
+    # a Hamiltonian that is off by 1e-4 there: costates of the last interval are all 1e-4 too large
+    found = dash(3)
+    spoilt = with_costates(found, lambda values: values * np.array([1, 1, 1 + 1e-4])[:, None, None])
+    changes = named_check(certify(spoilt), "active-set changes of 'dash'")
+    assert changes.value == pytest.approx(1 / 3)
+
+
+def test_a_switch_that_is_off_by_a_hundredth_fails():
+    # braking with 2.06 m/s^2 it belongs 1 % of the time behind the breakpoint
+    late = dash(3, lower=-2.06)
+    assert late.objective > np.sqrt(600 * (1 + 1 / 2.06)) * (1 + 1e-5)
+    assert "finer controls" in failed(late)
+
+
+def towards(intervals, **limits):
+    """u = 1 is best, close to its bound."""
+    x, u = State("x", "m"), Control("u", "m/s", shape="constant", **limits)
+    phase = Phase("go", {x: u}, {x: 0}, {x: 1}, end=1.0)
+    problem = Problem("go", [phase], minimise=phase.integral(u**2))
+    settings = Settings(intervals=intervals, refinement=FixedMesh())
+    return solve(problem, settings=settings)
+
+
+def test_what_a_barrier_leaves_of_a_bound_is_no_slope():
+    # 1e-4 off its bound a barrier of 1e-12 pushes with 1e-8: in 1 / 200 of the time, and relative
+    # to terms of 4, that is a slope of 2.5e-7; the rest is rounding
+    certificate = certify(towards(200, upper=1 + 1e-4))
+    assert certificate.passed, str(certificate)
+    assert named_check(certificate, "between changes of 'go': dH/du").value < 1e-10
+
+
+def test_a_slope_that_no_barrier_leaves_fails():
+    # a costate that is 1e-3 too large, and bound multipliers that balance it 1e-3 off the bound
+    found = towards(200, upper=1 + 1e-3)
+    iterate = found.kept_iterate
+    ((_, _, controls),) = iterate.transcription.columns.phases[0].coefficients
+    pushing = iterate.bound_multipliers.copy()
+    pushing[controls] += 2e-3 / 200 / iterate.scales.objective * iterate.scales.signals["u"]
+    pushed = dataclasses.replace(
+        found, iterate=dataclasses.replace(iterate, bound_multipliers=pushing)
     )
+    spoilt = with_costates(pushed, lambda values: values * (1 + 1e-3))
+    assert "between changes of 'go': dH/du" in failed(spoilt)
 
 
 @pytest.mark.parametrize(
