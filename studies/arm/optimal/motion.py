@@ -25,7 +25,7 @@ from studies.arm.optimal.correction import added_to
 from studies.arm.optimal.objectives import StatedStage
 from studies.arm.optimal.phase import ArmPhase, slope_unit
 from studies.arm.replay.full_model import ELEMENTS, MODES, Drive, LockedMotion, Motion, replay
-from studies.arm.replay.reduced_model import follow, reduced_residual
+from studies.arm.replay.reduced_model import follow, method_for, reduced_residual
 from studies.arm.stage import ELBOW, ROOT, Stage
 
 SAMPLES = 2001  # of a replay on B21
@@ -148,7 +148,7 @@ class OptimalMotion:
         return follow(self.motion("torque"), SAMPLES)
 
     def on(self, model: ReducedArm) -> ReducedMotion:
-        """Replay on a reduced model by an explicit method of order 8."""
+        """Replay on a reduced model, by explicit steps of order 8 where they are not too many."""
         joints = torque_joints(self.torques, self.stage.duration)
         return simulate_reduced(
             model,
@@ -157,6 +157,7 @@ class OptimalMotion:
             root=joints.get(ROOT),
             elbow=joints.get(ELBOW),
             tolerance=1e-11,
+            method=method_for(model, self.stage.start, self.stage.duration),
         )
 
     @property

@@ -83,7 +83,7 @@ class ArmPhase:
     drives : Drives
     acceleration : expressions of the rates of `v`.
     bounds : on the end of the phase, of the problem.
-    aims : where q and v end beside rest, in their order; none where their energy is bounded.
+    aims : where q and v end beside rest, in their order; None of those whose energy is bounded.
     """
 
     phase: Phase
@@ -93,7 +93,7 @@ class ArmPhase:
     drives: Drives
     acceleration: tuple[Any, ...]
     bounds: tuple[Bound, ...] = ()
-    aims: tuple[Constant, ...] = ()
+    aims: tuple[Constant | None, ...] = ()
 
     @property
     def torque(self) -> Mapping[int, State]:
@@ -102,7 +102,8 @@ class ArmPhase:
 
     def aimed(self, aim: Array) -> dict[Constant, float]:
         """Values of `aims` that end the phase at an aim (2 n,) beside rest, see `aim`."""
-        return dict(zip(self.aims, map(float, aim), strict=True)) if self.aims else {}
+        values = zip(self.aims, map(float, aim), strict=True) if self.aims else ()
+        return {constant: value for constant, value in values if constant is not None}
 
 
 def column(signals: Iterable[Any]) -> Any:
@@ -148,12 +149,19 @@ def arm_phase(
     drives = torque_signals(stage, caps)
     acceleration = accelerations(model, q, v, drives)
 
+    aimed = left is None
     initial, rest, left = _boundary(stage, q, v, drives.states, left)
     final: dict[State, Any] = dict(rest)
-    aims: tuple[Constant, ...] = ()
-    if left is None:
-        aims = tuple(Constant(f"aim of {state.name}", state.unit, 0.0) for state in (*q, *v))
-        final |= {state: rest[state] + at for state, at in zip((*q, *v), aims, strict=True)}
+    aims: tuple[Constant | None, ...] = ()
+    if aimed:
+        # where the energy of the end is bounded its angles are still stated
+        stated = (*(left is None or state in rest for state in q), *(left is None for _ in v))
+        aims = tuple(
+            Constant(f"aim of {state.name}", state.unit, 0.0) if is_stated else None
+            for state, is_stated in zip((*q, *v), stated, strict=True)
+        )
+        pairs = zip((*q, *v), aims, strict=True)
+        final |= {state: rest[state] + at for state, at in pairs if at is not None}
     if linked:
         initial = dict.fromkeys(drives.states, 0.0)
 

@@ -39,6 +39,7 @@ _SMALL_STEP = 2.0  # by which the smoothness is made lighter where a larger step
 # about as much less is left on the full model
 _HEAVIER = (2.0, 10.0)
 ADDED = 0.005  # share of the peak torque that may be added, half of what counts as no change
+MISS = 1e-3  # [rad] by which a joint may miss its angle, 5 mm at the tip of a straight arm
 ASKED = 0.9  # share of the residual allowed that a round may leave: its replay is right to some %
 
 
@@ -52,12 +53,18 @@ class Round:
     weight : of the smoothness.
     objective : in units of the rigid arm's.
     on_full_model : E_res [J] of the replay.
+    miss : of an angle at the lock, on the full model [rad].
     """
 
     intervals: int
     weight: float
     objective: float
     on_full_model: float
+    miss: float = 0.0
+
+    def off(self, residual: float) -> float:
+        """How far it is from rest, over what is allowed: in energy [J] or in angle."""
+        return max(self.on_full_model / residual, self.miss / (ASKED * MISS))
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,10 +166,10 @@ def refined(
 
     if not first.entry.weight:
         best = _aimed(first, residual, rounds, noted)
-        finer = noted(best, 0.0, True) if best.entry.on_full_model > residual else None
+        finer = noted(best, 0.0, True) if best.entry.off(residual) > 1.0 else None
         if finer is not None:
             finer = _aimed(finer, residual, rounds, noted)
-            best = min(best, finer, key=lambda tried: tried.entry.on_full_model)
+            best = min(best, finer, key=lambda tried: tried.entry.off(residual))
         return (best,), tuple(rounds), 0.0
     best = first if _near(first, residual) else _aimed(first, residual, rounds, noted)
     answers, change = _lighter(best, residual, lighter, rounds, noted)
@@ -182,7 +189,7 @@ def _lighter(
         # an aim brings a factor of ten to a hundred, not more
         if found is not None and _near(found, residual):
             found = _aimed(found, residual, rounds, again)
-            if found.entry.on_full_model <= residual:
+            if found.entry.off(residual) <= 1.0:
                 gained, heavy = _a_halving(heavy.entry, found.entry), found
                 if gained <= SAME:
                     break
@@ -227,11 +234,11 @@ def _finer(
 
     change = finer.entry.objective / heavy.entry.objective - 1.0
     finer = _aimed(finer, residual, rounds, again)  # another mesh misses rest by something else
-    if finer.entry.on_full_model > residual:
+    if finer.entry.off(residual) > 1.0:
         return (heavy,), change
     if abs(change) > SAME and more:
         return _finer(finer, residual, rounds, again, more - 1)
-    as_good = abs(change) <= SAME and heavy.entry.on_full_model <= residual
+    as_good = abs(change) <= SAME and heavy.entry.off(residual) <= 1.0
     return ((finer, heavy) if as_good else (finer,)), change
 
 
@@ -252,12 +259,12 @@ def _near(found: Trial, residual: float) -> bool:
 def _aimed(first: _T, residual: float, rounds: list[Round], again: Again[_T]) -> _T:
     """The motion aimed anew while that brings the full model nearer to rest."""
     best = first
-    while best.entry.on_full_model > residual and len(rounds) < ROUNDS:
+    while best.entry.off(residual) > 1.0 and len(rounds) < ROUNDS:
         found = again(best, best.entry.weight, False)
         if found is None:
             return best
-        if found.entry.on_full_model > 0.5 * best.entry.on_full_model:
-            return min(best, found, key=lambda tried: tried.entry.on_full_model)
+        if found.entry.off(residual) > 0.5 * best.entry.off(residual):
+            return min(best, found, key=lambda tried: tried.entry.off(residual))
         best = found
     return best
 
@@ -273,7 +280,7 @@ class _TriedMotion:
     @property
     def entry(self) -> Round:
         motion, left = self.motion, self.replay.residual_energy
-        return Round(motion.intervals, motion.weight, motion.objective, left)
+        return Round(motion.intervals, motion.weight, motion.objective, left, self.replay.miss)
 
 
 def refine(
@@ -315,14 +322,12 @@ def refine(
         return found
 
     def again(from_: _TriedMotion, weight: float, finer: bool) -> _TriedMotion | None:
-        # a slow stage hardly stirs its modes, and states their energy instead of rest
-        aim = 0.0 * from_.aim if is_slow(from_.motion.stage) else from_.aim
         intervals = from_.motion.intervals * (2 if finer else 1)
         try:
             solved = solve_again(
                 from_.motion,
                 weight=weight,
-                aim=aim,
+                aim=from_.aim,
                 intervals=intervals,
                 progress=live,
                 solver=solver,
@@ -331,7 +336,7 @@ def refine(
             if say is not None:
                 say(f"this round was given up: {error}")
             return None
-        return tried(solved, aim)
+        return tried(solved, from_.aim)
 
     first = tried(motion, np.zeros(2 * motion.stage.model.size))
     lighter = LIGHTER[ELBOW in motion.stage.moving]

@@ -23,8 +23,8 @@ from models.ancf.joints import Driven, Torque
 from models.arm.driven import DrivenArm
 from models.arm.lock import energy_after_lock, lock_reduced, lock_terms
 from models.arm.parameters import ArmParameters
-from models.arm.reduced import solve_small
-from models.arm.reduced_simulation import ReducedMotion
+from models.arm.reduced import ReducedArm, solve_small
+from models.arm.reduced_simulation import Method, ReducedMotion, reduced_modes
 from ocp.arrays import Array
 from studies.arm.replay.full_model import Drive, Motion
 from studies.arm.stage import ELBOW, ROOT, Stage
@@ -35,6 +35,9 @@ NOMINAL: Factors = (1.0, 1.0, 1.0)
 STEP = 0.0025  # [s]; stable for the fastest mode of B21, 144 Hz
 STEPS = 16000  # of one arm followed, or more
 _MANY = 100_000  # steps of single arms from which compiled code pays
+# Periods of the fastest mode beyond which explicit steps take a minute. No mode swings through so
+# slow a motion, so that implicit steps are long, and as exact.
+_MANY_PERIODS = 3e4
 _OFF = 0.1  # factor less one of the arms that are combined; any would do, as all is affine
 
 
@@ -47,6 +50,12 @@ def varied(arm: ArmParameters, factors: Factors) -> ArmParameters:
         small=dataclasses.replace(arm.small, bending_stiffness=small * arm.small.bending_stiffness),
         tip_mass=mass * arm.tip_mass,
     )
+
+
+def method_for(model: ReducedArm, angles: tuple[float, float], duration: float) -> Method:
+    """Integrator for an optimum on a reduced model that starts at (theta1, theta2) [rad]."""
+    fastest = float(reduced_modes(model, model.at(*angles))[0][-1])
+    return "Radau" if fastest * duration > _MANY_PERIODS else "DOP853"
 
 
 def reduced_residual(stage: Stage, motion: ReducedMotion) -> float:

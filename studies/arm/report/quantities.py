@@ -11,7 +11,7 @@ import numpy as np
 from ocp.arrays import Array
 from studies.arm.config import ArmDescription, ArmStudy
 from studies.arm.optimal.motion import OptimalMotion
-from studies.arm.optimal.refinement import AGREE, SAME, Refined, agreement
+from studies.arm.optimal.refinement import AGREE, MISS, SAME, Refined, agreement
 from studies.arm.replay.full_model import LockedMotion
 from studies.arm.replay.loads import (
     EARLY_LATE,
@@ -32,7 +32,6 @@ from studies.common.result import Better, Criterion, TableRow
 DAMPING = 0.005  # modal ratio of the settling time where the study states none: an assumption
 BALANCE = 1e-3  # of the peak momentum; the trapezoidal rule over 2000 instants of a quick torque
 DRIFT = 1e-6  # of the largest kinetic energy; the steps' tolerance leaves a hundredth of it
-MISS = 1e-3  # [rad] at the lock, 5 mm at the tip of a straight arm
 CAP_EXCESS = 1e-3  # of a cap, by which a torque may exceed it between the points
 ASSUMPTIONS = (
     "assumed where not stated, not the paper's: CFRP tubes 60 x 2 and 50 x 1.5 mm (E 70 GPa, "

@@ -115,6 +115,12 @@ def test_a_mesh_that_neither_leaves_a_mode_out_nor_resolves_it_is_made_finer_onc
     assert abs(change) <= SAME
 
 
+def test_a_motion_that_misses_its_angle_is_aimed_as_one_that_swings():
+    missing = Round(100, 1e-4, 1.0, 1e-9, 2e-3)
+    assert missing.off(RESIDUAL) == pytest.approx(2.0 / 0.9)
+    assert Round(100, 1e-4, 1.0, 5e-7, 1e-5).off(RESIDUAL) == pytest.approx(0.5)
+
+
 def test_beside_the_best_motion_stands_one_that_is_as_good():
     first, again, _ = solver(lambda w, n, aims: 1e-8, surcharge)
     answers, _, change = refined(first, again, RESIDUAL, 100.0)

@@ -240,7 +240,7 @@ def lock_links(phases: SequencePhases, case: Sequence) -> tuple[Bound, ...]:
     free = phases.first.model
     q, v = column(phases.first.q), column(phases.first.v)
     if phases.first.aims:
-        aims = column(phases.first.aims)
+        aims = ca.vertcat(*[0.0 if aim is None else aim.symbol for aim in phases.first.aims])
         q, v = q - aims[: free.size], v - aims[free.size :]
     # derivatives need symbols: a function takes the arguments that are none
     place, rate = ca.SX.sym("q", free.size), ca.SX.sym("v", free.size)

@@ -7,16 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ocp.arrays import Array
 from studies.arm.optimal.aim import beside_rest
 from studies.arm.optimal.objectives import RESIDUAL
-from studies.arm.optimal.phase import is_slow
 from studies.arm.optimal.refinement import SAME, Round, refined, sentence
 from studies.arm.questions.sequence.replay import SequenceReplay, replay_sequence
 from studies.arm.questions.sequence.solve import Aims, OptimalSequence, solved_from
-from studies.arm.replay.full_model import LockedMotion, steps_for
+from studies.arm.replay.full_model import steps_for
 from studies.arm.search_limits import LIGHTER
-from studies.arm.stage import Stage
 from studies.common.exit_codes import StudyError
 
 Progress = Callable[[str], None]
@@ -64,7 +61,14 @@ class _TriedSequence:
     @property
     def entry(self) -> Round:
         solved = self.solved
-        return Round(sum(solved.intervals), solved.weight, solved.objective, self.replay.left)
+        replay = self.replay
+        return Round(
+            sum(solved.intervals),
+            solved.weight,
+            solved.objective,
+            replay.left,
+            max(replay.root_miss, replay.elbow_miss),
+        )
 
 
 def refine_sequence(
@@ -91,7 +95,7 @@ def refine_sequence(
     def tried(solved: OptimalSequence, aims: Aims) -> _TriedSequence:
         replayed = replay_sequence(solved, settings=steps_for(residual))
         missed = [
-            _beside(stage, motion)
+            beside_rest(stage, motion.run.before)
             for stage, motion in zip(stages, (replayed.first, replayed.second), strict=True)
         ]
         found = _TriedSequence(solved, replayed, (aims[0] - missed[0], aims[1] - missed[1]))
@@ -115,10 +119,3 @@ def refine_sequence(
     none = np.zeros(2 * case.first.model.size), np.zeros(2 * case.second.model.size)
     (best, *_), rounds, change = refined(tried(solved, none), again, residual, LIGHTER[True])
     return RefinedSequence(best.solved, best.replay, rounds, residual, change)
-
-
-def _beside(stage: Stage, motion: LockedMotion) -> Array:
-    """Where a motion ends beside rest; nowhere in a slow stage, which hardly stirs its modes."""
-    if is_slow(stage):
-        return np.zeros(2 * stage.model.size)
-    return beside_rest(stage, motion.run.before)

@@ -24,6 +24,7 @@ from studies.arm.replay.full_model import (
     residual_vibration,
     steps_for,
 )
+from studies.arm.replay.reduced_model import method_for
 from studies.arm.stage import ELBOW, ROOT
 
 _TOLERANCE = 1e-10  # of the replay on B21
@@ -127,7 +128,7 @@ def replay_drives(
 
 
 def replay_reduced(solved: OptimalSequence) -> tuple[float, float]:
-    """Energies right after both locks on B21, by an explicit method of order 8 [J]."""
+    """Energies right after both locks on B21 [J]."""
     case, (big_time, dwell, small_time) = solved.case, solved.durations
     root, elbow = solved.drives
 
@@ -139,18 +140,32 @@ def replay_reduced(solved: OptimalSequence) -> tuple[float, float]:
         np.array([0.0, big_time]),
         root=root,
         tolerance=_TOLERANCE,
+        method=method_for(model, case.first.start, big_time),
     )
     still, q, v = lock_reduced(model, run.q[:, -1], run.v[:, -1], root=True)
     after_first = sum(float(energy) for energy in still.energies(q, v))
 
     # locked, then released at the elbow
-    run = simulate_reduced(still, q, np.array([0.0, dwell]), v=v, tolerance=_TOLERANCE)
+    run = simulate_reduced(
+        still,
+        q,
+        np.array([0.0, dwell]),
+        v=v,
+        tolerance=_TOLERANCE,
+        method=method_for(still, case.first.end, dwell),
+    )
     free = dataclasses.replace(case.second.model, root_lock=still.root_lock)
     q, v = released(still, free, run.q[:, -1], run.v[:, -1])
 
     # small arm, up to the lock of the elbow
     run = simulate_reduced(
-        free, q, np.array([0.0, small_time]), v=v, elbow=elbow, tolerance=_TOLERANCE
+        free,
+        q,
+        np.array([0.0, small_time]),
+        v=v,
+        elbow=elbow,
+        tolerance=_TOLERANCE,
+        method=method_for(free, case.second.start, small_time),
     )
     end, q, v = lock_reduced(free, run.q[:, -1], run.v[:, -1], elbow=True)
     return after_first, sum(float(energy) for energy in end.energies(q, v))

@@ -9,7 +9,7 @@ import numpy as np
 
 from models.arm.reduced_simulation import reduced_modes
 from studies.arm.config import SequenceStudy, as_dictionary
-from studies.arm.optimal.refinement import AGREE, FLOOR, SAME
+from studies.arm.optimal.refinement import AGREE, FLOOR, MISS, SAME
 from studies.arm.optimal.solve import MOST_PERIODS
 from studies.arm.questions.sequence.problem import Sequence, locked, sequence, turning
 from studies.arm.questions.sequence.profile import (
@@ -24,7 +24,7 @@ from studies.arm.questions.sequence.refinement import RefinedSequence, refine_se
 from studies.arm.questions.sequence.replay import SequenceReplay, replay_reduced, replay_sequence
 from studies.arm.questions.sequence.solve import OptimalSequence, alone, solve_sequence
 from studies.arm.replay.full_model import ELEMENTS, followed, steps_for
-from studies.arm.report.quantities import CAP_EXCESS, MISS, Metric, table_rows
+from studies.arm.report.quantities import CAP_EXCESS, Metric, table_rows
 from studies.arm.report.traces import Trace
 from studies.arm.search_limits import SEQUENCE_WINDOW, UNRESOLVED
 from studies.arm.stage import ROOT
