@@ -7,6 +7,7 @@ greatest value of a function of one variable, located between samples as well as
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple, TypeAlias
 
@@ -17,15 +18,14 @@ from models.arrays import Array
 from models.errors import require
 
 VectorFunction: TypeAlias = Callable[[Array], Array]
-"""Maps points (m,) to values (m,)."""
+"""Maps points to values of the same shape, (m,) unless another is stated."""
 
 # Highest maxima of the grid, all of which are refined: beside the highest one, a narrower and
 # truly higher ridge may show a lower sample.
 _CANDIDATES = 8
-# Each zoom narrows the bracket 100 times. Five make 1e10, below which values of double precision
-# no longer tell neighbours apart near a smooth maximum.
-_ZOOMS = 5
-_ZOOM_POINTS = 201
+# Brackets are narrowed so many times, below which values of double precision no longer tell
+# neighbours apart near a smooth maximum.
+_NARROWER = 1e10
 
 
 def gauss_legendre(points: int) -> tuple[Array, Array]:
@@ -99,7 +99,8 @@ def dense_peak(
     ]
 
     highest = sorted(brackets, reverse=True)[:_CANDIDATES]
-    maxima = (_zoom(function, left, right) for _, left, right in highest)
+    _, left, right = map(np.array, zip(*highest, strict=True))
+    maxima = peaks_in(lambda points: function(points.ravel()).reshape(points.shape), left, right)
     return max(maxima, key=lambda maximum: maximum.value)
 
 
@@ -115,15 +116,29 @@ def _brackets(function: VectorFunction, grid: Array) -> list[tuple[float, float,
     return list(zip(values[tops].tolist(), left.tolist(), right.tolist(), strict=True))
 
 
-def _zoom(function: VectorFunction, left: float, right: float) -> Maximum:
-    """Maximum in a bracket, by grids that shrink about the highest sample.
+def peaks_in(
+    function: VectorFunction, left: Array, right: Array, points: int = 201
+) -> list[Maximum]:
+    """Maximum in each of several brackets, by grids that shrink about the highest sample.
 
     A search by derivatives or parabolas would fail at the kinks and plateaus that are allowed.
-    """
-    for _ in range(_ZOOMS):
-        grid = np.linspace(left, right, _ZOOM_POINTS)
-        values = np.asarray(function(grid), dtype=float)
-        top = int(np.argmax(values))
-        left, right = float(grid[max(top - 1, 0)]), float(grid[min(top + 1, _ZOOM_POINTS - 1)])
 
-    return Maximum(float(grid[top]), float(values[top]))
+    Parameters
+    ----------
+    function : callable
+        Maps points (n, m) to values (n, m); each row may be another function.
+    left, right : (n,)
+        Ends of the brackets.
+    points : int
+        Of each grid, 5 or more. Many see several maxima in a bracket, ten are the fastest.
+    """
+    rows = np.arange(len(left))
+    for _ in range(math.ceil(math.log(_NARROWER) / math.log((points - 1) / 2))):
+        grid = np.linspace(left, right, points, axis=1)
+        values = np.asarray(function(grid), dtype=float)
+        top = np.argmax(values, axis=1)
+        left = grid[rows, np.maximum(top - 1, 0)]
+        right = grid[rows, np.minimum(top + 1, points - 1)]
+
+    found = zip(grid[rows, top].tolist(), values[rows, top].tolist(), strict=True)
+    return [Maximum(where, value) for where, value in found]

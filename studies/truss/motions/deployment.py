@@ -5,7 +5,7 @@ Every number that a table, a figure or an export shows comes from here, whicheve
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import pairwise
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from models.laws import AngularMotion, Law
-from models.numerics import dense_peak
+from models.numerics import peaks_in
 from models.truss import (
     TrussMotion,
     TrussParameters,
@@ -33,10 +33,10 @@ from studies.truss.quantities import QUANTITIES
 
 GRID_POINTS = 4000  # samples of a motion, spread over its pieces, before peaks are refined
 CANDIDATES = 4  # highest samples of a quantity that are refined
+ZOOM_POINTS = 11  # between the neighbours of such a sample, again and again
 BACKWARD = 1e-6  # of the mean speed: what a bound of an optimiser may leave below zero
 GAUSS_POINTS = 8  # per cell of the energy quadrature
 GAUSS_CELLS = 400  # cells of the energy quadrature, spread over the pieces
-OF_THE_LAW = ("peak-speed", "peak-acceleration", "peak-jerk", "peak-rope-jerk")
 SAMPLES = 2001  # evenly spaced rows of a profile; the times of kinks and denser rows are added
 LARGEST_STEP = 2e-3  # of stroke and peak speed: what changes from row to row of a profile
 JUMP = 1e-6  # of the greatest acceleration: less is rounding
@@ -166,9 +166,7 @@ class Deployment:
         before = [np.nextafter(cell[-1:], 0.0) for cell in cells]
         grid = np.unique(np.concatenate([*cells, *before]))
         histories = self.histories(grid)
-        return {
-            key: self._extreme(key, grid, histories[key]) for key in QUANTITIES if key in histories
-        }
+        return self._located(grid, {key: histories[key] for key in QUANTITIES if key in histories})
 
     def histories(self, time: Array) -> dict[str, Array]:
         """What the extremes are taken of, at times (m,)."""
@@ -221,20 +219,29 @@ class Deployment:
         needs = need_kernel(self.margin, self.truss)(*rows).full()
         return {"peak-factored-force": needs.max(axis=0)}
 
-    def _extreme(self, key: str, grid: Array, values: Array) -> Extreme:
-        if not np.isfinite(values).all():
-            return Extreme(float("nan"), float("nan"))
-        sign = -1.0 if QUANTITIES[key].kind == "least" else 1.0
+    def _located(self, grid: Array, sampled: Mapping[str, Array]) -> dict[str, Extreme]:
+        """Extremes of histories that are sampled on a grid, all of them refined at once."""
+        signs = {key: -1.0 if QUANTITIES[key].kind == "least" else 1.0 for key in sampled}
+        known = [key for key, values in sampled.items() if np.isfinite(values).all()]
+        highest = {key: np.argsort(-signs[key] * sampled[key])[:CANDIDATES] for key in known}
+        owners = [key for key in known for _ in highest[key]]
+        places = np.array([place for key in known for place in highest[key]], dtype=int)
 
-        histories = self._of_the_law if key in OF_THE_LAW else self._of_the_truss
+        def signed(times: Array) -> Array:
+            histories = self.histories(times.ravel())
+            rows = [histories[key].reshape(times.shape)[k] for k, key in enumerate(owners)]
+            return np.array([signs[key] for key in owners])[:, None] * rows
 
-        def signed(time: Array) -> Array:
-            return sign * histories(time)[key]
+        left = grid[np.maximum(places - 1, 0)]
+        right = grid[np.minimum(places + 1, grid.size - 1)]
+        peaks = peaks_in(signed, left, right, ZOOM_POINTS)
 
-        brackets = {_bracket(grid, k) for k in np.argsort(-sign * values)[:CANDIDATES]}
-        peaks = [_refine(signed, *bracket) for bracket in brackets]
-        best = max(peaks, key=lambda extreme: extreme.value)
-        return Extreme(sign * best.value, best.time)
+        found = dict.fromkeys(sampled, Extreme(float("nan"), float("nan")))
+        for key in known:
+            own = [peak for peak, owner in zip(peaks, owners, strict=True) if owner == key]
+            best = max(own, key=lambda peak: peak.value)
+            found[key] = Extreme(signs[key] * best.value, best.where)
+        return found
 
     def _cells(self, total: int, least: int) -> list[tuple[float, float, int]]:
         """Pieces (start, end, points), `total` points shared out by length."""
@@ -375,14 +382,3 @@ def _far_from(edges: Array, time: Array) -> Array:
     neighbour = np.minimum(np.append(steps, np.inf), np.insert(steps, 0, np.inf))
     far: Array = nearest > CLOSE * neighbour
     return far
-
-
-def _bracket(grid: Array, k: int) -> tuple[float, float]:
-    return float(grid[max(k - 1, 0)]), float(grid[min(k + 1, grid.size - 1)])
-
-
-def _refine(function: Callable[[Array], Array], low: float, high: float) -> Extreme:
-    if not low < high:
-        return Extreme(float(function(np.array([low]))[0]), low)
-    peak = dense_peak(function, low, high, samples=11)
-    return Extreme(peak.value, peak.where)
