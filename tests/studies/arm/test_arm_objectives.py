@@ -26,7 +26,7 @@ from studies.arm.questions.sequence.solve import solve_sequence
 from studies.arm.replay.full_model import Motion, replay
 from studies.arm.replay.loads import deflections, loads, mean_square
 from studies.arm.report.quantities import latched
-from studies.arm.stage import TorqueCaps, big_arm, small_arm
+from studies.arm.stage import TorqueCaps, big_arm, both_arms, small_arm
 from studies.arm.study import check as check_study
 from studies.cli import main
 from studies.common.exit_codes import ExitCode, StudyError
@@ -231,6 +231,13 @@ def smoothest():
 def test_every_peak_is_lower_than_the_smoothest_motions_on_the_full_model(objective, smoothest):
     done = solve_stage(small_arm(11.2), objective=objective, intervals=100).replay()
     assert MEASURES[objective](done) < 0.98 * MEASURES[objective](smoothest)
+
+
+@pytest.mark.slow
+def test_a_least_peak_of_both_joints_is_found_from_the_motion_of_least_energy():
+    # from a rigid arm's motion the solver finds none
+    solved = solve_stage(both_arms(11.2), objective="deflection")
+    assert solved.objective == pytest.approx(0.2174, rel=5e-3)
 
 
 @pytest.mark.slow
