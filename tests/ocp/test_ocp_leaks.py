@@ -1,11 +1,22 @@
-"""Rounds that only impose a limit at more points: they go on where each leaves less over it."""
+"""Leaks between the points: rounds that close them step by step, and what an objective may miss."""
 
 import math
 from itertools import pairwise
 
 import pytest
 
-from ocp import Accuracy, AdaptiveMesh, Control, Phase, Problem, Settings, State, peak, solve
+from ocp import (
+    Accuracy,
+    AdaptiveMesh,
+    Control,
+    FixedMesh,
+    Phase,
+    Problem,
+    Settings,
+    State,
+    peak,
+    solve,
+)
 
 # A mass of 1 kg moves 1 m from rest to rest in 3 s and brakes by at most 1 m/s^2. At full power P
 # its speed is sqrt(2 P t), so that the force begins with a pole, beside which each point that is
@@ -47,3 +58,23 @@ def test_what_the_mesh_loses_along_an_arc_is_no_more_than_asked(asked):
     assert 0.0 <= found.objective / LEAST - 1.0 <= asked
     last = found.mesh_iterations[-1]
     assert 0.2 <= (found.objective / LEAST - 1.0) / last.gain <= 5.0  # what is promised is true
+
+
+@pytest.mark.parametrize(("path", "passed"), [(1e-3, True), (1e-4, True), (1e-5, False)])
+def test_an_objective_may_miss_what_its_peak_may_leak(path, passed):
+    x, v, a = State("x", "m"), State("v", "m/s"), State("a", "m/s^2")
+    jerk = Control("j", "m/s^3", -40.0, 40.0)
+    rest = {v: 0.0, a: 0.0}
+    phase = Phase(
+        "move",
+        dynamics={x: v, v: a, a: jerk},
+        initial={x: 0.0, **rest},
+        final={x: 1.0, **rest},
+        end=1.0,
+    )
+    settings = Settings(intervals=15, refinement=FixedMesh(), accuracy=Accuracy(path=path))
+    solution = solve(Problem("jerk", [phase], minimise=phase.peak(a)), settings=settings)
+    found = solution.verification
+    # between its points the acceleration is higher, and it is the objective
+    assert 1e-4 < found.replayed_objective / solution.objective - 1.0 < 1e-3
+    assert found.passed is passed
