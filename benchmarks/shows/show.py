@@ -24,6 +24,7 @@ SHOWS = {
     "truss-words": "benchmarks.shows.truss_words",
     "mechanism-caps": "benchmarks.shows.drive.mechanism_caps",
     "factored-force": "benchmarks.shows.drive.factored_force",
+    "mission": "benchmarks.shows.scale.mission",
     "pareto": "benchmarks.shows.scale.pareto",
     "robust": "benchmarks.shows.scale.robust",
     "drive-table": "benchmarks.shows.drive.table",
