@@ -29,6 +29,11 @@ MULTIPLIER_SPREAD = 1e-3
 _REACH = 1e3
 _ENDLESS = 1e-2
 
+# Of a linear program: beyond so many changes, or steps of the simplex method, it takes minutes, and
+# the multipliers that a solver found are good enough.
+_MOST_CHANGES = 5000
+_MOST_STEPS = 5000
+
 # Of the largest multiplier: what moving a switch may promise, which is the noise of a solver.
 _NOISE = 1e-8
 
@@ -45,6 +50,8 @@ def fitted_to_switches(iterate: Iterate) -> Iterate:
         return iterate
 
     around = MultiplierChanges.around(iterate, multipliers, limit_distances(iterate))
+    if around.entries.size > _MOST_CHANGES:
+        return iterate
     change = around.without_gains_of(slopes, multipliers).least()
     if change is None:  # a control that only seems to switch there
         return iterate
@@ -135,7 +142,7 @@ class MultiplierChanges:
         )
 
     def least(self) -> Array | None:
-        """The change (m,) of the least sum of moduli; None if no set of multipliers fits."""
+        """The change (m,) of the least sum of moduli; None if none fits, or none is found soon."""
         from scipy.optimize import linprog
         from scipy.sparse import hstack
 
@@ -150,7 +157,8 @@ class MultiplierChanges:
                     np.concatenate([np.maximum(self.upper, 0.0), np.maximum(-self.lower, 0.0)]),
                 ]
             ),
-            method="highs",
+            method="highs-ds",
+            options={"maxiter": _MOST_STEPS},
         )
         return np.subtract(*np.split(result.x, 2)) if result.status == 0 else None
 
