@@ -40,12 +40,19 @@ ALLOWED = 0.3  # part of the cap on the residual energy that a motion of least t
 
 @dataclass(frozen=True)
 class Use:
-    """A quantity of a stage beside its cap."""
+    """A quantity of a stage beside its cap.
+
+    Attributes
+    ----------
+    counts : whether time is shared out by it: what an arm leaves counts where it was refined, and
+        is chance where it was not.
+    """
 
     title: str
     unit: str
     value: float
     cap: float
+    counts: bool = True
 
     @property
     def share(self) -> float:
@@ -77,12 +84,12 @@ class StageMotion:
     @property
     def utilisation(self) -> float:
         """Largest part of a cap that is used."""
-        return max(use.share for use in self.uses)
+        return self.governing.share
 
     @property
     def governing(self) -> Use:
         """What is used most."""
-        return max(self.uses, key=lambda use: use.share)
+        return max((use for use in self.uses if use.counts), key=lambda use: use.share)
 
 
 def move(study: MissionStudy, name: str, duration: float, console: Console) -> StageMotion:
@@ -132,7 +139,7 @@ def _arm(study: MissionStudy, name: str, duration: float, console: Console) -> S
     joint = slew.moving[0]
     uses = (
         Use("peak torque", "N m", float(motion.peak_torque[joint]), _torque_cap(study, name)),
-        Use("residual energy", "J", replayed.residual_energy, study.residual_energy),
+        Use("residual energy", "J", replayed.residual_energy, study.residual_energy, study.refine),
     )
     return StageMotion(name, duration, uses, still, _arm_history(motion, replayed, joint))
 

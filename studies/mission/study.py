@@ -255,6 +255,17 @@ def _verdict(mission: Mission) -> Verdict:
     failed = [motion.name for motion in mission.motions if not motion.passed]
     if failed:
         return Verdict("unverified", f"unverified: the motion of the {' and the '.join(failed)}")
+    if mission.largest.utilisation > 1.0 + WITHIN:
+        needed = sum(curve.duration_for(1.0) + mission.study.dwell for curve in mission.curves)
+        return Verdict(
+            "unverified",
+            f"unverified: no split of {mission.total:.5g} s was found that keeps all caps, the "
+            f"{mission.largest.name} uses {100 * mission.largest.utilisation:.4g} % of its own; "
+            f"a total of about {needed:.3g} s would do, see --least time",
+        )
+    broken = [check.name for check in _checks(mission) if not check.passed]
+    if broken:
+        return Verdict("unverified", f"unverified: over its cap is {', '.join(broken)}")
     stages = ", ".join(f"{m.name} {m.duration:.5g} s" for m in mission.motions)
     return Verdict(
         "local",

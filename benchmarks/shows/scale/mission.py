@@ -32,7 +32,7 @@ LIMIT = 3600.0  # [s]
 CASES: tuple[dict[str, Any], ...] = (
     {},
     {"total": 60.0},
-    {"total": 36.0, "small_torque": 5.0, "truss": {"pulley_friction": 0.01}},
+    {"total": 40.0, "small_torque": 5.0, "truss": {"pulley_friction": 0.01}},
     {"least": "time"},
 )
 MOVED = 0.01  # part of the moving time

@@ -194,3 +194,20 @@ def test_a_mission_of_flexible_arms_uses_all_stages_alike() -> None:
     assert result.passed
     used = [stage["utilisation"] for stage in result.details["stages"]]
     assert max(used) / min(used) <= 1 + EQUAL
+
+
+def test_a_total_in_which_no_split_keeps_the_caps_says_how_much_would_do(monkeypatch) -> None:
+    monkeypatch.setattr(work, "move", _rigid)
+    result = work.run(study_from({"total": 16.0}))
+    assert result.verdict.kind == "unverified"
+    # 2 sqrt(40) + sqrt(20) for the motions, and three dwells of 2 s
+    assert "no split of 16 s was found that keeps all caps" in result.verdict.sentence
+    assert "a total of about 23.1 s would do" in result.verdict.sentence
+
+
+def test_what_an_unrefined_arm_leaves_is_checked_but_shares_out_no_time() -> None:
+    torque = Use("peak torque", "N m", 2.0, 5.0)
+    left = Use("residual energy", "J", 1e-5, 1e-6, counts=False)
+    motion = StageMotion("big arm", 8.0, (torque, left), True, {})
+    assert motion.governing is torque
+    assert motion.utilisation == 0.4
