@@ -77,7 +77,7 @@ class Refined:
     replay : on the full model.
     rounds : all of them, in order.
     residual : that the motion may leave [J].
-    change : of the objective by half the weight and half the interval, relative; nan if that
+    change : of the objective by the last halving of weight and interval, relative; nan if that
         failed, zero where nothing is weighed.
     finer : replay on a finer full model, None where none was asked for.
     lost : part of the objective by which a lighter smoothness is better, whose residual no finer
@@ -154,7 +154,7 @@ def refined(
     -------
     answers : the best one, and then one whose objective is worse by no more than `SAME`, if any.
     rounds : all of them, in order.
-    change : of the objective by half the weight and half the interval, see `Refined`.
+    change : of the objective by the last halving of weight and interval, see `Refined`.
     """
     rounds = [first.entry]
 
@@ -181,7 +181,7 @@ def _lighter(
 ) -> tuple[tuple[_T, ...], float]:
     """The lightest smoothness whose motion leaves the full model still, as far as it gains.
 
-    Also what half the weight and half the interval change of the objective, nan if that fails.
+    Also what the last halving of weight and interval changes of the objective, nan if that fails.
     """
     weight = heavy.entry.weight / lighter
     while _near(heavy, residual) and len(rounds) < ROUNDS:
@@ -228,9 +228,11 @@ def _finer(
             # a mesh leaves a fast mode out, or resolves it; one with a point or two in a period of
             # it does neither, and half its interval does
             first = again(first, heavy.entry.weight, True)
-        finer = None if first is None else again(first, 0.5 * first.entry.weight, False)
-    if finer is None or not _near(finer, residual):
-        return (heavy,), float("nan")
+        if first is None or not _near(first, residual):
+            return (heavy,), float("nan")
+        finer = again(first, 0.5 * first.entry.weight, False)
+        if finer is None or not _near(finer, residual):
+            return _as_light_as_can_be(heavy, first, residual, rounds, again)
 
     change = finer.entry.objective / heavy.entry.objective - 1.0
     finer = _aimed(finer, residual, rounds, again)  # another mesh misses rest by something else
@@ -240,6 +242,27 @@ def _finer(
         return _finer(finer, residual, rounds, again, more - 1)
     as_good = abs(change) <= SAME and heavy.entry.off(residual) <= 1.0
     return ((finer, heavy) if as_good else (finer,)), change
+
+
+def _as_light_as_can_be(
+    heavy: _T, finer: _T, residual: float, rounds: list[Round], again: Again[_T]
+) -> tuple[tuple[_T, ...], float]:
+    """A motion on half the interval, where half its weight leads to one that no mesh resolves.
+
+    What a halving of the weight changes is what the one before did, as each changes less. The
+    change is that and the finer mesh's.
+    """
+    twice = again(finer, 2.0 * finer.entry.weight, False)
+    if twice is None or not _near(twice, residual):
+        return (heavy,), float("nan")
+    best = _aimed(finer, residual, rounds, again)
+    if best.entry.off(residual) > 1.0:
+        return (heavy,), float("nan")
+
+    reached = best.entry.objective
+    change = sum(abs(reached / other.entry.objective - 1.0) for other in (heavy, twice))
+    as_good = change <= SAME and heavy.entry.off(residual) <= 1.0
+    return ((best, heavy) if as_good else (best,)), float(change)
 
 
 def _a_halving(heavy: Round, light: Round) -> float:

@@ -334,7 +334,7 @@ def criteria(study: ArmStudy, refined: Refined, history: Loads) -> tuple[Criteri
     ]
 
     if motion.weight:
-        name = f"half the smoothness and half the interval change the objective by {SAME:.0%}"
+        name = f"the last halving of smoothness and interval changes the objective by {SAME:.0%}"
         changed = abs(refined.change)
         checks.append(_verified(f"{name} at most", "1", changed, SAME, changed <= SAME))
     if refined.lost:

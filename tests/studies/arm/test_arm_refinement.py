@@ -115,6 +115,24 @@ def test_a_mesh_that_neither_leaves_a_mode_out_nor_resolves_it_is_made_finer_onc
     assert abs(change) <= SAME
 
 
+def test_where_half_the_smoothness_leads_astray_the_halving_before_counts():
+    def astray(weight, intervals, aims):
+        return 1e-2 if weight < 8e-7 else 1e-8
+
+    first, again, asked = solver(astray, surcharge)
+    (best, *others), _, change = refined(first, again, RESIDUAL, 100.0)
+    assert (best.weight, best.intervals) == (1e-6, 200)
+    assert change == pytest.approx(1.0 - surcharge(1e-6, 0) / surcharge(2e-6, 0))
+    assert [(other.weight, other.intervals) for other in others] == [(1e-6, 100)]
+    assert asked[-1].weight == 2e-6
+
+    # a halving that still gains more than a per cent is not enough
+    first, again, _ = solver(astray, lambda w, n: 1.0 + 30.0 * w**0.5 if n == 200 else 1.03)
+    (best, *others), _, change = refined(first, again, RESIDUAL, 100.0)
+    assert change > SAME
+    assert others == []
+
+
 def test_a_motion_that_misses_its_angle_is_aimed_as_one_that_swings():
     missing = Round(100, 1e-4, 1.0, 1e-9, 2e-3)
     assert missing.off(RESIDUAL) == pytest.approx(2.0 / 0.9)

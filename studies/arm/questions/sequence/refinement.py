@@ -29,7 +29,7 @@ class RefinedSequence:
     replay : on the full model.
     rounds : all of them, in order.
     residual : that each lock may leave [J].
-    change : of the objective by half the weight and half the interval, relative; nan if that
+    change : of the objective by the last halving of weight and interval, relative; nan if that
         failed.
     """
 

@@ -220,7 +220,9 @@ def _criteria(
 
     miss = max(replayed.root_miss, replayed.elbow_miss)
     checks.append(_verified("the joints reach their angles", "rad", miss, MISS))
-    name = f"half the smoothness and half the interval change the objective by {SAME:.0%} at most"
+    name = (
+        f"the last halving of smoothness and interval changes the objective by {SAME:.0%} at most"
+    )
     checks.append(_verified(name, "1", abs(found.change), SAME))
 
     cap, peak = study.torque_cap, max(found.solved.peaks)
