@@ -252,9 +252,7 @@ def snapshot_figure(scene: Scene, snapshots: Sequence[Snapshot]) -> Figure:
     figure = Figure(figsize=(9.4, 4.6), dpi=150, layout="constrained")
     panel, bending = figure.subplots(1, 2)
     _bending(bending, scene, snapshots)
-    last = snapshots[-1].time
-    for snapshot in snapshots:
-        share = snapshot.time / last
+    for snapshot, share in zip(snapshots, _shares(snapshots), strict=True):
         shade = str(0.8 - 0.8 * share)
         panel.plot(*snapshot.big, color=shade, lw=3.0, solid_capstyle="round")
         faint = 0.3 + 0.7 * share
@@ -273,16 +271,21 @@ def snapshot_figure(scene: Scene, snapshots: Sequence[Snapshot]) -> Figure:
     return figure
 
 
+def _shares(snapshots: Sequence[Snapshot]) -> list[float]:
+    """Parts of the time that have passed, exactly one at the last: a shade has no room beyond."""
+    return [snapshot.time / snapshots[-1].time for snapshot in snapshots]
+
+
 def _bending(panel: Axes, scene: Scene, snapshots: Sequence[Snapshot]) -> None:
     """How far a link is off the straight line between its ends, along it."""
     small = ELBOW in scene.moving
-    for snapshot in snapshots:
+    for snapshot, share in zip(snapshots, _shares(snapshots), strict=True):
         nodes = snapshot.small if small else snapshot.big
         chord = nodes[:, -1] - nodes[:, 0]
         along = chord / np.hypot(*chord)
         across = np.array([-along[1], along[0]])
         places = nodes - nodes[:, :1]
-        shade = str(0.8 - 0.8 * snapshot.time / snapshots[-1].time)
+        shade = str(0.8 - 0.8 * share)
         label = f"{snapshot.time:.3g} s"
         panel.plot(along @ places, 1e3 * (across @ places), color=shade, label=label)
     panel.axhline(0.0, color=COLOURS[0], lw=0.8, ls=":")

@@ -1,5 +1,6 @@
 """Loads, a satellite that is free, sequences without rest, figures: each against an estimate."""
 
+import dataclasses
 import json
 import math
 from types import SimpleNamespace
@@ -26,7 +27,7 @@ from studies.arm.replay.full_model import Motion, replay
 from studies.arm.replay.loads import loads, modal_ratios, momenta, settling_time
 from studies.arm.replay.satellite import free_satellite
 from studies.arm.report.comparison_figures import tradeoff_figure
-from studies.arm.report.figures import Scene, figures_of
+from studies.arm.report.figures import Scene, figures_of, snapshot_figure
 from studies.arm.report.quantities import latch_checks
 from studies.arm.report.traces import Trace, snapshots_of
 from studies.arm.stage import ELBOW, ROOT, TorqueCaps, big_arm, both_arms, small_arm
@@ -106,6 +107,21 @@ def test_a_free_satellite_and_the_small_arm_keep_no_momentum():
     assert case.turned == pytest.approx(-np.trapezoid(share, phi), rel=0.02)  # rigid estimate
     assert case.residual_energy > 100 * done.residual_energy  # it was planned for a held one
     assert done.motion.stage.moving == (ELBOW,)
+
+
+def test_instants_are_drawn_whatever_the_duration(big):
+    done, _ = big
+    stage = done.motion.stage
+    scene = Scene(stage.name, stage.duration, stage.start, stage.end, "torque")
+    # a shade of 0.8 - 0.8 T / T would be below zero
+    duration = next(T for T in np.linspace(5.0, 50.0, 451) if 0.8 * T / T > 0.8)
+    instants = [
+        dataclasses.replace(snapshot, time=duration * k / 8)
+        for k, snapshot in enumerate(snapshots_of(done))
+    ]
+    panel, bending = snapshot_figure(scene, instants).axes
+    assert bending.get_lines()[8].get_color() == "0.0"
+    assert panel.get_lines()[-2].get_color() == "0.0"
 
 
 def test_figures_name_their_axes_and_motions(big):
