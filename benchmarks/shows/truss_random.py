@@ -170,7 +170,7 @@ def _rounded(value: float) -> float:
 
 
 def answer(question: Question, folder: Path) -> Row:
-    """Run the command; what it printed is kept, and its results where it did not end well.
+    """Run the command, figures included; its results are kept where it did not end well.
 
     A study with another cap is run without it first: the cap is a multiple of what came out.
     """
@@ -178,7 +178,8 @@ def answer(question: Question, folder: Path) -> Row:
     limit, uncapped = None, None
     if cap is not None:
         first = folder / "without the cap"
-        uncapped = _run([*command, "--starts", "bezier"], first, folder / "printed_without.txt")[0]
+        alone = [*command, "--starts", "bezier", "--no-figures"]
+        uncapped = _run(alone, first, folder / "printed_without.txt")[0]
         if uncapped == ExitCode.OK:
             value = Result.load(first).value(OTHER_CAPS[cap])
             limit = _rounded(question["factor"] * value)
@@ -206,7 +207,7 @@ def answer(question: Question, folder: Path) -> Row:
 def _run(command: Sequence[str], results: Path, printed: Path) -> tuple[int, str]:
     """Run a study in a process of its own; its exit code and all that it printed."""
     shutil.rmtree(results, ignore_errors=True)  # of an earlier try that was killed
-    return run_command([*command, "--no-figures", "--results", str(results)], printed)
+    return run_command([*command, "--results", str(results)], printed)
 
 
 def run_command(command: Sequence[str], printed: Path) -> tuple[int, str]:

@@ -47,10 +47,10 @@ def question(seed: int, index: int) -> Question:
 
 
 def answer(question: Question, folder: Path) -> Row:
-    """Run the command; what it printed is kept."""
+    """Run the command, figures included; what it printed is kept."""
     results, before = folder / "study", resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
     shutil.rmtree(results, ignore_errors=True)  # of an earlier try that was killed
-    words = [*question["command"], "--no-figures", "--results", str(results)]
+    words = [*question["command"], "--results", str(results)]
     code, printed = run_command(words, folder / "printed.txt")
     processor = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
 
