@@ -111,9 +111,9 @@ def verify(
     error of the dynamics   10 ``dynamics``     it is met in the intervals that refinement looks
                                                 at; without refinement it tells a coarse mesh
     replayed objective      10 ``replay``       relative to the objective, or to 1e-3 of its scale:
-                                                all states act on it with their misses; at most
-                                                10 ``path`` where that is more and it has a peak,
-                                                which may be exceeded by as much
+                                                all states act on it with their misses. Where a
+                                                problem has peaks, 10 ``path`` if that is more:
+                                                they may be exceeded by as much
     bounds and links        10 ``replay``       relative to the largest of value, limits and scale:
                                                 as the objective
     ======================  ==================  ==================================================

@@ -29,7 +29,8 @@ Progress = Callable[[str], None]
 BEND = 0.3  # [rad]; slopes of R (1 - psi^2/2, psi) are then right to a per mille
 MOST_PERIODS = 2e5  # of the fastest mode; the paper's 112 s have 16,000
 LEAST_ADVISED = 10.0  # [s]; no one deploys such an arm faster, so no hint says so
-_FIRST = ("energy", "smoothest", "time")  # not solved from least energy
+# Found from a rigid arm's motion, also where both joints turn; all others are peaks.
+_FROM_A_RIGID_ARM = ("energy", "smoothest", "time")
 _INSTANTS = 51  # at which the bending of a quintic step is looked at
 _RIGID_BOUND, _RIGID_RATE = 4.0, 32.0  # least peaks of torque and rate, in J D/T^2 and J D/T^3
 
@@ -64,12 +65,12 @@ def solve_stage(
         check_bending(stage)
         check_caps(stage, caps)
 
-    if len(stage.moving) > 1 and objective not in _FIRST:
-        # what a torque does to the other link is found by least energy; a peak is not, from afar
+    if len(stage.moving) > 1 and objective not in _FROM_A_RIGID_ARM:
+        # a least peak is not found from there, but it is from the motion of least energy
         guess = solve_stage(
             stage,
             caps=caps,
-            objective=_FIRST[0],
+            objective="energy",
             intervals=intervals,
             progress=progress,
             solver=solver,
