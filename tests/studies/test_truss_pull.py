@@ -2,15 +2,19 @@
 
 import dataclasses
 import math
+import warnings
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from models.truss import DYNAMIC_SET
+from studies.common.result import Result
+from studies.truss.config import as_dictionary, study_from
 from studies.truss.limits.bounds import least_time
 from studies.truss.limits.caps import Caps
 from studies.truss.limits.pull import least_time_of_pull, push_of_springs
+from studies.truss.motions.laws import study_of
 from studies.truss.motions.phase_plane import PhasePlane
 
 STROKE = math.pi / 2 - DYNAMIC_SET.stowed_angle
@@ -55,3 +59,13 @@ def test_springs_that_pull_first_push_the_truss():
     with pytest.warns(UserWarning, match="pulls at first"):
         short = dataclasses.replace(DYNAMIC_SET, spring_free_length=0.2)
     assert push_of_springs(short, Caps(acceleration=1.0)).acceleration > 0.0
+
+
+def test_a_stored_study_is_read_without_a_warning_that_was_said_before():
+    asked = {"duration": 6.0, "minimise": "peak-acceleration", "truss": {"spring_free_length": 0.2}}
+    with pytest.warns(UserWarning, match="pulls at first"):
+        configuration = as_dictionary(study_from(asked))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        stored = study_of(Result("truss", "a question", configuration))
+    assert stored.truss.spring_free_length == 0.2

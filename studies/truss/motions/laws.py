@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import itertools
 import math
+import warnings
 from collections.abc import Mapping
 
 import numpy as np
@@ -85,8 +86,13 @@ def law_of_result(result: Result) -> Law:
 
 
 def study_of(result: Result) -> TrussStudy:
-    """The study on whose truss a result moves: what was found of a design, else what was asked."""
-    return study_from(result.details.get("study", result.configuration))
+    """The study on whose truss a result moves: what was found of a design, else what was asked.
+
+    What the model warns of was said when the study was stated.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return study_from(result.details.get("study", result.configuration))
 
 
 def pinned_bezier(truss: TrussParameters, duration: float) -> Bezier:
