@@ -122,9 +122,12 @@ COMMANDS: Mapping[str, Command] = {
         loads="studies.pareto.study",
     ),
     "pareto arm": Command(
-        "residual energy of the arm against the duration",
+        "what less of one quantity of the arm costs in another",
         "studies.arm.command",
-        "Sets what the smoothest motion and the smooth laws leave against the duration.",
+        "Finds the front of two quantities of the arm, such as duration and peak torque: the least "
+        "of one under each limit on the other, from both ends, with prices, knee and gaps. Every "
+        "point leaves the full model still. With time,residual-energy it sets what the smoothest "
+        "motion and the smooth laws leave against the duration.",
         arguments="trade_off.add_arguments",
         run="trade_off.run",
         loads="studies.arm.study",

@@ -26,6 +26,7 @@ SHOWS = {
     "factored-force": "benchmarks.shows.drive.factored_force",
     "mission": "benchmarks.shows.scale.mission",
     "pareto": "benchmarks.shows.scale.pareto",
+    "pareto-arm": "benchmarks.shows.scale.pareto_arm",
     "robust": "benchmarks.shows.scale.robust",
     "drive-table": "benchmarks.shows.drive.table",
     "drive-points": "benchmarks.shows.drive.points",

@@ -32,14 +32,13 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array, Integers
-from ocp.errors import StatementError
 from ocp.optimality.active_set import TOUCHED, LimitDistances, limit_distances
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multiplier_sets import MULTIPLIER_SPREAD, MultiplierChanges
 from ocp.optimality.multipliers import all_multipliers
 from ocp.problem.parameters import Parameters
 from ocp.problem.phase import Phase
-from ocp.problem.symbols import Between, Constant, resolve, scalar
+from ocp.problem.symbols import Between, resolve, scalar
 from ocp.transcription.columns import PhaseColumns
 from ocp.transcription.transcribe import Transcription, transcribe
 
@@ -139,25 +138,25 @@ def one_sided_sensitivities(solution: Solution) -> dict[str, Sided]:
     return sided
 
 
-def slope_by_multipliers(solution: Solution, constant: Constant) -> float:
-    """``dJ/dvalue`` of one constant by the multipliers that the solver ended with.
+def slopes_by_multipliers(solution: Solution) -> dict[str, float]:
+    """``dJ/dvalue`` for every named number by the multipliers that the solver ended with.
 
-    Where several sets of multipliers fit the optimum this is the slope of one of them, and nothing
-    says so. It takes milliseconds, for which the question about the others may take minutes on a
-    fine mesh.
+    Where several sets of multipliers fit the optimum these are the slopes of one of them, and
+    nothing says so. It takes a fraction of a second, for which the question about the others may
+    take minutes on a fine mesh.
 
     Raises
     ------
     StatementError
-        When the solution was made without its multipliers, or its problem has no such constant.
+        When the solution was made without its multipliers.
     """
     iterate = solution.kept_iterate
     multipliers, distances = all_multipliers(iterate), limit_distances(iterate)
-    for slope in lagrangian_slopes(iterate, multipliers, distances):
-        if slope.name == constant.name:
-            value = slope.direct + float(slope.by_multiplier @ multipliers)
-            return iterate.problem.sense * value
-    raise StatementError(f"problem '{iterate.problem.name}' has no constant '{constant.name}'")
+    return {
+        slope.name: iterate.problem.sense
+        * (slope.direct + float(slope.by_multiplier @ multipliers))
+        for slope in lagrangian_slopes(iterate, multipliers, distances)
+    }
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,6 +32,7 @@ RIGID_INTERVALS = 80  # 160 change a per mille; with 40 a local optimum a tenth 
 RIGID_LONGEST = 2.0  # times the quintic step's duration under the same caps
 
 # Shapers whose frequency varies along the stage
+SHAPER = 10.0  # frequency times duration of shapers that nobody asks for here
 FREQUENCIES_TRIED = 32
 FREQUENCIES_OF_BOTH = 9  # where both joints turn, whose motions take longer
 FREQUENCIES_REFINED = 8  # tried between the best one's neighbours
@@ -56,6 +57,12 @@ OPTIMUM_SEARCHES = 6
 # Trade-off of residual and duration
 TRADE_OFF_RATIOS = (0.7, 0.85, 1.0, 1.2, 1.5)  # of the stage's duration, on the full model
 TRADE_OFF_REDUCED = 161  # durations on B21
+
+# Fronts
+FRONT_DURATIONS = (0.8, 1.5)  # of the stage's duration
+FRONT_POINTS = 16  # that either walk may take
+FRONT_LAWS = 9  # durations at which laws are set beside a front
+JUST_ABOVE = 1.05  # times the least peak torque: nearer to it there is hardly room for anything
 
 # Both stages as one problem
 SEQUENCE_INTERVALS = (150, 10, 200)  # of big arm, dwell and small arm

@@ -7,6 +7,7 @@ from typing import Any
 
 from models.errors import ModelError
 from studies.arm.config import (
+    RESIDUAL_ENERGY,
     ArmStudy,
     BaselinesStudy,
     LeastDurationStudy,
@@ -17,6 +18,7 @@ from studies.arm.config import (
 )
 from studies.arm.optimal.solve import check_bending
 from studies.arm.questions.baselines import compare_baselines
+from studies.arm.questions.front import front
 from studies.arm.questions.least_duration import find_least_durations
 from studies.arm.questions.one_motion import check_study, solve_motion
 from studies.arm.questions.robust.comparison import find_robust
@@ -41,7 +43,9 @@ _ANSWERS: Mapping[type[Any], Callable[[Any, Console], Result]] = {
     BaselinesStudy: compare_baselines,
     LeastDurationStudy: find_least_durations,
     SequenceStudy: find_sequence,
-    TradeOffStudy: trade_off,
+    TradeOffStudy: lambda study, console: (trade_off if study.least == RESIDUAL_ENERGY else front)(
+        study, console
+    ),
     RobustStudy: find_robust,
 }
 

@@ -70,11 +70,14 @@ def law_series(
     return found
 
 
-def front_details(front: Front, x: FrontAxis, y: FrontAxis) -> dict[str, object]:
-    """What a figure needs besides, and how the front came about."""
+def front_details(
+    front: Front, x: FrontAxis, y: FrontAxis, bound: str = "proven: none is below"
+) -> dict[str, object]:
+    """What a figure needs besides, and how the front came about; `bound` is what a bound says."""
     points = [*front.points, *front.dominated]
     return {
         "axes": [vars(x), vars(y)],
+        "bound": bound,
         "gaps": [list(gap) for gap in front.gaps],
         "knee": None if front.knee is None else front.points[front.knee].x,
         "points": len(front.points),

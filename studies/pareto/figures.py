@@ -60,7 +60,7 @@ def _front(panel: Axes, result: Result, limited: str, least: str) -> None:
     if dominated[0].size:
         panel.plot(*dominated, "x", ms=4, color="0.7", label="dominated", zorder=2)
     if np.isfinite(bound).any():
-        panel.plot(x, bound, color="0.35", lw=1, ls="--", label="proven: none is below")
+        panel.plot(x, bound, color="0.35", lw=1, ls="--", label=result.details["bound"])
     if limited in result.bounds:
         least_x = result.bounds[limited]
         panel.axvline(least_x, color="0.35", lw=1, ls=":", label="proven: none is left of it")

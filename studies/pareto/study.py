@@ -11,11 +11,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ocp.arrays import Array
 from studies.common.console import Console, silent
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.folder import provenance
-from studies.common.result import Criterion, Result, Verdict
+from studies.common.result import Result
 from studies.pareto.both_ways import Walked, both_ways
 from studies.pareto.columns import FrontAxis, front_details, front_series, law_series
 from studies.pareto.config import ParetoStudy, configuration_of
@@ -23,10 +22,10 @@ from studies.pareto.continuation import FrontPoint, NotFoundError
 from studies.pareto.envelope import Front
 from studies.pareto.motions import motion_series
 from studies.pareto.truss import TrussFront
+from studies.pareto.verdict import front_checks, front_verdict
 from studies.pareto.words import dominated_law, front_in_words
 from studies.truss.checks import broken_caps, table_rows
 from studies.truss.limits.bounds import lower_bounds
-from studies.truss.limits.tolerances import CAPS
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import paper_laws
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
@@ -109,8 +108,8 @@ def result_of(subject: TrussFront, walked: Walked) -> Result:
         },
         table=table_rows(free, shown, lowest),
         bounds={key: bound for key, bound in lowest.items() if key in both},
-        verdict=_verdict(front, stopped),
-        checks=_checks(front, bounds, subject.least),
+        verdict=front_verdict(front, stopped),
+        checks=front_checks(front, QUANTITIES[subject.least].title, bounds),
         remarks=(
             *front_in_words(front, *axes),
             *(
@@ -167,37 +166,3 @@ def _broken(subject: TrussFront, law: Deployment) -> tuple[str, ...]:
     """Titles of the caps that a law breaks, all but the limit."""
     broken = broken_caps(subject.truss, law.values)
     return tuple(QUANTITIES[key].title for key in broken if key != subject.limited)
-
-
-def _verdict(front: Front, stopped: bool) -> Verdict:
-    count = len(front.points)
-    if stopped:
-        return Verdict("unverified", f"unverified: stopped with {count} points of the front")
-    return Verdict(
-        "local",
-        f"local: {count} verified points, each the best of walks from both ends of the front",
-    )
-
-
-def _checks(front: Front, bounds: Array, least: str) -> tuple[Criterion, ...]:
-    """That no point is below its bound; each point itself was held against all that it has to."""
-    values = np.array([p.y for p in front.points])
-    known = np.isfinite(bounds)
-    checks = [
-        Criterion(
-            "points of the front whose motion meets all its checks",
-            "1",
-            float(len(front.points)),
-            float(len(front.points)),
-            True,
-        )
-    ]
-    if known.any():
-        below = float((1 - values[known] / bounds[known]).max())
-        unit = "of the bound"
-        checks.append(
-            Criterion(
-                f"{QUANTITIES[least].title} below its bound", unit, below, CAPS, below <= CAPS
-            )
-        )
-    return tuple(checks)

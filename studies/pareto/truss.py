@@ -32,7 +32,7 @@ from ocp import (
     Unverified,
     solve,
 )
-from ocp.analysis.sensitivity import slope_by_multipliers
+from ocp.analysis.sensitivity import slopes_by_multipliers
 from studies.common.console import Console
 from studies.common.exit_codes import StudyError
 from studies.pareto.config import ParetoStudy
@@ -259,7 +259,7 @@ class TrussFront:
         if failed:
             raise NotFoundError("; ".join(failed))
         seconds = clock.perf_counter() - begin
-        slope = slope_by_multipliers(solution, program.limit)
+        slope = slopes_by_multipliers(solution)[program.limit.name]
         motion = FrontMotion(program, solution, deployment)
         return FrontPoint(limit, x, y, slope, way, afresh, seconds, motion)
 

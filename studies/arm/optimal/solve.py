@@ -87,6 +87,7 @@ def solve_again(
     weight: float,
     aim: Array,
     intervals: int,
+    stated: StatedStage | None = None,
     progress: Progress | None = None,
     solver: Solve = solve,
 ) -> OptimalMotion:
@@ -100,6 +101,8 @@ def solve_again(
     aim : (2 n,)
         Where the end is beside rest, see `aim`.
     intervals : int
+    stated : StatedStage, optional
+        Another problem, such as that of a shorter stage; the motion's own by default.
     progress : callable, optional
     solver : callable
         In the place of `ocp.solve`, see `finished_solves`.
@@ -110,9 +113,11 @@ def solve_again(
         If the solver finds no motion.
     """
     # multipliers help where the same weight is asked for again, and mislead where it is another
-    alike = weight > 0.4 * motion.weight
+    alike = stated is None and weight > 0.4 * motion.weight
     start = motion.solution if alike else motion.trajectory
-    return _solved(motion.name, motion.stated, weight, aim, intervals, start, progress, solver)
+    return _solved(
+        motion.name, stated or motion.stated, weight, aim, intervals, start, progress, solver
+    )
 
 
 def _solved(

@@ -54,6 +54,7 @@ from studies.arm.report.quantities import (
     table_rows,
 )
 from studies.arm.report.traces import Trace, snapshot_series, snapshots_of
+from studies.arm.search_limits import SHAPER
 from studies.arm.stage import Stage, TorqueCaps
 from studies.common.console import Console
 from studies.common.exit_codes import StudyError
@@ -68,7 +69,6 @@ LAWS = ("Step5", "Bezier")
 FINER = 3  # halves of the elements of a link, on which the residual is found again
 _AFTER = 401  # instants of the quarter of a stage that is followed after the lock
 _LONG = 30.0  # seconds of the processor, from which on a motion says why it took them
-_SHAPER = 10.0  # frequency times duration of shapers that nobody asks for here
 
 
 def check_study(study: ArmStudy) -> None:
@@ -269,7 +269,7 @@ def _asked_besides(study: ArmStudy, refined: Refined, history: Loads) -> list[Me
 
 def _baseline(stage: Stage, name: str, drive: Drive, console: Console) -> LockedMotion:
     console.live(f"{name} beside the optimum")
-    laws = {law.name: law for law in baselines(stage.duration, _SHAPER / stage.duration)}
+    laws = {law.name: law for law in baselines(stage.duration, SHAPER / stage.duration)}
     return replay_law(stage, laws[name], drive)
 
 

@@ -16,7 +16,7 @@ from studies.arm.laws.unit_laws import baselines
 from studies.arm.optimal.solve import solve_stage
 from studies.arm.questions.baselines import replay_law
 from studies.arm.report.quantities import Metric, table_rows
-from studies.arm.search_limits import TRADE_OFF_RATIOS, TRADE_OFF_REDUCED
+from studies.arm.search_limits import SHAPER, TRADE_OFF_RATIOS, TRADE_OFF_REDUCED
 from studies.arm.stage import Stage
 from studies.common.console import Console
 from studies.common.exit_codes import StudyError
@@ -28,7 +28,6 @@ Curves = dict[str, tuple[list[float], list[float]]]
 """Durations [s] and residual energies [J], by law."""
 OPTIMUM = "optimum"
 LAWS = ("linear torque", "quintic", "Step5", "Bezier")
-_SHAPER = 10.0  # frequency times duration of shapers that nobody asks for here
 
 
 def curves(stage: Stage, say: Say) -> Curves:
@@ -54,7 +53,7 @@ def reduced_curves(stage: Stage) -> Curves:
         return {}
     first, last = TRADE_OFF_RATIOS[0], TRADE_OFF_RATIOS[-1]
     times = np.linspace(first, last, TRADE_OFF_REDUCED) * stage.duration
-    laws = [{x.name: x.law for x in baselines(T, _SHAPER / T)} for T in times.tolist()]
+    laws = [{x.name: x.law for x in baselines(T, SHAPER / T)} for T in times.tolist()]
     return {
         name: (times.tolist(), left_by_laws(stage, [x[name] for x in laws], "torque").tolist())
         for name in LAWS
@@ -65,7 +64,7 @@ def _left(stage: Stage, name: str) -> float:
     """E_res on the full model [J]."""
     if name == OPTIMUM:
         return solve_stage(stage).replay().residual_energy
-    laws = {law.name: law for law in baselines(stage.duration, _SHAPER / stage.duration)}
+    laws = {law.name: law for law in baselines(stage.duration, SHAPER / stage.duration)}
     return replay_law(stage, laws[name], "torque").residual_energy
 
 

@@ -11,7 +11,8 @@ import numpy as np
 from ocp.arrays import Array
 from studies.arm.config import ArmDescription, ArmStudy
 from studies.arm.optimal.motion import OptimalMotion
-from studies.arm.optimal.refinement import AGREE, MISS, SAME, Refined, agreement
+from studies.arm.optimal.refinement import AGREE, Refined, agreement
+from studies.arm.optimal.rounds import MISS, SAME
 from studies.arm.replay.full_model import LockedMotion
 from studies.arm.replay.loads import (
     EARLY_LATE,

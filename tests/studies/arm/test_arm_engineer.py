@@ -19,8 +19,9 @@ from studies.arm.config import BaselinesStudy
 from studies.arm.laws.rigid import feed_forward, inertias, joint_motion, rigid_accelerations
 from studies.arm.laws.unit_laws import baselines, quintic
 from studies.arm.optimal.phase import arm_phase
-from studies.arm.optimal.refinement import FLOOR, Refined, Round
+from studies.arm.optimal.refinement import FLOOR, Refined
 from studies.arm.optimal.rigid_time import least_rigid_duration, quintic_duration
+from studies.arm.optimal.rounds import Round
 from studies.arm.questions.baselines import Pair, compare_baselines, replay_law
 from studies.arm.questions.one_motion import duration_to_try
 from studies.arm.replay.full_model import Motion, replay

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from studies.arm.optimal import refinement as room
-from studies.arm.optimal.refinement import AGREE, SAME, Refined, Round, calmer, confirmed, refined
+from studies.arm.optimal.refinement import AGREE, Refined, calmer, confirmed
+from studies.arm.optimal.rounds import SAME, Round, refined
 
 RESIDUAL = 1e-6
 

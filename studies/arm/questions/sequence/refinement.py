@@ -9,7 +9,8 @@ import numpy as np
 
 from studies.arm.optimal.aim import beside_rest
 from studies.arm.optimal.objectives import RESIDUAL
-from studies.arm.optimal.refinement import SAME, Round, refined, sentence
+from studies.arm.optimal.refinement import sentence
+from studies.arm.optimal.rounds import SAME, Round, refined
 from studies.arm.questions.sequence.replay import SequenceReplay, replay_sequence
 from studies.arm.questions.sequence.solve import Aims, OptimalSequence, solved_from
 from studies.arm.replay.full_model import steps_for

@@ -9,7 +9,8 @@ import numpy as np
 
 from models.arm.reduced_simulation import reduced_modes
 from studies.arm.config import SequenceStudy, as_dictionary
-from studies.arm.optimal.refinement import AGREE, FLOOR, MISS, SAME
+from studies.arm.optimal.refinement import AGREE, FLOOR
+from studies.arm.optimal.rounds import MISS, SAME
 from studies.arm.optimal.solve import MOST_PERIODS
 from studies.arm.questions.sequence.problem import Sequence, locked, sequence, turning
 from studies.arm.questions.sequence.profile import (

@@ -1,0 +1,159 @@
+"""The show "pareto-arm": fronts of the arm, their slopes, and what they save beside cold starts.
+
+Each case is a front whose points the study verifies one by one on the full model. Slopes are held
+against central differences of what was minimised, two motions solved beside a point from its own.
+Some points are found again cold, refined as a motion of `arm solve` is.
+"""
+
+from __future__ import annotations
+
+import resource
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.shows.show import Question, Row
+from studies.arm.config import TradeOffStudy, question_from
+from studies.arm.questions.front import ArmFront, laws_beside, result_of
+from studies.common.console import Table, number, silent
+from studies.common.drawing import save
+from studies.common.folder import ResultsFolder
+from studies.pareto.both_ways import both_ways
+from studies.pareto.continuation import FrontPoint, NotFoundError
+from studies.pareto.figures import draw
+
+LINE = "fronts of the arm: slopes against differences, seconds beside cold starts: 3 cases"
+LIMIT = 3600.0  # [s]
+
+CASES: tuple[dict[str, Any], ...] = (
+    {"stage": "big", "objectives": ["time", "peak-torque"]},
+    {"stage": "small", "objectives": ["time", "peak-torque"]},
+    {"stage": "big", "objectives": ["time", "deflection"]},
+)
+POINTS = 16  # that either walk may take
+SAMPLED = 3  # points whose slope is looked at, and which are found again cold
+STEP = 2e-3  # of a limit, of the differences
+
+
+def question(seed: int, index: int) -> Question:
+    """The study of a case; nothing is drawn, whatever the seed."""
+    return {"study": CASES[index % len(CASES)]}
+
+
+def answer(question: Question, folder: Path) -> Row:
+    """The front, its slopes, and cold starts at some of its points."""
+    before = _seconds()
+    subject = ArmFront(question_from(TradeOffStudy, question["study"]), silent())
+    left, right = subject.ends()
+    walked = both_ways(subject, left, right, POINTS, silent().progress)
+    front, seconds = walked.front, _seconds() - before
+
+    result = result_of(subject, walked, laws_beside(subject))
+    result.save(folder)
+    save(draw(result), ResultsFolder(folder), silent())
+
+    places = np.linspace(1, len(front.points) - 2, SAMPLED).round().astype(int)
+    sampled = [front.points[place] for place in places]
+    found = [*front.points, *front.dominated]
+    return {
+        "question": result.question,
+        "points": len(front.points),
+        "dominated": len(front.dominated),
+        "gaps": len(front.gaps),
+        "afresh": sum(point.afresh for point in found),
+        "left": max(point.motion.replay.residual_energy for point in front.points),
+        "slopes": [_slopes(subject, point) for point in sampled],
+        "walked": seconds,
+        "solves": len(found),
+        "cold": [_cold(subject, point) for point in sampled],
+        "remarks": list(result.remarks),
+    }
+
+
+def _slopes(subject: ArmFront, point: FrontPoint) -> dict[str, float]:
+    """A slope, and the central difference of the same motions without torque that is added."""
+    sides = []
+    for factor in (1 - STEP, 1 + STEP):
+        beside = subject.near(point.limit * factor, point, "between").motion
+        # in the unit of what is least, as it was solved
+        sides.append(beside.motion.objective * subject.unit_of(beside.motion))
+    difference = (sides[1] - sides[0]) / (2 * STEP * point.limit)
+    return {"limit": point.limit, "slope": point.slope, "difference": difference}
+
+
+def _cold(subject: ArmFront, point: FrontPoint) -> dict[str, float]:
+    """A point found again without a neighbour."""
+    begin = _seconds()
+    try:
+        value = subject.afresh(point.limit, point, "between").y
+    except NotFoundError:
+        value = float("nan")
+    return {
+        "limit": point.limit,
+        "front": point.y,
+        "cold": value,
+        "seconds": _seconds() - begin,
+    }
+
+
+def _seconds() -> float:
+    """Of the processor, by this process [s]."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_utime
+
+
+def tables(rows: Sequence[Row]) -> list[Table]:
+    """The fronts, their slopes, and cold starts."""
+    answered = [row for row in rows if not row["failure"]]
+    return [_fronts(answered), _sampled(answered)]
+
+
+def _fronts(rows: Sequence[Row]) -> Table:
+    head = (
+        "front",
+        "points",
+        "dominated",
+        "gaps",
+        "afresh",
+        "most left [J]",
+        "seconds",
+        "times faster than cold",
+    )
+    lines = [
+        (
+            row["question"],
+            str(row["points"]),
+            str(row["dominated"]),
+            str(row["gaps"]),
+            str(row["afresh"]),
+            f"{row['left']:.1e}",
+            f"{row['walked']:.0f}",
+            f"{np.mean([c['seconds'] for c in row['cold']]) * row['solves'] / row['walked']:.1f}",
+        )
+        for row in rows
+    ]
+    notes = [
+        f"times faster: seconds of {SAMPLED} cold starts, for as many as all points, beside all"
+    ]
+    return Table("fronts of the arm", head, lines, notes)
+
+
+def _sampled(rows: Sequence[Row]) -> Table:
+    head = ("front", "limit", "slope", "by differences", "off [%]", "value", "cold", "cold [s]")
+    lines = [
+        (
+            row["question"],
+            number(cold["limit"], 5),
+            number(slope["slope"], 5),
+            number(slope["difference"], 5),
+            f"{100 * abs(slope['slope'] / slope['difference'] - 1):.2g}",
+            number(cold["front"], 6),
+            number(cold["cold"], 6),
+            f"{cold['seconds']:.1f}",
+        )
+        for row in rows
+        for slope, cold in zip(row["slopes"], row["cold"], strict=True)
+    ]
+    notes = [f"differences: {STEP:g} of the limit each way; a value is known to a per cent"]
+    return Table("points looked at again", head, lines, notes)
