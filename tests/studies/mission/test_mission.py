@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -203,6 +204,20 @@ def test_a_total_in_which_no_split_keeps_the_caps_says_how_much_would_do(monkeyp
     # 2 sqrt(40) + sqrt(20) for the motions, and three dwells of 2 s
     assert "no split of 16 s was found that keeps all caps" in result.verdict.sentence
     assert "a total of about 23.1 s would do" in result.verdict.sentence
+
+
+def test_a_least_time_that_breaks_a_cap_does_not_send_the_user_to_itself() -> None:
+    broken = SimpleNamespace(name="ring", utilisation=1.02, passed=True)
+    mission = SimpleNamespace(
+        motions=[broken],
+        largest=broken,
+        total=30.0,
+        curves=[SimpleNamespace(duration_for=lambda used: 29.0)],
+        study=SimpleNamespace(least="time", dwell=2.0),
+    )
+    sentence = work._verdict(mission).sentence
+    assert "in the least time found, 30 s, a cap is broken: the ring uses 102 %" in sentence
+    assert "ask for --total 31 or a little more" in sentence
 
 
 def test_what_an_unrefined_arm_leaves_is_checked_but_shares_out_no_time() -> None:
