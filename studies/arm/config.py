@@ -323,7 +323,7 @@ class TradeOffStudy(StageStudy):
         default=("time", RESIDUAL_ENERGY),
     )
     points: int | None = optional_key(
-        whole(3, 200), "", "about so many on the front; 16 unless stated"
+        whole(3, 200), "", "about so many on the front; 20 unless stated"
     )
     range: Any = optional_key(
         _range, "", "lowest and highest limit, in s or N m; unless stated, what is of interest"
@@ -364,7 +364,8 @@ class TradeOffStudy(StageStudy):
                 f"{self.stage} arm, torque drive: residual energy on the full model against "
                 "duration"
             )
-        limited, least = (name.replace("-", " ") for name in self.objectives)
+        limited = "duration" if self.limited == "time" else self.limited.replace("-", " ")
+        least = self.least.replace("-", " ")
         time = "" if self.limited == "time" else f" in {self.slew.duration:.6g} s"
         return f"{self.stage} arm{time}, torque drive: {least} against {limited}, rest to rest"
 

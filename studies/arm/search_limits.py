@@ -60,7 +60,7 @@ TRADE_OFF_REDUCED = 161  # durations on B21
 
 # Fronts
 FRONT_DURATIONS = (0.8, 1.5)  # of the stage's duration
-FRONT_POINTS = 16  # that either walk may take
+FRONT_POINTS = 20  # that either walk may take
 FRONT_LAWS = 9  # durations at which laws are set beside a front
 JUST_ABOVE = 1.05  # times the least peak torque: nearer to it there is hardly room for anything
 

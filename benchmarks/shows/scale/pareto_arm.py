@@ -17,6 +17,7 @@ import numpy as np
 from benchmarks.shows.show import Question, Row
 from studies.arm.config import TradeOffStudy, question_from
 from studies.arm.questions.front import ArmFront, laws_beside, result_of
+from studies.arm.search_limits import FRONT_POINTS
 from studies.common.console import Table, number, silent
 from studies.common.drawing import save
 from studies.common.folder import ResultsFolder
@@ -32,7 +33,6 @@ CASES: tuple[dict[str, Any], ...] = (
     {"stage": "small", "objectives": ["time", "peak-torque"]},
     {"stage": "big", "objectives": ["time", "deflection"]},
 )
-POINTS = 16  # that either walk may take
 SAMPLED = 3  # points whose slope is looked at, and which are found again cold
 STEP = 2e-3  # of a limit, of the differences
 
@@ -47,7 +47,7 @@ def answer(question: Question, folder: Path) -> Row:
     before = _seconds()
     subject = ArmFront(question_from(TradeOffStudy, question["study"]), silent())
     left, right = subject.ends()
-    walked = both_ways(subject, left, right, POINTS, silent().progress)
+    walked = both_ways(subject, left, right, FRONT_POINTS, silent().progress)
     front, seconds = walked.front, _seconds() - before
 
     result = result_of(subject, walked, laws_beside(subject))
