@@ -24,7 +24,7 @@ from studies.arm.optimal.objectives import RESIDUAL, problem
 from studies.arm.optimal.phase import MARGIN
 from studies.arm.optimal.refinement import aimed_at_rest, refine
 from studies.arm.optimal.rounds import MISS, SAME
-from studies.arm.optimal.solve import solve_again, solve_stage
+from studies.arm.optimal.solve import check_bending, check_caps, solve_again, solve_stage
 from studies.arm.questions.baselines import replay_law
 from studies.arm.replay.full_model import LockedMotion
 from studies.arm.replay.loads import deflections
@@ -88,9 +88,13 @@ class ArmFront:
         Raises
         ------
         StudyError
-            If there is none.
+            If there is none, or nothing to trade between them.
         """
         low, high = self.study.range or self.limits()
+        for limit in (low, high):
+            stage, caps = self._at(limit)
+            check_bending(stage)
+            check_caps(stage, caps)
         try:
             left, right = self._end(low, "up"), self._end(high, "down")
         except NotFoundError as error:

@@ -10,7 +10,7 @@ from studies.arm.config import TradeOffStudy, as_dictionary, question_from
 from studies.arm.optimal.rounds import MISS
 from studies.arm.questions.front import AXES, ArmFront, Law, result_of
 from studies.common.console import silent
-from studies.common.exit_codes import StudyError
+from studies.common.exit_codes import ExitCode, StudyError
 from studies.pareto.both_ways import Walked
 from studies.pareto.continuation import NotFoundError, Ranges
 from studies.pareto.envelope import front_of
@@ -59,6 +59,21 @@ def test_an_end_that_no_motion_reaches_is_said_with_its_remedy(monkeypatch):
     monkeypatch.setattr(subject, "_refined", none)
     with pytest.raises(StudyError, match=r"between 8\.6 and 8\.7 s: 2 J are left; state another"):
         subject.ends()
+
+
+@pytest.mark.parametrize(
+    ("objectives", "limits", "words"),
+    [
+        ("time,peak-torque", "0.5..1", "would bend a link by about 0.31 rad"),
+        ("peak-torque,deflection", "3..4", "even a rigid arm takes more than 8.97"),
+    ],
+)
+def test_limits_that_nothing_meets_are_refused_at_once(objectives, limits, words):
+    raw = {"objectives": objectives, "range": limits}
+    with pytest.raises(StudyError) as caught:
+        ArmFront(question_from(TradeOffStudy, raw), silent()).ends()
+    assert words in str(caught.value)
+    assert caught.value.exit_code == ExitCode.INFEASIBLE
 
 
 def test_ends_that_are_alike_leave_nothing_to_trade(monkeypatch):
