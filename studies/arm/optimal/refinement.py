@@ -288,9 +288,10 @@ def calmer(
         lost = 1.0 - best.objective / found.entry.objective
         if abs(lost) > SAME:
             return
-        # both models are left with something else, of the order of what either is left with
+        # both models are left with something else, of the order of what either is left with; how
+        # much that is, their replays say
         heavier = found.entry.on_full_model / (AGREE * residual)
-        if heavier <= 1.0:
+        if found.entry.off(residual) <= 1.0:
             yield found, rounds, lost
 
 

@@ -12,6 +12,7 @@ import pytest
 from studies.arm.optimal import refinement as room
 from studies.arm.optimal.refinement import AGREE, Refined, calmer, confirmed
 from studies.arm.optimal.rounds import SAME, Round, refined
+from studies.arm.search_limits import CALMER_ROUNDS
 
 RESIDUAL = 1e-6
 
@@ -189,6 +190,10 @@ def test_where_a_finer_model_disagrees_the_torque_is_made_smoother_while_that_co
         assert 0.0 < lost <= SAME
         assert rounds[0] == best.entry
         assert rounds[-1] == trial.entry
+
+    # what is still may agree, too: that is for its replays to say
+    _, again, _ = solver(lambda weight, intervals, aims: 4e-7, lambda weight, intervals: 1.0)
+    assert len(list(calmer((best,), (best.entry,), RESIDUAL, again))) == CALMER_ROUNDS
 
     # nothing is taken that is dearer
     _, again, asked = solver(stirred, lambda weight, intervals: 1.0 + 1e4 * weight)
