@@ -9,7 +9,9 @@ Symbols: L Lagrangian, w weight of the smoothness, S smoothness, T duration [s].
 
 from __future__ import annotations
 
+import math
 import time as clock
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +22,7 @@ from ocp.arrays import Array
 from studies.arm.config import TradeOffStudy, as_dictionary
 from studies.arm.laws.unit_laws import baselines
 from studies.arm.optimal.motion import OptimalMotion
-from studies.arm.optimal.objectives import RESIDUAL, problem
+from studies.arm.optimal.objectives import RESIDUAL, StatedStage, problem
 from studies.arm.optimal.phase import MARGIN
 from studies.arm.optimal.refinement import aimed_at_rest, refine
 from studies.arm.optimal.rounds import MISS, SAME
@@ -34,9 +36,10 @@ from studies.arm.search_limits import (
     FRONT_LAWS,
     FRONT_POINTS,
     JUST_ABOVE,
+    LIGHTER,
     SHAPER,
 )
-from studies.arm.stage import Stage, TorqueCaps
+from studies.arm.stage import ELBOW, Stage, TorqueCaps
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.folder import provenance
@@ -81,6 +84,7 @@ class ArmFront:
         self.study, self.console = study, console
         self.limited, self.least = study.limited, study.least
         self.residual = study.residual_energy or RESIDUAL
+        self.lightest = math.inf  # weight of the smoothness that either end needs, once known
 
     def ends(self) -> tuple[FrontPoint, FrontPoint]:
         """Points at the lowest and at the highest limit.
@@ -103,6 +107,7 @@ class ArmFront:
                 f"{AXES[self.limited].unit}: {error}; state another range",
                 ExitCode.NOT_SOLVED,
             ) from error
+        self.lightest = min(end.motion.motion.weight for end in (left, right))
         if left.y <= (1.0 + SAME) * right.y:
             raise StudyError(
                 f"there is nothing to trade: {AXES[self.least].title} is {left.y:.4g} "
@@ -201,30 +206,23 @@ class ArmFront:
     ) -> FrontPoint:
         """The point at a limit from a motion; `coarser` undoes the last halving of its mesh."""
         halves = 2 if coarser else 1
-        try:
-            motion = solve_again(
-                start,
-                weight=halves * start.weight,
-                aim=aim,
-                intervals=start.intervals // halves,
-                stated=problem(*self._at(limit), self.least),
-                progress=self.console.live,
-            )
-            found, next_aim = aimed_at_rest(
-                motion, aim, residual=self.residual, live=self.console.live
-            )
-        except (StudyError, ModelError) as error:
-            raise NotFoundError(str(error)) from error
+        stated = problem(*self._at(limit), self.least)
+        weight, intervals = halves * start.weight, start.intervals // halves
+        kept, torque = self._still(start, stated, weight, intervals, aim)
+        # an end that needed more smoothness than the other one hands it on to its neighbours
+        lighter = max(self.lightest, weight / LIGHTER[ELBOW in kept.motion.stage.moving])
+        if lighter < weight:
+            with suppress(NotFoundError):
+                kept, torque = self._still(kept.motion, stated, lighter, intervals, kept.aim)
 
-        replayed = found.replay
-        if not found.still or replayed.miss > MISS:
-            raise NotFoundError(
-                f"the full model is left with {replayed.residual_energy:.2e} J and "
-                f"{replayed.miss:.1e} rad beside its angle"
-            )
-        # a torque that leaks between the points of its mesh is a point with a little more torque
-        x, y = (self._value(name, found.motion, replayed) for name in (self.limited, self.least))
-        kept = ArmPoint(motion, replayed, next_aim)
+        motion, replayed = kept.motion, kept.replay
+        values = {
+            "time": motion.stage.duration,
+            # a torque that leaks between the points of its mesh is a point with a little more of it
+            "peak-torque": torque,
+            "deflection": _deflection(replayed),
+        }
+        x, y = values[self.limited], values[self.least]
         seconds = clock.perf_counter() - begin
         self.console.progress(
             f"{AXES[self.limited].title} {x:.5g} {AXES[self.limited].unit}: "
@@ -233,13 +231,31 @@ class ArmFront:
         )
         return FrontPoint(limit, x, y, self._slope(motion), way, afresh, seconds, kept)
 
-    def _value(self, name: str, motion: OptimalMotion, replayed: LockedMotion) -> float:
-        """A quantity of a motion: of its exact torque, or of the full model."""
-        if name == "time":
-            return motion.stage.duration
-        if name == "peak-torque":
-            return float(motion.peak_torque.max())
-        return _deflection(replayed)
+    def _still(
+        self, start: OptimalMotion, stated: StatedStage, weight: float, intervals: int, aim: Array
+    ) -> tuple[ArmPoint, float]:
+        """The motion of a problem that leaves the full model still, and its peak torque [N m]."""
+        try:
+            motion = solve_again(
+                start,
+                weight=weight,
+                aim=aim,
+                intervals=intervals,
+                stated=stated,
+                progress=self.console.live,
+            )
+            found, next_aim = aimed_at_rest(
+                motion, aim, residual=self.residual, live=self.console.live
+            )
+        except (StudyError, ModelError) as error:
+            raise NotFoundError(str(error)) from error
+        replayed = found.replay
+        if not found.still or replayed.miss > MISS:
+            raise NotFoundError(
+                f"the full model is left with {replayed.residual_energy:.2e} J and "
+                f"{replayed.miss:.1e} rad beside its angle"
+            )
+        return ArmPoint(motion, replayed, next_aim), float(found.motion.peak_torque.max())
 
     def unit_of(self, motion: OptimalMotion) -> float:
         """What one of the objective as it was solved is in the unit of what is least."""
@@ -347,8 +363,8 @@ def result_of(subject: ArmFront, walked: Walked, laws: list[Law]) -> Result:
             ),
             *walked.remarks,
             "Each point was replayed on the full ANCF model. Both ends were refined until another "
-            "halving of smoothness and mesh gained 1 % at most; the points have twice that "
-            "smoothness and half that mesh.",
+            "halving of smoothness and mesh gained 1 % at most. The points have half that mesh, "
+            "and wherever that leaves them still twice the smoothness of the end with the less.",
             f"For the profile of a point, solve it alone {alone}: antenna-ocp arm solve.",
         ),
         details={

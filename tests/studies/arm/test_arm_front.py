@@ -78,8 +78,8 @@ def test_limits_that_nothing_meets_are_refused_at_once(objectives, limits, words
 
 def test_ends_that_are_alike_leave_nothing_to_trade(monkeypatch):
     subject = ArmFront(question_from(TradeOffStudy, SHORT), silent())
-    ends = {8.6: 3.30, 8.7: 3.28}
-    monkeypatch.setattr(subject, "_end", lambda at, way: SimpleNamespace(y=ends[at]))
+    ends, motion = {8.6: 3.30, 8.7: 3.28}, SimpleNamespace(motion=SimpleNamespace(weight=1e-6))
+    monkeypatch.setattr(subject, "_end", lambda at, way: SimpleNamespace(y=ends[at], motion=motion))
     with pytest.raises(StudyError, match=r"nothing to trade: peak torque is 3\.3 N m at 8\.6 s"):
         subject.ends()
 
