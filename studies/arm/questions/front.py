@@ -137,7 +137,7 @@ class ArmFront:
         title = AXES[name].title
         self.console.progress(f"an end of the front: the least {title}")
         try:
-            motion = self._refined(self.study.slew, TorqueCaps(), name).motion
+            motion = self._refined(self.study.slew, TorqueCaps(), name)
         except NotFoundError as error:
             raise StudyError(
                 f"the least {title} was not found: {error}; state a range", ExitCode.NOT_SOLVED
@@ -155,12 +155,17 @@ class ArmFront:
         """The point at an end: refined, and solved again on the mesh of its neighbours."""
         axis = AXES[self.limited]
         self.console.progress(f"an end of the front: {axis.title} {limit:.5g} {axis.unit}")
-        begin = clock.perf_counter()
-        refined = self._refined(*self._at(limit), self.least)
-        aim = np.zeros(2 * refined.motion.stage.model.size)
-        return self._point(limit, refined.motion, aim, way, begin, coarser=True)
+        return self._cold(limit, way)
 
-    def _refined(self, stage: Stage, caps: TorqueCaps, least: str) -> ArmPoint:
+    def _cold(self, limit: float, way: Way, *, afresh: bool = False) -> FrontPoint:
+        """A point from a rigid arm's motion."""
+        begin = clock.perf_counter()
+        motion = self._refined(*self._at(limit), self.least)
+        at_rest = np.zeros(2 * motion.stage.model.size)
+        return self._point(limit, motion, at_rest, way, begin, coarser=True, afresh=afresh)
+
+    def _refined(self, stage: Stage, caps: TorqueCaps, least: str) -> OptimalMotion:
+        """The motion that `arm solve` would give."""
         try:
             motion = solve_stage(stage, caps=caps, objective=least, progress=self.console.live)
             found = refine(
@@ -178,7 +183,7 @@ class ArmFront:
                 if not found.still
                 else "less smoothness and a finer mesh still gain more than a per cent"
             )
-        return ArmPoint(found.motion, found.replay, np.zeros(0))
+        return found.motion
 
     def near(self, limit: float, before: FrontPoint, way: Way) -> FrontPoint:
         """The point at a limit, from the motion of a neighbour and its aim."""
@@ -188,10 +193,7 @@ class ArmFront:
     def afresh(self, limit: float, before: FrontPoint, way: Way) -> FrontPoint:
         """The same, refined from a rigid arm's motion."""
         del before
-        begin = clock.perf_counter()
-        refined = self._refined(*self._at(limit), self.least)
-        aim = np.zeros(2 * refined.motion.stage.model.size)
-        return self._point(limit, refined.motion, aim, way, begin, coarser=True, afresh=True)
+        return self._cold(limit, way, afresh=True)
 
     def _point(
         self,
