@@ -27,7 +27,6 @@ from studies.arm.search_limits import MOST_ELEMENTS, MOST_MODES
 from studies.arm.stage import STAGES, Stage, TorqueCaps
 from studies.common.configuration import (
     Reader,
-    as_number,
     check,
     choice,
     finite,
@@ -37,6 +36,7 @@ from studies.common.configuration import (
     optional_key,
     positive,
     section,
+    two_limits,
     whole,
 )
 from studies.common.exit_codes import StudyError
@@ -299,19 +299,6 @@ def _two(name: str, value: Any) -> tuple[str, str]:
     return low, high
 
 
-def _range(name: str, value: Any) -> tuple[float, float]:
-    """A lowest and a highest limit, as a list or with two dots."""
-    ends = (
-        [as_number(end.strip()) for end in value.split("..")] if isinstance(value, str) else value
-    )
-    if not isinstance(ends, list | tuple) or len(ends) != 2:
-        raise StudyError(f"{name} is {value!r}; give LOW..HIGH, or [low, high] in a file")
-    low, high = positive(name, ends[0]), positive(name, ends[1])
-    if low >= high:
-        raise StudyError(f"{name} is {low:g} to {high:g}; give the lower limit first")
-    return low, high
-
-
 @dataclass(frozen=True, kw_only=True)
 class TradeOffStudy(StageStudy):
     """Two quantities of the arm against each other: `antenna-ocp pareto arm`."""
@@ -326,7 +313,7 @@ class TradeOffStudy(StageStudy):
         whole(3, 200), "", "about so many on the front; 20 unless stated"
     )
     range: Any = optional_key(
-        _range, "", "lowest and highest limit, in s or N m; unless stated, what is of interest"
+        two_limits, "", "lowest and highest limit, in s or N m; unless stated, what is of interest"
     )
     residual_energy: float | None = optional_key(
         positive,

@@ -161,6 +161,18 @@ def whole(least: int, most: int | None = None) -> Reader:
     return read
 
 
+def two_limits(name: str, value: Any) -> tuple[float, float]:
+    """Reader of a lowest and a highest positive number, as a list or as LOW..HIGH."""
+    stated = isinstance(value, str)
+    ends = [as_number(end.strip()) for end in value.split("..")] if stated else value
+    if not isinstance(ends, list | tuple) or len(ends) != 2:
+        raise StudyError(f"{name} is {value!r}; give LOW..HIGH, or [low, high] in a file")
+    low, high = positive(name, ends[0]), positive(name, ends[1])
+    if low >= high:
+        raise StudyError(f"{name} is {low:g} to {high:g}; give the lower limit first")
+    return low, high
+
+
 def choice(names: Iterable[str]) -> Reader:
     """Reader of one of several words."""
     names = tuple(names)

@@ -61,8 +61,7 @@ def _with_flags(raw: dict[str, Any], options: argparse.Namespace) -> dict[str, A
     if options.points is not None:
         put(raw, ("pareto", "points"), as_number(options.points))
     if options.range is not None:
-        ends = [as_number(end.strip()) for end in options.range.split("..")]
-        put(raw, ("pareto", "range"), ends)
+        put(raw, ("pareto", "range"), options.range)
     if options.coarse:
         put(raw, ("pareto", "coarse"), True)
     return raw

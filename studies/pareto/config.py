@@ -18,9 +18,9 @@ from studies.common.configuration import (
     from_mapping,
     key,
     optional_key,
-    positive,
     table,
     toml_text,
+    two_limits,
     whole,
 )
 from studies.common.exit_codes import StudyError
@@ -48,16 +48,6 @@ def _two(name: str, value: Any) -> tuple[str, str]:
     return first, second
 
 
-def _range(name: str, value: Any) -> tuple[float, float]:
-    """A lowest and a highest limit."""
-    if not isinstance(value, list | tuple) or len(value) != 2:
-        raise StudyError(f"{name} is {value!r}; give [low, high]")
-    low, high = positive(name, value[0]), positive(name, value[1])
-    if low >= high:
-        raise StudyError(f"{name} is [{low:g}, {high:g}]; give the lower limit first")
-    return low, high
-
-
 @dataclass(frozen=True, kw_only=True)
 class TradeOff:
     """What is traded, the table `[pareto]`.
@@ -75,7 +65,7 @@ class TradeOff:
     )
     points: int = key(whole(3, 500), "", "about so many on the front", default=40)
     range: Any = optional_key(
-        _range, "", "lowest and highest limit, in its SI unit; unless stated, all that there is"
+        two_limits, "", "lowest and highest limit, in its SI unit; unless stated, all that there is"
     )
     coarse: bool = key(
         boolean, "", "a sketch: few points, from one start, on a coarse mesh", default=False
