@@ -196,7 +196,7 @@ def force_figure(deployments: Sequence[Deployment], caps: Caps | None = None) ->
     largest = first.truss.pulley_friction or PAPER_MU
     for share, shade in zip(MU_SWEEP, SHADES, strict=True):
         t, mu = times(first), share * largest
-        motion, rubbing = first.law.motion(t), dataclasses.replace(first.truss, pulley_friction=mu)
+        motion, rubbing = first.law.motion(t), with_friction(first, mu).truss
         # friction is modelled for a rope that is hauled in; a measured motion may run back
         speed = np.maximum(motion.speed, 0.0)
         truss = evaluate_motion(rubbing, motion.angle, speed, motion.acceleration)
