@@ -15,6 +15,9 @@ from models.laws.motion import AngularMotion, increasing, law_times
 
 _JUMP = 1e-6  # of the greatest acceleration: less is rounding
 _SHORTEST = 1e-6  # of the duration: across shorter pieces, differences of angles are rounding
+_ROUNDING = 8 * float(
+    np.finfo(float).eps
+)  # of the largest angle: what a step of the angle may be off
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,9 +139,13 @@ class Hermite:
         quartic = -15 * miss + 7 * rate - bend
         quintic = 6 * miss - 3 * rate + bend / 2
 
-        # across a short piece the speed alone is interpolated, and the angle is its integral: a
-        # speed that jumped between pieces would be kinetic energy from nowhere
-        short = (h < _SHORTEST * self.duration) & (self.turns is None)
+        # Across a short piece the speed alone is interpolated, and the angle is its integral: a
+        # speed that jumped between pieces would be kinetic energy from nowhere. So it is wherever
+        # what the angles add to the speeds is rounding, which 1/h^2 makes an acceleration.
+        rounding = _ROUNDING * np.abs(self.angles).max()
+        added = np.abs(miss - (rate / 2 - bend / 12))
+        short = (h < _SHORTEST * self.duration) | (added < rounding)
+        short &= self.turns is None
         cubic = np.where(short, rate - bend / 3, cubic)
         quartic = np.where(short, bend / 4 - rate / 2, quartic)
         quintic = np.where(short, 0.0, quintic)

@@ -28,7 +28,7 @@ from studies.truss.config import TrussStudy, as_dictionary, study_from
 from studies.truss.figures import all_figures, angle_figure
 from studies.truss.limits.bounds import least_time, least_work
 from studies.truss.limits.caps import Caps
-from studies.truss.motions.deployment import Deployment, profile
+from studies.truss.motions.deployment import Deployment, columns_at, profile
 from studies.truss.motions.laws import knots, pinned_bezier, stored_law
 from studies.truss.search.motion_search import Search
 
@@ -125,6 +125,33 @@ def test_a_kink_that_is_found_twice_has_one_row() -> None:
     assert edges[2] in deployment.edges
     assert np.diff(deployment.edges).min() > 1.0
     assert np.diff(profile(deployment)["time"]).min() > 1e-6
+
+
+def test_forces_are_the_same_between_the_rows_of_a_profile() -> None:
+    """Rows that are 4e-6 s apart do not say by their angles what the acceleration is."""
+    whole = Step5(2.0, WITH_FRICTION.stowed_angle, DEPLOYED)
+    edges = np.unique([*np.linspace(0.0, 2.0, 201), *np.linspace(1.2, 1.2 + 4e-5, 11)])
+    motion, steps = whole.motion(edges), np.diff(edges)
+    first, last = motion.acceleration[:-1], motion.acceleration[1:]
+    gains = np.diff(motion.speed)
+    turns = np.diff(motion.angle) - steps * motion.speed[:-1]
+    close = steps < 1e-5
+    gains[close] = (steps * (first + last) / 2)[close]
+    turns[close] = (steps**2 * (first / 3 + last / 6))[close]
+    turns[np.searchsorted(edges, 1.2 + 2e-5)] += 2e-15  # [rad]; 7e-4 rad/s^2 within 4e-6 s
+    columns = (motion.angle, motion.speed, motion.acceleration, motion.acceleration)
+    law = Hermite(edges, *columns, gains, turns)
+
+    asked = Deployment("law", law, WITH_FRICTION)
+    between = np.linspace(1.2, 1.2 + 4e-5, 1001)
+    force = asked.at(between)[1].rope_force
+
+    def miss(rows: dict[str, np.ndarray]) -> float:
+        read = Deployment("read", stored_law(rows), WITH_FRICTION).at(between)[1]
+        return np.abs(read.rope_force - force).max() / asked.values["peak-force"]
+
+    assert miss(columns_at(asked, edges)) > 5e-6
+    assert miss(profile(asked)) < 2e-7
 
 
 @pytest.mark.parametrize("jerk", [69.0, 124.22, 1000.0])

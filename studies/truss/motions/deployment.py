@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from models.laws import AngularMotion, Law
+from models.laws import AngularMotion, Hermite, Law
 from models.numerics import peaks_in
 from models.truss import (
     TrussMotion,
@@ -24,7 +24,7 @@ from models.truss import (
     rope_jerk,
     rope_length,
 )
-from ocp.arrays import Array
+from ocp.arrays import Array, Flags
 from studies.drive.motor import motor_speed, motor_torque, shares_of_the_curve
 from studies.drive.schema import Drive
 from studies.margin.schema import MarginRequirements
@@ -39,6 +39,9 @@ GAUSS_POINTS = 8  # per cell of the energy quadrature
 GAUSS_CELLS = 400  # cells of the energy quadrature, spread over the pieces
 SAMPLES = 2001  # evenly spaced rows of a profile; the times of kinks and denser rows are added
 LARGEST_STEP = 2e-3  # of stroke and peak speed: what changes from row to row of a profile
+READ = 1e-7  # of the largest force: by how much what is read between two rows may differ
+HALVINGS = 6  # of the distance of rows between which it differs by more
+NARROWEST = 1e-9  # of the duration: rows are not closer
 JUMP = 1e-6  # of the greatest acceleration: less is rounding
 CLOSE = 0.4  # of the spacing: rows closer than this to a kink give way to it
 
@@ -350,7 +353,7 @@ def how_to_read(deployment: Deployment) -> dict[str, str]:
 
 
 def _profile_times(deployment: Deployment, samples: int) -> Array:
-    """Times of all kinks, and others between that are dense where it moves."""
+    """Times of all kinks, and others between: dense where it moves, and where a reader needs it."""
     law = deployment.law
     even, spacing = np.linspace(0.0, law.duration, samples, retstep=True)
     edges = np.array(deployment.edges)
@@ -368,7 +371,33 @@ def _profile_times(deployment: Deployment, samples: int) -> Array:
     dense = dense[np.diff(dense, append=np.inf) < CLOSE * spacing]
 
     time = np.unique(np.concatenate([even, dense]))
-    return np.unique(np.concatenate([time[_far_from(edges, time)], edges]))
+    time = np.unique(np.concatenate([time[_far_from(edges, time)], edges]))
+    for _ in range(HALVINGS):
+        missed = _misread(deployment, time)
+        if not missed.any():
+            break
+        time = np.sort(np.concatenate([time, (time[:-1] + time[1:])[missed] / 2]))
+    return time
+
+
+def _misread(deployment: Deployment, time: Array) -> Flags:
+    """After which rows quintics, as the profile's head states, miss the forces, shape (m - 1,)."""
+    motion, _ = deployment.at(time)
+    before = deployment.law.motion(np.nextafter(time, 0.0)).acceleration
+    rows = Hermite(time, motion.angle, motion.speed, motion.acceleration, before)
+    steps = np.diff(time)
+    inside = (time[:-1, None] + steps[:, None] * np.array([0.25, 0.5, 0.75])).ravel()
+
+    _, asked = deployment.at(inside)
+    read = rows.motion(inside)
+    # rounding beyond the rows is no motion
+    angle = np.clip(read.angle, motion.angle.min(), motion.angle.max())
+    speed = np.maximum(read.speed, min(asked.speed.min(), 0.0))
+    found = evaluate_motion(deployment.truss, angle, speed, read.acceleration)
+    allowed = READ * np.abs(asked.rope_force).max()
+    off = np.abs(found.rope_force - asked.rope_force).reshape(-1, 3).max(axis=1) > allowed
+    wide: Flags = steps > NARROWEST * deployment.law.duration
+    return off & wide
 
 
 def _far_from(edges: Array, time: Array) -> Array:
