@@ -1,4 +1,4 @@
-"""Whether a best motion exists is a matter of the motion, not of which caps are stated."""
+"""Whether a best motion exists, and when enough starts have found it."""
 
 from types import SimpleNamespace
 
@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from benchmarks.shows import truss_words
+from ocp import OcpError
 from studies.cli import main
 from studies.common.exit_codes import ExitCode
 from studies.common.result import Result, Verdict
 from studies.common.writers import exit_code
 from studies.truss.motions.phase_plane import LeastForce
-from studies.truss.search.verdict import AT_LIMIT, unattained_verdict
+from studies.truss.search.verdict import AT_LIMIT, starts_agree, unattained_verdict
 
 FORCE = ("truss", "--objective", "peak-force", "--duration", "6")
 
@@ -48,3 +49,30 @@ def test_words_that_are_not_the_phase_planes_are_seen() -> None:
     said = {**row, "code": 3, "words": "no motion is best: ...", "attained": False}
     assert truss_words.agrees({**said, "cannot_act": False})
     assert not truss_words.agrees({**row, "value": 11.0, "attained": True, "cannot_act": False})
+
+
+STARTS = ("bezier", "dwell", "step5", "straight")
+
+
+@pytest.mark.parametrize(
+    ("values", "enough"),
+    [
+        ({"bezier": 1.0}, False),
+        ({"bezier": 1.0, "step5": 1.0}, False),  # no start of the other kind
+        ({"bezier": 1.0, "dwell": 1.00001}, True),
+        ({"bezier": 1.0, "dwell": 0.9}, False),  # the best one was found once
+        ({"bezier": 1.0, "dwell": 0.9, "step5": 1.0}, False),
+        ({"bezier": 1.0, "dwell": 1.1, "step5": 1.0}, True),
+        ({"bezier": 1.0, "dwell": None, "step5": 1.0}, False),
+        ({"neighbour": 1.0, "bezier": 1.0}, True),
+        ({"neighbour": 1.0, "bezier": 0.9}, False),
+    ],
+)
+def test_the_search_ends_where_two_starts_found_the_best_and_each_kind_has_run(
+    values: dict[str, float | None], enough: bool
+) -> None:
+    trials = [
+        SimpleNamespace(name=name, value=value, error=None if value else OcpError("failed"))
+        for name, value in values.items()
+    ]
+    assert starts_agree(STARTS, trials, 1e-4) is enough

@@ -133,7 +133,7 @@ def of_trial(trial: Trial, study: TrussStudy) -> str:
 
 
 def starts_agree(names: Sequence[str], trials: Sequence[Trial], same: float) -> bool:
-    """Whether several starts, at least one of each kind, have found one optimum and no other.
+    """Whether two starts have found the best optimum, and at least one of each kind has found any.
 
     Parameters
     ----------
@@ -147,5 +147,5 @@ def starts_agree(names: Sequence[str], trials: Sequence[Trial], same: float) -> 
     all_kinds = NEIGHBOUR in found or kinds == {KINDS.get(name) for name in names}
     if len(found) < 2 or not all_kinds:
         return False
-    values = found.values()
-    return max(values) - min(values) <= same * max(abs(value) for value in values)
+    best, second, *_ = sorted(found.values())
+    return second - best <= same * abs(second)
