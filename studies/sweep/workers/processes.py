@@ -52,6 +52,8 @@ class CaseProcess:
             After which the process is ended.
         """
         process = self._started()
+        if process is None:
+            return {"record": {"status": "killed", "reason": "the run ended before it began"}}
         assert process.stdin is not None
         assert process.stdout is not None
         late = threading.Event()
@@ -81,7 +83,7 @@ class CaseProcess:
         if late.is_set():
             reason = f"ended after {seconds:g} s, as --case-seconds asks"
             return {"record": {"status": "hung", "reason": reason, "seconds": seconds}}
-        return {"record": {"status": "killed", "reason": self._last_words(process.returncode)}}
+        return {"record": {"status": "killed", "reason": self._last_words(process.wait())}}
 
     def close(self) -> None:
         """End the process."""
@@ -96,15 +98,22 @@ class CaseProcess:
                     if pipe is not None:
                         pipe.close()
 
-    def _started(self) -> subprocess.Popen[str]:
-        if self._process is not None and self._process.poll() is None:
+    def _started(self) -> subprocess.Popen[str] | None:
+        """The process, begun where there is none; None where all of them have been ended."""
+        with _STARTING:
+            if _ENDED.is_set():
+                return None
+            if self._process is None or self._process.poll() is not None:
+                self._process = self._begun()
             return self._process
+
+    def _begun(self) -> subprocess.Popen[str]:
         # where this package is, the process has to find it, too
         root = str(Path(next(iter(studies.__path__))).parent)
         paths = os.pathsep.join(filter(None, (root, os.environ.get("PYTHONPATH"))))
         self._answered = 0
         self._said.clear()
-        self._process = subprocess.Popen(
+        process = subprocess.Popen(
             [sys.executable, "-c", SERVE],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -116,11 +125,11 @@ class CaseProcess:
         )
         # a pipe that nobody reads would stop the process when it is full
         listener = threading.Thread(
-            target=self._said.extend, args=(self._process.stderr,), daemon=True
+            target=self._said.extend, args=(process.stderr,), daemon=True
         )
         listener.start()
         self._listener = listener
-        return self._process
+        return process
 
     def _last_words(self, code: int) -> str:
         """Why a process died, as far as it or the system says."""
@@ -148,10 +157,13 @@ class LocalProcesses:
 
     def close(self) -> None:
         """End all processes, whatever they are at."""
+        with _STARTING:  # one that is just being started is there then
+            _ENDED.set()
         for process in list(_EVERY):
             process.close()
         self._threads.shutdown(wait=True, cancel_futures=True)
         _EVERY.clear()
+        _ENDED.clear()
 
     def __str__(self) -> str:
         return f"{self.count} processes" if self.count > 1 else "one process"
@@ -159,6 +171,8 @@ class LocalProcesses:
 
 _OF_THE_THREAD = threading.local()
 _EVERY: list[CaseProcess] = []
+_STARTING = threading.Lock()
+_ENDED = threading.Event()  # no process is started while it is set
 
 
 def answer_here(task: Mapping[str, Any], seconds: float | None) -> dict[str, Any]:

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -51,6 +52,7 @@ show = ["angle_0"]
 # the command with a faster heart, so that a test need not wait long for a lease to run out
 QUICK = """
 import sys
+import threading
 from studies.sweep.cases import leases
 leases.HEARTBEAT = 0.3
 from studies.cli import main
@@ -259,6 +261,24 @@ def test_a_full_disk_is_said_and_loses_nothing(
     assert swept(study, out) == ExitCode.OK
     assert kept.items() <= files(out).items()
     assert len(files(out)) == 8
+
+
+def test_a_process_that_is_being_started_ends_with_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    started, begun, start = threading.Event(), [], subprocess.Popen
+
+    def slow(*arguments: object, **named: object) -> subprocess.Popen[str]:
+        started.set()
+        time.sleep(0.3)
+        begun.append(start(*arguments, **named))
+        return begun[-1]
+
+    monkeypatch.setattr(subprocess, "Popen", slow)
+    place = processes.LocalProcesses(1)
+    answer = place.submit({}, None)
+    assert started.wait(5.0)
+    place.close()
+    assert begun[0].returncode is not None
+    assert answer.result()["record"]["status"] == "killed"
 
 
 def test_a_plan_says_how_many_and_how_long_and_computes_nothing(
