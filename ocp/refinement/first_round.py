@@ -1,4 +1,4 @@
-"""The first mesh where the stated guess leads nowhere: other solvers, then simulated guesses.
+"""The first mesh from more than one start, where the statement leads nowhere or states no guess.
 
 A guess without any motion in it, as a straight line from start to end, may lead a solver to a point
 where the violation of the constraints cannot be made smaller by small changes. That says nothing of
@@ -9,6 +9,10 @@ The draws are the same in every run.
 
 Controls of a few intervals may also be too coarse for any motion, where the limits leave little
 room. So the same is tried on a finer mesh.
+
+Who states no guess says nothing of which optimum is near. So an answer from straight lines is held
+against those from simulated motions, until the best of them was found twice. Where all rates are
+linear in the signals it is not: such problems hardly ever have several optima.
 """
 
 from __future__ import annotations
@@ -18,6 +22,7 @@ from dataclasses import replace
 from itertools import cycle
 from math import inf
 
+import casadi as ca
 import numpy as np
 
 from ocp.mesh.initial_guess import initial_guess
@@ -26,6 +31,7 @@ from ocp.mesh.simulated_guess import simulated_guesses
 from ocp.nlp.failures import counted
 from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import NlpSolver, StartingPoint
+from ocp.problem.problem import Problem
 from ocp.refinement.mesh_iteration import MeshIteration, MeshSolver, iterations_of
 from ocp.transcription.packing import decision_vector
 from ocp.transcription.transcribe import ProgramLimits, Transcription
@@ -42,11 +48,87 @@ _GUESSES_IF_FINER = 2
 _FINER = 4
 _FINEST = 400
 
+# Guesses that the answer of a problem without a guess is held against at most, and the relative
+# difference of two answers of one mesh that are the same.
+_OTHERS = 4
+_SAME = 1e-5
+
 # outcomes after which another start may do better, the last one if the run was long
 _HOPEFUL = {"infeasible", "failed", "budget"}
 
 
-def sought(
+def first_answer(
+    meshes: MeshSolver,
+    program: Transcription,
+    solver: NlpSolver,
+    result: NlpResult,
+    rounds: Sequence[MeshIteration],
+) -> tuple[Transcription, NlpResult]:
+    """What came of the first mesh from the stated guess, or something better from other starts.
+
+    Parameters
+    ----------
+    solver : NlpSolver
+        As it was used from the stated guess.
+    result : NlpResult
+        What came of that; its iterations are counted on.
+    rounds : sequence of MeshIteration
+        Before this one.
+    """
+    if result.outcome != "solved":
+        return _sought(meshes, program, solver, result, rounds)
+    if _has_guess(meshes.problem) or _has_linear_rates(meshes.problem):
+        return program, result
+    return program, _best_of_several(meshes, program, solver, result, rounds)
+
+
+def _has_guess(problem: Problem) -> bool:
+    """Whether any signal has a guess."""
+    return any(phase.guess for phase in problem.phases)
+
+
+def _has_linear_rates(problem: Problem) -> bool:
+    """Whether the rates of all states are linear in the signals."""
+    return all(
+        ca.is_linear(
+            ca.vertcat(*phase.dynamics.values()),
+            ca.vertcat(*(signal.symbol for signal in problem.signals[phase.name])),
+        )
+        for phase in problem.phases
+    )
+
+
+def _best_of_several(
+    meshes: MeshSolver,
+    program: Transcription,
+    solver: NlpSolver,
+    first: NlpResult,
+    rounds: Sequence[MeshIteration],
+) -> NlpResult:
+    """The best answer from the straight lines and from simulated motions."""
+    limits = program.limits(meshes.parameters)
+    before, iterations, seconds = iterations_of(rounds), first.iterations, first.seconds
+    best = first
+    for point in _simulated(meshes, program, limits, _OTHERS):
+        if meshes.budget.spent(before + iterations):
+            break
+        patient = meshes.budget.within(solver.within(_PATIENCE, inf), before + iterations)
+        result = meshes.run(program, patient, point, limits, len(rounds) + 1)
+        iterations, seconds = iterations + result.iterations, seconds + result.seconds
+        if result.outcome == "interrupted":
+            best = result
+            break
+        if result.outcome != "solved":
+            continue
+        same = abs(result.objective - best.objective) <= _SAME * abs(best.objective)
+        if same:
+            break
+        if result.objective < best.objective:
+            best = result
+    return replace(best, iterations=iterations, seconds=seconds)
+
+
+def _sought(
     meshes: MeshSolver,
     program: Transcription,
     solver: NlpSolver,
@@ -130,17 +212,21 @@ def _attempts(
     for other in others:
         yield other, meshes.starting_point(program, None, limits)
 
-    stated = initial_guess(meshes.problem, meshes.parameters)
+    points = _simulated(meshes, program, limits, count)
+    yield from zip(cycle([solver, *others]), points, strict=False)
+
+
+def _simulated(
+    meshes: MeshSolver, program: Transcription, limits: ProgramLimits, count: int
+) -> Iterator[StartingPoint]:
+    """Starting points from simulated motions, the same in every run."""
     guesses = simulated_guesses(
         meshes.problem,
         meshes.parameters,
-        stated,
+        initial_guess(meshes.problem, meshes.parameters),
         program.scales.signals,
         count,
         np.random.default_rng(0),
     )
-    for guess, choice in zip(guesses, cycle([solver, *others]), strict=False):
-        yield (
-            choice,
-            StartingPoint(decision_vector(program, guess, limits, meshes.parameters.vector)),
-        )
+    for guess in guesses:
+        yield StartingPoint(decision_vector(program, guess, limits, meshes.parameters.vector))

@@ -16,7 +16,7 @@ from ocp.optimality.iterate import Iterate
 from ocp.problem.problem import Problem
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.error_estimate import MeshErrors
-from ocp.refinement.first_round import sought
+from ocp.refinement.first_round import first_answer
 from ocp.refinement.mesh_iteration import (
     LOOSER,
     MeshIteration,
@@ -130,8 +130,8 @@ def _refine(
     while True:
         solver = meshes.rough_solver if loose else asked
         result = meshes.solve(program, start, solver, rounds)
-        if result.outcome != "solved" and start is None and not solved:
-            program, result = sought(meshes, program, solver, result, rounds)
+        if start is None and not solved:
+            program, result = first_answer(meshes, program, solver, result, rounds)
 
         if result.outcome == "solved":
             last = meshes.examined(program, result, tight=solver is asked, finer=finer)
