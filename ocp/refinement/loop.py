@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -45,6 +46,9 @@ _SIZINGS = 4
 
 # Rounds in a row over which the objective stands still where nothing more is to be gained.
 _STILL = 3
+
+# Part of the last leak that the next round may have, where a leak is about to be closed.
+_FALLING = 0.3
 
 log = logging.getLogger(__name__)
 
@@ -258,7 +262,14 @@ def stands_still(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> bool:
         return False
     if latest[-1].errors.gain > accuracy.objective and gain_falls(latest, len(latest) - 1):
         return False
+    if _leaks_fall(latest):
+        return False
     return any(s.tight and s.holds(accuracy, LOOSER) for s in latest)
+
+
+def _leaks_fall(latest: Sequence[SolvedMesh]) -> bool:
+    """Whether each of the rounds left much less over the limits than the one before."""
+    return all(new.leak <= _FALLING * old.leak for old, new in itertools.pairwise(latest))
 
 
 def _worst(errors: MeshErrors) -> float:

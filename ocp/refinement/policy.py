@@ -30,6 +30,9 @@ if TYPE_CHECKING:
 
 # times the tolerance on the dynamics, beyond which an interval is cut in four and not in two
 _FAR = 1e4
+# Relative error of the dynamics above which switches are as imaginary as the motion: breakpoints
+# that move onto them lead the solver astray.
+_A_MOTION = 1e-2
 # An interval that keeps this part of its width beside a new bracket still stands for itself.
 _WHOLE = 0.8
 # Where a constraint leaks it is held at the leak and at both sides of it, in parts of the interval:
@@ -300,6 +303,8 @@ class _PhaseStep:
             missed=max(least, accuracy.objective),
         )
         worth = _worthwhile_jumps(mesh, errors, accuracy.objective)
+        if last.errors.dynamics > _A_MOTION:
+            worth = []
         phase = last.iterate.problem.phases[index]
         instants = np.array(last.iterate.problem.instants[phase.name])
         known = (instants - motion.start) / (motion.end - motion.start)

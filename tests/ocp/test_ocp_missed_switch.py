@@ -3,7 +3,17 @@
 import numpy as np
 import pytest
 
-from ocp import Between, Control, FixedMesh, Phase, Problem, Settings, State, solve
+from ocp import (
+    AdaptiveMesh,
+    Between,
+    Control,
+    FixedMesh,
+    Phase,
+    Problem,
+    Settings,
+    State,
+    solve,
+)
 from ocp.mesh.mesh import Mesh, PhaseMesh
 from ocp.refinement.missed_switches import missed_switches
 from ocp.refinement.switch_detection import control_jumps
@@ -53,3 +63,16 @@ def test_a_switch_that_was_missed_is_moved():
     # nine per cent were lost, with a promised gain of 7e-6
     found = solve(wait(), settings=Settings(iterations=2000))
     assert found.objective == pytest.approx(LEAST, rel=1e-4)
+
+
+def test_a_switch_of_what_is_no_motion_gets_no_breakpoint(monkeypatch) -> None:
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", lower=-1, upper=1)
+    end = Between(0.1, 10, guess=3)
+    move = Phase("move", {x: v, v: u - 0.1 * v**3}, {x: 0, v: 0}, {x: 3, v: 0}, end=end)
+    problem = Problem("brisk", move, minimise=move.end_time)
+    assert max(round.movable for round in solve(problem).mesh_iterations) == 1
+
+    # with a limit of nothing, no mesh is a motion
+    monkeypatch.setattr("ocp.refinement.policy._A_MOTION", 0.0)
+    found = solve(problem, settings=Settings(refinement=AdaptiveMesh(rounds=4), verify=False))
+    assert max(round.movable for round in found.mesh_iterations) == 0

@@ -104,6 +104,12 @@ def test_a_refinement_stands_still_where_only_last_digits_are_missing():
     assert not stands_still(still[:2], ACCURACY)
 
 
+def test_a_refinement_goes_on_while_what_leaks_falls_fast():
+    assert not stands_still([mesh_round(2.0, excess=e) for e in (7e-5, 5e-6, 9e-7)], ACCURACY)
+    assert stands_still([mesh_round(2.0, excess=e) for e in (7e-5, 9e-7, 9e-7)], ACCURACY)
+    assert stands_still([mesh_round(2.0, excess=e) for e in (7e-7, 5e-7, 3e-7)], ACCURACY)
+
+
 @pytest.mark.parametrize(
     "last",
     [
