@@ -36,6 +36,7 @@ SHOWS = {
     "engine-headings": "benchmarks.shows.engine.stated:HEADINGS",
     "engine-singular": "benchmarks.shows.engine.stated:SINGULAR",
     "engine-swings": "benchmarks.shows.engine.stated:SWINGS",
+    "engine-spoilt": "benchmarks.shows.engine.spoilt",
     "engine-shared": "benchmarks.shows.engine.stated:SHARED",
 }
 
