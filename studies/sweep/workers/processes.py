@@ -124,9 +124,7 @@ class CaseProcess:
             start_new_session=True,
         )
         # a pipe that nobody reads would stop the process when it is full
-        listener = threading.Thread(
-            target=self._said.extend, args=(process.stderr,), daemon=True
-        )
+        listener = threading.Thread(target=self._said.extend, args=(process.stderr,), daemon=True)
         listener.start()
         self._listener = listener
         return process
