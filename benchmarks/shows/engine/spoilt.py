@@ -5,7 +5,8 @@ it, has the answer certified, and spoils it in way i of `WAYS`:
 
 switch       a breakpoint on a switch is moved by 1 % of its phase, and all else is solved anew
 mesh         the problem is solved once on a mesh of a few intervals
-multiplier   a multiplier of a row or of a bound, or the costates of a phase, are negated
+multiplier   a multiplier of a row or of a bound, or the costates of a phase with controls, are
+             negated; those of fixed unknowns follow from the others, so they stay
 leak         the program is solved with limits that are 1e-4 of their size wider
 
 What is spoilt so may still be as good as the right answer: a limit that never acts, a switch that
@@ -56,6 +57,7 @@ MINIMUM = (
     "dH/du",
     "between changes",
     "active-set changes",
+    "curvature",
     "where path constraints act",
 )
 # beginnings of the names of the checks, one of which has to refuse what is spoilt in a way
@@ -184,11 +186,17 @@ def _multiplier(right: Solution, random: np.random.Generator) -> Spoilt | None:
     iterate = right.kept_iterate
     which = ("row_multipliers", "bound_multipliers", "costates")[random.integers(3)]
     if which == "costates":
-        index = int(random.integers(len(right.kept_multipliers.costates)))
-        return Spoilt(*_with_negated_costates(right, index))
+        phases = right.problem.phases
+        steered = [i for i, phase in enumerate(phases) if right.problem.controls[phase.name]]
+        return Spoilt(*_with_negated_costates(right, int(random.choice(steered))))
 
     values = getattr(iterate, which).copy()
-    large = np.flatnonzero(np.abs(values) > LARGE * np.abs(values).max(initial=0.0))
+    sizes = np.abs(values)
+    if which == "bound_multipliers":
+        lower, upper = iterate.limits.columns
+        sizes = np.where(lower < upper, sizes, 0.0)
+    largest = max(np.abs(iterate.row_multipliers).max(initial=0.0), sizes.max(initial=0.0))
+    large = np.flatnonzero(sizes > LARGE * largest)
     if large.size == 0:
         return None
     place = int(random.choice(large))
