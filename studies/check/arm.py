@@ -49,7 +49,9 @@ LATCH = 0.01  # [rad], 0.6 deg: what a joint may miss its end by where no latch 
 START = 0.01  # [rad] by which an angle may start off the stage's own; it is shifted by it
 MOVES = 1e-3  # of the largest column: below it a joint counts as still
 TORQUE_NOISE = 1e-3  # of the peak torque, below which rows are taken as exact
-EXACT = 0.1  # part of what the smoothed torque misses the file's own angles by, for exact rows
+# part of what the smoothed torque misses the file's own angles by, for exact rows; noise of 0.3 %
+# of the peak makes both miss them alike, and an optimal torque sampled every 0.02 s takes a tenth
+EXACT = 1 / 3
 RESOLVED = 0.05  # of the peak torque: with all rows a spline is off by a sixteenth of it
 CAP_EXCESS = 1e-3  # of a cap, relative: what rows between the peaks may hide
 AFTER = 401  # instants of the quarter of a stage that is followed after the lock

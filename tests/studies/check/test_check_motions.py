@@ -282,8 +282,10 @@ def test_steep_edges_of_an_export_are_no_noise_and_scatter_is(
     scatter = np.random.default_rng(0).normal(0.0, 0.1, time.size)
     monkeypatch.setattr(arm, "_replayed", replayed)
     study, smoothed = study_from({"stage": "big", "duration": 8.6}), []
-    for noise in (0.0 * scatter, scatter):
-        columns = {"time [s]": time, "root_torque [N m]": rows + noise, "root_angle [rad]": angle}
+    # the angles are those of the torque before it was sampled
+    unsampled = angle + 3e-5 * np.sin(np.pi * time / 8.6) ** 2
+    for noise, turns in ((0.0, angle), (0.0, unsampled), (scatter, angle)):
+        columns = {"time [s]": time, "root_torque [N m]": rows + noise, "root_angle [rad]": turns}
         measured = read_profile(Path(arm_file(tmp_path / "torque.csv", columns)))
         driving = arm._driving(measured, study.slew, None)
         assert driving.smoothed[0]
@@ -291,4 +293,4 @@ def test_steep_edges_of_an_export_are_no_noise_and_scatter_is(
             measured, arm._motion(measured, study.slew, driving, exported=True), study
         )
         smoothed.append(arm._as_exported(measured, study, driving, by_curve)[0].smoothed[0])
-    assert smoothed == [False, True]
+    assert smoothed == [False, False, True]
