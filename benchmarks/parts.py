@@ -17,7 +17,13 @@ Record = Mapping[str, Any]
 
 
 class Listed(NamedTuple):
-    """A part as `--list` shows it: the module that measures it, and a line of help."""
+    """A part as `--list` shows it.
+
+    Attributes
+    ----------
+    module : that measures it, with a colon and an object's name where it has several.
+    line : of help.
+    """
 
     module: str
     line: str
@@ -34,6 +40,8 @@ PARTS = {
     ),
     "modules": Listed("benchmarks.speed.modules", "problem B with 6 to 1000 modules"),
     "elements": Listed("benchmarks.speed.elements", "a pendulum of 4 to 64 ANCF elements"),
+    "states": Listed("benchmarks.speed.size:STATES", "a heated rod of 10 to 100 states"),
+    "phases": Listed("benchmarks.speed.size:PHASES", "a run through gates in 2 to 20 phases"),
     "imports": Listed("benchmarks.speed.imports", "what loads, and how long it takes"),
 }
 
@@ -63,7 +71,7 @@ class Setup:
 
 
 class BenchmarkPart(Protocol):
-    """What the module of a part defines."""
+    """What the module of a part defines, or its object."""
 
     def measure(self, setup: Setup) -> Iterator[Record]:
         """Measure, and hand out the record each time something was added to it."""
@@ -77,4 +85,6 @@ class BenchmarkPart(Protocol):
 
 def part(name: str) -> BenchmarkPart:
     """Return the module of a part; it is imported now, so that `--list` answers at once."""
-    return cast(BenchmarkPart, importlib.import_module(PARTS[name].module))
+    module, _, attribute = PARTS[name].module.partition(":")
+    found = importlib.import_module(module)
+    return cast(BenchmarkPart, getattr(found, attribute) if attribute else found)

@@ -86,12 +86,28 @@ def benchmark(name: str) -> Answer:
     return {key: record[key] for key in kept} | {"imports": imported}
 
 
+def states(number: str) -> Answer:
+    """A heated rod of that many states, default settings."""
+    from benchmarks.speed.size_problems import heated_rod, solve_whole
+
+    return solve_whole(heated_rod(int(number)))
+
+
+def phases(number: str) -> Answer:
+    """A run through gates in that many phases, default settings."""
+    from benchmarks.speed.size_problems import slalom, solve_whole
+
+    return solve_whole(slalom(int(number)))
+
+
 KINDS: dict[str, Callable[[str], Answer]] = {
     "growth": growth,
     "modules": modules,
     "elements": elements,
     "arm": arm,
     "benchmark": benchmark,
+    "states": states,
+    "phases": phases,
 }
 
 

@@ -5,7 +5,14 @@ import pytest
 from benchmarks.speed import imports
 from benchmarks.speed.child import KINDS
 
-SMALLEST = {"growth": "10", "modules": "6", "elements": "1", "benchmark": "bryson_denham"}
+SMALLEST = {
+    "growth": "10",
+    "modules": "6",
+    "elements": "1",
+    "benchmark": "bryson_denham",
+    "states": "3",
+    "phases": "2",
+}
 
 
 @pytest.mark.parametrize("kind", SMALLEST)
