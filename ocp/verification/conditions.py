@@ -19,6 +19,7 @@ from ocp.mesh.trajectory import Evaluator
 from ocp.optimality.active_set import limit_distances
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers
+from ocp.optimality.multipliers import multipliers as recovered
 from ocp.problem.functionals import BoundaryValue, End, Functional, Peak, PhaseTime
 from ocp.problem.symbols import TIME, Between
 from ocp.refinement.accuracy import Accuracy
@@ -57,6 +58,8 @@ class Tolerances:
         Slope of the scaled Lagrangian. The solver stops at 1e-6.
     complementary : float
         Product of a multiplier and the distance to its limit. The solver accepts 1e-8.
+    shown : float
+        Difference of the multipliers that the solution shows from those of the program: rounding.
     within : float
         Range of the Hamiltonian between two changes of the active set, where costates are as exact
         as the slope of the Lagrangian. Not where a path constraint acts: there `gain` counts.
@@ -90,6 +93,7 @@ class Tolerances:
     feasible: float = 1e-8
     stationary: float = 1e-5
     complementary: float = 1e-6
+    shown: float = 1e-9
     hamiltonian: float = 5e-3
     slope: float = 1e-3
     within: float = 1e-5
@@ -244,6 +248,36 @@ def program_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Cond
         allowed.complementary,
         "the largest product of a multiplier and the distance to its limit",
     )
+    # stationarity says nothing of what is shown unless it is the same
+    yield Condition(
+        "costates",
+        _shown_difference(evidence.multipliers, recovered(iterate)),
+        allowed.shown,
+        "costates and other multipliers, as they are shown, differ from those of the program's "
+        "rows by this part",
+    )
+
+
+def _shown_difference(shown: Multipliers, program: Multipliers) -> float:
+    """Largest difference between two sets of multipliers, relative; inf if they do not fit."""
+    ours, theirs = (list(_numbers(one)) for one in (shown, program))
+    if [values.shape for values in ours] != [values.shape for values in theirs]:
+        return np.inf
+    differences = [
+        np.abs(a - b).max(initial=0.0) / max(np.abs(b).max(initial=0.0), _LEAST_SIZE)
+        for a, b in zip(ours, theirs, strict=True)
+    ]
+    return float(max(differences, default=0.0))
+
+
+def _numbers(multipliers: Multipliers) -> Iterator[Array]:
+    """All numbers of multipliers: the costates of a phase, those of a path constraint, the rest."""
+    for costates in multipliers.costates:
+        for piece in costates.polynomial.pieces:
+            yield piece.coefficients
+    for path in multipliers.paths:
+        yield path.masses
+    yield np.array(list(multipliers.boundary.values()))
 
 
 def _lagrangian_slope(iterate: Iterate, multipliers: Array) -> Array:

@@ -17,6 +17,7 @@ from ocp import (
     Settings,
     State,
     Tolerances,
+    Unknown,
     certify,
     joined,
     peak,
@@ -269,6 +270,16 @@ def test_spoiled_multipliers_and_objectives_fail():
         dataclasses.replace(found, iterate=spoilt)
     )
     assert failed(dataclasses.replace(found, objective=found.objective * 0.99)) == {"objective"}
+
+
+def test_costates_that_are_not_those_of_the_program_fail():
+    # without a control nothing else tells the sign of a costate
+    x, p = State("x", "m"), Unknown("p", "1/s", lower=0, upper=5, guess=1)
+    phase = Phase("decay", {x: -p * x}, {x: 1}, {}, end=1.0)
+    problem = Problem("decay", [phase], minimise=phase.at_end(x) + 0.1 * p**2)
+    found = solve(problem, settings=Settings(intervals=20, refinement=FixedMesh()))
+    assert certify(found).passed
+    assert "costates" in failed(with_costates(found, lambda values: -values))
 
 
 def test_an_iterate_that_is_not_the_best_fails():

@@ -5,8 +5,8 @@ it, has the answer certified, and spoils it in way i of `WAYS`:
 
 switch       a breakpoint on a switch is moved by 1 % of its phase, and all else is solved anew
 mesh         the problem is solved once on a mesh of a few intervals
-multiplier   a multiplier of a row or of a bound, or the costates of a phase with controls, are
-             negated; those of fixed unknowns follow from the others, so they stay
+multiplier   a multiplier of a row or of a bound, or the costates of a phase, are negated; those
+             of fixed unknowns follow from the others, so they stay
 leak         the program is solved with limits that are 1e-4 of their size wider
 
 What is spoilt so may still be as good as the right answer: a limit that never acts, a switch that
@@ -64,7 +64,7 @@ MINIMUM = (
 EXPECTED: Mapping[str, tuple[str, ...]] = {
     "switch": MINIMUM,
     "mesh": (*MOTION, *MINIMUM),
-    "multiplier": ("stationarity", "complementarity", *MINIMUM),
+    "multiplier": ("stationarity", "complementarity", "costates", *MINIMUM),
     "leak": ("constraint residuals", "path constraints", "problem bounds"),
 }
 
@@ -186,9 +186,8 @@ def _multiplier(right: Solution, random: np.random.Generator) -> Spoilt | None:
     iterate = right.kept_iterate
     which = ("row_multipliers", "bound_multipliers", "costates")[random.integers(3)]
     if which == "costates":
-        phases = right.problem.phases
-        steered = [i for i, phase in enumerate(phases) if right.problem.controls[phase.name]]
-        return Spoilt(*_with_negated_costates(right, int(random.choice(steered))))
+        index = int(random.integers(len(right.kept_multipliers.costates)))
+        return Spoilt(*_with_negated_costates(right, index))
 
     values = getattr(iterate, which).copy()
     sizes = np.abs(values)
