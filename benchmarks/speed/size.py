@@ -47,7 +47,7 @@ class Size:
             "rounds",
             "iterations",
             "solve [s]",
-            "us per interval and iteration",
+            "ms per interval and iteration",
             "certificate [s]",
             "memory [MiB]",
             "certified",
@@ -73,8 +73,8 @@ class Size:
                     "solve": curve("solve"),
                     "certificate": curve("certificate"),
                 },
-                "solve [us per interval and iteration]": {
-                    "": (sizes, [_microseconds(row) for row in rows])
+                "solve [ms per interval and iteration]": {
+                    "": (sizes, [_milliseconds(row) for row in rows])
                 },
                 "memory [MiB]": {"": curve("memory")},
             },
@@ -87,16 +87,16 @@ def _cells(row: Record) -> tuple[str, ...]:
         str(row["value"]),
         *median_cells(row, "unknowns", "rounds", "iterations", digits=6),
         *median_cells(row, "solve"),
-        number(_microseconds(row), 3),
+        number(_milliseconds(row), 3),
         *median_cells(row, "certificate", "memory"),
         "-" if certified is None else "yes" if certified else "NO",
         row["failure"],
     )
 
 
-def _microseconds(row: Record) -> float:
+def _milliseconds(row: Record) -> float:
     solve, work = median(row, "solve"), median(row, "work")
-    return 1e6 * solve / work if solve and work else math.nan
+    return 1e3 * solve / work if solve and work else math.nan
 
 
 STATES = Size("states", "Heated rod of any number of states", (10, 20, 40, 100))
