@@ -21,6 +21,7 @@ CURVES = 7  # of one family that a reader tells apart
 TICKED = 8  # values that are all named on their axis
 SAME = 1e-6  # relative: a spread below it is none
 WRAPPED = 36  # signs of a line of a label
+SIGNS_PER_INCH = 14.0  # of a head
 LACKING = "#b0b0b0"  # where a case has no solution
 
 
@@ -141,8 +142,18 @@ def _is_logarithmic(values: Array, stated: Any) -> bool:
 
 def _panels(result: Result, count: int, height: float = 4.0) -> tuple[Figure, list[Axes]]:
     figure = Figure(figsize=(5.2 * count + 0.6, height), dpi=150, layout="constrained")
-    figure.suptitle(f"{result.question}\n{result.verdict.sentence}", fontsize=9)
+    _head(figure, result)
     return figure, list(figure.subplots(1, count, squeeze=False)[0])
+
+
+def _head(figure: Figure, result: Result) -> None:
+    """Question and verdict above a figure, in lines that fit into its width."""
+    signs = int(SIGNS_PER_INCH * figure.get_figwidth())
+    lines = [
+        textwrap.fill(line, signs, break_on_hyphens=False)
+        for line in (result.question, result.verdict.sentence)
+    ]
+    figure.suptitle("\n".join(lines), fontsize=9)
 
 
 def _label(result: Result, name: str) -> str:
@@ -284,7 +295,7 @@ def points(result: Result, parameters: Sequence[Parameter], quantities: Sequence
     """Quantities of all cases against each key."""
     columns, rows = min(len(parameters), 4), len(quantities)
     figure = Figure(figsize=(3.6 * columns + 0.6, 3.0 * rows + 0.6), dpi=150, layout="constrained")
-    figure.suptitle(f"{result.question}\n{result.verdict.sentence}", fontsize=9)
+    _head(figure, result)
     grid = figure.subplots(rows, columns, squeeze=False, sharey="row")
     for row, name in zip(grid, quantities, strict=True):
         values = result.arrays[name].values

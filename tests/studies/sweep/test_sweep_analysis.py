@@ -1,6 +1,7 @@
 """Warm starts from a neighbour's motion, Sobol indices, tables and figures of sweeps."""
 
 import csv
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -150,6 +151,14 @@ def test_every_sampling_has_table_result_and_figures(swept: tuple[Path, int, set
     assert result.passed
     assert shown(result) == ["tip_x"]
     assert {name for name, _ in draw(result)} == figures
+
+    # a long question is broken into lines that fit
+    long = replace(result, question=f"{result.question}, {', '.join(50 * ['a-further-key'])}")
+    for _, figure in draw(long):
+        figure.draw_without_rendering()
+        head = figure._suptitle.get_window_extent()
+        assert head.x0 >= 0
+        assert head.x1 <= figure.bbox.width
 
     # the table is of the files: case by case the number of the result
     for row, value in zip(rows, result.arrays["tip_x"].values, strict=True):
