@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from studies.codesign.config import UNITS, study_from
 from studies.codesign.search import STATED
@@ -77,6 +78,7 @@ def _draw_prices(panel: Axes, prices: list[Mapping[str, Any]]) -> None:
     saved = [abs(price["price"] * price["limit"]) / 100 for price in prices]
     panel.barh(range(len(prices)), saved, color=OWN, height=0.55)
     label_axes(panel, "force saved by 1 % more room [N]", "")
+    panel.xaxis.set_major_locator(MaxNLocator(5))
     words = [f"{price['title']}\n{_side(price)}" for price in prices]
     panel.set_yticks(range(len(prices)), words)
     panel.invert_yaxis()

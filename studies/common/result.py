@@ -156,11 +156,18 @@ class Cost:
     @property
     def sentence(self) -> str:
         """One line for the report."""
-        times = "beyond any ratio to" if math.isinf(self.ratio) else f"{self.ratio:.3g} times"
         return (
-            f"{self.title} is {times} that of {self.baseline}: {self.value:.6g} {self.unit} "
+            f"{self.title} is {self._times} that of {self.baseline}: {self.value:.6g} {self.unit} "
             f"instead of {self.baseline_value:.6g} {self.unit}"
         )
+
+    @property
+    def _times(self) -> str:
+        if math.isinf(self.ratio):
+            return "beyond any ratio to"
+        if 0 < self.value < self.baseline_value:  # of which more is better
+            return f"1/{self.ratio:.3g} of"
+        return f"{self.ratio:.3g} times"
 
 
 @dataclass(frozen=True, eq=False)

@@ -220,6 +220,12 @@ def test_costs_are_those_above_ten_percent_the_dearest_first() -> None:
     assert "beyond any ratio" in costs[0].sentence
 
 
+def test_a_cost_of_what_should_be_large_is_a_part() -> None:
+    (cost,) = costs_elsewhere((row("tension", "more", own=0.5, a=2.0, b=4.0),))
+    assert cost.ratio == 8.0
+    assert cost.sentence == "tension is 1/8 of that of b: 0.5 1 instead of 4 1"
+
+
 def test_every_result_can_be_written(tmp_path: Path) -> None:
     opened = open_results(tmp_path / "out", "truss")
     writers.write(example(), opened)

@@ -365,8 +365,9 @@ def result_of(subject: ArmFront, walked: Walked, laws: list[Law]) -> Result:
             ),
             *walked.remarks,
             "Each point was replayed on the full ANCF model. Both ends were refined until another "
-            "halving of smoothness and mesh gained 1 % at most. The points have half that mesh, "
-            "and wherever that leaves them still twice the smoothness of the end with the less.",
+            "halving of smoothness and mesh gained 1 % at most. The points have half that mesh. "
+            "They have twice the smoothness of the end that needs less of it, where that leaves "
+            "them still.",
             f"For the profile of a point, solve it alone {alone}: antenna-ocp arm solve.",
         ),
         details={
