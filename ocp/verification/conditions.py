@@ -57,7 +57,8 @@ class Tolerances:
     stationary : float
         Slope of the scaled Lagrangian. The solver stops at 1e-6.
     complementary : float
-        Product of a multiplier and the distance to its limit. The solver accepts 1e-8.
+        Product of an inequality's multiplier and the distance to its limit. The solver accepts
+        1e-8.
     shown : float
         Difference of the multipliers that the solution shows from those of the program: rounding.
     within : float
@@ -237,16 +238,20 @@ def program_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Cond
         "the largest slope of the scaled Lagrangian",
     )
 
-    # a multiplier at a side without a limit counts by its own size
+    # a multiplier at a side without a limit counts by its own size, one of an equation not at all:
+    # its sign is free, and its residual is tested above
     with np.errstate(invalid="ignore"):
         distance = np.where(multipliers > 0, distances.upper, distances.lower)
         products = np.where(multipliers == 0, 0.0, np.abs(multipliers * distance))
     products = np.where(np.isfinite(products), products, np.abs(multipliers))
+    limits = iterate.limits
+    equations = [lower == upper for lower, upper in (limits.rows, limits.columns)]
+    products[np.concatenate(equations)] = 0.0
     yield Condition(
         "complementarity",
         float(products.max(initial=0.0)),
         allowed.complementary,
-        "the largest product of a multiplier and the distance to its limit",
+        "the largest product of an inequality's multiplier and the distance to its limit",
     )
     # stationarity says nothing of what is shown unless it is the same
     yield Condition(
