@@ -17,7 +17,7 @@ linear in the signals it is not: such problems hardly ever have several optima.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import cycle
 from math import inf
@@ -106,26 +106,17 @@ def _best_of_several(
     rounds: Sequence[MeshIteration],
 ) -> NlpResult:
     """The best answer from the straight lines and from simulated motions."""
-    limits = program.limits(meshes.parameters)
-    before, iterations, seconds = iterations_of(rounds), first.iterations, first.seconds
-    best = first
-    for point in _simulated(meshes, program, limits, _OTHERS):
-        if meshes.budget.spent(before + iterations):
-            break
-        patient = meshes.budget.within(solver.within(_PATIENCE, inf), before + iterations)
-        result = meshes.run(program, patient, point, limits, len(rounds) + 1)
-        iterations, seconds = iterations + result.iterations, seconds + result.seconds
-        if result.outcome == "interrupted":
-            best = result
-            break
-        if result.outcome != "solved":
+    limits, best, last = program.limits(meshes.parameters), first, first
+    attempts = ((solver, point) for point in _simulated(meshes, program, limits, _OTHERS))
+    for last in _runs(meshes, program, attempts, limits, first, rounds):
+        if last.outcome == "interrupted":
+            return last
+        if last.outcome != "solved":
             continue
-        same = abs(result.objective - best.objective) <= _SAME * abs(best.objective)
-        if same:
+        if abs(last.objective - best.objective) <= _SAME * abs(best.objective):
             break
-        if result.objective < best.objective:
-            best = result
-    return replace(best, iterations=iterations, seconds=seconds)
+        best = min(best, last, key=lambda answer: answer.objective)
+    return replace(best, iterations=last.iterations, seconds=last.seconds)
 
 
 def _sought(
@@ -180,23 +171,37 @@ def _from_other_starts(
     guesses: int,
 ) -> NlpResult:
     """The best answer of one program from other starts, or what failed before."""
-    limits, answers = program.limits(meshes.parameters), list[NlpResult]()
-    before, iterations, seconds = iterations_of(rounds), failed.iterations, failed.seconds
-    for choice, point in _attempts(meshes, program, solver, limits, guesses):
-        if meshes.budget.spent(before + iterations):
-            break
-        patient = meshes.budget.within(choice.within(_PATIENCE, inf), before + iterations)
-        result = meshes.run(program, patient, point, limits, len(rounds) + 1)
-        iterations, seconds = iterations + result.iterations, seconds + result.seconds
-        if result.outcome == "interrupted":
-            return replace(result, iterations=iterations, seconds=seconds)
-        if result.outcome == "solved":
-            answers.append(result)
+    limits, answers, last = program.limits(meshes.parameters), list[NlpResult](), failed
+    attempts = _attempts(meshes, program, solver, limits, guesses)
+    for last in _runs(meshes, program, attempts, limits, failed, rounds):
+        if last.outcome == "interrupted":
+            return last
+        if last.outcome == "solved":
+            answers.append(last)
         if len(answers) == _ANSWERS:
             break
 
     best = min(answers, key=lambda answer: answer.objective, default=failed)
-    return replace(best, iterations=iterations, seconds=seconds)
+    return replace(best, iterations=last.iterations, seconds=last.seconds)
+
+
+def _runs(
+    meshes: MeshSolver,
+    program: Transcription,
+    attempts: Iterable[tuple[NlpSolver, StartingPoint]],
+    limits: ProgramLimits,
+    first: NlpResult,
+    rounds: Sequence[MeshIteration],
+) -> Iterator[NlpResult]:
+    """What comes of attempts while the budget lasts; each counts what all took since the first."""
+    before, iterations, seconds = iterations_of(rounds), first.iterations, first.seconds
+    for solver, point in attempts:
+        if meshes.budget.spent(before + iterations):
+            return
+        patient = meshes.budget.within(solver.within(_PATIENCE, inf), before + iterations)
+        result = meshes.run(program, patient, point, limits, len(rounds) + 1)
+        iterations, seconds = iterations + result.iterations, seconds + result.seconds
+        yield replace(result, iterations=iterations, seconds=seconds)
 
 
 def _attempts(
