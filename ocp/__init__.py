@@ -31,6 +31,7 @@ from ocp.errors import (
     Unbounded,
     Unverified,
 )
+from ocp.mesh.coarsening import coarsened
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
 from ocp.nlp.interrupts import noted_interrupts
@@ -53,6 +54,7 @@ from ocp.problem.symbols import (
 )
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.mesh_iteration import MeshIteration
+from ocp.refinement.moving_mesh import MovingMesh
 from ocp.refinement.policy import AdaptiveMesh, FixedMesh, RefinementPolicy
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
@@ -128,6 +130,7 @@ __all__ = [
     "Lobatto",
     "Mesh",
     "MeshIteration",
+    "MovingMesh",
     "NlpSolver",
     "NumericalTrouble",
     "OcpError",
@@ -159,6 +162,7 @@ __all__ = [
     "Verification",
     "audit",
     "certify",
+    "coarsened",
     "collocate",
     "homotopy",
     "joined",

@@ -109,8 +109,10 @@ def solve(
         mesh = guess.mesh if isinstance(guess, Solution) else first_mesh(problem, settings, guess)
     parameters = parameters_of(problem, constants)
     start = start_from(problem, settings, guess)
+    known = guess.evaluator if isinstance(guess, Solution) else None
     with shown(progress) as say:
-        return solve_from(MeshSolver.of(problem, settings, parameters, say), start, mesh, bound)
+        meshes = MeshSolver.of(problem, settings, parameters, say, evaluator=known)
+        return solve_from(meshes, start, mesh, bound)
 
 
 def solve_from(

@@ -26,6 +26,7 @@ class PhaseMesh:
     degrees : (N,) collocation points of each interval.
     movable : (m,) indices of inner breakpoints that the optimiser may move between their
         neighbours.
+    longest : times its width on this mesh that an interval with a movable end may grow to.
     intervals : number of intervals N.
     moving : (N,) whether an interval has a movable end.
     """
@@ -33,6 +34,7 @@ class PhaseMesh:
     breakpoints: Array
     degrees: Integers
     movable: tuple[int, ...] = ()
+    longest: float = np.inf
     intervals: int = field(init=False, repr=False)
     moving: Flags = field(init=False, repr=False)
 
@@ -62,6 +64,10 @@ class PhaseMesh:
     def frozen(self) -> PhaseMesh:
         """The same mesh without movable breakpoints."""
         return replace(self, movable=())
+
+    def freed(self, longest: float = np.inf) -> PhaseMesh:
+        """The same mesh with all inner breakpoints movable."""
+        return replace(self, movable=tuple(range(1, self.intervals)), longest=longest)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,6 +115,10 @@ class Mesh:
         if not self.back_off:
             object.__setattr__(self, "back_off", ({},) * len(self.phases))
         object.__setattr__(self, "intervals", sum(mesh.intervals for mesh in self.phases))
+
+    def freed(self, longest: float = np.inf) -> Mesh:
+        """The same mesh with all inner breakpoints movable."""
+        return replace(self, phases=tuple(phase.freed(longest) for phase in self.phases))
 
 
 def uniform(intervals: int, degree: int) -> PhaseMesh:

@@ -271,11 +271,16 @@ class MeshSolver:
         parameters: Parameters,
         progress: Progress | None = None,
         prepared: Transcription | None = None,
+        evaluator: Evaluator | None = None,
     ) -> MeshSolver:
-        """With the budget of the settings, whose clock begins to run."""
+        """With the budget of the settings, whose clock begins to run.
+
+        An evaluator of the same problem lends what it has compiled.
+        """
         budget = Budget(settings.iterations or float("inf"), settings.seconds or float("inf"))
         rough = settings.solver.loosened(_LOOSE)
-        evaluator = Evaluator(problem)
+        if evaluator is None or evaluator.problem is not problem:
+            evaluator = Evaluator(problem)
         return cls(problem, settings, parameters, evaluator, budget, rough, progress, prepared)
 
     def first_program(self, start: Start, mesh: Mesh) -> Transcription:

@@ -250,7 +250,7 @@ class PhaseBlocks:
         return self._joint(builder, "duration", (), ends[1] - ends[0], rows)
 
     def _breakpoints(self, own: PhaseRows) -> Block:
-        """Intervals whose ends move keep a part of their width."""
+        """Intervals whose ends move keep a part of their width, and grow no longer than allowed."""
         columns = self.columns
         moving = np.flatnonzero(columns.mesh.moving)
         builder = KernelBuilder(moving.size)
@@ -258,7 +258,7 @@ class PhaseBlocks:
         sides = builder.variables(ids, [1.0, 1.0])
         width = builder.data(np.diff(columns.mesh.breakpoints)[moving][:, None])
 
-        rows = self.rows.limits.take(moving.size, [(_SHORTEST, np.inf, 1.0)])
+        rows = self.rows.limits.take(moving.size, [(_SHORTEST, columns.mesh.longest, 1.0)])
         own.breakpoints = rows.ravel()
         return self._joint(builder, "breakpoints", (), (sides[1] - sides[0]) / width, rows)
 

@@ -158,7 +158,7 @@ def _short(name: str) -> str:
 
 
 def _named(point: FrontPoint, name: str) -> Deployment:
-    deployment: Deployment = dataclasses.replace(point.motion.deployment, name=name)
+    deployment: Deployment = dataclasses.replace(point.motion.deployment, name=name, only=None)
     return deployment
 
 

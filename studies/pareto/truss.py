@@ -21,8 +21,8 @@ from ocp import (
     Accuracy,
     AdaptiveMesh,
     Constant,
-    FixedMesh,
     Interrupted,
+    MovingMesh,
     OcpError,
     Problem,
     Settings,
@@ -33,11 +33,12 @@ from ocp import (
     solve,
 )
 from ocp.analysis.sensitivity import slopes_by_multipliers
+from ocp.refinement.moving_mesh import merged_mesh, moving_mesh
 from studies.common.console import Console
 from studies.common.exit_codes import StudyError
 from studies.pareto.config import ParetoStudy
 from studies.pareto.continuation import FrontPoint, NotFoundError, Way
-from studies.truss.checks import criteria
+from studies.truss.checks import criteria, judged
 from studies.truss.config import SolverOptions, TrussStudy
 from studies.truss.limits.bounds import lower_bounds
 from studies.truss.limits.caps import CAPPED, cap_on
@@ -63,11 +64,16 @@ PRICE = 0.1
 # a fifth of that, so that neighbours can be solved on it, too.
 LEAK = 5e-4
 ACCURACY = Accuracy(objective=1e-3, path=1e-4)
+# On few intervals that move a promised gain is some fifty times what finer ones gained in trials.
+KEPT = Accuracy(objective=1e-2, path=LEAK)
 INTERVALS, COARSE_INTERVALS = 80, 20  # of each phase of the first mesh
 ROUNDS = 12
 # what a point may take: iterations, so that a slow machine finds the same points, and seconds, so
 # that a crawl ends
 ITERATIONS, SECONDS = 1500, 180.0
+MOVING_ITERATIONS = 500  # on a mesh that moves, which converges soon or not at all
+# of the range of a signal: what a breakpoint of a mesh that moves has to be worth
+MERGED = 1e-3
 
 # The first limit is above the least by the first of these parts at which a motion is found: at the
 # least itself there is no room for anything, and near it little.
@@ -125,14 +131,18 @@ class TrussFront:
             own = replace(own, solver=options)
         self.truss = own
         self.solves = self.refined = 0
-        # on the neighbour's mesh if that will do, whose program is kept
-        self.kept = Settings(refinement=FixedMesh(), iterations=ITERATIONS, seconds=SECONDS)
         self.settings = Settings(
             intervals=COARSE_INTERVALS if coarse else INTERVALS,
             accuracy=ACCURACY,
             refinement=AdaptiveMesh(move_breakpoints=False, rounds=ROUNDS),
             iterations=ITERATIONS,
             seconds=SECONDS,
+        )
+        # few intervals that follow the arcs, whose program is kept as long as it holds
+        self.moving = replace(
+            self.settings,
+            refinement=MovingMesh(kept=KEPT),
+            iterations=MOVING_ITERATIONS,
         )
 
     def check(self) -> None:
@@ -246,7 +256,8 @@ class TrussFront:
         try:
             solution = self._solved(program, limit, guess)
             law = law_of(self.at(limit), program.statement, solution)
-            deployment = self._deployment(law)
+            asked = judged(self.at(limit)) | {self.limited, self.least}
+            deployment = replace(self._deployment(law), only=asked)
             x, y = deployment.values[self.limited], deployment.values[self.least]
         except Interrupted as stop:
             raise KeyboardInterrupt from stop
@@ -266,20 +277,18 @@ class TrussFront:
     def _solved(
         self, program: FrontProgram, limit: float, guess: Solution | Trajectory | None
     ) -> Solution:
-        """On the mesh of a neighbour, or else refined."""
-        say, constants = self.console.live, {program.limit: limit}
+        """On a mesh that follows that of a neighbour, or else refined on one that stays."""
+        constants = {program.limit: limit}
         if isinstance(guess, Solution):
-            with suppress(SolveFailed):
-                found = solve(
+            with suppress(SolveFailed, Unverified):
+                return solve(
                     program.problem,
-                    settings=self.kept,
+                    settings=self.moving,
                     constants=constants,
                     guess=guess,
-                    progress=say,
+                    mesh=moving_mesh(guess, MERGED),
+                    progress=self.console.live,
                 )
-                if found.verification.excess <= LEAK:
-                    return found
-                guess = found  # its mesh is refined, and it is solved there already
 
         # what leaks less than that is good enough for a front; its motion is measured in any case
         self.refined += 1
@@ -289,7 +298,8 @@ class TrussFront:
                 settings=self.settings,
                 constants=constants,
                 guess=guess,
-                progress=say,
+                mesh=merged_mesh(guess, MERGED) if isinstance(guess, Solution) else None,
+                progress=self.console.live,
             )
         except Unverified as error:
             answer = error.iterate

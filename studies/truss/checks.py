@@ -115,6 +115,12 @@ def broken_caps(study: TrussStudy, values: Mapping[str, float]) -> dict[str, flo
     return broken
 
 
+def judged(study: TrussStudy) -> frozenset[str]:
+    """Quantities that `criteria` reads: what is capped, and the sizes that misses are parts of."""
+    capped = {key for key in QUANTITIES if cap_of(study, key) is not None}
+    return frozenset({"peak-speed", "peak-acceleration", "peak-force", *capped})
+
+
 def criteria(
     study: TrussStudy, deployment: Deployment, angle_miss: float = ANGLE_MISS
 ) -> tuple[Criterion, ...]:

@@ -112,6 +112,7 @@ class Deployment:
     truss : its parameters.
     drive : that hauls the ropes in; None where there is none.
     margin : that is asked for; None where there is none.
+    only : the quantities whose extremes are located, where the others are nobody's question.
     """
 
     name: str
@@ -119,6 +120,7 @@ class Deployment:
     truss: TrussParameters
     drive: Drive | None = None
     margin: MarginRequirements | None = None
+    only: frozenset[str] | None = None
 
     def at(self, time: ArrayLike) -> tuple[AngularMotion, TrussMotion]:
         """Histories at times (m,) in [0, T]."""
@@ -156,7 +158,7 @@ class Deployment:
 
     @cached_property
     def values(self) -> dict[str, float]:
-        """Every quantity of `studies.truss.quantities` that truss and drive have."""
+        """Every quantity of `studies.truss.quantities` that truss and drive have, or those asked."""
         work = float(self.energies.motor[-1])
         extremes = {key: extreme.value for key, extreme in self.extremes.items()}
         return {**extremes, "energy": work, "time": float(self.law.duration)}
@@ -169,7 +171,10 @@ class Deployment:
         before = [np.nextafter(cell[-1:], 0.0) for cell in cells]
         grid = np.unique(np.concatenate([*cells, *before]))
         histories = self.histories(grid)
-        return self._located(grid, {key: histories[key] for key in QUANTITIES if key in histories})
+        wanted = [key for key in QUANTITIES if key in histories]
+        if self.only is not None:
+            wanted = [key for key in wanted if key in self.only]
+        return self._located(grid, {key: histories[key] for key in wanted})
 
     def histories(self, time: Array) -> dict[str, Array]:
         """What the extremes are taken of, at times (m,)."""

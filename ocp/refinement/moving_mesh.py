@@ -1,0 +1,159 @@
+"""Meshes of few intervals whose breakpoints all move: made for one motion, they follow the next.
+
+Along a family of motions the ends of arcs and the switches move. On a mesh that stays they leave
+the fine intervals that were made for them, and the active set changes at many points. Breakpoints
+that move keep each arc in its own intervals: the nonlinear program, the active set and so the warm
+start stay. It takes a mesh whose breakpoints are near their places already, such as
+`ocp.mesh.coarsening.coarsened` makes of a solution: on others breakpoints drag each other astray.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from ocp.arrays import Array, Integers
+from ocp.keywords import as_written, checked_keywords
+from ocp.mesh.coarsening import coarsened, still
+from ocp.mesh.mesh import ExtraPoints, Mesh, PhaseMesh
+from ocp.mesh.trajectory import Trajectory
+from ocp.numerics.schemes import Scheme
+from ocp.refinement.accuracy import Accuracy
+from ocp.refinement.error_estimate import MotionErrors
+from ocp.refinement.policy import AdaptiveMesh, RefinementPolicy
+
+if TYPE_CHECKING:
+    from ocp.refinement.mesh_iteration import SolvedMesh
+    from ocp.solution.solution import Solution
+
+# Of its width, that an interval may grow to at once: on a longer one a constraint would leak
+# between its points, which an optimiser uses.
+_LONGEST = 1.5
+
+# Parts of its width, within which an interval still leaves its neighbours of the family room: if
+# not, the limits of all widths are set anew from where the breakpoints are.
+_ROOM = (0.5, 1.2)
+
+# Of the phase: an interval this narrow stands for nothing.
+_VANISHED = 1e-5
+
+# Of its size: a constraint as near to its limit as this may leak between the points of an interval
+# that has become longer.
+_NEAR = 0.02
+
+
+@checked_keywords()
+@dataclass(frozen=True, repr=False)
+class MovingMesh:
+    """Meshes that adapt, all of whose breakpoints move; the first one is kept if it will do.
+
+    Parameters
+    ----------
+    rounds : int
+        Most meshes that are solved.
+    most_intervals : int
+        Of a phase.
+    highest_degree : int
+        Of an interval.
+    kept : Accuracy, optional
+        Within which the first mesh is kept, where that is less than the settings ask for: what was
+        refined for a neighbour serves some more.
+    """
+
+    rounds: int = 2
+    most_intervals: int = 200
+    highest_degree: int = 8
+    kept: Accuracy | None = None
+
+    adapts: ClassVar[bool] = True
+
+    def __repr__(self) -> str:
+        return as_written(self)
+
+    def next_mesh(self, solved: Sequence[SolvedMesh], accuracy: Accuracy) -> Mesh | None:
+        """A better mesh, all of it movable, or None when the last one will do."""
+        last = solved[-1]
+        enough = self.kept if self.kept is not None and len(solved) == 1 else accuracy
+        if last.holds(enough) and last.errors.gain <= enough.objective:
+            return None
+
+        following = AdaptiveMesh(
+            rounds=self.rounds,
+            most_intervals=self.most_intervals,
+            highest_degree=self.highest_degree,
+            move_breakpoints=False,
+        ).next_mesh(solved, accuracy)
+        return None if following is None else following.freed(_LONGEST)
+
+    def after_failure(
+        self, solved: Sequence[SolvedMesh], failed: Mesh, accuracy: Accuracy
+    ) -> tuple[RefinementPolicy, Mesh] | None:
+        """None: where breakpoints led the solver astray, another mesh is the caller's to choose."""
+        return None
+
+
+def moving_mesh(solution: Solution, tolerance: float) -> Mesh:
+    """A mesh that follows a motion to its neighbours: the very mesh that it has if that will do.
+
+    Parameters
+    ----------
+    solution : Solution
+        Of the engine, with its multipliers.
+    tolerance : float
+        Of `coarsened`, which the mesh is if it does not move yet or if an interval has vanished.
+    """
+    mesh, trajectory = solution.mesh, solution.trajectory
+    narrowest = min(float(np.diff(motion.fractions).min()) for motion in trajectory.phases)
+    if not any(phase.movable for phase in mesh.phases) or narrowest < _VANISHED:
+        return merged_mesh(solution, tolerance).freed(_LONGEST)
+    ratios = _ratios(mesh, trajectory)
+    if _ROOM[0] <= ratios.min() and ratios.max() <= _ROOM[1]:
+        return mesh
+    return _where_it_is(mesh, trajectory).freed(_LONGEST)
+
+
+def merged_mesh(solution: Solution, tolerance: float) -> Mesh:
+    """A mesh as coarse as `coarsened`, its constraints imposed more densely where they are near."""
+    iterate, mesh = solution.iterate, coarsened(solution.trajectory, tolerance)
+    assert iterate is not None
+    errors = MotionErrors(
+        iterate.transcription, iterate.trajectory, solution.evaluator, iterate.parameters
+    )
+    extra = []
+    for motion, phase, excess in zip(
+        iterate.trajectory.phases, mesh.phases, errors.excess, strict=True
+    ):
+        parents = np.searchsorted(phase.breakpoints, motion.fractions[:-1], side="right") - 1
+        points = []
+        for number, extremes in enumerate(excess):
+            near = np.unique(parents[extremes.values > -_NEAR])
+            if near.size:
+                points.append(_between_the_points(number, near, phase, motion.scheme))
+        extra.append(tuple(points))
+    return Mesh(mesh.phases, tuple(extra))
+
+
+def _between_the_points(
+    constraint: int, intervals: Integers, mesh: PhaseMesh, scheme: Scheme
+) -> ExtraPoints:
+    """A point of a constraint in the middle between any two collocation points of intervals."""
+    places = []
+    for interval in intervals:
+        points = np.unique([0.0, *scheme.at(int(mesh.degrees[interval])).points, 1.0])
+        places.append((points[:-1] + points[1:]) / 2)
+    counts = [tau.size for tau in places]
+    return ExtraPoints(constraint, np.repeat(intervals, counts), np.concatenate(places))
+
+
+def _where_it_is(mesh: Mesh, trajectory: Trajectory) -> Mesh:
+    """A mesh with its breakpoints where a motion has them, and its points within the intervals."""
+    return Mesh(still(trajectory).phases, mesh.extra, mesh.back_off)
+
+
+def _ratios(mesh: Mesh, trajectory: Trajectory) -> Array:
+    """Widths of all intervals in a motion, relative to those of its mesh, (N,)."""
+    pairs = zip(mesh.phases, trajectory.phases, strict=True)
+    return np.concatenate([np.diff(m.fractions) / np.diff(p.breakpoints) for p, m in pairs])
