@@ -158,7 +158,7 @@ class Deployment:
 
     @cached_property
     def values(self) -> dict[str, float]:
-        """Every quantity of `studies.truss.quantities` that truss and drive have, or those asked."""
+        """Every quantity of `studies.truss.quantities` that truss and drive have, or of `only`."""
         work = float(self.energies.motor[-1])
         extremes = {key: extreme.value for key, extreme in self.extremes.items()}
         return {**extremes, "energy": work, "time": float(self.law.duration)}

@@ -1,0 +1,168 @@
+"""Few intervals whose breakpoints move: what a mesh is merged to, and how it follows a switch."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from ocp import (
+    Accuracy,
+    AdaptiveMesh,
+    Between,
+    Bound,
+    Constant,
+    Control,
+    FixedMesh,
+    MovingMesh,
+    Phase,
+    Problem,
+    Settings,
+    Solution,
+    State,
+    coarsened,
+    solve,
+)
+from ocp.refinement.moving_mesh import merged_mesh, moving_mesh
+
+STRONGEST = Constant("strongest", "m/s^2", 2.0)
+ACCURACY = Accuracy(objective=1e-5, path=1e-5)
+STILL = Settings(intervals=40, accuracy=ACCURACY, refinement=AdaptiveMesh(move_breakpoints=False))
+MOVING = dataclasses.replace(STILL, refinement=MovingMesh())
+
+
+def race() -> Problem:
+    """Least time over 1 m from rest to rest, with another cap on the drive than on the brake."""
+    x, v = State("x", "m"), State("v", "m/s")
+    u = Control("u", "m/s^2", lower=-1.0, upper=STRONGEST, shape="constant")
+    phase = Phase("race", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=Between(0.1, 20, guess=2))
+    return Problem("race", phase, minimise=phase.end_time)
+
+
+def least_time(strongest: float) -> float:
+    """Drive, then brake: the areas of both halves of the speed's triangle make 1 m."""
+    return math.sqrt(2.0 * (1.0 + 1.0 / strongest))
+
+
+def switch(solution: Solution) -> float:
+    """The fraction of the time at which the control changes its sign."""
+    motion = solution.trajectory.phases[0]
+    middle = np.full(motion.intervals, 0.5)
+    levels = motion.polynomial("u").value(np.arange(motion.intervals), middle)[:, 0]
+    return float(motion.fractions[np.flatnonzero(np.diff(np.sign(levels)))[0] + 1])
+
+
+@pytest.fixture(scope="module")
+def first() -> Solution:
+    """On a mesh that bisection has closed in on the switch, which is at a third."""
+    return solve(race(), settings=STILL)
+
+
+def test_a_refined_mesh_is_merged_to_the_intervals_that_its_signals_need(first: Solution) -> None:
+    merged = coarsened(first.trajectory, 1e-3).phases[0]
+    assert merged.intervals < first.mesh.intervals / 2
+    # no longer than a fifth of the phase, and the narrow ones at the switch stay
+    assert np.diff(merged.breakpoints).max() <= 0.2 + 1e-12
+    assert np.abs(merged.breakpoints - 1 / 3).min() < 2e-3
+    assert np.isin(merged.breakpoints, first.trajectory.phases[0].fractions).all()
+
+    mesh = coarsened(first.trajectory, 1e-3)
+    again = solve(first.problem, settings=STILL, guess=first, mesh=mesh)
+    assert again.objective == pytest.approx(least_time(2.0), rel=1e-5)
+
+
+def test_breakpoints_follow_a_switch_without_a_finer_mesh(first: Solution) -> None:
+    found, counts = first, []
+    for strongest in (2.1, 2.2, 2.4, 2.6, 2.8, 3.0):
+        mesh = moving_mesh(found, 1e-3)
+        found = solve(
+            first.problem,
+            settings=MOVING,
+            guess=found,
+            mesh=mesh,
+            constants={STRONGEST: strongest},
+        )
+        assert found.objective == pytest.approx(least_time(strongest), rel=1e-6)
+        assert switch(found) == pytest.approx(1 / (1 + strongest), abs=1e-5)
+        counts.append(len(found.mesh_iterations))
+    assert counts[1:] == [1] * 5
+    assert found.mesh.intervals < first.mesh.intervals / 2
+
+    # the same intervals without motion know the old switch alone
+    stays = dataclasses.replace(STILL, refinement=FixedMesh())
+    held = solve(
+        first.problem,
+        settings=stays,
+        guess=first,
+        mesh=coarsened(first.trajectory, 1e-3),
+        constants={STRONGEST: 3.0},
+    )
+    assert held.objective > least_time(3.0) * (1 + 1e-4)
+
+
+def test_a_program_serves_neighbours_and_a_mesh_that_went_far_begins_anew(first: Solution) -> None:
+    moved = solve(first.problem, settings=MOVING, guess=first, mesh=moving_mesh(first, 1e-3))
+    near = solve(
+        first.problem, settings=MOVING, guess=moved, mesh=moved.mesh, constants={STRONGEST: 2.01}
+    )
+    assert near.kept_iterate.transcription is moved.kept_iterate.transcription
+
+    # what has gone far begins anew from where it is, with the same intervals
+    far = solve(
+        first.problem, settings=MOVING, guess=moved, mesh=moved.mesh, constants={STRONGEST: 3.0}
+    )
+    following = moving_mesh(far, 1e-3)
+    assert following is not far.mesh
+    np.testing.assert_array_equal(
+        following.phases[0].breakpoints, far.trajectory.phases[0].fractions
+    )
+
+
+def test_an_interval_grows_no_longer_than_it_may(first: Solution) -> None:
+    mesh = coarsened(first.trajectory, 1e-3).freed(longest=1.05)
+    settings = dataclasses.replace(STILL, refinement=FixedMesh())
+    found = solve(
+        first.problem, settings=settings, guess=first, mesh=mesh, constants={STRONGEST: 8.0}
+    )
+    widths = np.diff(found.trajectory.phases[0].fractions) / np.diff(mesh.phases[0].breakpoints)
+    assert widths.max() <= 1.05 + 1e-8
+    # so the switch, which wants to a ninth, is not there yet
+    assert found.objective > least_time(8.0) * (1 + 1e-4)
+
+
+def test_a_first_mesh_is_kept_within_looser_tolerances(first: Solution) -> None:
+    mesh = coarsened(first.trajectory, 1e-3)
+    rough = solve(first.problem, settings=STILL, guess=first, mesh=mesh, constants={STRONGEST: 4.0})
+    assert len(rough.mesh_iterations) > 1
+
+    loose = MovingMesh(kept=Accuracy(objective=1.0, path=1.0))
+    kept = solve(
+        first.problem,
+        settings=dataclasses.replace(STILL, refinement=loose),
+        guess=first,
+        mesh=mesh,
+        constants={STRONGEST: 4.0},
+    )
+    assert len(kept.mesh_iterations) == 1
+
+
+def test_constraints_are_imposed_between_the_points_of_what_was_merged() -> None:
+    x, v = State("x", "m"), State("v", "m/s")
+    u = Control("u", "m/s^2", lower=-4.0, upper=4.0, shape="linear")
+    phase = Phase(
+        "race",
+        {x: v, v: u},
+        {x: 0, v: 0},
+        {x: 1, v: 0},
+        end=Between(0.1, 20, guess=2),
+        bounds=[Bound("power", u.symbol * v.symbol, "W/kg", upper=1.0)],
+    )
+    found = solve(Problem("race", phase, minimise=phase.end_time), settings=STILL)
+    merged = merged_mesh(found, 1e-3)
+    (points,) = merged.extra[0]
+    # five to an interval: in the gaps of four collocation points and both ends but the last
+    counts = np.bincount(points.intervals, minlength=merged.phases[0].intervals)
+    assert set(counts) <= {0, points.tau.size // np.count_nonzero(counts)}
+    assert np.count_nonzero(counts) > 0
+    # while it brakes its power is far below the limit
+    assert counts[-1] == 0
