@@ -19,15 +19,15 @@ from ocp.arrays import Array, Integers
 from ocp.keywords import as_written, checked_keywords
 from ocp.mesh.coarsening import coarsened, still
 from ocp.mesh.mesh import ExtraPoints, Mesh, PhaseMesh
-from ocp.mesh.trajectory import Trajectory
+from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.numerics.schemes import Scheme
+from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.error_estimate import MotionErrors
 from ocp.refinement.policy import AdaptiveMesh, RefinementPolicy
 
 if TYPE_CHECKING:
     from ocp.refinement.mesh_iteration import SolvedMesh
-    from ocp.solution.solution import Solution
 
 # Of its width, that an interval may grow to at once: on a longer one a constraint would leak
 # between its points, which an optimiser uses.
@@ -95,37 +95,34 @@ class MovingMesh:
         return None
 
 
-def moving_mesh(solution: Solution, tolerance: float) -> Mesh:
+def moving_mesh(iterate: Iterate, evaluator: Evaluator, tolerance: float) -> Mesh:
     """A mesh that follows a motion to its neighbours: the very mesh that it has if that will do.
 
     Parameters
     ----------
-    solution : Solution
-        Of the engine, with its multipliers.
+    iterate : Iterate
+        The motion, on its own mesh.
+    evaluator : Evaluator
+        Of its problem.
     tolerance : float
         Of `coarsened`, which the mesh is if it does not move yet or if an interval has vanished.
     """
-    mesh, trajectory = solution.mesh, solution.trajectory
+    mesh, trajectory = iterate.mesh, iterate.trajectory
     narrowest = min(float(np.diff(motion.fractions).min()) for motion in trajectory.phases)
     if not any(phase.movable for phase in mesh.phases) or narrowest < _VANISHED:
-        return merged_mesh(solution, tolerance).freed(_LONGEST)
+        return merged_mesh(iterate, evaluator, tolerance).freed(_LONGEST)
     ratios = _ratios(mesh, trajectory)
     if _ROOM[0] <= ratios.min() and ratios.max() <= _ROOM[1]:
         return mesh
     return _where_it_is(mesh, trajectory).freed(_LONGEST)
 
 
-def merged_mesh(solution: Solution, tolerance: float) -> Mesh:
+def merged_mesh(iterate: Iterate, evaluator: Evaluator, tolerance: float) -> Mesh:
     """A mesh as coarse as `coarsened`, its constraints imposed more densely where they are near."""
-    iterate, mesh = solution.iterate, coarsened(solution.trajectory, tolerance)
-    assert iterate is not None
-    errors = MotionErrors(
-        iterate.transcription, iterate.trajectory, solution.evaluator, iterate.parameters
-    )
+    mesh, motions = coarsened(iterate.trajectory, tolerance), iterate.trajectory.phases
+    errors = MotionErrors(iterate.transcription, iterate.trajectory, evaluator, iterate.parameters)
     extra = []
-    for motion, phase, excess in zip(
-        iterate.trajectory.phases, mesh.phases, errors.excess, strict=True
-    ):
+    for motion, phase, excess in zip(motions, mesh.phases, errors.excess, strict=True):
         parents = np.searchsorted(phase.breakpoints, motion.fractions[:-1], side="right") - 1
         points = []
         for number, extremes in enumerate(excess):

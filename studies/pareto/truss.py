@@ -286,19 +286,22 @@ class TrussFront:
                     settings=self.moving,
                     constants=constants,
                     guess=guess,
-                    mesh=moving_mesh(guess, MERGED),
+                    mesh=moving_mesh(guess.kept_iterate, guess.evaluator, MERGED),
                     progress=self.console.live,
                 )
 
         # what leaks less than that is good enough for a front; its motion is measured in any case
         self.refined += 1
+        mesh = None
+        if isinstance(guess, Solution):
+            mesh = merged_mesh(guess.kept_iterate, guess.evaluator, MERGED)
         try:
             return solve(
                 program.problem,
                 settings=self.settings,
                 constants=constants,
                 guess=guess,
-                mesh=merged_mesh(guess, MERGED) if isinstance(guess, Solution) else None,
+                mesh=mesh,
                 progress=self.console.live,
             )
         except Unverified as error:

@@ -14,6 +14,7 @@ from ocp import (
     Constant,
     Control,
     FixedMesh,
+    Mesh,
     MovingMesh,
     Phase,
     Problem,
@@ -52,6 +53,11 @@ def switch(solution: Solution) -> float:
     return float(motion.fractions[np.flatnonzero(np.diff(np.sign(levels)))[0] + 1])
 
 
+def following(solution: Solution) -> Mesh:
+    """The mesh on which a neighbour of a solution starts."""
+    return moving_mesh(solution.kept_iterate, solution.evaluator, 1e-3)
+
+
 @pytest.fixture(scope="module")
 def first() -> Solution:
     """On a mesh that bisection has closed in on the switch, which is at a third."""
@@ -74,7 +80,7 @@ def test_a_refined_mesh_is_merged_to_the_intervals_that_its_signals_need(first: 
 def test_breakpoints_follow_a_switch_without_a_finer_mesh(first: Solution) -> None:
     found, counts = first, []
     for strongest in (2.1, 2.2, 2.4, 2.6, 2.8, 3.0):
-        mesh = moving_mesh(found, 1e-3)
+        mesh = following(found)
         found = solve(
             first.problem,
             settings=MOVING,
@@ -101,7 +107,7 @@ def test_breakpoints_follow_a_switch_without_a_finer_mesh(first: Solution) -> No
 
 
 def test_a_program_serves_neighbours_and_a_mesh_that_went_far_begins_anew(first: Solution) -> None:
-    moved = solve(first.problem, settings=MOVING, guess=first, mesh=moving_mesh(first, 1e-3))
+    moved = solve(first.problem, settings=MOVING, guess=first, mesh=following(first))
     near = solve(
         first.problem, settings=MOVING, guess=moved, mesh=moved.mesh, constants={STRONGEST: 2.01}
     )
@@ -111,11 +117,9 @@ def test_a_program_serves_neighbours_and_a_mesh_that_went_far_begins_anew(first:
     far = solve(
         first.problem, settings=MOVING, guess=moved, mesh=moved.mesh, constants={STRONGEST: 3.0}
     )
-    following = moving_mesh(far, 1e-3)
-    assert following is not far.mesh
-    np.testing.assert_array_equal(
-        following.phases[0].breakpoints, far.trajectory.phases[0].fractions
-    )
+    new = following(far)
+    assert new is not far.mesh
+    np.testing.assert_array_equal(new.phases[0].breakpoints, far.trajectory.phases[0].fractions)
 
 
 def test_an_interval_grows_no_longer_than_it_may(first: Solution) -> None:
@@ -158,7 +162,7 @@ def test_constraints_are_imposed_between_the_points_of_what_was_merged() -> None
         bounds=[Bound("power", u.symbol * v.symbol, "W/kg", upper=1.0)],
     )
     found = solve(Problem("race", phase, minimise=phase.end_time), settings=STILL)
-    merged = merged_mesh(found, 1e-3)
+    merged = merged_mesh(found.kept_iterate, found.evaluator, 1e-3)
     (points,) = merged.extra[0]
     # five to an interval: in the gaps of four collocation points and both ends but the last
     counts = np.bincount(points.intervals, minlength=merged.phases[0].intervals)
