@@ -78,8 +78,3 @@ def _is_one(
         if np.abs(fitted - wanted).max() > tolerance:
             return False
     return True
-
-
-def still(trajectory: Trajectory) -> Mesh:
-    """The mesh of a motion, its breakpoints where they are."""
-    return Mesh(tuple(PhaseMesh(p.fractions, p.degrees) for p in trajectory.phases))

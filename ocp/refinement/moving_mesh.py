@@ -17,7 +17,7 @@ import numpy as np
 
 from ocp.arrays import Array, Integers
 from ocp.keywords import as_written, checked_keywords
-from ocp.mesh.coarsening import coarsened, still
+from ocp.mesh.coarsening import coarsened
 from ocp.mesh.mesh import ExtraPoints, Mesh, PhaseMesh
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.numerics.schemes import Scheme
@@ -105,14 +105,15 @@ def moving_mesh(iterate: Iterate, evaluator: Evaluator, tolerance: float) -> Mes
     evaluator : Evaluator
         Of its problem.
     tolerance : float
-        Of `coarsened`, which the mesh is if it does not move yet or if an interval has vanished.
+        Of `coarsened`, which the mesh is if it does not move yet. One that moves is not merged
+        again: what each time is worth little adds up.
     """
     mesh, trajectory = iterate.mesh, iterate.trajectory
-    narrowest = min(float(np.diff(motion.fractions).min()) for motion in trajectory.phases)
-    if not any(phase.movable for phase in mesh.phases) or narrowest < _VANISHED:
+    if not any(phase.movable for phase in mesh.phases):
         return merged_mesh(iterate, evaluator, tolerance).freed(_LONGEST)
     ratios = _ratios(mesh, trajectory)
-    if _ROOM[0] <= ratios.min() and ratios.max() <= _ROOM[1]:
+    narrowest = min(float(np.diff(motion.fractions).min()) for motion in trajectory.phases)
+    if narrowest >= _VANISHED and _ROOM[0] <= ratios.min() and ratios.max() <= _ROOM[1]:
         return mesh
     return _where_it_is(mesh, trajectory).freed(_LONGEST)
 
@@ -146,8 +147,25 @@ def _between_the_points(
 
 
 def _where_it_is(mesh: Mesh, trajectory: Trajectory) -> Mesh:
-    """A mesh with its breakpoints where a motion has them, and its points within the intervals."""
-    return Mesh(still(trajectory).phases, mesh.extra, mesh.back_off)
+    """A mesh with its breakpoints where a motion has them, without intervals that have vanished."""
+    phases, extra, back_off = [], [], []
+    parts = zip(trajectory.phases, mesh.extra, mesh.back_off, strict=True)
+    for motion, points_of_phase, held in parts:
+        kept = np.diff(motion.fractions) >= _VANISHED
+        number = np.cumsum(kept) - 1
+        # an interval that is left begins where the one before it ends
+        breakpoints = np.append(motion.fractions[:-1][kept], 1.0)
+        breakpoints[0] = 0.0
+        phases.append(PhaseMesh(breakpoints, motion.degrees[kept]))
+        extra.append(
+            tuple(
+                ExtraPoints(points.constraint, number[points.intervals[here]], points.tau[here])
+                for points in points_of_phase
+                if (here := kept[points.intervals]).any()
+            )
+        )
+        back_off.append({constraint: values[kept] for constraint, values in held.items()})
+    return Mesh(tuple(phases), tuple(extra), tuple(back_off))
 
 
 def _ratios(mesh: Mesh, trajectory: Trajectory) -> Array:

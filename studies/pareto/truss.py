@@ -73,7 +73,7 @@ ROUNDS = 12
 ITERATIONS, SECONDS = 1500, 180.0
 MOVING_ITERATIONS = 500  # on a mesh that moves, which converges soon or not at all
 # of the range of a signal: what a breakpoint of a mesh that moves has to be worth
-MERGED = 1e-3
+MERGED = 5e-4
 
 # The first limit is above the least by the first of these parts at which a motion is found: at the
 # least itself there is no room for anything, and near it little.
