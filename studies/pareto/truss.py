@@ -1,9 +1,9 @@
 """Fronts of the truss: what continuation asks of it, and where its walks begin.
 
 The limit is a constant of the engine's problem: a bound of a signal, of an expression or of the
-duration. Each solve starts from the variables and the multipliers of its neighbour. Its mesh has few
-intervals, all of whose breakpoints move with the arcs, so that the program is kept as long as they
-have room. Where such a mesh fails, one that stays is refined.
+duration. Each solve starts from the variables and the multipliers of its neighbour. Its mesh has
+few intervals, all of whose breakpoints move with the arcs, so that the program is kept as long as
+they have room. Where such a mesh fails, one that stays is refined.
 """
 
 from __future__ import annotations
