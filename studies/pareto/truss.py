@@ -1,9 +1,10 @@
 """Fronts of the truss: what continuation asks of it, and where its walks begin.
 
 The limit is a constant of the engine's problem: a bound of a signal, of an expression or of the
-duration. Each solve starts from the variables and the multipliers of its neighbour. Its mesh has
-few intervals, all of whose breakpoints move with the arcs, so that the program is kept as long as
-they have room. Where such a mesh fails, one that stays is refined.
+duration. Each solve starts from the variables and the multipliers of its neighbour, on its mesh,
+whose program is kept. Where arcs leave the intervals that were made for them, the next mesh has few
+intervals, all of whose breakpoints move with the arcs. Where such a mesh fails, one that stays is
+refined.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from ocp import (
     Accuracy,
     AdaptiveMesh,
     Constant,
+    FixedMesh,
     Interrupted,
     MovingMesh,
     OcpError,
@@ -107,6 +109,16 @@ class FrontProgram:
     limit: Constant
 
 
+def _moves(solution: Solution) -> bool:
+    """Whether the breakpoints of a solution's mesh move."""
+    return any(phase.movable for phase in solution.mesh.phases)
+
+
+def _gain(solution: Solution) -> float:
+    """What finer controls promise, relative to the objective."""
+    return solution.mesh_iterations[-1].gain
+
+
 def study_at(study: ParetoStudy, limit: float) -> TrussStudy:
     """A study of the truss that asks for one point of a front."""
     return limited(study.truss, study.pareto.limited, limit)
@@ -139,7 +151,9 @@ class TrussFront:
             iterations=ITERATIONS,
             seconds=SECONDS,
         )
-        # few intervals that follow the arcs, whose program is kept as long as it holds
+        # on the neighbour's mesh if that will do, whose program is kept
+        self.kept = Settings(refinement=FixedMesh(), iterations=ITERATIONS, seconds=SECONDS)
+        # else on few intervals that follow the arcs
         self.moving = replace(
             self.settings,
             refinement=MovingMesh(kept=KEPT),
@@ -278,10 +292,23 @@ class TrussFront:
     def _solved(
         self, program: FrontProgram, limit: float, guess: Solution | Trajectory | None
     ) -> Solution:
-        """On a mesh that follows that of a neighbour, or else refined on one that stays."""
+        """On the mesh of a neighbour, on one that follows it, or else refined on one that stays."""
         constants = {program.limit: limit}
+        if isinstance(guess, Solution) and not _moves(guess):
+            with suppress(SolveFailed):
+                found = solve(
+                    program.problem,
+                    settings=self.kept,
+                    constants=constants,
+                    guess=guess,
+                    progress=self.console.live,
+                )
+                if found.verification.excess <= LEAK and _gain(found) <= KEPT.objective:
+                    return found
+                guess = found  # its arcs have left their intervals
+
         if isinstance(guess, Solution):
-            with suppress(SolveFailed, Unverified):
+            with suppress(SolveFailed):
                 return solve(
                     program.problem,
                     settings=self.moving,
