@@ -294,7 +294,8 @@ class TrussFront:
     ) -> Solution:
         """On the mesh of a neighbour, on one that follows it, or else refined on one that stays."""
         constants = {program.limit: limit}
-        if isinstance(guess, Solution) and not _moves(guess):
+        follows = isinstance(guess, Solution) and _moves(guess)
+        if isinstance(guess, Solution) and not follows:
             with suppress(SolveFailed):
                 found = solve(
                     program.problem,
@@ -305,9 +306,10 @@ class TrussFront:
                 )
                 if found.verification.excess <= LEAK and _gain(found) <= KEPT.objective:
                     return found
-                guess = found  # its arcs have left their intervals
+                # a leak alone is soon closed; a gain says that arcs have left their intervals
+                guess, follows = found, _gain(found) > ACCURACY.objective
 
-        if isinstance(guess, Solution):
+        if isinstance(guess, Solution) and follows:
             with suppress(SolveFailed):
                 return solve(
                     program.problem,
@@ -321,7 +323,7 @@ class TrussFront:
         # what leaks less than that is good enough for a front; its motion is measured in any case
         self.refined += 1
         mesh = None
-        if isinstance(guess, Solution):
+        if isinstance(guess, Solution) and _moves(guess):
             mesh = merged_mesh(guess.kept_iterate, guess.evaluator, MERGED)
         try:
             return solve(
