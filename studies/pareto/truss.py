@@ -10,7 +10,7 @@ from __future__ import annotations
 import functools
 import math
 import time as clock
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -84,11 +84,13 @@ class FrontMotion:
     program : the problem that it solves, with its limit as a constant.
     solution : of the engine.
     deployment : its law on the truss.
+    slopes : of what is least by every named number of the program.
     """
 
     program: FrontProgram
     solution: Solution
     deployment: Deployment
+    slopes: Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,9 +102,12 @@ class FrontProgram:
     limit: Constant
 
 
-def study_at(study: ParetoStudy, limit: float) -> TrussStudy:
-    """A study of the truss that asks for one point of a front."""
-    return limited(study.truss, study.pareto.limited, limit)
+def study_at(study: ParetoStudy, limit: float, level: float | None = None) -> TrussStudy:
+    """A study of the truss that asks for one point of a front; of a slice with its level, too."""
+    truss, sliced = study.truss, study.pareto.sliced
+    if sliced is not None and level is not None:
+        truss = limited(truss, sliced, level)
+    return limited(truss, study.pareto.limited, limit)
 
 
 def limited(truss: TrussStudy, name: str, limit: float) -> TrussStudy:
@@ -124,6 +129,9 @@ class TrussFront:
             options = SolverOptions(starts=COARSE_START, seconds=own.solver.seconds)
             own = replace(own, solver=options)
         self.truss = own
+        # further limits that are constants of the program, and their values
+        self.others: dict[str, Constant] = {}
+        self.constants: dict[Constant, float] = {}
         self.solves = self.refined = 0
         # on the neighbour's mesh if that will do, whose program is kept
         self.kept = Settings(refinement=FixedMesh(), iterations=ITERATIONS, seconds=SECONDS)
@@ -206,13 +214,18 @@ class TrussFront:
 
     def program(self, law: Law, highest: float) -> FrontProgram:
         """The problem of a walk, with a motion to start from and its highest limit."""
-        study, single = self.at(highest), dict.fromkeys(OBJECTIVES, 1.0)
+        study, single = self.stated(highest), dict.fromkeys(OBJECTIVES, 1.0)
         limit = Constant("limit", QUANTITIES[self.limited].unit, highest)
         price = PRICE * first_price(study, 0, single, True)
         start = start_from_law("end of the front", law, study)
         # the rope's pull matters everywhere but in some slow motions: there it costs a few rows
-        statement = state(study, start, single, True, price, limits={self.limited: limit})
+        limits = {self.limited: limit, **self.others}
+        statement = state(study, start, single, True, price, limits=limits)
         return FrontProgram(statement, statement.problem(), limit)
+
+    def stated(self, highest: float) -> TrussStudy:
+        """The study that a program states, with its highest limit."""
+        return self.at(highest)
 
     def first(self, program: FrontProgram, limits: Sequence[float], way: Way) -> FrontPoint:
         """The point at the end of a front, from the program's own start; the first of some."""
@@ -254,20 +267,24 @@ class TrussFront:
             raise NotFoundError(str(error)) from error
 
         # the limit is what was found: it is measured, not promised
-        held = criteria(self.at(max(limit, x)), deployment)
+        held = criteria(self.measured(limit, deployment), deployment)
         failed = [check.sentence for check in held if not check.passed]
         if failed:
             raise NotFoundError("; ".join(failed))
         seconds = clock.perf_counter() - begin
-        slope = slopes_by_multipliers(solution)[program.limit.name]
-        motion = FrontMotion(program, solution, deployment)
-        return FrontPoint(limit, x, y, slope, way, afresh, seconds, motion)
+        slopes = slopes_by_multipliers(solution)
+        motion = FrontMotion(program, solution, deployment, slopes)
+        return FrontPoint(limit, x, y, slopes[program.limit.name], way, afresh, seconds, motion)
+
+    def measured(self, limit: float, deployment: Deployment) -> TrussStudy:
+        """The study whose limit is what a motion has, where that is a little more than was set."""
+        return self.at(max(limit, deployment.values[self.limited]))
 
     def _solved(
         self, program: FrontProgram, limit: float, guess: Solution | Trajectory | None
     ) -> Solution:
         """On the mesh of a neighbour, or else refined."""
-        say, constants = self.console.live, {program.limit: limit}
+        say, constants = self.console.live, {program.limit: limit, **self.constants}
         if isinstance(guess, Solution):
             with suppress(SolveFailed):
                 found = solve(

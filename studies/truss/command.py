@@ -45,6 +45,7 @@ FLAGS: KeyFlags = {
     "--reaction-cap": (("caps", "reaction"), "on the supporting arm [N]"),
     "--far-end-tension-cap": (("caps", "far_end_tension"), "at the rope's fixed end [N]"),
     "--bar-force-cap": (("caps", "bar_force"), "compression in a link or cross-bar [N]"),
+    "--factored-force-cap": (("caps", "factored_force"), "of the motor for its margins [N]"),
     "--least-tension": (("caps", "least_tension"), "of every rope segment [N]"),
     "--friction": (("truss", "pulley_friction"), "mu between rope and pulley"),
     "--modules": (("truss", "modules"), "number of modules"),
