@@ -12,7 +12,7 @@ from studies.common.running import Job, add_results_flags, add_study_argument, c
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of `antenna-ocp pareto truss`."""
-    from studies.truss.command import add_truss_flags
+    from studies.truss.command import add_motor_flags, add_truss_flags
 
     add_study_argument(parser)
     parser.add_argument(
@@ -31,6 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--coarse", action="store_true", help="a sketch, in a fraction of the time")
     add_truss_flags(parser)
+    add_motor_flags(parser)
     add_results_flags(parser)
 
 
@@ -38,9 +39,9 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
     """Carry out `antenna-ocp pareto truss`."""
     from studies.pareto.config import as_toml, configuration_of, pareto_from
     from studies.pareto.study import asked_of
-    from studies.truss.command import raw_study
+    from studies.truss.command import raw_with_motor
 
-    study = pareto_from(_with_flags(raw_study(options), options))
+    study = pareto_from(_with_flags(raw_with_motor(options), options))
     check, solve = asked_of(study, console)
     job = Job(
         kind="pareto-truss",

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from models.laws import least_peak_acceleration
+from ocp import Constant, FixedMesh, prepare
 from studies.cli import main
 from studies.common.console import silent
 from studies.common.exit_codes import StudyError
@@ -333,3 +334,29 @@ def test_a_coarse_surface_of_the_truss(tmp_path):
     assert (folder / "surface.png").is_file()
     assert len((folder / "profile.csv").read_text().splitlines()) > values["slice"].size
     assert main(["report", str(folder)]) == 0
+
+
+@pytest.mark.slow
+def test_both_prices_are_those_of_differences():
+    study = pareto_from(stated(pareto={"coarse": True}))
+    constant = Constant("limit of the slice", "s", 7.0)
+    subject = SliceFront(study, 7.0, constant, silent(), math.inf)
+    found = subject.near(0.15, subject._right(()), "down")
+    solution, limit = found.motion.solution, found.motion.program.limit
+    settings = dataclasses.replace(
+        subject.settings, refinement=FixedMesh(), verify=False, iterations=None
+    )
+    prepared = prepare(found.motion.program.problem, settings=settings, guess=solution)
+
+    def least(**moved):
+        constants = {limit: moved.get("x", 0.15), constant: moved.get("z", 7.0)}
+        return prepared.solve(constants=constants, guess=solution).objective
+
+    # steps of a thousandth each way, on the mesh of the point, where the same limits press
+    across, along = ((1 - 1e-3) * 7.0, (1 + 1e-3) * 7.0), ((1 - 1e-3) * 0.15, (1 + 1e-3) * 0.15)
+    of_z = (least(z=across[1]) - least(z=across[0])) / (across[1] - across[0])
+    of_x = (least(x=along[1]) - least(x=along[0])) / (along[1] - along[0])
+    assert subject.on_surface(found).slope == pytest.approx(of_z, rel=0.01)
+    assert found.slope == pytest.approx(of_x, rel=0.01)
+    assert of_z < -0.1
+    assert of_x < -1.0
