@@ -8,7 +8,6 @@ whose program is kept; a mesh that no longer holds between its points is refined
 from __future__ import annotations
 
 import functools
-import math
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -16,7 +15,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from models.errors import ModelError
-from models.laws import Law
+from models.laws import Law, least_jerk_cap
 from ocp import (
     Accuracy,
     AdaptiveMesh,
@@ -199,7 +198,7 @@ class TrussFront:
     def _least_limit(self) -> tuple[float, Law]:
         """The least of what is limited, and its motion."""
         if self.limited == "peak-jerk":
-            least = lower_bounds(self.at(math.inf), None)["peak-jerk"]
+            least = least_jerk_cap(self.truss.stroke, self.truss.duration[1])
             return least, self._found(self.at(least * (1 + ABOVE_THE_LEAST[0])))
         law = self._found(self.minimising(self.limited))
         return self._deployment(law).values[self.limited], law

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
+from models.laws import least_jerk_cap
 from ocp import Constant
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
@@ -22,7 +23,6 @@ from studies.pareto.continuation import NotFoundError
 from studies.pareto.surface.shape import Box, Surface, apart, surface_of
 from studies.pareto.surface.slices import OutOfTimeError, Slice, SliceFront
 from studies.pareto.truss import TrussFront, limited
-from studies.truss.limits.bounds import lower_bounds
 from studies.truss.limits.caps import cap_on
 from studies.truss.motions.deployment import Deployment
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
@@ -179,7 +179,7 @@ class SurfaceWalk:
     def _lowest(self) -> float:
         """The least of what is sliced."""
         if self.sliced == "peak-jerk":
-            return lower_bounds(limited(self.alone.truss, self.sliced, math.inf), None)[self.sliced]
+            return least_jerk_cap(self.alone.truss.stroke, self.alone.truss.duration[1])
         return self._value_of_the_least(self.sliced)
 
     @property

@@ -29,6 +29,7 @@ from studies.pareto.surface.slices import OutOfTimeError, SliceFront
 from studies.pareto.surface.study import surface_series
 from studies.pareto.surface.walk import Stack, SurfaceWalk
 from studies.pareto.surface.words import SurfaceAxes, dominated_in_words, surface_in_words
+from studies.report.page import page, shown
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import law_of_result, study_of
 
@@ -230,6 +231,15 @@ def test_a_surface_is_stored_and_drawn_from_what_was_stored(tmp_path):
     assert [tick.get_text() for tick in bar.get_yticklabels()] == ["1", "2", "4"]
     assert (of_x.get_ylabel(), of_z.get_ylabel()) == ("[N/(rad/s^2)]", "[N/s]")
     plt.close(figure)
+
+
+def test_a_report_has_a_curve_for_each_slice_and_both_prices():
+    front, of_x, of_z = shown(result()).charts
+    assert [curve.law for curve in front.curves] == [f"duration {z} s" for z in (1, 2, 4)]
+    assert (front.title, front.axes[0].key) == ("peak rope force", "peak-acceleration")
+    assert front.curves[1].values.tolist() == [1 / (2.0 * x) for x in (0.5, 0.7, 1.0, 2.5)]
+    assert [chart.unit for chart in (of_x, of_z)] == ["N/(rad/s^2)", "N/s"]
+    assert "duration 2 s" in page(result())
 
 
 @pytest.mark.parametrize(
