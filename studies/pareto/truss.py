@@ -141,6 +141,7 @@ class TrussFront:
             iterations=ITERATIONS,
             seconds=SECONDS,
         )
+        self.closer = replace(self.settings, accuracy=Accuracy(objective=ACCURACY.objective))
 
     def check(self) -> None:
         """Refuse what no motion meets, and an objective that no motion minimises.
@@ -257,23 +258,32 @@ class TrussFront:
         begin = clock.perf_counter()
         try:
             solution = self._solved(program, limit, guess)
-            law = law_of(self.at(limit), program.statement, solution)
-            deployment = self._deployment(law)
+            deployment, failed = self._held(program, limit, solution)
+            if failed:
+                # a limit that is no part of the trade leaks, which a slack rope feels most
+                solution = self._refined(program, limit, solution, self.closer)
+                deployment, failed = self._held(program, limit, solution)
             x, y = deployment.values[self.limited], deployment.values[self.least]
         except Interrupted as stop:
             raise KeyboardInterrupt from stop
         except (OcpError, ModelError) as error:
             raise NotFoundError(str(error)) from error
 
-        # the limit is what was found: it is measured, not promised
-        held = criteria(self.measured(limit, deployment), deployment)
-        failed = [check.sentence for check in held if not check.passed]
         if failed:
             raise NotFoundError("; ".join(failed))
         seconds = clock.perf_counter() - begin
         slopes = slopes_by_multipliers(solution)
         motion = FrontMotion(program, solution, deployment, slopes)
         return FrontPoint(limit, x, y, slopes[program.limit.name], way, afresh, seconds, motion)
+
+    def _held(
+        self, program: FrontProgram, limit: float, solution: Solution
+    ) -> tuple[Deployment, list[str]]:
+        """The motion of a solution, and the checks that it fails."""
+        deployment = self._deployment(law_of(self.at(limit), program.statement, solution))
+        # the limit is what was found: it is measured, not promised
+        held = criteria(self.measured(limit, deployment), deployment)
+        return deployment, [check.sentence for check in held if not check.passed]
 
     def measured(self, limit: float, deployment: Deployment) -> TrussStudy:
         """The study whose limit is what a motion has, where that is a little more than was set."""
@@ -297,15 +307,24 @@ class TrussFront:
                     return found
                 guess = found  # its mesh is refined, and it is solved there already
 
-        # what leaks less than that is good enough for a front; its motion is measured in any case
+        return self._refined(program, limit, guess, self.settings)
+
+    def _refined(
+        self,
+        program: FrontProgram,
+        limit: float,
+        guess: Solution | Trajectory | None,
+        settings: Settings,
+    ) -> Solution:
+        """On a mesh that is refined; what leaks little is good enough for a front."""
         self.refined += 1
         try:
             return solve(
                 program.problem,
-                settings=self.settings,
-                constants=constants,
+                settings=settings,
+                constants={program.limit: limit, **self.constants},
                 guess=guess,
-                progress=say,
+                progress=self.console.live,
             )
         except Unverified as error:
             answer = error.iterate

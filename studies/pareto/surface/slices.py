@@ -110,6 +110,7 @@ class SliceFront(TrussFront):
         self.others, self.constants = {self.sliced: constant}, {constant: level}
         self.kept = replace(self.kept, iterations=ITERATIONS)
         self.settings = replace(self.settings, iterations=ITERATIONS)
+        self.closer = replace(self.closer, iterations=ITERATIONS)
 
     def walk(self, neighbours: Sequence[Slice], count: int) -> Slice:
         """The slice, from the ends of its neighbours or, without any, from searches.
