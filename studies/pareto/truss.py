@@ -68,6 +68,8 @@ ROUNDS = 12
 # that a crawl ends
 ITERATIONS, SECONDS = 1500, 180.0
 
+LONGER = 1.01  # than the longest duration that is asked for, which a program leaves as room
+
 # The first limit is above the least by the first of these parts at which a motion is found: at the
 # least itself there is no room for anything, and near it little.
 ABOVE_THE_LEAST = (2e-3, 1e-2, 5e-2)
@@ -224,8 +226,15 @@ class TrussFront:
         return FrontProgram(statement, statement.problem(), limit)
 
     def stated(self, highest: float) -> TrussStudy:
-        """The study that a program states, with its highest limit."""
-        return self.at(highest)
+        """The study that a program states, with its highest limit.
+
+        The longest duration lies above the highest limit on it: where both met in one number,
+        neither would have a price of its own.
+        """
+        study = self.at(highest)
+        if "time" in (self.limited, *self.others):
+            return replace(study, duration=(study.duration[0], LONGER * study.duration[1]))
+        return study
 
     def first(self, program: FrontProgram, limits: Sequence[float], way: Way) -> FrontPoint:
         """The point at the end of a front, from the program's own start; the first of some."""

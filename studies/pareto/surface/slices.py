@@ -22,7 +22,7 @@ from studies.pareto.config import ParetoStudy
 from studies.pareto.continuation import FrontPoint, NotFoundError, Ranges, Way, walk
 from studies.pareto.envelope import front_of
 from studies.pareto.surface.shape import SurfacePoint
-from studies.pareto.truss import ABOVE_THE_LEAST, LEAK, FrontProgram, TrussFront, limited
+from studies.pareto.truss import ABOVE_THE_LEAST, LEAK, LONGER, FrontProgram, TrussFront, limited
 from studies.truss.config import TrussStudy
 from studies.truss.motions.deployment import Deployment
 from studies.truss.quantities import QUANTITIES
@@ -35,7 +35,6 @@ if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
 COARSE_ABOVE = (2e-2, 5e-2)
 # what a point of a slice may take: neighbours on all sides are other chances
 ITERATIONS = 600
-SHORTER = 0.99  # of the shortest duration, which a program leaves as room
 FREE = 10.0  # times what a neighbour has: a limit that does not press
 SAME = 1e-3  # relative: ends of a slice that are closer than this are one point
 
@@ -234,14 +233,11 @@ class SliceFront(TrussFront):
         return super().program(law, highest)
 
     def stated(self, highest: float) -> TrussStudy:
-        """As of a front; the shortest duration lies below that of the lowest slice.
-
-        Where both limits met in one number, neither would have a price of its own.
-        """
+        """As of a front; the shortest duration lies below that of the lowest slice, too."""
         study = super().stated(highest)
         low, high = study.duration
         if self.sliced == "time":
-            return replace(study, duration=(SHORTER * low, high))
+            return replace(study, duration=(low / LONGER, high))
         return study
 
     def measured(self, limit: float, deployment: Deployment) -> TrussStudy:
