@@ -333,8 +333,9 @@ def test_a_coarse_surface_of_the_truss(tmp_path):
         assert values["peak-acceleration"][here].min() == pytest.approx(1.02 * least, rel=1e-3)
         # the static peak is 20.0751 N, which is where the force ends; momentum saves a little
         assert 20.05 < values["peak-force"][here].min() < 20.15
-    # where the acceleration is least a motion of 6 s needs what `pareto truss` finds for two
-    assert values["peak-force"][0] == pytest.approx(26.67, rel=5e-3)
+    # `antenna-ocp truss --objective peak-force --duration 6 --jerk-cap 2.5` finds the first point
+    # with --acceleration-cap 0.17324354; a front may leak 5e-4
+    assert values["peak-force"][0] == pytest.approx(27.6626, rel=5e-4)
 
     # the motion of a point has all three values, and goes out as any motion does
     third = with_motion(found, "point 3")
