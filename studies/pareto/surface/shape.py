@@ -149,8 +149,9 @@ def knee_of(points: Sequence[SurfacePoint], box: Box) -> int | None:
 
     The plane goes through the three places that are best in one objective and worst in the others.
     In parts of the ranges these are 0 once and 1 twice, so that it is the point with the least sum.
+    On a single slice there is none.
     """
-    if len(points) < 4:
+    if len({point.limit for point in points}) < 2:  # a curve, and no surface yet
         return None
     sums = [sum(box.parts(point.place)) for point in points]
     lowest = int(np.argmin(sums))

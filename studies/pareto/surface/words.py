@@ -33,13 +33,15 @@ def surface_in_words(stack: Stack, axes: SurfaceAxes) -> tuple[str, ...]:
     """What it spans, the knee, the gaps; then what a little more of each limit saves."""
     surface = stack.surface
     points, limits = surface.points, surface.limits
+    span = f"on {len(limits)} slices, from {number(limits[0])} to {number(limits[-1])}"
+    if len(limits) == 1:
+        span = f"on one slice, at {number(limits[0])}"
     sentences = [
-        f"The surface has {len(points)} verified points on {len(limits)} slices, from "
-        f"{number(limits[0])} to {number(limits[-1])} {axes.z.unit} of {axes.z.title}; "
+        f"The surface has {len(points)} verified points {span} {axes.z.unit} of {axes.z.title}; "
         f"{len(surface.dominated)} points that others dominate in all three were dropped."
     ]
     if len(stack.slices) < stack.wanted:
-        sentences.append(f"{len(stack.slices)} of {stack.wanted} slices were found.")
+        sentences.append(f"Of {stack.wanted} slices that were asked for {len(stack.slices)} exist.")
     sentences += [_slice_in_words(surface.slice(limit), axes) for limit in limits]
     if surface.knee is not None:
         knee = points[surface.knee]

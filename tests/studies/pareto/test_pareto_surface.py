@@ -89,7 +89,7 @@ def test_the_knee_is_farthest_below_the_plane_of_the_corners():
     knee = points[knee_of(points, Box.around(places))]
     # the points are 5 degrees apart
     assert knee.place == pytest.approx([1 - 1 / math.sqrt(3)] * 3, abs=0.05)
-    # where all lie on the plane itself there is none
+    # on a single slice there is none
     flat = [on_surface(1.0, x) for x in (1.0, 2.0, 3.0)]
     assert knee_of(flat, Box.around([p.place for p in flat])) is None
 
@@ -192,7 +192,7 @@ def result():
 def test_the_words_say_slices_knee_gaps_and_both_prices():
     words = " ".join(result().remarks)
     assert "12 verified points on 3 slices, from 1 to 4 s of duration; 1 points" in words
-    assert "3 of 4 slices were found" in words
+    assert "Of 4 slices that were asked for 3 exist" in words
     assert "At 2 s: from peak angular acceleration 0.5 rad/s^2 with 1 N to 2.5" in words
     assert "The knee is at" in words
     assert "The slice at 4 s has a gap between 1 and 2.5 rad/s^2" in words
