@@ -19,7 +19,7 @@ from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.pareto.both_ways import LENGTH, WIDEST
 from studies.pareto.config import SLICE, ParetoStudy
-from studies.pareto.continuation import NotFoundError
+from studies.pareto.continuation import LONGEST, NotFoundError
 from studies.pareto.surface.shape import Box, Surface, apart, surface_of
 from studies.pareto.surface.slices import OutOfTimeError, Slice, SliceFront
 from studies.pareto.truss import TrussFront, limited
@@ -132,7 +132,8 @@ class SurfaceWalk:
         """Say how long it will take."""
         coarse = self.study.pareto.coarse
         each, usual = (COARSE_SECONDS, COARSE_POINTS) if coarse else (SECONDS, SLICE)
-        about = in_words(self.wanted * each * self.count / usual)
+        fewest = 1 / LONGEST  # points of a walk, however few are asked for
+        about = in_words(self.wanted * each * max(self.count, fewest) / max(usual, fewest))
         self.console.progress(
             f"{self.wanted} slices of the {self.quantity.title}, which takes about {about} where a "
             "core is free"
