@@ -38,7 +38,7 @@ def surface_in_words(stack: Stack, axes: SurfaceAxes) -> tuple[str, ...]:
         span = f"on one slice, at {number(limits[0])}"
     sentences = [
         f"The surface has {len(points)} verified points {span} {axes.z.unit} of {axes.z.title}; "
-        f"{len(surface.dominated)} points that others dominate in all three were dropped."
+        f"dropped because others dominate them in all three: {len(surface.dominated)}."
     ]
     if len(stack.slices) < stack.wanted:
         sentences.append(f"Of {stack.wanted} slices that were asked for {len(stack.slices)} exist.")
