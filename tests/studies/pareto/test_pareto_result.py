@@ -46,7 +46,7 @@ def result():
 def test_the_words_say_ends_knee_gap_and_prices():
     words = " ".join(front_in_words(front(), X, Y))
     assert "8 verified points, from 0.5 s with 2 N to 4.5 s with 0.222222 N" in words
-    assert "1 points that others dominate" in words
+    assert "dropped because others dominate them: 1" in words
     assert "a gap between 2 and 4 s" in words
     assert "Its knee is at" in words
     assert "At 0.5 s: 1 s more of duration saves 4 N of peak rope force" in words

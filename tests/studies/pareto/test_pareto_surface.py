@@ -191,7 +191,7 @@ def result():
 
 def test_the_words_say_slices_knee_gaps_and_both_prices():
     words = " ".join(result().remarks)
-    assert "12 verified points on 3 slices, from 1 to 4 s of duration; 1 points" in words
+    assert "12 verified points on 3 slices, from 1 to 4 s of duration; dropped" in words
     assert "Of 4 slices that were asked for 3 exist" in words
     assert "At 2 s: from peak angular acceleration 0.5 rad/s^2 with 1 N to 2.5" in words
     assert "The knee is at" in words
