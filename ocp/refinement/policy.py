@@ -44,8 +44,11 @@ _LEFT_ALONE = 0.25
 _LEAST_GAIN = 1e-3
 # finer meshes in a row on which nothing was gained, after which a promised gain counts as noise
 _REFUTED = 2
-# of the phase: narrower intervals are not cut
+# of the phase: narrower intervals are not cut for their controls or constraints
 _NARROWEST = 1e-7
+# Of its end: narrower intervals are not cut for their dynamics either, because their breakpoints
+# would be rounded. Stiff kinetics of hours begin within microseconds.
+_ROUNDED = 1e-9
 # of an interval: points closer than this are one
 _SAME_POINT = 1e-6
 
@@ -455,15 +458,17 @@ class _Marks:
         # the error falls by about the degree with every point more
         wanted = np.ceil(degrees + np.log(np.maximum(ratio, 1.0)) / np.log(degrees + 1.0))
         too_high = wanted > highest
-        forced = ((ratio > 1.0) & too_high) | errors.crowded | errors.coarse
+        inexact = (ratio > 1.0) & too_high
+        forced = errors.crowded | errors.coarse
         forced |= (errors.gain >= least_gain) & (errors.gain > missed)
         raised = np.where((ratio > 1.0) & ~too_high, wanted, degrees).astype(np.int64)
 
-        wide = np.diff(mesh.breakpoints) > _NARROWEST
+        width = np.diff(mesh.breakpoints)
+        wide, inexact = width > _NARROWEST, inexact & (width > _ROUNDED * mesh.breakpoints[1:])
         return cls(
-            split=(forced | (errors.gain >= least_gain)) & wide,
-            forced=forced & wide,
-            far=too_high & (ratio > _FAR) & wide,
+            split=inexact | ((forced | (errors.gain >= least_gain)) & wide),
+            forced=inexact | (forced & wide),
+            far=inexact & (ratio > _FAR),
             degrees=raised,
         )
 
