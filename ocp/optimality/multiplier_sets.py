@@ -50,7 +50,7 @@ _LINEAR_PROGRAM = {
 }
 
 # Part of a direction that may be no combination of the equations, relative: what rounding leaves
-# where their singular values reach down to 1e-9. Other directions have parts above a tenth.
+# where their singular values reach down to 1e-9.
 _ROUNDING = 1e-5
 # What keeps the projection onto these combinations regular, and steps that take it away again.
 _REGULAR = 1e-18
