@@ -92,7 +92,7 @@ def sensitivities(solution: Solution) -> dict[str, float]:
     Warns
     -----
     ActiveSetWarning
-        Where the two sides differ.
+        Where the two sides differ, or where it was not found whether they do.
     """
     both_sides = one_sided_sensitivities(solution)
     kinks = [
@@ -104,6 +104,14 @@ def sensitivities(solution: Solution) -> dict[str, float]:
         warnings.warn(
             f"the optimum has a kink, where the active set is about to change: {'; '.join(kinks)}; "
             "see one_sided_sensitivities()",
+            ActiveSetWarning,
+            stacklevel=3,
+        )
+    unknown = [f"'{name}'" for name, s in both_sides.items() if s.note == _UNKNOWN]
+    if unknown:
+        warnings.warn(
+            f"whether the slopes by {', '.join(unknown)} hold on both sides was not found: "
+            f"{_UNKNOWN}; hold them against a solve with another value",
             ActiveSetWarning,
             stacklevel=3,
         )

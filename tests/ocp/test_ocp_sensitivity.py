@@ -22,7 +22,7 @@ from ocp import (
     joined,
     solve,
 )
-from ocp.analysis.sensitivity import slopes_by_multipliers
+from ocp.analysis.sensitivity import ActiveSetWarning, slopes_by_multipliers
 from ocp.optimality.multiplier_sets import MultiplierChanges
 from ocp.optimality.multipliers import all_multipliers
 
@@ -248,6 +248,8 @@ def test_a_range_that_no_linear_program_finds_is_said(monkeypatch):
     assert slope.is_one
     assert slope.below == pytest.approx(-36.0, rel=CLOSE)
     assert "the range of its slope was not found" in slope.note
+    with pytest.warns(ActiveSetWarning, match="'x upper'.* was not found"):
+        assert found.sensitivities()["x upper"] == pytest.approx(-36.0, rel=CLOSE)
 
 
 def test_a_maximum_has_the_sign_of_the_user():
