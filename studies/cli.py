@@ -118,7 +118,8 @@ COMMANDS: Mapping[str, Command] = {
         "studies.pareto.command",
         "Finds the front of two objectives of the truss: the least of one under each limit on the "
         "other, from both ends, with prices, knee and gaps, beside proven bounds and the paper's "
-        "laws. Every point is a verified motion.",
+        "laws. Of three objectives it is a surface, found slice by slice. Every point is a "
+        "verified motion.",
         loads="studies.pareto.study",
     ),
     "pareto arm": Command(

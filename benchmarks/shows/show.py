@@ -37,6 +37,7 @@ SHOWS = {
     "engine-singular": "benchmarks.shows.engine.stated:SINGULAR",
     "engine-swings": "benchmarks.shows.engine.stated:SWINGS",
     "engine-spoilt": "benchmarks.shows.engine.spoilt",
+    "engine-large": "benchmarks.shows.engine.large",
     "engine-shared": "benchmarks.shows.engine.stated:SHARED",
 }
 

@@ -49,6 +49,7 @@ if TYPE_CHECKING:
 _IDLE = 1e-4
 
 _KINK = "several limits hold the optimum at once: the active set is about to change"
+_UNKNOWN = "several limits hold the optimum at once, and the range of its slope was not found"
 _TOUCHES = "the limit is touched but does not press: the active set is about to change"
 
 
@@ -91,7 +92,7 @@ def sensitivities(solution: Solution) -> dict[str, float]:
     Warns
     -----
     ActiveSetWarning
-        Where the two sides differ.
+        Where the two sides differ, or where it was not found whether they do.
     """
     both_sides = one_sided_sensitivities(solution)
     kinks = [
@@ -103,6 +104,14 @@ def sensitivities(solution: Solution) -> dict[str, float]:
         warnings.warn(
             f"the optimum has a kink, where the active set is about to change: {'; '.join(kinks)}; "
             "see one_sided_sensitivities()",
+            ActiveSetWarning,
+            stacklevel=3,
+        )
+    unknown = [f"'{name}'" for name, s in both_sides.items() if s.note == _UNKNOWN]
+    if unknown:
+        warnings.warn(
+            f"whether the slopes by {', '.join(unknown)} hold on both sides was not found: "
+            f"{_UNKNOWN}; hold them against a solve with another value",
             ActiveSetWarning,
             stacklevel=3,
         )
@@ -129,7 +138,10 @@ def one_sided_sensitivities(solution: Solution) -> dict[str, Sided]:
 
         # round-off is measured against the largest single share of the slope
         share = float(np.abs(slope.by_multiplier * multipliers).max(initial=0.0))
-        if up - down <= MULTIPLIER_SPREAD * max(abs(value), abs(up), abs(down), share):
+        spread = MULTIPLIER_SPREAD * max(abs(value), abs(up), abs(down), share)
+        if math.isnan(down):
+            sided[slope.name] = Sided(sense * value, sense * value, _UNKNOWN)
+        elif up - down <= spread < math.inf:
             idle = np.abs(multipliers[slope.by_multiplier != 0]).sum() <= _IDLE
             note = _TOUCHES if slope.touching and idle else ""
             sided[slope.name] = Sided(sense * value, sense * value, note)
@@ -142,8 +154,8 @@ def slopes_by_multipliers(solution: Solution) -> dict[str, float]:
     """``dJ/dvalue`` for every named number by the multipliers that the solver ended with.
 
     Where several sets of multipliers fit the optimum these are the slopes of one of them, and
-    nothing says so. It takes a fraction of a second, for which the question about the others may
-    take minutes on a fine mesh.
+    nothing says so. It takes a fraction of a second, where the question about the others takes
+    some seconds on a fine mesh.
 
     Raises
     ------

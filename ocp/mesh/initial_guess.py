@@ -62,6 +62,29 @@ def initial_guess(
     return InitialGuess(phases, unknowns)
 
 
+def states_a_motion(problem: Problem, parameters: Parameters) -> bool:
+    """Whether the guess of any phase knows something of its motion.
+
+    A guess in which a state stays as it is, although it has to move between its boundary values,
+    says no more of the motion than no guess does.
+    """
+    for phase in problem.phases:
+        guess = StatedGuess(phase, problem.signals[phase.name], parameters)
+        if phase.guess and not any(_stays(guess, state) for state in phase.guess):
+            return True
+    return False
+
+
+def _stays(guess: StatedGuess, signal: Signal) -> bool:
+    """Whether a signal with two different boundary values is guessed to be one number."""
+    key = guess.phase.name, signal.name
+    first = guess.parameters.initial_values.get(key)
+    last = guess.parameters.final_values.get(key)
+    return (
+        isinstance(guess.phase.guess[signal], Real) and None not in (first, last) and first != last
+    )
+
+
 @dataclass(frozen=True, eq=False)
 class StatedGuess:
     """The guess in the statement of a phase; a signal left out joins its boundary values."""

@@ -2,12 +2,18 @@
 
 At an ordinary optimum there is one. Where two limits change places there are many, and what is read
 off them has a range (`ocp.analysis.sensitivity`).
+
+Fine meshes have many as well: along an arc more limits are touched at the points than the arc has
+unknowns. What is read off is then still one number, mostly. That is asked first, without signs and
+by one factorisation for all questions: a linear function of the multipliers is the same for all of
+them if it is a combination of the equations that they solve.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +26,7 @@ from ocp.optimality.switch_slopes import SwitchSlopes, switch_slopes
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
+    from scipy.sparse.linalg import SuperLU
 
 # Part of a slope, or of the objective per size, beyond which its two ends count as two.
 MULTIPLIER_SPREAD = 1e-3
@@ -33,6 +40,21 @@ _ENDLESS = 1e-2
 # the multipliers that a solver found are good enough.
 _MOST_CHANGES = 5000
 _MOST_STEPS = 5000
+
+# HiGHS's presolve ends without an answer on such programs, whose changes of zero fit; its tolerance
+# is that of sums of scaled multipliers.
+_LINEAR_PROGRAM = {
+    "presolve": False,
+    "primal_feasibility_tolerance": 1e-9,
+    "maxiter": _MOST_STEPS,
+}
+
+# Part of a direction that may be no combination of the equations, relative: what rounding leaves
+# where their singular values reach down to 1e-9.
+_ROUNDING = 1e-5
+# What keeps the projection onto these combinations regular, and steps that take it away again.
+_REGULAR = 1e-18
+_REFINEMENTS = 3
 
 # Of the largest multiplier: what moving a switch may promise, which is the noise of a solver.
 _NOISE = 1e-8
@@ -100,7 +122,9 @@ class MultiplierChanges:
         least, largest = np.maximum(around.lower, -1.0), np.minimum(around.upper, 1.0)
         small = replace(around, lower=least, upper=largest)
         random = np.random.default_rng(0).normal(size=around.entries.size)
-        if max(small.most(random), small.most(-random)) <= MULTIPLIER_SPREAD:
+        if around.combination(random) is not None:
+            return around
+        if np.all(np.array([small.most(random), small.most(-random)]) <= MULTIPLIER_SPREAD):
             return around
 
         many = replace(around, many=True)
@@ -162,8 +186,30 @@ class MultiplierChanges:
         )
         return np.subtract(*np.split(result.x, 2)) if result.status == 0 else None
 
+    def combination(self, direction: Array) -> Array | None:
+        """Factors (k,) with which the equations add up to a direction (m,); None if none do.
+
+        Then ``direction @ z`` is the same for all changes, whatever their signs may be.
+        """
+        factors, rest = np.zeros(self.equations.shape[0]), direction
+        for _ in range(_REFINEMENTS):
+            solved = self._projection.solve(np.concatenate([rest, np.zeros(factors.size)]))
+            rest, factors = solved[: rest.size], factors + solved[rest.size :]
+        allowed = _ROUNDING * np.linalg.norm(direction)
+        return factors if np.linalg.norm(rest) <= allowed else None
+
+    @cached_property
+    def _projection(self) -> SuperLU:
+        """Solves for the part of a direction that is no combination of the equations."""
+        from scipy.sparse import bmat, identity
+        from scipy.sparse.linalg import splu
+
+        k, m = self.equations.shape
+        blocks = [[identity(m), self.equations.T], [self.equations, -_REGULAR * identity(k)]]
+        return splu(bmat(blocks).tocsc())
+
     def most(self, direction: Array) -> float:
-        """Largest value of ``direction @ z``; infinite if the linear program has no end."""
+        """Largest value of ``direction @ z``; nan if the linear program ends without an answer."""
         size = float(np.abs(direction).max(initial=0.0))
         if size == 0.0:
             return 0.0
@@ -174,12 +220,15 @@ class MultiplierChanges:
             A_eq=self.equations,
             b_eq=self.constants,
             bounds=np.column_stack([self.lower, self.upper]),
-            method="highs",
+            method="highs-ds",
+            options=_LINEAR_PROGRAM,
         )
-        return float(-result.fun * size) if result.status == 0 else math.inf
+        return float(-result.fun * size) if result.status == 0 else math.nan
 
     def range_of(self, by_multiplier: Array) -> tuple[float, float]:
         """Smallest and largest change of a slope; infinite at the edge of what is looked at.
+
+        Both are nan where a linear program ends without an answer.
 
         Parameters
         ----------
@@ -187,6 +236,12 @@ class MultiplierChanges:
             Derivatives of the slope.
         """
         direction = by_multiplier[self.entries]
+        factors = self.combination(direction)
+        if factors is not None:
+            change = float(factors @ self.constants)
+            return change, change
         edge = _ENDLESS * _REACH * float(np.abs(direction).max(initial=0.0))
         down, up = -self.most(-direction), self.most(direction)
+        if math.isnan(down) or math.isnan(up):
+            return math.nan, math.nan
         return (-math.inf if down < -edge else down), (math.inf if up > edge else up)

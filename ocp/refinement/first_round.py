@@ -10,7 +10,8 @@ The draws are the same in every run.
 Controls of a few intervals may also be too coarse for any motion, where the limits leave little
 room. So the same is tried on a finer mesh.
 
-Who states no guess says nothing of which optimum is near. So an answer from straight lines is held
+Who states no guess, or one in which a state that must move stays, says nothing of which optimum is
+near. So an answer from there is held
 against those from simulated motions, until the best of them was found twice. Where all rates are
 linear in the signals it is not: such problems hardly ever have several optima.
 """
@@ -25,7 +26,7 @@ from math import inf
 import casadi as ca
 import numpy as np
 
-from ocp.mesh.initial_guess import initial_guess
+from ocp.mesh.initial_guess import initial_guess, states_a_motion
 from ocp.mesh.mesh import Mesh, uniform
 from ocp.mesh.simulated_guess import simulated_guesses
 from ocp.nlp.failures import counted
@@ -77,14 +78,10 @@ def first_answer(
     """
     if result.outcome != "solved":
         return _sought(meshes, program, solver, result, rounds)
-    if _has_guess(meshes.problem) or _has_linear_rates(meshes.problem):
+    stated = states_a_motion(meshes.problem, meshes.parameters)
+    if stated or _has_linear_rates(meshes.problem):
         return program, result
     return program, _best_of_several(meshes, program, solver, result, rounds)
-
-
-def _has_guess(problem: Problem) -> bool:
-    """Whether any signal has a guess."""
-    return any(phase.guess for phase in problem.phases)
 
 
 def _has_linear_rates(problem: Problem) -> bool:
@@ -105,7 +102,7 @@ def _best_of_several(
     first: NlpResult,
     rounds: Sequence[MeshIteration],
 ) -> NlpResult:
-    """The best answer from the straight lines and from simulated motions."""
+    """The best answer from where the guess is, which states no motion, and from simulated ones."""
     limits, best, last = program.limits(meshes.parameters), first, first
     attempts = ((solver, point) for point in _simulated(meshes, program, limits, _OTHERS))
     for last in _runs(meshes, program, attempts, limits, first, rounds):

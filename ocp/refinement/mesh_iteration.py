@@ -119,6 +119,8 @@ class SolvedMesh:
         Whether it was solved to the tolerance asked for.
     finer : bool
         Whether its mesh has more intervals than the one before.
+    iterations : int
+        Of the solver.
     """
 
     iterate: Iterate
@@ -126,6 +128,7 @@ class SolvedMesh:
     violation: float
     tight: bool
     finer: bool
+    iterations: int = 0
 
     def holds(self, accuracy: Accuracy, slack: float = 1.0) -> bool:
         """Whether the motion meets the dynamics and all constraints, between its points too.
@@ -366,7 +369,8 @@ class MeshSolver:
         errors = estimate_errors(iterate, self.evaluator, self.settings.accuracy)
         lower, upper = iterate.limits.rows
         excess = np.maximum(lower - result.rows, result.rows - upper)
-        return SolvedMesh(iterate, errors, float(excess.max(initial=0.0)), tight, finer)
+        violation = float(excess.max(initial=0.0))
+        return SolvedMesh(iterate, errors, violation, tight, finer, result.iterations)
 
     def spent(self, rounds: Sequence[MeshIteration]) -> bool:
         """Whether the budget is used up after some mesh iterations."""

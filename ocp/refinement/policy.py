@@ -44,8 +44,15 @@ _LEFT_ALONE = 0.25
 _LEAST_GAIN = 1e-3
 # finer meshes in a row on which nothing was gained, after which a promised gain counts as noise
 _REFUTED = 2
-# of the phase: narrower intervals are not cut
+# of the phase: narrower intervals are not cut for their controls or constraints
 _NARROWEST = 1e-7
+# Of its end: narrower intervals are not cut for their dynamics either, because their breakpoints
+# would be rounded. Stiff kinetics of hours begin within microseconds.
+_ROUNDED = 1e-9
+# Iterations that any mesh may take, and times as many as meshes that stay still have taken, from
+# which on movable breakpoints are in the way.
+_DOZENS = 50
+_FAR_MORE = 2
 # of an interval: points closer than this are one
 _SAME_POINT = 1e-6
 
@@ -159,10 +166,14 @@ class AdaptiveMesh:
 
     def next_mesh(self, solved: Sequence[SolvedMesh], accuracy: Accuracy) -> Mesh | None:
         """A better mesh, or None when the last one meets all tolerances."""
+        if self.move_breakpoints and _hindered(solved):
+            return self._held_still().next_mesh(solved, accuracy)
         last = solved[-1]
         informative = last.iterate.scheme.informative_multipliers
         converged = _controls_converged(solved, accuracy, informative)
         following = self._adapted(last, accuracy, resolve_controls=not converged)
+        if following is not None and not self.move_breakpoints:
+            following = _frozen(following)
 
         if following is None and not converged and not informative:
             # the multipliers of these schemes meet the minimum principle on any mesh: compare two
@@ -175,12 +186,13 @@ class AdaptiveMesh:
         """Hold breakpoints that led the solver astray still; go on from the last solved mesh."""
         if not any(phase.movable for phase in failed.phases):
             return None
-        still = replace(self, move_breakpoints=False)
-        following = (
-            still._adapted(solved[-1], accuracy, resolve_controls=True) or solved[-1].iterate.mesh
-        )
-        frozen = tuple(phase.frozen() for phase in following.phases)
-        return still, Mesh(frozen, following.extra, following.back_off)
+        still = self._held_still()
+        following = still._adapted(solved[-1], accuracy, resolve_controls=True)
+        return still, _frozen(following or solved[-1].iterate.mesh)
+
+    def _held_still(self) -> AdaptiveMesh:
+        """The same policy with breakpoints that stay where they are."""
+        return replace(self, move_breakpoints=False)
 
     def _adapted(
         self, last: SolvedMesh, accuracy: Accuracy, *, resolve_controls: bool
@@ -204,6 +216,24 @@ class AdaptiveMesh:
             tuple(step.extra_points() for step in steps),
             tuple(step.back_off() for step in steps),
         )
+
+
+def _frozen(mesh: Mesh) -> Mesh:
+    """The mesh without movable breakpoints."""
+    return Mesh(tuple(phase.frozen() for phase in mesh.phases), mesh.extra, mesh.back_off)
+
+
+def _hindered(solved: Sequence[SolvedMesh]) -> bool:
+    """Whether movable breakpoints have cost far more iterations than meshes that stay still.
+
+    They make a program less convex. Where many limits act that can cost more than switches in
+    their places gain.
+    """
+    still, moving = [_DOZENS], [0]
+    for mesh in solved:
+        movable = any(phase.movable for phase in mesh.iterate.mesh.phases)
+        (moving if movable else still).append(mesh.iterations)
+    return max(moving) > _FAR_MORE * max(still)
 
 
 def _controls_converged(
@@ -455,15 +485,17 @@ class _Marks:
         # the error falls by about the degree with every point more
         wanted = np.ceil(degrees + np.log(np.maximum(ratio, 1.0)) / np.log(degrees + 1.0))
         too_high = wanted > highest
-        forced = ((ratio > 1.0) & too_high) | errors.crowded | errors.coarse
+        inexact = (ratio > 1.0) & too_high
+        forced = errors.crowded | errors.coarse
         forced |= (errors.gain >= least_gain) & (errors.gain > missed)
         raised = np.where((ratio > 1.0) & ~too_high, wanted, degrees).astype(np.int64)
 
-        wide = np.diff(mesh.breakpoints) > _NARROWEST
+        width = np.diff(mesh.breakpoints)
+        wide, inexact = width > _NARROWEST, inexact & (width > _ROUNDED * mesh.breakpoints[1:])
         return cls(
-            split=(forced | (errors.gain >= least_gain)) & wide,
-            forced=forced & wide,
-            far=too_high & (ratio > _FAR) & wide,
+            split=inexact | ((forced | (errors.gain >= least_gain)) & wide),
+            forced=inexact | (forced & wide),
+            far=inexact & (ratio > _FAR),
             degrees=raised,
         )
 

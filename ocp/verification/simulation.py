@@ -1,8 +1,9 @@
 """Independent simulation: the controls of a solution drive the stated dynamics again.
 
 It starts at the initial state. Its steps begin anew at the breakpoints, where the controls may
-jump. It uses the integrator of `ocp.numerics.extrapolation` and its own compiled copy of the
-dynamics, unscaled and straight from the statement.
+jump. It uses the integrator of `ocp.numerics.extrapolation`, where that does not hold with short
+steps the one of `ocp.numerics.stiff_integrator`, and its own compiled copy of the dynamics,
+unscaled and straight from the statement.
 
 The variational equation ``Phi' = df/dx Phi`` along the solution tells how an error made at one time
 grows until another. States are in units of their sizes. A forward replay of a motion that amplifies
@@ -24,6 +25,7 @@ from ocp.arrays import Array, Integers
 from ocp.mesh.trajectory import PhaseTrajectory, SignalGroup, Trajectory
 from ocp.numerics.extrapolation import accumulated, driven_step
 from ocp.numerics.piecewise_polynomial import Lagrange, Piece, PiecewisePolynomial
+from ocp.numerics.stiff_integrator import backward_differences
 from ocp.problem.instants import within
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
@@ -35,6 +37,10 @@ _SAMPLES = 8
 
 # Steps of an interval beyond which halving them ends, whatever their estimated error.
 _MOST_STEPS = 4096
+
+# Explicit steps of an interval after which the stiff integrator is asked. A motion that collocation
+# of degree 8 at most follows in one interval needs no more of order 8, unless they are unstable.
+_STEPS_IF_STIFF = 64
 
 # Estimated error of a step relative to the states' sizes. Thousands of steps, amplified a hundred
 # times, then stay below the default tolerance of 1e-6 for the missed end state.
@@ -229,12 +235,8 @@ def _simulated_segment(
     intervals = np.arange(segment.start, segment.stop)
     start = phase.state_polynomial.value(intervals[:1], np.array([0.0]))[0] + offset
 
-    steps = _SAMPLES
-    states, error = _march(rate, phase, intervals, start, sizes, steps, stepping)
-    while error > tolerance and 2 * steps <= _MOST_STEPS:
-        steps *= 2
-        states, error = _march(rate, phase, intervals, start, sizes, steps, stepping)
-    states = states[:, :: steps // _SAMPLES]
+    drive = _Drive.of(phase, intervals, stepping)
+    states, error = _marched(rate, drive, start, sizes, tolerance)
 
     # beside the solution at the same times
     tau = np.linspace(0.0, 1.0, _SAMPLES + 1)
@@ -286,34 +288,64 @@ def _dynamics(
     return ca.Function("dynamics", inputs, ca.cse([rates]))
 
 
-def _march(
-    rate: ca.Function,
-    phase: PhaseTrajectory,
-    intervals: Integers,
-    start: Array,
-    sizes: Array,
-    steps: int,
-    stepping: bool,
-) -> tuple[Array, float]:
-    """States (m, steps + 1, n_x) of a march with equal steps in some intervals, and its error.
+@dataclass(frozen=True, eq=False)
+class _Drive:
+    """What drives the dynamics in some intervals that follow each other.
 
-    Parameters
+    Attributes
     ----------
-    stepping : bool
-        Whether the dynamics step at a breakpoint, whose sides then have to be told apart.
+    inputs : (m, n_u, count)
+        Coefficients of powers of local time of all signals but the states.
+    first, last : (m,)
+        Times [s].
     """
-    powers, count = _input_powers(phase)[intervals], intervals.size
-    first, last = phase.breakpoints[intervals], phase.breakpoints[intervals + 1]
-    if stepping:
-        first, last = within(first, first, last), within(last, first, last)
-    step = driven_step(rate, len(start), *powers.shape[1:])
+
+    inputs: Array
+    first: Array
+    last: Array
+
+    @classmethod
+    def of(cls, phase: PhaseTrajectory, intervals: Integers, stepping: bool) -> _Drive:
+        """Of a trajectory; `stepping` says whether the dynamics step at a breakpoint."""
+        first, last = phase.breakpoints[intervals], phase.breakpoints[intervals + 1]
+        if stepping:
+            # the sides of a breakpoint have to be told apart
+            first, last = within(first, first, last), within(last, first, last)
+        return cls(_input_powers(phase)[intervals], first, last)
+
+
+def _marched(
+    rate: ca.Function, drive: _Drive, start: Array, sizes: Array, tolerance: float
+) -> tuple[Array, float]:
+    """States (m, _SAMPLES + 1, n_x) in steps as needed, and the estimated error of a step."""
+    steps, error = _SAMPLES, np.inf
+    while error > tolerance and steps <= _MOST_STEPS:
+        states, error = _march(rate, drive, start, sizes, steps)
+        states = states[:, :: steps // _SAMPLES]
+        if error > tolerance and steps == _STEPS_IF_STIFF:
+            times = drive.first, drive.last
+            implicit = backward_differences(
+                rate, start, drive.inputs, times, sizes, _SAMPLES, tolerance
+            )
+            if implicit is not None:
+                return implicit, tolerance
+        steps *= 2
+    return states, error
+
+
+def _march(
+    rate: ca.Function, drive: _Drive, start: Array, sizes: Array, steps: int
+) -> tuple[Array, float]:
+    """States (m, steps + 1, n_x) of a march with equal explicit steps, and its error."""
+    count, width = len(drive.inputs), drive.last - drive.first
+    step = driven_step(rate, len(start), *drive.inputs.shape[1:])
 
     # one row a step: coefficients of the inputs, start and length of its interval, local times
     data = np.column_stack(
         [
-            np.repeat(powers.reshape(count, -1), steps, axis=0),
-            np.repeat(first, steps),
-            np.repeat(last - first, steps),
+            np.repeat(drive.inputs.reshape(count, -1), steps, axis=0),
+            np.repeat(drive.first, steps),
+            np.repeat(width, steps),
             np.tile(np.arange(steps) / steps, count),
             np.full(count * steps, 1.0 / steps),
         ]

@@ -118,6 +118,7 @@ def run(study: CodesignStudy, console: Console | None = None) -> Result:
     better = designed(deployment, found.design)
     law = law_of(better, found.statement, solution)
     best = Deployment("optimal", law, better.truss, better.drive, better.margin)
+    console.progress("prices of the bounds that press")
     pressing = prices(study, held, found.design, solution)
     return _result(Codesign(study, stated, held, found, best, pressing))
 

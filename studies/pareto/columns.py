@@ -29,6 +29,12 @@ class FrontAxis:
     unit: str
 
 
+def price_unit(y: FrontAxis, x: FrontAxis) -> str:
+    """Unit of what one more of x saves of y."""
+    compound = "/" in x.unit or " " in x.unit
+    return f"{y.unit}/({x.unit})" if compound else f"{y.unit}/{x.unit}"
+
+
 def front_series(front: Front, bounds: Array, x: FrontAxis, y: FrontAxis) -> dict[str, Series]:
     """The front along its limited objective, and the points that it dominates.
 
@@ -43,12 +49,13 @@ def front_series(front: Front, bounds: Array, x: FrontAxis, y: FrontAxis) -> dic
     points, others = front.points, front.dominated
     ways = np.array([WAYS[point.way] for point in points])
     main, rest = x.key, f"dominated {x.key}"
-    price = f"{y.unit}/({x.unit})" if "/" in x.unit or " " in x.unit else f"{y.unit}/{x.unit}"
     return {
         main: Series(x.unit, main, column(points, "x"), "of the motion, the limited objective"),
         y.key: Series(y.unit, main, column(points, "y"), "least under that limit"),
         "limit": Series(x.unit, main, column(points, "limit"), "that was set"),
-        "price": Series(price, main, -column(points, "slope"), "what one more of the limit saves"),
+        "price": Series(
+            price_unit(y, x), main, -column(points, "slope"), "what one more of the limit saves"
+        ),
         "bound": Series(y.unit, main, bounds, "that no motion under the limit is below"),
         "way": Series("1", main, ways, "1 with rising limits, -1 with falling ones, 0 in a gap"),
         "afresh": Series("1", main, column(points, "afresh"), "1 where a neighbour was no start"),

@@ -12,28 +12,37 @@ from studies.common.running import Job, add_results_flags, add_study_argument, c
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of `antenna-ocp pareto truss`."""
-    from studies.truss.command import add_truss_flags
+    from studies.truss.command import add_motor_flags, add_truss_flags
 
     add_study_argument(parser)
-    parser.add_argument("--objectives", metavar="A,B", help="two objectives, with a comma")
-    parser.add_argument("--points", metavar="N", help="about so many on the front; 40")
+    parser.add_argument(
+        "--objectives", metavar="A,B[,C]", help="two or three objectives, with commas"
+    )
+    parser.add_argument(
+        "--points", metavar="N", help="about so many on the front, 40; of three, on a slice, 10"
+    )
+    parser.add_argument(
+        "--slices",
+        metavar="N",
+        help="of three objectives: how many slices, 7, or their limits, with commas [SI unit]",
+    )
     parser.add_argument(
         "--range", metavar="LOW..HIGH", help="limits on the objective that is limited [SI unit]"
     )
     parser.add_argument("--coarse", action="store_true", help="a sketch, in a fraction of the time")
     add_truss_flags(parser)
+    add_motor_flags(parser)
     add_results_flags(parser)
 
 
 def run(options: argparse.Namespace, console: Console) -> ExitCode:
     """Carry out `antenna-ocp pareto truss`."""
     from studies.pareto.config import as_toml, configuration_of, pareto_from
-    from studies.pareto.study import front_found, result_of
-    from studies.pareto.truss import TrussFront
-    from studies.truss.command import raw_study
+    from studies.pareto.study import asked_of
+    from studies.truss.command import raw_with_motor
 
-    study = pareto_from(_with_flags(raw_study(options), options))
-    subject = TrussFront(study, console)
+    study = pareto_from(_with_flags(raw_with_motor(options), options))
+    check, solve = asked_of(study, console)
     job = Job(
         kind="pareto-truss",
         name=study.name,
@@ -41,8 +50,8 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
         question=study.question,
         configuration=configuration_of(study),
         input_text=as_toml(study),
-        check=subject.check,
-        solve=lambda: result_of(subject, front_found(subject)),
+        check=check,
+        solve=solve,
         draw=_draw,
     )
     return carry_out(job, options, console)
@@ -54,12 +63,15 @@ def _with_flags(raw: dict[str, Any], options: argparse.Namespace) -> dict[str, A
 
     if options.objective is not None:
         raise StudyError(
-            f"--objective {options.objective} is one; a trade-off needs two: --objectives A,B"
+            f"--objective {options.objective} is one; a trade-off needs two or three: "
+            "--objectives A,B"
         )
     if options.objectives is not None:
         put(raw, ("pareto", "objectives"), [w.strip() for w in options.objectives.split(",")])
     if options.points is not None:
         put(raw, ("pareto", "points"), as_number(options.points))
+    if options.slices is not None:
+        put(raw, ("pareto", "slices"), options.slices)
     if options.range is not None:
         put(raw, ("pareto", "range"), options.range)
     if options.coarse:

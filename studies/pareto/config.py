@@ -1,4 +1,4 @@
-"""What the user asks of a trade-off: two objectives, where their front is looked for, how finely.
+"""What the user asks of a trade-off: its objectives, where the front is looked for, how finely.
 
 They are in the table `[pareto]`. All other keys are those of a study of the truss.
 """
@@ -6,11 +6,14 @@ They are in the table `[pareto]`. All other keys are those of a study of the tru
 from __future__ import annotations
 
 import dataclasses
+import itertools
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from studies.common.configuration import (
+    as_number,
     boolean,
     check,
     check_keys,
@@ -18,6 +21,7 @@ from studies.common.configuration import (
     from_mapping,
     key,
     optional_key,
+    positive,
     table,
     toml_text,
     two_limits,
@@ -25,27 +29,53 @@ from studies.common.configuration import (
 )
 from studies.common.exit_codes import StudyError
 from studies.truss.config import TrussStudy, as_dictionary, study_from
-from studies.truss.limits.caps import CAPPED
+from studies.truss.limits.caps import CAPPED, cap_on
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
 
-# those that may be limited, the first of two is: bounds of time and signals are the easiest
-LIMITED = ("time", "peak-acceleration", "peak-jerk", *CAPPED)
+# those that may be limited, the first of two is: nothing minimises the jerk of the angle, and
+# bounds of time and signals are the easiest
+LIMITED = ("peak-jerk", "time", "peak-acceleration", *CAPPED)
+SLICES = (2, 50)
+# points of a front, and of each slice of three objectives, where nothing is stated
+FRONT, SLICE = 40, 10
+SECONDS = 1200.0  # that all slices may take where nothing is stated
 
 
-def _two(name: str, value: Any) -> tuple[str, str]:
-    """Two different objectives, of which one can be limited."""
+def _objectives(name: str, value: Any) -> tuple[str, ...]:
+    """Two or three different objectives, of which all but one can be limited."""
     known = tuple(dict.fromkeys((*OBJECTIVES, "peak-jerk")))
-    if isinstance(value, str) or not isinstance(value, list | tuple) or len(value) != 2:
-        raise StudyError(f"{name} is {value!r}; give two out of {', '.join(known)}")
-    first, second = (choice(known)(name, item) for item in value)
-    if first == second:
-        raise StudyError(f"{name} names {first} twice; a trade-off is between two objectives")
-    if not {first, second}.intersection(LIMITED):
+    if isinstance(value, str) or not isinstance(value, list | tuple) or len(value) not in (2, 3):
+        raise StudyError(f"{name} is {value!r}; give two or three out of {', '.join(known)}")
+    names = tuple(choice(known)(name, item) for item in value)
+    for one in names:
+        if (times := names.count(one)) > 1:
+            raise StudyError(
+                f"{name} names {one} {'twice' if times == 2 else 'three times'}; a trade-off is "
+                "between different objectives"
+            )
+    unlimited = [one for one in names if one not in LIMITED]
+    if len(unlimited) > 1:
         raise StudyError(
-            f"{name} is {first} and {second}, neither of which can be limited while the other is "
-            "least; give one of them beside time, or beside a quantity that has a cap"
+            f"{name} has {' and '.join(unlimited)}, neither of which can be limited while the "
+            "other is least; give one of them beside time, or beside a quantity that has a cap"
         )
-    return first, second
+    return names
+
+
+def _slices(name: str, value: Any) -> int | tuple[float, ...]:
+    """So many slices, or the limit of each: a list, or a text with commas."""
+    if isinstance(value, str):
+        words = [word.strip() for word in value.split(",")]
+        value = [as_number(word) for word in words] if len(words) > 1 else as_number(value.strip())
+    if not isinstance(value, list | tuple):
+        return whole(*SLICES)(name, value)
+    limits = tuple(positive(name, one) for one in value)
+    if len(limits) < SLICES[0] or any(b <= a for a, b in itertools.pairwise(limits)):
+        raise StudyError(
+            f"{name} is {', '.join(f'{one:g}' for one in limits)}; give at least two limits, each "
+            "above the one before, or how many slices there are to be"
+        )
+    return limits
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,13 +89,25 @@ class TradeOff:
     """
 
     objectives: Any = key(
-        _two,
+        _objectives,
         "",
-        f"two out of {', '.join(OBJECTIVES)} and peak-jerk: one is limited, the other least",
+        f"two or three out of {', '.join(OBJECTIVES)} and peak-jerk: all but one are limited, the "
+        "last one is least",
     )
-    points: int = key(whole(3, 500), "", "about so many on the front", default=40)
+    points: int | None = optional_key(
+        whole(3, 500),
+        "",
+        f"about so many on the front, {FRONT} unless stated; of three objectives on each slice, "
+        f"{SLICE} unless stated",
+    )
     range: Any = optional_key(
         two_limits, "", "lowest and highest limit, in its SI unit; unless stated, all that there is"
+    )
+    slices: Any = optional_key(
+        _slices,
+        "",
+        "of three objectives: how many slices, each under one limit on the objective that is the "
+        "colour of the figure, or a list of these limits in its SI unit; 7 unless stated",
     )
     coarse: bool = key(
         boolean, "", "a sketch: few points, from one start, on a coarse mesh", default=False
@@ -73,22 +115,32 @@ class TradeOff:
 
     def __post_init__(self) -> None:
         check(self, "pareto.")
-        if self.least == "peak-jerk":
+        if self.slices is not None and self.sliced is None:
             raise StudyError(
-                f"pareto.objectives is {self.limited} and peak-jerk, but nothing minimises "
-                "peak-jerk under a limit; give peak-jerk another partner"
+                "pareto.slices is for three objectives, of which one is limited by slices, but "
+                f"pareto.objectives has {' and '.join(self.objectives)}; leave it out, or add one"
             )
 
     @property
+    def in_order(self) -> tuple[str, ...]:
+        """The objectives by how easily each is limited; the last one is least."""
+        order = {name: place for place, name in enumerate(dict.fromkeys(LIMITED))}
+        return tuple(sorted(self.objectives, key=lambda name: order.get(name, len(order))))
+
+    @property
+    def sliced(self) -> str | None:
+        """Of three objectives the one whose limit is the same for all points of a slice."""
+        return self.in_order[0] if len(self.objectives) == 3 else None
+
+    @property
     def limited(self) -> str:
-        """The objective that is limited."""
-        return next(name for name in LIMITED if name in self.objectives)
+        """The objective that is limited, from point to point."""
+        return self.in_order[-2]
 
     @property
     def least(self) -> str:
-        """The other one, which is least under each limit."""
-        first, second = self.objectives
-        return str(second if first == self.limited else first)
+        """The one that is least under each limit."""
+        return self.in_order[-1]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,34 +162,50 @@ class ParetoStudy:
     truss: TrussStudy
 
     def __post_init__(self) -> None:
+        pareto = self.pareto
         low, high = self.truss.duration
-        if self.pareto.limited == "time":
-            if low == high:
+        if "time" in pareto.objectives and low == high:
+            raise StudyError(
+                f"a front of the duration needs bounds on it, but it is fixed at {low:g} s; "
+                "give --duration LOW..HIGH or duration = [low, high]"
+            )
+        if pareto.limited == "time" and pareto.range is not None:
+            raise StudyError(
+                "pareto.range limits the duration, and so does duration = [low, high]; leave "
+                "one of them out: the range"
+            )
+        if pareto.sliced is not None and isinstance(pareto.slices, tuple):
+            self._check_slices(pareto.sliced, pareto.slices)
+
+    def _check_slices(self, sliced: str, limits: tuple[float, ...]) -> None:
+        """Refuse limits of slices that contradict the bounds or the cap on the same quantity."""
+        low, high = 0.0, cap_on(self.truss.caps, self.truss.drive, sliced) or math.inf
+        if sliced == "time":
+            low, high = self.truss.duration
+        for limit in limits:
+            if not low <= limit <= high:
+                quantity = QUANTITIES[sliced]
+                words = f"from {low:g} to {high:g}" if sliced == "time" else f"at most {high:g}"
                 raise StudyError(
-                    f"a front of the duration needs bounds on it, but it is fixed at {low:g} s; "
-                    "give --duration LOW..HIGH or duration = [low, high]"
-                )
-            if self.pareto.range is not None:
-                raise StudyError(
-                    "pareto.range limits the duration, and so does duration = [low, high]; leave "
-                    "one of them out: the range"
+                    f"pareto.slices has a {quantity.title} of {limit:g} {quantity.unit}, but the "
+                    f"study allows {words} {quantity.unit}; leave that slice out"
                 )
 
     @property
     def name(self) -> str:
         """Default name of the results folder."""
-        return f"pareto-truss-{self.pareto.limited}-{self.pareto.least}"
+        return "-".join(("pareto-truss", *self.pareto.in_order))
 
     @property
     def question(self) -> str:
         """What is asked, in one line."""
-        limited, least = (QUANTITIES[k].title for k in (self.pareto.limited, self.pareto.least))
+        *limited, least = (QUANTITIES[name].title for name in self.pareto.in_order)
         low, high = self.truss.duration
         time = f"T = {low:g} s" if low == high else f"T from {low:g} to {high:g} s"
         friction = self.truss.truss.pulley_friction
         return (
             f"Ring truss, {self.truss.truss.modules} modules, mu = {friction:g}, {time}: "
-            f"{least} against {limited}"
+            f"{least} against {' and '.join(reversed(limited))}"
         )
 
 
@@ -162,6 +230,9 @@ def pareto_from(raw: Mapping[str, Any]) -> ParetoStudy:
         )
     pareto = from_mapping(TradeOff, stated, "pareto.")
     rest = {name: value for name, value in raw.items() if name != "pareto"}
+    if pareto.sliced is not None:  # the seconds of one search would not do for all slices
+        solver = table("solver", raw.get("solver", {}))
+        rest["solver"] = {"seconds": SECONDS, **solver}
     return ParetoStudy(pareto=pareto, truss=study_from({**rest, "minimise": pareto.least}))
 
 

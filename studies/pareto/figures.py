@@ -25,6 +25,11 @@ TALLEST = 2.0  # of the front's height, which a law may be above it and still be
 
 def draw(result: Result) -> Iterator[tuple[str, Figure]]:
     """The figure of a result, with the name of its file."""
+    if len(result.details["axes"]) == 3:
+        from studies.pareto.surface.figures import surface_figure
+
+        yield "surface", surface_figure(result)
+        return
     yield "front", front_figure(result)
 
 

@@ -36,7 +36,7 @@ def motion_series(points: Sequence[FrontPoint]) -> dict[str, Series]:
 
 
 def motion_of(result: Result, name: str) -> Result:
-    """The motion of one point of a front as a result of the truss, under the point's limit.
+    """The motion of one point of a front as a result of the truss, under the point's limits.
 
     Raises
     ------
@@ -49,8 +49,8 @@ def motion_of(result: Result, name: str) -> Result:
     named = {_head(number).removesuffix("/"): number for number in range(1, count + 1)}
     if name not in named:
         raise StudyError(
-            f"--motion is {name!r}; this front has 'point 1' to 'point {count}', the one with the "
-            "least limit first"
+            f"--motion is {name!r}; this front has 'point 1' to 'point {count}', in the order of "
+            "its profile, the one with the least limit first"
         )
 
     number = named[name]
@@ -62,7 +62,8 @@ def motion_of(result: Result, name: str) -> Result:
     }
     asked = pareto_from(result.configuration)
     limit = float(result.arrays["limit"].values[number - 1])
-    study = study_at(asked, limit)
+    level = result.arrays["slice"].values[number - 1] if asked.pareto.sliced else None
+    study = study_at(asked, limit, level)
     deployment = Deployment(name, stored_law(columns), study.truss, study.drive, study.margin)
     return dataclasses.replace(
         result,

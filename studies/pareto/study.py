@@ -7,7 +7,7 @@ comes from, its motion is evaluated between the points of its mesh, as every mot
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from studies.common.folder import provenance
 from studies.common.result import Result
 from studies.pareto.both_ways import Walked, both_ways
 from studies.pareto.columns import FrontAxis, front_details, front_series, law_series
-from studies.pareto.config import ParetoStudy, configuration_of
+from studies.pareto.config import FRONT, ParetoStudy, configuration_of
 from studies.pareto.continuation import FrontPoint, NotFoundError
 from studies.pareto.envelope import Front
 from studies.pareto.motions import motion_series
@@ -31,11 +31,11 @@ from studies.truss.motions.laws import paper_laws
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
 
 COARSE_POINTS = 6
-CURVE = 61  # durations at which a law is drawn, if the duration is traded
+CURVE = 21  # durations at which a law is drawn, if the duration is traded; each takes a while
 
 
 def run(study: ParetoStudy, console: Console | None = None) -> Result:
-    """Find the front of two objectives of the truss.
+    """Find the front of two objectives of the truss, or the surface of three.
 
     Parameters
     ----------
@@ -47,17 +47,31 @@ def run(study: ParetoStudy, console: Console | None = None) -> Result:
     Returns
     -------
     Result
-        Of the kind "pareto-truss"; its main axis is the objective that is limited.
+        Of the kind "pareto-truss"; its main axis is the objective that is limited, or the number
+        of a point on the surface.
 
     Raises
     ------
     StudyError
         If no motion meets the caps, an objective has no minimiser, or there is nothing to trade.
     """
-    console = console or silent()
+    check, solve = asked_of(study, console or silent())
+    check()
+    return solve()
+
+
+def asked_of(
+    study: ParetoStudy, console: Console
+) -> tuple[Callable[[], None], Callable[[], Result]]:
+    """What refuses a study that cannot be met, and what gives its result."""
+    if study.pareto.sliced is not None:
+        from studies.pareto.surface.study import result_of as surface_result
+        from studies.pareto.surface.walk import SurfaceWalk
+
+        walk = SurfaceWalk(study, console)
+        return walk.check, lambda: surface_result(walk, walk.run())
     subject = TrussFront(study, console)
-    subject.check()
-    return result_of(subject, front_found(subject))
+    return subject.check, lambda: result_of(subject, front_found(subject))
 
 
 def front_found(subject: TrussFront) -> Walked:
@@ -79,7 +93,8 @@ def front_found(subject: TrussFront) -> Walked:
             f"{error}; state a smaller pareto.range",
             ExitCode.NOT_SOLVED,
         ) from error
-    count = min(pareto.points, COARSE_POINTS) if pareto.coarse else pareto.points
+    wanted = pareto.points or FRONT
+    count = min(wanted, COARSE_POINTS) if pareto.coarse else wanted
     return both_ways(subject, left, right, count, subject.console.progress)
 
 

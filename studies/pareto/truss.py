@@ -10,15 +10,14 @@ refined.
 from __future__ import annotations
 
 import functools
-import math
 import time as clock
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from models.errors import ModelError
-from models.laws import Law
+from models.laws import Law, least_jerk_cap
 from ocp import (
     Accuracy,
     AdaptiveMesh,
@@ -78,6 +77,8 @@ MOVING_ITERATIONS = 500  # on a mesh that moves, which converges soon or not at 
 # of the range of a signal: what a breakpoint of a mesh that moves has to be worth
 MERGED = 5e-4
 
+LONGER = 1.01  # than the longest duration that is asked for, which a program leaves as room
+
 # The first limit is above the least by the first of these parts at which a motion is found: at the
 # least itself there is no room for anything, and near it little.
 ABOVE_THE_LEAST = (2e-3, 1e-2, 5e-2)
@@ -93,11 +94,13 @@ class FrontMotion:
     program : the problem that it solves, with its limit as a constant.
     solution : of the engine.
     deployment : its law on the truss.
+    slopes : of what is least by every named number of the program.
     """
 
     program: FrontProgram
     solution: Solution
     deployment: Deployment
+    slopes: Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,9 +122,12 @@ def _gain(solution: Solution) -> float:
     return solution.mesh_iterations[-1].gain
 
 
-def study_at(study: ParetoStudy, limit: float) -> TrussStudy:
-    """A study of the truss that asks for one point of a front."""
-    return limited(study.truss, study.pareto.limited, limit)
+def study_at(study: ParetoStudy, limit: float, level: float | None = None) -> TrussStudy:
+    """A study of the truss that asks for one point of a front; of a slice with its level, too."""
+    truss, sliced = study.truss, study.pareto.sliced
+    if sliced is not None and level is not None:
+        truss = limited(truss, sliced, level)
+    return limited(truss, study.pareto.limited, limit)
 
 
 def limited(truss: TrussStudy, name: str, limit: float) -> TrussStudy:
@@ -143,6 +149,10 @@ class TrussFront:
             options = SolverOptions(starts=COARSE_START, seconds=own.solver.seconds)
             own = replace(own, solver=options)
         self.truss = own
+        self.traded = frozenset({self.limited, self.least})
+        # further limits that are constants of the program, and their values
+        self.others: dict[str, Constant] = {}
+        self.constants: dict[Constant, float] = {}
         self.solves = self.refined = 0
         self.settings = Settings(
             intervals=COARSE_INTERVALS if coarse else INTERVALS,
@@ -159,6 +169,7 @@ class TrussFront:
             refinement=MovingMesh(kept=KEPT),
             iterations=MOVING_ITERATIONS,
         )
+        self.closer = replace(self.settings, accuracy=Accuracy(objective=ACCURACY.objective))
 
     def check(self) -> None:
         """Refuse what no motion meets, and an objective that no motion minimises.
@@ -216,7 +227,7 @@ class TrussFront:
     def _least_limit(self) -> tuple[float, Law]:
         """The least of what is limited, and its motion."""
         if self.limited == "peak-jerk":
-            least = lower_bounds(self.at(math.inf), None)["peak-jerk"]
+            least = least_jerk_cap(self.truss.stroke, self.truss.duration[1])
             return least, self._found(self.at(least * (1 + ABOVE_THE_LEAST[0])))
         law = self._found(self.minimising(self.limited))
         return self._deployment(law).values[self.limited], law
@@ -231,13 +242,25 @@ class TrussFront:
 
     def program(self, law: Law, highest: float) -> FrontProgram:
         """The problem of a walk, with a motion to start from and its highest limit."""
-        study, single = self.at(highest), dict.fromkeys(OBJECTIVES, 1.0)
+        study, single = self.stated(highest), dict.fromkeys(OBJECTIVES, 1.0)
         limit = Constant("limit", QUANTITIES[self.limited].unit, highest)
         price = PRICE * first_price(study, 0, single, True)
         start = start_from_law("end of the front", law, study)
         # the rope's pull matters everywhere but in some slow motions: there it costs a few rows
-        statement = state(study, start, single, True, price, limits={self.limited: limit})
+        limits = {self.limited: limit, **self.others}
+        statement = state(study, start, single, True, price, limits=limits)
         return FrontProgram(statement, statement.problem(), limit)
+
+    def stated(self, highest: float) -> TrussStudy:
+        """The study that a program states, with its highest limit.
+
+        The longest duration lies above the highest limit on it: where both met in one number,
+        neither would have a price of its own.
+        """
+        study = self.at(highest)
+        if "time" in (self.limited, *self.others):
+            return replace(study, duration=(study.duration[0], LONGER * study.duration[1]))
+        return study
 
     def first(self, program: FrontProgram, limits: Sequence[float], way: Way) -> FrontPoint:
         """The point at the end of a front, from the program's own start; the first of some."""
@@ -270,30 +293,45 @@ class TrussFront:
         begin = clock.perf_counter()
         try:
             solution = self._solved(program, limit, guess)
-            law = law_of(self.at(limit), program.statement, solution)
-            asked = judged(self.at(limit)) | {self.limited, self.least}
-            deployment = replace(self._deployment(law), only=asked)
+            deployment, failed = self._held(program, limit, solution)
+            if failed:
+                # a limit that is no part of the trade leaks, which a slack rope feels most
+                solution = self._refined(program, limit, solution, self.closer)
+                deployment, failed = self._held(program, limit, solution)
             x, y = deployment.values[self.limited], deployment.values[self.least]
         except Interrupted as stop:
             raise KeyboardInterrupt from stop
         except (OcpError, ModelError) as error:
             raise NotFoundError(str(error)) from error
 
-        # the limit is what was found: it is measured, not promised
-        held = criteria(self.at(max(limit, x)), deployment)
-        failed = [check.sentence for check in held if not check.passed]
         if failed:
             raise NotFoundError("; ".join(failed))
         seconds = clock.perf_counter() - begin
-        slope = slopes_by_multipliers(solution)[program.limit.name]
-        motion = FrontMotion(program, solution, deployment)
-        return FrontPoint(limit, x, y, slope, way, afresh, seconds, motion)
+        slopes = slopes_by_multipliers(solution)
+        motion = FrontMotion(program, solution, deployment, slopes)
+        return FrontPoint(limit, x, y, slopes[program.limit.name], way, afresh, seconds, motion)
+
+    def _held(
+        self, program: FrontProgram, limit: float, solution: Solution
+    ) -> tuple[Deployment, list[str]]:
+        """The motion of a solution, and the checks that it fails."""
+        study = self.at(limit)
+        asked = judged(study) | self.traded
+        law = law_of(study, program.statement, solution)
+        deployment = replace(self._deployment(law), only=asked)
+        # the limit is what was found: it is measured, not promised
+        held = criteria(self.measured(limit, deployment), deployment)
+        return deployment, [check.sentence for check in held if not check.passed]
+
+    def measured(self, limit: float, deployment: Deployment) -> TrussStudy:
+        """The study whose limit is what a motion has, where that is a little more than was set."""
+        return self.at(max(limit, deployment.values[self.limited]))
 
     def _solved(
         self, program: FrontProgram, limit: float, guess: Solution | Trajectory | None
     ) -> Solution:
         """On the mesh of a neighbour, on one that follows it, or else refined on one that stays."""
-        constants = {program.limit: limit}
+        constants = {program.limit: limit, **self.constants}
         follows = isinstance(guess, Solution) and _moves(guess)
         if isinstance(guess, Solution) and not follows:
             with suppress(SolveFailed):
@@ -320,7 +358,16 @@ class TrussFront:
                     progress=self.console.live,
                 )
 
-        # what leaks less than that is good enough for a front; its motion is measured in any case
+        return self._refined(program, limit, guess, self.settings)
+
+    def _refined(
+        self,
+        program: FrontProgram,
+        limit: float,
+        guess: Solution | Trajectory | None,
+        settings: Settings,
+    ) -> Solution:
+        """On a mesh that is refined; what leaks little is good enough for a front."""
         self.refined += 1
         mesh = None
         if isinstance(guess, Solution) and _moves(guess):
@@ -328,8 +375,8 @@ class TrussFront:
         try:
             return solve(
                 program.problem,
-                settings=self.settings,
-                constants=constants,
+                settings=settings,
+                constants={program.limit: limit, **self.constants},
                 guess=guess,
                 mesh=mesh,
                 progress=self.console.live,

@@ -18,7 +18,7 @@ def front_in_words(front: Front, x: FrontAxis, y: FrontAxis) -> tuple[str, ...]:
     first, last = front.points[0], front.points[-1]
     sentences = [
         f"The front has {len(front.points)} verified points, from {_at(first, x, y)} to "
-        f"{_at(last, x, y)}; {len(front.dominated)} points that others dominate were dropped."
+        f"{_at(last, x, y)}; dropped because others dominate them: {len(front.dominated)}."
     ]
     if front.knee is not None:
         sentences.append(f"Its knee is at {_at(front.points[front.knee], x, y)}.")

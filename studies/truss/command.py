@@ -45,6 +45,7 @@ FLAGS: KeyFlags = {
     "--reaction-cap": (("caps", "reaction"), "on the supporting arm [N]"),
     "--far-end-tension-cap": (("caps", "far_end_tension"), "at the rope's fixed end [N]"),
     "--bar-force-cap": (("caps", "bar_force"), "compression in a link or cross-bar [N]"),
+    "--factored-force-cap": (("caps", "factored_force"), "of the motor for its margins [N]"),
     "--least-tension": (("caps", "least_tension"), "of every rope segment [N]"),
     "--friction": (("truss", "pulley_friction"), "mu between rope and pulley"),
     "--modules": (("truss", "modules"), "number of modules"),
@@ -59,6 +60,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of `antenna-ocp truss`."""
     add_study_argument(parser)
     add_truss_flags(parser)
+    add_motor_flags(parser)
+    add_results_flags(parser)
+    add_resume_flag(parser)
+
+
+def add_motor_flags(parser: argparse.ArgumentParser) -> None:
+    """The files of drive and margins."""
     parser.add_argument(
         "--drive",
         type=Path,
@@ -70,8 +78,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="X",
         help="margins of the motor: a preset, as aiaa-s-114, or a TOML file with [margin]",
     )
-    add_results_flags(parser)
-    add_resume_flag(parser)
 
 
 def add_truss_flags(parser: argparse.ArgumentParser) -> None:
@@ -133,6 +139,17 @@ def read_study(options: argparse.Namespace, console: Console) -> TrussStudy:
     StudyError
         Naming the key or flag, its value and the remedy.
     """
+    return stated_study(raw_with_motor(options), console)
+
+
+def raw_with_motor(options: argparse.Namespace) -> dict[str, Any]:
+    """What TOML, flags, and the files of drive and margins state, not yet checked.
+
+    Raises
+    ------
+    StudyError
+        If a file cannot be read or a flag cannot be understood.
+    """
     from studies.drive.schema import read_drive
     from studies.margin.schema import read_margin
 
@@ -141,7 +158,7 @@ def read_study(options: argparse.Namespace, console: Console) -> TrussStudy:
         raw["drive"] = read_drive(options.drive)
     if options.margin is not None:
         raw["margin"] = read_margin(options.margin)
-    return stated_study(raw, console)
+    return raw
 
 
 def raw_study(options: argparse.Namespace) -> dict[str, Any]:

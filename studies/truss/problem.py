@@ -384,8 +384,9 @@ def _caps_on_expressions(
         left_out = key in SIGNAL_CAPS or key == "peak-force"
         if cap is None or left_out or (quantity.needs_forces and net == "by angle"):
             continue
-        names = bound_names(quantity.title, len(formulas[key]))
-        for name, formula in zip(names, formulas[key], strict=True):
+        # what is a number, as the need at rest, is the same for all motions, and is no bound of one
+        moving = [one for one in formulas[key] if not isinstance(one, float)]
+        for name, formula in zip(bound_names(quantity.title, len(moving)), moving, strict=True):
             if quantity.kind == "least":
                 # where a motion ends in an impulse its inertia's force is no measure of a tension
                 size = static_peak(study.truss).force

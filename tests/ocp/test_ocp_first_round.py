@@ -60,10 +60,15 @@ def swing_up_with_least_effort(**guess):
     return Problem("pendulum", swing, minimise=swing.integral(u**2))
 
 
-def test_without_a_guess_the_straight_line_is_held_against_simulated_motions():
+@pytest.mark.parametrize("guess", [{}, {"q": 0.0, "w": 0.0, "u": 0.0}])
+def test_what_states_no_motion_is_held_against_simulated_motions(guess):
     # the lowest optimum that any of 20 starts finds on 120 intervals of a plain collocation
-    assert solve(swing_up_with_least_effort()).objective == pytest.approx(15.97568, rel=1e-6)
-    # the straight line as a guess leads to another one, which stays the user's choice
+    solution = solve(swing_up_with_least_effort(**guess))
+    assert solution.objective == pytest.approx(15.97568, rel=1e-6)
+
+
+def test_a_straight_line_as_a_guess_stays_the_users_choice():
+    # it leads to another optimum than the lowest one
     line = swing_up_with_least_effort(q=(0.0, np.pi), w=0.0, u=0.0)
     assert solve(line).objective == pytest.approx(24.27303, rel=1e-6)
 

@@ -5,6 +5,7 @@ import math
 import casadi as ca
 import numpy as np
 import pytest
+from scipy.sparse import csr_matrix
 
 from ocp import (
     Accuracy,
@@ -21,7 +22,9 @@ from ocp import (
     joined,
     solve,
 )
-from ocp.analysis.sensitivity import slopes_by_multipliers
+from ocp.analysis.sensitivity import ActiveSetWarning, slopes_by_multipliers
+from ocp.optimality.multiplier_sets import MultiplierChanges
+from ocp.optimality.multipliers import all_multipliers
 
 # closed forms: meshes are refined until finer controls gain less than 1e-5 of the optimum
 CLOSE = 1e-4
@@ -211,6 +214,42 @@ def test_central_differences_on_a_frozen_mesh(statement, argument, name, value):
     slope = (ends[0] - ends[1]) / (2 * step)
     # the optimum is solved to 1e-9 and differenced over 1e-4: 1e-5
     assert found.sensitivities()[name] == pytest.approx(slope, rel=1e-4, abs=1e-6)
+
+
+def changes_of(equations, constants):
+    """Multipliers of which every change that fits some equations is allowed."""
+    count = equations.shape[1]
+    reach = np.full(count, 10.0)
+    entries = np.arange(count)
+    return MultiplierChanges(entries, csr_matrix(equations), constants, -reach, reach, many=True)
+
+
+def test_what_the_equations_add_up_to_is_the_same_for_all_multipliers(monkeypatch):
+    # two equations, one of them twice, and one that is hardly one
+    equations = np.array([[1.0, 1.0, 0.0, 0.0], [2.0, 2.0, 0.0, 0.0], [0.0, 0.0, 1e-7, 0.0]])
+    changes = changes_of(equations, np.array([0.5, 1.0, 3e-7]))
+    factors = changes.combination(np.array([3.0, 3.0, 2.0, 0.0]))
+    np.testing.assert_allclose(factors @ equations, [3.0, 3.0, 2.0, 0.0], rtol=1e-4)
+    assert changes.combination(np.array([1.0, 0.0, 0.0, 0.0])) is None
+    assert changes.combination(np.array([0.0, 0.0, 0.0, 1.0])) is None
+
+    # without a linear program: 3 (z1 + z2) + 2 z3
+    monkeypatch.setattr(MultiplierChanges, "most", None)
+    down, up = changes.range_of(np.array([3.0, 3.0, 2.0, 0.0]))
+    assert down == up == pytest.approx(3 * 0.5 + 2 * 3.0, rel=1e-4)
+
+
+def test_a_range_that_no_linear_program_finds_is_said(monkeypatch):
+    found = bryson_denham()
+    everything = changes_of(np.zeros((1, all_multipliers(found.kept_iterate).size)), np.zeros(1))
+    monkeypatch.setattr(MultiplierChanges, "of", lambda *arguments: everything)
+    monkeypatch.setattr(MultiplierChanges, "most", lambda self, direction: math.nan)
+    slope = found.one_sided_sensitivities()["x upper"]
+    assert slope.is_one
+    assert slope.below == pytest.approx(-36.0, rel=CLOSE)
+    assert "the range of its slope was not found" in slope.note
+    with pytest.warns(ActiveSetWarning, match="'x upper'.* was not found"):
+        assert found.sensitivities()["x upper"] == pytest.approx(-36.0, rel=CLOSE)
 
 
 def test_a_maximum_has_the_sign_of_the_user():

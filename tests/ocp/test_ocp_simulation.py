@@ -28,6 +28,7 @@ from ocp import (
 from ocp.mesh.trajectory import SignalGroup
 from ocp.numerics.extrapolation import SUBSTEPS, extrapolated_step
 from ocp.numerics.piecewise_polynomial import Bernstein, Lagrange, Piece, PiecewisePolynomial
+from ocp.numerics.stiff_integrator import backward_differences
 from ocp.verification.simulation import replayed, simulate
 
 
@@ -259,3 +260,68 @@ def test_a_phase_starts_anew_where_those_before_it_amplified_too_much():
     # exp(6) a phase: two phases stay below 1e6, three do not
     assert [p.restarts for p in found.replay.phases] == [0, 0, 1]
     assert found.replay.amplification == pytest.approx(np.exp(6.0), rel=1e-6)
+
+
+def stiff_rate():
+    """A state that follows the sine of time within a microsecond."""
+    x, u, t = ca.SX.sym("x"), ca.SX.sym("u", 0), ca.SX.sym("t")
+    return ca.Function("rate", [x, u, t], [-1e6 * (x - ca.sin(t)) + ca.cos(t)])
+
+
+def test_backward_differences_follow_a_stiff_motion():
+    first, last = np.array([0.0, 1.0]), np.array([1.0, 3.0])
+    states = backward_differences(
+        stiff_rate(), np.zeros(1), np.zeros((2, 0, 1)), (first, last), np.ones(1), 4, 1e-11
+    )
+    times = first[:, None] + np.linspace(0, 1, 5) * (last - first)[:, None]
+    # hundreds of steps with errors of 1e-11, most of which decay at once
+    np.testing.assert_allclose(states[:, :, 0], np.sin(times), atol=1e-9)
+
+
+def test_backward_differences_say_where_there_is_no_motion():
+    x = ca.SX.sym("x")
+    explosion = ca.Function("rate", [x, ca.SX.sym("u", 0), ca.SX.sym("t")], [x**2])
+    # x = 1/(1 - t)
+    times = np.array([0.0]), np.array([2.0])
+    assert (
+        backward_differences(
+            explosion, np.ones(1), np.zeros((1, 0, 1)), times, np.ones(1), 4, 1e-11
+        )
+        is None
+    )
+
+
+def test_a_stiff_motion_is_replayed_and_a_wrong_control_noticed():
+    x, y, u = State("x"), State("y", upper=2), Control("u")
+    phase = Phase("follow", {x: u, y: -1e6 * (y - x)}, {x: 0, y: 0}, {x: 1}, end=1.0)
+    found = solve(Problem("follow", [phase], minimise=phase.integral(u**2)))
+    # u = 1, so that y lags by a microsecond
+    assert found.verification.passed
+    assert found.replay.phases[0].states[-1, -1] == pytest.approx([1.0, 1.0 - 1e-6], abs=1e-9)
+    off = replace(found.trajectory, phases=(pushed(found.trajectory.phases[0], 1e-4),))
+    assert simulate(found.problem, off, found.replay.sizes).miss == pytest.approx(1e-4, rel=1e-2)
+
+
+def test_kinetics_of_a_day_that_begin_within_a_millisecond():
+    # H. H. Robertson 1966; Hairer and Wanner, Solving Ordinary Differential Equations II, IV.1
+    a, b, c = State("a"), State("b", scale=4e-5), State("c")
+    slow, back, fast = 0.04 * a, 1e4 * b * c, 3e7 * b**2
+    phase = Phase(
+        "reaction",
+        {a: back - slow, b: slow - back - fast, c: fast},
+        {a: 1, b: 0, c: 0},
+        end=1e5,
+    )
+    found = solve(Problem("Robertson", [phase], minimise=phase.at_end(c)))
+
+    def rates(_, values):
+        a, b, c = values
+        return [
+            1e4 * b * c - 0.04 * a,
+            0.04 * a - 1e4 * b * c - 3e7 * b**2,
+            3e7 * b**2,
+        ]
+
+    by_scipy = solve_ivp(rates, (0, 1e5), [1, 0, 0], method="Radau", rtol=1e-10, atol=1e-15)
+    assert found.sample(c, 1e5) == pytest.approx(by_scipy.y[2, -1], rel=1e-6)
+    assert np.diff(found.mesh.phases[0].breakpoints)[0] < 1e-7

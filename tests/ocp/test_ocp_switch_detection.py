@@ -1,5 +1,7 @@
 """Jumps of controls of any order: where they are, and meshes that close in on them."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -15,6 +17,7 @@ from ocp.numerics.piecewise_polynomial import (
     PiecewisePolynomial,
     bernstein,
 )
+from ocp.refinement.policy import _hindered
 from ocp.refinement.switch_detection import (
     Jump,
     control_errors,
@@ -173,3 +176,19 @@ def test_a_breakpoint_without_a_jump_stays_put() -> None:
     assert not pressed
     assert after.movable == ()
     np.testing.assert_allclose(after.breakpoints, [0, 0.4, 0.55, 0.6, 1.0])
+
+
+def test_breakpoints_that_cost_far_more_iterations_are_held_still():
+    def rounds(*pairs):
+        meshes = [
+            SimpleNamespace(phases=[SimpleNamespace(movable=movable)]) for movable, _ in pairs
+        ]
+        return [
+            SimpleNamespace(iterate=SimpleNamespace(mesh=mesh), iterations=count)
+            for mesh, (_, count) in zip(meshes, pairs, strict=True)
+        ]
+
+    assert not _hindered(rounds(((), 30)))
+    assert not _hindered(rounds(((), 30), ((3,), 100)))  # a hundred is not too many
+    assert _hindered(rounds(((), 30), ((3,), 101)))
+    assert not _hindered(rounds(((), 60), ((3,), 101)))  # a hard problem without them, too

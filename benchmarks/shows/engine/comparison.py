@@ -70,27 +70,27 @@ def compared(variant: Variant, reference: Reference) -> dict[str, Any]:
         answers[guess], solution = by_engine(variant, guess, Settings(seconds=SECONDS))
         if solution is not None:
             name = f"engine, {guess}"
-            ends[name] = start = _start_from(solution)
+            ends[name] = start = start_from(solution)
             values[name] = plain.solve(start, close=True).objective
             coarse[name] = half.solve(start, close=True).objective
 
-    judged = _judged(variant, answers, values, coarse)
+    found = judged(variant, answers, values, coarse)
     if ends and any(own["kind"] == "wrong" for own in answers.values()):
         # a mesh may err by more than its half tells: nothing is wrong before a finer one says so
         near, fine = (Plain(variant, reference.intervals * part) for part in (FINER // 2, FINER))
         finer = {name: fine.solve(start).objective for name, start in starts.items()}
         finer |= {name: fine.solve(start, close=True).objective for name, start in ends.items()}
         nearer = {name: near.solve(start, close=True).objective for name, start in ends.items()}
-        judged = _judged(variant, answers, finer, nearer)
+        found = judged(variant, answers, finer, nearer)
 
     for guess, own in answers.items():
         own["audited"] = None
         if own["kind"] == "other optimum":
-            own["audited"] = _audited(variant, guess, judged["best"], judged["same"])
-    return {**judged, "answers": answers}
+            own["audited"] = _audited(variant, guess, found["best"], found["same"])
+    return {**found, "answers": answers}
 
 
-def _judged(
+def judged(
     variant: Variant,
     answers: dict[str, dict[str, Any]],
     values: dict[str, float],
@@ -145,7 +145,7 @@ def by_engine(
     return row, solution
 
 
-def _start_from(solution: Solution) -> Start:
+def start_from(solution: Solution) -> Start:
     """A start of the plain collocation where the engine ended."""
     motion = solution.trajectory
     peaks = {p.name: v for p, v in zip(solution.problem.peaks, motion.peaks, strict=True)}

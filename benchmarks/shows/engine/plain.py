@@ -1,7 +1,8 @@
-"""A plain collocation of a variant: Radau points of degree 3 on uniform intervals, by IPOPT.
+"""A plain collocation of a variant: Radau points of degree 3 on stated intervals, by IPOPT.
 
 It shares no code with the engine: points, rows, scaling and starts are made anew here. There is no
-refinement and no verification, as in most scripts.
+refinement and no verification, as in most scripts. The intervals are equal, or where the file says
+`graded` they grow geometrically from one that is this part of the phase.
 
 Symbols: tau points of an interval; D slopes of the Lagrange polynomials through its start and its
 points, at the points; b weights of the quadrature.
@@ -81,12 +82,17 @@ class Plain:
     variant : Variant
     intervals : int
         Shared evenly by the phases.
+    seconds : float
+        Of the processor, for a run.
     """
 
-    def __init__(self, variant: Variant, intervals: int) -> None:
+    def __init__(self, variant: Variant, intervals: int, seconds: float = SECONDS) -> None:
         self.variant = variant
         self.count = intervals // len(variant.phases)
         self.points, self.slopes, self.weights = radau()
+        self.breakpoints = np.linspace(0.0, 1.0, self.count + 1)
+        if first := variant.stated.get("graded"):
+            self.breakpoints = np.concatenate([[0.0], np.geomspace(first, 1.0, self.count)])
         self._columns: list[tuple[Any, Values, Values, Values]] = []  # symbol, scale, limits
         self._rows: list[Any] = []
         self._limits: list[tuple[Values, Values]] = []
@@ -117,9 +123,11 @@ class Plain:
             "ipopt.print_level": 0,
             "ipopt.sb": "yes",
             "ipopt.max_iter": ITERATIONS,
-            "ipopt.max_cpu_time": SECONDS,
+            "ipopt.max_cpu_time": seconds,
             "ipopt.mu_strategy": "adaptive",
         }
+        if ordering := variant.stated.get("ordering"):
+            options["ipopt.mumps_pivot_order"] = ordering
         close = {"ipopt.mu_strategy": "monotone", "ipopt.mu_init": 1e-4, "ipopt.bound_push": 1e-6}
         program = {"x": columns, "f": objective, "g": ca.vertcat(*self._rows)}
         self._solvers = {
@@ -129,8 +137,8 @@ class Plain:
 
     def fractions(self) -> tuple[Values, Values]:
         """Fractions of the phase of the first point and all points of states, and of controls."""
-        h = 1.0 / self.count
-        places = (np.arange(self.count)[:, None] * h + self.points * h).ravel()
+        begin, width = self.breakpoints[:-1, None], np.diff(self.breakpoints)[:, None]
+        places = (begin + self.points * width).ravel()
         return np.concatenate([[0.0], places]), places
 
     def solve(self, start: Start, *, close: bool = False) -> Found:
@@ -181,7 +189,7 @@ class Plain:
         """Columns and rows of a phase; its boundary values, integrals and misfits by name."""
         variant, n, d = self.variant, self.count, DEGREE
         times = [self._time(phase, end) for end in ("start", "end")]
-        step = (times[1] - times[0]) / n
+        step = (times[1] - times[0]) * ca.DM(np.diff(self.breakpoints)[None, :])
         self._row(times[1] - times[0], 0.0, math.inf)
 
         states, controls = phase["states"], phase["controls"]
@@ -199,7 +207,8 @@ class Plain:
         parts = [x[:, 0 : n * d : d], *(x[:, 1 + j :: d] for j in range(d))]
         for i in range(d):
             slope = sum(self.slopes[j, i] * parts[j] for j in range(d + 1))
-            self._row(ca.DM(np.diag(1 / x_scale)) @ (slope - step * rates[:, i::d]), 0.0, 0.0)
+            miss = slope - ca.repmat(step, len(states), 1) * rates[:, i::d]
+            self._row(ca.DM(np.diag(1 / x_scale)) @ miss, 0.0, 0.0)
         for k, row in enumerate(phase.get("path", [])):
             least, most = variant.limits(row)
             scale = row.get("scale", 1.0)
@@ -208,7 +217,7 @@ class Plain:
             self._row(peaks[k, :] - self.unknowns[name], -math.inf, 0.0)
             self._row(-peaks[k, :] - self.unknowns[name], -math.inf, 0.0)
 
-        weights = step * ca.DM(np.tile(self.weights, n))
+        weights = ca.vec(ca.DM(self.weights) @ step)
         values: dict[str, Any] = {"t_i": times[0], "t_f": times[1], "states": parts}
         for i, name in enumerate(states):
             values |= {f"{name}_i": x[i, 0], f"{name}_f": x[i, -1]}
@@ -258,9 +267,10 @@ class Plain:
         nodes = np.concatenate([[0.0], self.points])
         total = 0.0
         for place, time in enumerate(samples["times"]):
-            fraction = (time - start) / (end - start) * self.count
-            k = min(int(fraction), self.count - 1)
-            tau = fraction - k
+            fraction = (time - start) / (end - start)
+            k = int(np.searchsorted(self.breakpoints, fraction, side="right")) - 1
+            k = min(k, self.count - 1)
+            tau = (fraction - self.breakpoints[k]) / np.diff(self.breakpoints)[k]
             basis = [float(np.prod([(tau - b) / (a - b) for b in nodes if b != a])) for a in nodes]
             for i, name in enumerate(phase["states"]):
                 value = sum(w * part[i, k] for w, part in zip(basis, values["states"], strict=True))

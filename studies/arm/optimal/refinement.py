@@ -24,7 +24,7 @@ from studies.arm.optimal.finished_solves import Solve
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.objectives import RESIDUAL
 from studies.arm.optimal.phase import is_slow
-from studies.arm.optimal.rounds import ASKED, SAME, Again, Round, Trial, aimed, refined
+from studies.arm.optimal.rounds import ASKED, SAME, Again, Round, Trial, aimed, near, refined
 from studies.arm.optimal.solve import solve_again
 from studies.arm.replay.full_model import Drive, LockedMotion, rough_steps_for, steps_for
 from studies.arm.search_limits import CALMER_ROUNDS, CORRECTIONS, HOPELESS, LIGHTER
@@ -226,12 +226,17 @@ class _Rounds:
     def again(self, from_: _TriedMotion, weight: float, finer: bool) -> _TriedMotion | None:
         """The next one from a motion; None where the solver gives up."""
         intervals = from_.motion.intervals * (2 if finer else 1)
+        # far from rest a motion swings as its mesh lets it: where that ends, and its multipliers,
+        # say nothing of a finer mesh
+        astray = finer and not near(from_, self.residual)
+        aim = np.zeros_like(from_.aim) if astray else from_.aim
         try:
             solved = solve_again(
                 from_.motion,
                 weight=weight,
-                aim=from_.aim,
+                aim=aim,
                 intervals=intervals,
+                multipliers=not astray,
                 progress=self.live,
                 solver=self.solver,
             )
@@ -239,7 +244,7 @@ class _Rounds:
             if self.say is not None:
                 self.say(f"this round was given up: {error}")
             return None
-        return self.tried(solved, from_.aim)
+        return self.tried(solved, aim)
 
 
 def _stated(

@@ -94,7 +94,13 @@ def refined(
             finer = aimed(finer, residual, rounds, noted)
             best = min(best, finer, key=lambda tried: tried.entry.off(residual))
         return (best,), tuple(rounds), 0.0
-    best = first if _near(first, residual) else aimed(first, residual, rounds, noted)
+    best = first
+    if not near(first, residual):
+        # a mesh with an interval or so for a period of the first mode lets a motion swing as the
+        # arm does not; half its interval holds it
+        finer = noted(first, first.entry.weight, True)
+        resolved = finer is not None and near(finer, residual)
+        best = finer if finer and resolved else aimed(first, residual, rounds, noted)
     answers, change = _lighter(best, residual, lighter, rounds, noted)
     return answers, tuple(rounds), change
 
@@ -107,10 +113,10 @@ def _lighter(
     Also what the last halving of weight and interval changes of the objective, nan if that fails.
     """
     weight = heavy.entry.weight / lighter
-    while _near(heavy, residual) and len(rounds) < ROUNDS:
+    while near(heavy, residual) and len(rounds) < ROUNDS:
         found = again(heavy, weight, False)
         # an aim brings a factor of ten to a hundred, not more
-        if found is not None and _near(found, residual):
+        if found is not None and near(found, residual):
             found = aimed(found, residual, rounds, again)
             if found.entry.off(residual) <= 1.0:
                 gained, heavy = _a_halving(heavy.entry, found.entry), found
@@ -144,17 +150,17 @@ def _finer(
     many times as `more` says.
     """
     finer = again(heavy, 0.5 * heavy.entry.weight, True)
-    if finer is None or not _near(finer, residual):
+    if finer is None or not near(finer, residual):
         # one after the other is easier
         first = again(heavy, heavy.entry.weight, True)
-        if first is not None and not _near(first, residual):
+        if first is not None and not near(first, residual):
             # a mesh leaves a fast mode out, or resolves it; one with a point or two in a period of
             # it does neither, and half its interval does
             first = again(first, heavy.entry.weight, True)
-        if first is None or not _near(first, residual):
+        if first is None or not near(first, residual):
             return (heavy,), float("nan")
         finer = again(first, 0.5 * first.entry.weight, False)
-        if finer is None or not _near(finer, residual):
+        if finer is None or not near(finer, residual):
             return _as_light_as_can_be(heavy, first, residual, rounds, again)
 
     change = finer.entry.objective / heavy.entry.objective - 1.0
@@ -176,7 +182,7 @@ def _as_light_as_can_be(
     change is that and the finer mesh's.
     """
     twice = again(finer, 2.0 * finer.entry.weight, False)
-    if twice is None or not _near(twice, residual):
+    if twice is None or not near(twice, residual):
         return (heavy,), float("nan")
     best = aimed(finer, residual, rounds, again)
     if best.entry.off(residual) > 1.0:
@@ -194,7 +200,7 @@ def _a_halving(heavy: Round, light: Round) -> float:
     return float(1.0 - (light.objective / heavy.objective) ** (1.0 / halvings))
 
 
-def _near(found: Trial, residual: float) -> bool:
+def near(found: Trial, residual: float) -> bool:
     """Whether the full model comes so near to rest that an aim can do the rest.
 
     What is far from it is a motion that the mesh does not resolve, whatever its objective.

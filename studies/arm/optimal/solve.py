@@ -88,6 +88,7 @@ def solve_again(
     aim: Array,
     intervals: int,
     stated: StatedStage | None = None,
+    multipliers: bool = True,
     progress: Progress | None = None,
     solver: Solve = solve,
 ) -> OptimalMotion:
@@ -103,6 +104,8 @@ def solve_again(
     intervals : int
     stated : StatedStage, optional
         Another problem, such as that of a shorter stage; the motion's own by default.
+    multipliers : bool
+        Whether the motion's may start the solver, too, where its problem and weight are alike.
     progress : callable, optional
     solver : callable
         In the place of `ocp.solve`, see `finished_solves`.
@@ -113,7 +116,7 @@ def solve_again(
         If the solver finds no motion.
     """
     # multipliers help where the same weight is asked for again, and mislead where it is another
-    alike = stated is None and weight > 0.4 * motion.weight
+    alike = multipliers and stated is None and weight > 0.4 * motion.weight
     start = motion.solution if alike else motion.trajectory
     return _solved(
         motion.name, stated or motion.stated, weight, aim, intervals, start, progress, solver

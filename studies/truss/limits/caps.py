@@ -56,6 +56,7 @@ class Caps:
     least_tension : of every rope segment [N]; a rope only pulls, so at least 0.
     far_end_tension : of the rope's last segment, at its fixed end [N].
     bar_force : compression in any bar, by statics [N].
+    factored_force : of the motor on each rope, with the margins that are asked for [N].
 
     Raises
     ------
@@ -98,6 +99,9 @@ class Caps:
     bar_force: float | None = optional_key(
         positive, "N", "most compression in a link or cross-bar, by statics"
     )
+    factored_force: float | None = optional_key(
+        positive, "N", "most force that the motor must be able to pull for the margins; needs them"
+    )
 
     def __post_init__(self) -> None:
         check(self, "caps.")
@@ -119,6 +123,7 @@ CAPPED: Mapping[str, str] = {
     "peak-far-end-tension": "far_end_tension",
     "peak-bar-force": "bar_force",
     "least-tension": "least_tension",
+    "peak-factored-force": "factored_force",
 }
 CURVE = "peak-motor-load"  # its cap is the curve itself, the whole of which is 1
 
@@ -132,6 +137,7 @@ HARD = (
     "peak-rope-acceleration",
     "peak-reaction",
     "peak-rope-speed",
+    "peak-factored-force",
 )
 
 # limit of a drive: the cap that it is

@@ -107,6 +107,7 @@ _PROOFS = {
     "peak-rope-jerk": "32 L/T^3, with {travel:.6g} m of rope",
     "peak-power": "the mean is W/T, and the motors do at least {work:.6g} J",
     "peak-motor-speed": "the mean of a shaft that hauls in {travel:.6g} m of rope",
+    "peak-factored-force": "at rest, where it is largest, each factor and margin counted",
     "peak-reaction": "4 M R/T^2, with the truss's mass M and R, by which its centre moves",
 }
 

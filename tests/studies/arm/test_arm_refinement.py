@@ -117,6 +117,36 @@ def test_a_mesh_that_neither_leaves_a_mode_out_nor_resolves_it_is_made_finer_onc
     assert abs(change) <= SAME
 
 
+def test_a_first_mesh_that_does_not_resolve_the_motion_is_halved_before_it_is_aimed():
+    first, again, asked = solver(lambda w, n, aims: 1e-2 if n == 100 else 1e-8, surcharge)
+    (best, *_), _, change = refined(first, again, RESIDUAL, 100.0)
+    assert (asked[1].weight, asked[1].intervals, asked[1].aims) == (1e-4, 200, 0)
+    assert (best.weight, best.intervals) == (5e-7, 400)
+    assert abs(change) <= SAME
+
+
+@pytest.mark.parametrize(("left", "multipliers"), [(1e-2, False), (1e-5, True)])
+def test_a_finer_mesh_takes_neither_aim_nor_multipliers_from_what_is_far_from_rest(
+    monkeypatch, left, multipliers
+):
+    asked = {}
+
+    def solve_again(motion, **how):
+        asked.update(how)
+        return motion
+
+    monkeypatch.setattr(room, "solve_again", solve_again)
+    monkeypatch.setattr(room._Rounds, "tried", lambda self, motion, aim: aim)
+    motion = SimpleNamespace(intervals=100, weight=1e-4, objective=1.0)
+    replay = SimpleNamespace(residual_energy=left, miss=0.0)
+    from_ = room._TriedMotion(motion, replay, np.full(2, 3.0))
+    rounds = room._Rounds(RESIDUAL, "torque", None, None, None)
+    aim = rounds.again(from_, 1e-4, True)
+    assert asked["multipliers"] is multipliers
+    np.testing.assert_array_equal(aim, asked["aim"])
+    np.testing.assert_array_equal(aim, np.full(2, 3.0 if multipliers else 0.0))
+
+
 def test_where_half_the_smoothness_leads_astray_the_halving_before_counts():
     def astray(weight, intervals, aims):
         return 1e-2 if weight < 8e-7 else 1e-8

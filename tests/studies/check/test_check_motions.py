@@ -166,7 +166,8 @@ def test_uneven_times_with_gaps_are_recovered() -> None:
     grid = np.linspace(0.0, T, 501)
     off = found.law.motion(grid).acceleration - STEP5.motion(grid).acceleration
     width = np.interp(grid, *found.band(2))
-    assert (np.abs(off) <= width).all()
+    rounding = 1e-12  # [rad/s^2]: at both ends, where it is known to rest, the band has no width
+    assert (np.abs(off) <= width + rounding).all()
 
 
 @pytest.mark.slow

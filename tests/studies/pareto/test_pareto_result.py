@@ -12,6 +12,7 @@ from studies.pareto.continuation import FrontPoint, Ranges
 from studies.pareto.envelope import front_of
 from studies.pareto.figures import draw
 from studies.pareto.words import dominated_law, front_in_words, price_at
+from studies.report.page import shown
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import law_of_result, study_of
 
@@ -45,7 +46,7 @@ def result():
 def test_the_words_say_ends_knee_gap_and_prices():
     words = " ".join(front_in_words(front(), X, Y))
     assert "8 verified points, from 0.5 s with 2 N to 4.5 s with 0.222222 N" in words
-    assert "1 points that others dominate" in words
+    assert "dropped because others dominate them: 1" in words
     assert "a gap between 2 and 4 s" in words
     assert "Its knee is at" in words
     assert "At 0.5 s: 1 s more of duration saves 4 N of peak rope force" in words
@@ -85,6 +86,13 @@ def test_a_result_is_stored_and_drawn_from_what_was_stored(tmp_path):
     assert bottom.get_xlabel() == "duration [s]"
     labels = top.get_legend_handles_labels()[1]
     assert {"Bezier", "Step5", "knee", "dominated"} <= set(labels)
+
+
+def test_a_report_has_the_front_with_its_laws_and_the_price():
+    front, price = shown(result()).charts
+    assert [curve.law for curve in front.curves] == ["front", "Bezier", "Step5"]
+    assert front.curves[0].values.size == 8
+    assert (price.unit, price.axes[0].key) == ("N/s", "time")
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ import numpy as np
 from studies.arm.optimal.aim import beside_rest
 from studies.arm.optimal.objectives import RESIDUAL
 from studies.arm.optimal.refinement import sentence
-from studies.arm.optimal.rounds import SAME, Round, refined
+from studies.arm.optimal.rounds import SAME, Round, near, refined
 from studies.arm.questions.sequence.replay import SequenceReplay, replay_sequence
 from studies.arm.questions.sequence.solve import Aims, OptimalSequence, solved_from
 from studies.arm.replay.full_model import steps_for
@@ -92,6 +92,7 @@ def refine_sequence(
     """
     case = solved.case
     stages = case.first, case.second
+    none = np.zeros(2 * case.first.model.size), np.zeros(2 * case.second.model.size)
 
     def tried(solved: OptimalSequence, aims: Aims) -> _TriedSequence:
         replayed = replay_sequence(solved, settings=steps_for(residual))
@@ -107,16 +108,18 @@ def refine_sequence(
     def again(from_: _TriedSequence, weight: float, finer: bool) -> _TriedSequence | None:
         big, dwell, small = from_.solved.intervals
         intervals = (2 * big, dwell, 2 * small) if finer else (big, dwell, small)
-        alike = weight > 0.4 * from_.solved.weight
+        # what swings as its mesh lets it says nothing of a finer mesh, as for one motion
+        astray = finer and not near(from_, residual)
+        aims = none if astray else from_.aims
+        alike = weight > 0.4 * from_.solved.weight and not astray
         start = from_.solved.solution if alike else from_.solved.trajectory
         try:
-            found = solved_from(solved.stated, weight, from_.aims, intervals, start, live)
+            found = solved_from(solved.stated, weight, aims, intervals, start, live)
         except StudyError as error:
             if say is not None:
                 say(f"this round was given up: {error}")
             return None
-        return tried(found, from_.aims)
+        return tried(found, aims)
 
-    none = np.zeros(2 * case.first.model.size), np.zeros(2 * case.second.model.size)
     (best, *_), rounds, change = refined(tried(solved, none), again, residual, LIGHTER[True])
     return RefinedSequence(best.solved, best.replay, rounds, residual, change)

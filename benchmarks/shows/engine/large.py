@@ -1,0 +1,180 @@
+"""The show "engine-large": twelve larger problems beside the plain collocation of an expert.
+
+Case i is problem i of `problems/large.toml` and of `repeated.py`; the seed changes nothing. Each is
+solved from its crude guess by `ocp.solve` with default settings, in a process of its own that has
+`SECONDS`, and by the plain collocation (`plain.py`) on as many intervals as an expert would take.
+That one shares no code with the engine. It starts from the same guess, and once more where the
+engine ended, which tells another optimum from a wrong answer. An optimum that the source states is
+one more reference.
+
+right           as good as the best of these values
+looser          the same, and the verdict says which tolerance is not met
+other optimum   the plain collocation stays there, but a better one is known
+failure         an error that says so, or not done in time
+wrong           an answer that was verified, and with which none of these values agrees
+
+Seconds are those of the processor: of the expert for the making of the program and one run from
+the crude guess, of the engine for all of `solve`.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import statistics
+import sys
+import time
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from benchmarks.processes import FreshProcess
+from benchmarks.records import ROOT
+from benchmarks.shows.engine.comparison import FINER, by_engine, judged, start_from
+from benchmarks.shows.engine.plain import Plain, Start, crude_start
+from benchmarks.shows.engine.repeated import REPEATED
+from benchmarks.shows.engine.variant import Variant, catalogue
+from benchmarks.shows.show import Question, Row
+from ocp import Settings
+from ocp.solution.storage import load, save
+from studies.common.console import Table, number
+
+LINE = "larger problems from the literature beside an expert's plain collocation"
+LIMIT = 1200.0  # [s]
+SECONDS = 300.0  # that the engine's process has, by the clock
+EXPERT = 120.0  # of the processor, for a run of the plain collocation
+KINDS = ("right", "looser", "other optimum", "failure", "wrong")
+MOST, MEDIAN = 10.0, 3.0  # times the expert's seconds that are wanted at most
+# what the verdict of an answer to a looser tolerance says, see `ocp.solve`
+_LOOSER = "asked for were"
+
+
+def variants() -> dict[str, Variant]:
+    """The problems by name, in the order of the cases."""
+    stated = {**catalogue("large"), **{name: make() for name, make in REPEATED.items()}}
+    made = {}
+    for name, entry in stated.items():
+        numbers = {key: float(values[0]) for key, values in entry.get("vary", {}).items()}
+        made[name] = Variant(name, entry, numbers, entry.get("samples", {}))
+    return made
+
+
+def question(seed: int, index: int) -> Question:
+    """Name a problem and where it comes from."""
+    del seed
+    known = variants()
+    name = list(known)[index % len(known)]
+    return {"problem": name, "source": known[name].stated["source"]}
+
+
+def answer(question: Question, folder: Path) -> Row:
+    """Solve it by both and compare."""
+    variant = variants()[question["problem"]]
+    intervals = variant.stated["intervals"]
+
+    begin = time.process_time()
+    plain = Plain(variant, intervals, EXPERT)
+    found = plain.solve(crude_start(variant))
+    expert = time.process_time() - begin
+    half = Plain(variant, intervals // 2, EXPERT)
+    values = {"crude": found.objective}
+    if (optimum := variant.stated.get("optimum")) is not None:
+        values["stated"] = optimum
+    coarse = {"crude": half.solve(crude_start(variant)).objective}
+
+    row, start = _by_process(question["problem"], folder)
+    if start is not None:
+        values["engine"] = plain.solve(start, close=True).objective
+        coarse["engine"] = half.solve(start, close=True).objective
+    reference = judged(variant, {"crude": row}, values, coarse)
+    if start is not None and row["kind"] == "wrong":
+        # a mesh may err by more than its half tells: nothing is wrong before a finer one says so
+        near, fine = (Plain(variant, intervals * part, EXPERT) for part in (FINER // 2, FINER))
+        values["crude"] = fine.solve(crude_start(variant)).objective
+        values["engine"] = fine.solve(start, close=True).objective
+        coarse = {"engine": near.solve(start, close=True).objective}
+        reference = judged(variant, {"crude": row}, values, coarse)
+    if row["value"] is None:
+        row["kind"] = "failure"
+    elif row["kind"] == "right" and _LOOSER in row["words"]:
+        row["kind"] = "looser"
+    return {
+        **reference,
+        "engine": row,
+        "optimum": optimum,
+        "intervals": intervals,
+        "expert": {"seconds": expert, "iterations": found.iterations, "status": found.status},
+    }
+
+
+def _by_process(name: str, folder: Path) -> tuple[dict[str, Any], Start | None]:
+    """What the engine says in a process of its own, and where it ended."""
+    file = folder.resolve() / "solution.ocp"
+    folder.mkdir(parents=True, exist_ok=True)
+    command = (sys.executable, "-m", "benchmarks.shows.engine.large", name, str(file))
+    answered = FreshProcess(command, {"PYTHONPATH": str(ROOT)}).run(limit=SECONDS)
+    if answered.answer is None:
+        nothing = {"value": None, "rounds": 0, "iterations": 0, "open": ""}
+        return {**nothing, "words": answered.failure, "processor": answered.ended.processor}, None
+    return dict(answered.answer), start_from(load(file)) if file.is_file() else None
+
+
+def main() -> None:
+    """Solve a problem by the engine: `large NAME SOLUTION ANSWER`."""
+    name, file, path = sys.argv[1:]
+    row, solution = by_engine(variants()[name], "crude", Settings())
+    if solution is not None:
+        save(solution, file)
+    Path(path).write_text(json.dumps(row), "utf-8")
+
+
+def tables(rows: Sequence[Row]) -> list[Table]:
+    """Each problem in a row, and how many are of each kind."""
+    head = (
+        *("problem", "kind", "value", "plain", "stated", "same to"),
+        *("rounds", "its", "CPU [s]", "expert [s]", "expert its", "ratio", "words"),
+    )
+    lines = [_line(row) for row in rows]
+    ratios = [ratio for row in rows if (ratio := _ratio(row)) is not None]
+    kinds = Counter(row["engine"]["kind"] for row in rows if not row["failure"])
+    totals = [(*(str(kinds[kind]) for kind in KINDS), str(len(rows)))]
+    notes: tuple[str, ...] = ()
+    if ratios:
+        notes = (
+            f"the engine's seconds over the expert's: median {statistics.median(ratios):.1f} "
+            f"(wanted: at most {MEDIAN:g}), most {max(ratios):.1f} (wanted: at most {MOST:g})",
+        )
+    return [Table(LINE, head, lines), Table("In total", (*KINDS, "cases"), totals, notes)]
+
+
+def _line(row: Row) -> tuple[str, ...]:
+    if row["failure"]:
+        return (row["problem"], *("-",) * 11, row["failure"][:60])
+    own, expert, ratio = row["engine"], row["expert"], _ratio(row)
+    return (
+        row["problem"],
+        own["kind"] if own["kind"] != "wrong" else "WRONG",
+        number(own["value"], 9),
+        number(row["best"], 9),
+        number(row["optimum"], 9),
+        "-" if not row["best"] else f"{row['same'] / abs(row['best']):.0e}",
+        str(own["rounds"]),
+        str(own["iterations"]),
+        f"{own['processor']:.1f}",
+        f"{expert['seconds']:.1f}",
+        str(expert["iterations"]),
+        "-" if ratio is None else f"{ratio:.1f}",
+        own["words"][:90] + (f" [not certified: {own['open']}]" if own["open"] else ""),
+    )
+
+
+def _ratio(row: Row) -> float | None:
+    """The engine's seconds over the expert's, where that one found a motion."""
+    if row["failure"] or not math.isfinite(row["plain"].get("crude") or math.nan):
+        return None
+    return float(row["engine"]["processor"] / row["expert"]["seconds"])
+
+
+if __name__ == "__main__":
+    main()
