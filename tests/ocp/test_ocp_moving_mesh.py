@@ -89,7 +89,8 @@ def test_breakpoints_follow_a_switch_without_a_finer_mesh(first: Solution) -> No
             constants={STRONGEST: strongest},
         )
         assert found.objective == pytest.approx(least_time(strongest), rel=1e-6)
-        assert switch(found) == pytest.approx(1 / (1 + strongest), abs=1e-5)
+        # the time feels a shift of the switch by its square alone
+        assert switch(found) == pytest.approx(1 / (1 + strongest), abs=1e-4)
         counts.append(len(found.mesh_iterations))
     assert counts[1:] == [1] * 5
     assert found.mesh.intervals < first.mesh.intervals / 2
