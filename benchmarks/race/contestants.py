@@ -69,6 +69,7 @@ PEERS = (
     Contestant("dompc", "do-mpc 5.1.1", both(28, 56, 110, 210, 420), peer=True),
     Contestant("dymos", "dymos 1.15.0 (SLSQP)", both(8, 12, 20), peer=True),
     Contestant("mpopt", "mpopt 0.2.1", {"A": (300, 800, 2500), "B": (50, 100, 200)}, peer=True),
+    Contestant("openscvx", "OpenSCvx 0.5.2", both(10, 20, 40, 110), peer=True),
     Contestant("pycollo", "pycollo 0.1.6", {"A": (50, 100, 200), "B": (20, 40, 80)}, peer=True),
 )
 
