@@ -43,6 +43,9 @@ PARTS = {
     "states": Listed("benchmarks.speed.size:STATES", "a heated rod of 10 to 100 states"),
     "phases": Listed("benchmarks.speed.size:PHASES", "a run through gates in 2 to 20 phases"),
     "imports": Listed("benchmarks.speed.imports", "what loads, and how long it takes"),
+    "instructions": Listed(
+        "benchmarks.speed.instructions", "instructions of A and B: solver, model, the rest"
+    ),
 }
 
 

@@ -1,0 +1,170 @@
+"""The part "instructions": how many the processor executes for A and B, by who executes them.
+
+Callgrind counts them, of the process alone: the same on an idle machine and a busy one. They are
+counted by library. The C library's belong to whoever called it, and stand apart.
+"""
+
+from __future__ import annotations
+
+import collections
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from benchmarks.parts import Record, Setup
+from benchmarks.processes import THREADS
+from benchmarks.race.contestants import PROBLEMS, ROWS
+from benchmarks.records import ROOT
+from studies.common.console import Table, number
+from studies.common.exit_codes import StudyError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+TOOL = "valgrind"
+IMPORTS = "imports alone"
+SLOWER = 30.0  # a program under Callgrind, so much the limit of a run grows
+# who executes, by a part of the file name of its library; the first that fits
+OWNERS = {
+    "MUMPS": ("coinmumps", "coinmetis", "openblas", "gfortran"),
+    "IPOPT": ("libipopt", "nlpsol_ipopt"),
+    "CasADi": ("casadi",),
+    "C library": ("libc.so", "libm.so", "libc-", "libm-", "ld-linux", "libstdc++"),
+}
+REST = "Python, NumPy, SciPy"
+_OBJECT = re.compile(r"c?ob=\((\d+)\)(?: (.*))?$")
+_COST = re.compile(r"[+*-]?\d*(?: [+*-]?\d+)? (\d+)$")
+
+
+def measure(setup: Setup) -> Iterator[Record]:
+    """Count for each problem, and for the imports; see `BenchmarkPart`."""
+    if shutil.which(TOOL) is None:
+        setup.console.progress(f"there is no {TOOL} here: instructions are not counted")
+        yield {"counts": {}, "rounds": {}}
+        return
+
+    script = ROWS / "run_ours.py"
+    words = {IMPORTS: ("-c", "import run_ours")}
+    words |= {name: (str(script), name, "0", "answer.json") for name in PROBLEMS}
+    counts: dict[str, dict[str, int]] = {}
+    rounds: dict[str, int] = {}
+    for name, arguments in words.items():
+        with tempfile.TemporaryDirectory() as folder:
+            counts[name] = counted(arguments, Path(folder), SLOWER * setup.limit)
+            if name != IMPORTS:
+                note = json.loads((Path(folder) / "answer.json").read_text("utf-8"))["note"]
+                rounds[name] = int(note.split()[0])
+        total = sum(counts[name].values())
+        setup.console.progress(f"{name}: {total / 1e9:.3f} thousand million instructions")
+        yield {"counts": counts, "rounds": rounds}
+
+
+def counted(arguments: Iterable[str], folder: Path, limit: float) -> dict[str, int]:
+    """Instructions of a Python process by owner.
+
+    Raises
+    ------
+    StudyError
+        If the process fails or takes longer than the limit [s].
+    """
+    profile = folder / "callgrind.out"
+    command = [TOOL, "--tool=callgrind", f"--callgrind-out-file={profile}", sys.executable]
+    # hashes, threads and bytecode that is written anew would make two runs differ
+    fixed = {"PYTHONHASHSEED": "0", "PYTHONPATH": f"{ROWS}{os.pathsep}{ROOT}"}
+    fixed |= dict.fromkeys(THREADS, "1")
+    try:
+        subprocess.run(
+            [*command, *arguments],
+            cwd=folder,
+            env={**os.environ, **fixed},
+            capture_output=True,
+            text=True,
+            check=True,
+            timeout=limit,
+        )
+    except subprocess.TimeoutExpired as error:
+        raise StudyError(f"{TOOL} took longer than {limit:g} s; raise --limit") from error
+    except subprocess.CalledProcessError as error:
+        last = (error.stderr.strip().splitlines() or ["it said nothing"])[-1]
+        raise StudyError(f"{TOOL} failed: {last}") from error
+    with profile.open(encoding="utf-8") as lines:
+        return by_owner(by_library(lines))
+
+
+def by_library(lines: Iterable[str]) -> dict[str, int]:
+    """Instructions of each library itself, of a profile in Callgrind's format.
+
+    A line of cost belongs to the library that was named last. One that follows a call is the
+    callee's, which has its own lines.
+    """
+    names: dict[str, str] = {}
+    counts: collections.Counter[str] = collections.Counter()
+    here, called = "", False
+    for line in lines:
+        text = line.rstrip("\n")
+        if match := _OBJECT.match(text):
+            key, name = match.groups()
+            if name is not None:
+                names[key] = name
+            if not text.startswith("c"):
+                here = names[key]
+        elif text.startswith("calls="):
+            called = True
+        elif match := _COST.match(text):
+            if not called:
+                counts[here] += int(match.group(1))
+            called = False
+    return dict(counts)
+
+
+def by_owner(libraries: Mapping[str, int]) -> dict[str, int]:
+    """The same by who stands behind a library."""
+    counts = dict.fromkeys((*OWNERS, REST), 0)
+    for path, count in libraries.items():
+        # NumPy and SciPy bring an OpenBLAS of their own, which is not MUMPS's
+        file = "" if ".libs" in path else Path(path).name
+        owners = (owner for owner, parts in OWNERS.items() if any(p in file for p in parts))
+        counts[next(owners, REST)] += count
+    return counts
+
+
+def tables(record: Record) -> list[Table]:
+    """Return the counts, and those of a mesh round without the imports."""
+    owners = (*OWNERS, REST)
+    head = ("", *owners, "all")
+    notes = ["thousand million instructions of one process"]
+    if not record["counts"]:
+        return [Table("Instructions", head, [], (f"not counted: there is no {TOOL} here",))]
+
+    counts: Mapping[str, Mapping[str, int]] = record["counts"]
+    rows = [_row(name, [each[owner] for owner in owners]) for name, each in counts.items()]
+    for name, rounds in record["rounds"].items():
+        solved = [counts[name][owner] - counts[IMPORTS][owner] for owner in owners]
+        rows.append(_row(f"{name}, a round of {rounds}", [count / rounds for count in solved]))
+        notes.append(f"a round of {name}: without the imports, over its {rounds} rounds")
+    return [Table("Instructions", head, rows, tuple(notes))]
+
+
+def _row(name: str, counts: list[Any]) -> tuple[str, ...]:
+    return (name, *(number(count / 1e9, 3) for count in (*counts, sum(counts))))
+
+
+def draw(record: Record) -> Figure:
+    """Draw a bar for each problem and owner."""
+    from benchmarks.speed.plots import labelled_bars
+
+    shares = [
+        (f"{name}: {owner}", count / 1e9)
+        for name, each in record["counts"].items()
+        for owner, count in each.items()
+        if count > 1e-3 * sum(each.values())
+    ]
+    names, counts = [name for name, _ in shares], [count for _, count in shares]
+    return labelled_bars("Instructions", names, counts, "thousand million")
