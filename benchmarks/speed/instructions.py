@@ -51,7 +51,7 @@ def measure(setup: Setup) -> Iterator[Record]:
         return
 
     script = ROWS / "run_ours.py"
-    words = {IMPORTS: ("-c", "import run_ours")}
+    words: dict[str, tuple[str, ...]] = {IMPORTS: ("-c", "import run_ours")}
     words |= {name: (str(script), name, "0", "answer.json") for name in PROBLEMS}
     counts: dict[str, dict[str, int]] = {}
     rounds: dict[str, int] = {}
