@@ -186,6 +186,8 @@ class Result:
     checks : what it was held against.
     costs_elsewhere : what the optimum costs in quantities that it does not minimise.
     remarks : further sentences for the reader.
+    also_found : columns of the table that the study found beside its first, such as the ends of a
+        front: no laws to compare with.
     details : of the search: attempts, mesh iterations and the like, as JSON can hold it.
     provenance : program, versions, machine and time.
     interrupted : whether the user stopped the study, so that it shows the best until then.
@@ -203,6 +205,7 @@ class Result:
     checks: tuple[Criterion, ...] = ()
     costs_elsewhere: tuple[Cost, ...] = ()
     remarks: tuple[str, ...] = ()
+    also_found: tuple[str, ...] = ()
     details: Mapping[str, Any] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
     interrupted: bool = False
@@ -241,6 +244,11 @@ class Result:
     def laws(self) -> tuple[str, ...]:
         """Names of the laws in the table, the result's own first."""
         return tuple(dict.fromkeys(law for row in self.table for law in row.values))
+
+    @property
+    def compared_with(self) -> tuple[str, ...]:
+        """Names of the laws that the result's own is compared with."""
+        return tuple(law for law in self.laws[1:] if law not in self.also_found)
 
     @property
     def axis(self) -> str:
@@ -336,16 +344,25 @@ class Result:
         return result
 
 
-def costs_elsewhere(table: Sequence[TableRow]) -> tuple[Cost, ...]:
-    """What the first law of a table costs, compared with the best other law, dearest first."""
-    costs = [cost for row in table if (cost := _cost(row)) is not None]
+def costs_elsewhere(table: Sequence[TableRow], also_found: Sequence[str] = ()) -> tuple[Cost, ...]:
+    """What the first law of a table costs, compared with the best other law, dearest first.
+
+    Parameters
+    ----------
+    also_found : as `Result` has it: columns that are no laws to compare with.
+    """
+    costs = [cost for row in table if (cost := _cost(row, also_found)) is not None]
     return tuple(sorted(costs, key=lambda cost: -cost.ratio))
 
 
-def _cost(row: TableRow) -> Cost | None:
+def _cost(row: TableRow, also_found: Sequence[str]) -> Cost | None:
     """The cost in one quantity; None where the first law is hardly worse, or nothing is known."""
-    values = {law: value for law, value in row.values.items() if math.isfinite(value)}
     own = next(iter(row.values), "")
+    values = {
+        law: value
+        for law, value in row.values.items()
+        if math.isfinite(value) and law not in also_found
+    }
     if row.better == "neither" or own not in values or len(values) < 2:
         return None
 

@@ -107,7 +107,7 @@ def _cost_lines(result: Result) -> list[str]:
         return f"  {cost.sentence}"
 
     compared = any(row.better != "neither" for row in result.table)
-    if len(result.laws) < 2 or not compared:
+    if not result.compared_with or not compared:
         return []
     more = f"{100 * (WORSE - 1):.0f} %"
     if not result.costs_elsewhere:

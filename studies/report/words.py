@@ -56,6 +56,8 @@ def subject(result: Result) -> str:
 def answer(result: Result) -> list[str]:
     """What was found, beside what it is compared with."""
     sentences = [_least(result, row) for row in result.table if row.minimised]
+    if sentences and result.also_found:
+        sentences.insert(0, f"These are the numbers of one of the motions: {result.laws[0]}.")
     if not sentences:
         sentences = [_ANSWERS[result.verdict.kind]]
         sentences += [f"{gain}." for gain in gains(result)[:3]] or _first_values(result)
@@ -75,9 +77,9 @@ def _first_values(result: Result) -> list[str]:
 
 
 def _least(result: Result, row: TableRow) -> str:
-    own, *others = result.laws
-    value, unit = row.values.get(own, math.nan), _unit(row)
-    known = {law: row.values[law] for law in others if math.isfinite(row.values.get(law, math.nan))}
+    value, unit = row.values.get(result.laws[0], math.nan), _unit(row)
+    others = {law: row.values.get(law, math.nan) for law in result.compared_with}
+    known = {law: other for law, other in others.items() if math.isfinite(other)}
     sentence = f"The {row.title} is {number(value, 6)}{unit}"
     if not known or not math.isfinite(value):
         return f"{sentence}."
@@ -108,7 +110,7 @@ def gains(result: Result) -> list[str]:
     """Quantities in which the result is clearly better than the best other law, greatest first."""
     found = []
     for row in result.table:
-        ratio, best = _gain(row)
+        ratio, best = _gain(row, result.compared_with)
         if ratio > WORSE:
             own = next(iter(row.values))
             times = f"{_times(ratio)} times {'less' if row.better == 'less' else 'more'}"
@@ -130,10 +132,10 @@ def _begun(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def _gain(row: TableRow) -> tuple[float, str]:
-    """How many times better the first law is than the best other one; 0 if nothing is known."""
+def _gain(row: TableRow, laws: Sequence[str]) -> tuple[float, str]:
+    """How many times better the first law is than the best of others; 0 if nothing is known."""
     own = next(iter(row.values), "")
-    others = {k: v for k, v in row.values.items() if k != own and math.isfinite(v)}
+    others = {k: v for k, v in row.values.items() if k in laws and math.isfinite(v)}
     value = row.values.get(own, math.nan)
     if row.better == "neither" or not others or not math.isfinite(value):
         return 0.0, ""
@@ -155,7 +157,7 @@ def outstanding(result: Result) -> bool:
 
 def compared(result: Result) -> bool:
     """Whether there is anything to compare with."""
-    return len(result.laws) > 1 and any(row.better != "neither" for row in result.table)
+    return bool(result.compared_with) and any(row.better != "neither" for row in result.table)
 
 
 def rests_on(result: Result) -> list[str]:

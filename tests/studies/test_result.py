@@ -1,5 +1,6 @@
 """Results on disk: what is saved is loaded, and nothing else is."""
 
+import dataclasses
 import json
 import math
 from pathlib import Path
@@ -22,6 +23,7 @@ from studies.common.result import (
     Verdict,
     costs_elsewhere,
 )
+from studies.report.words import compared
 
 TABLE = (
     TableRow(
@@ -224,6 +226,21 @@ def test_a_cost_of_what_should_be_large_is_a_part() -> None:
     (cost,) = costs_elsewhere((row("tension", "more", own=0.5, a=2.0, b=4.0),))
     assert cost.ratio == 8.0
     assert cost.sentence == "tension is 1/8 of that of b: 0.5 1 instead of 4 1"
+
+
+def test_motions_that_were_found_too_are_no_laws_to_compare_with() -> None:
+    table = (row("force", "less", knee=12.0, end=4.0, a=10.0),)
+    (cost,) = costs_elsewhere(table, ("end",))
+    assert (cost.baseline, cost.ratio) == ("a", 1.2)
+
+    front = dataclasses.replace(
+        example(), table=table, also_found=("end",), costs_elsewhere=(cost,)
+    )
+    assert front.compared_with == ("a",)
+    alone = dataclasses.replace(front, also_found=("end", "a"), costs_elsewhere=())
+    assert not compared(alone)
+    assert "costs elsewhere" in writers.outcome_text(front)
+    assert "costs elsewhere" not in writers.outcome_text(alone)
 
 
 def test_every_result_can_be_written(tmp_path: Path) -> None:
