@@ -19,12 +19,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from studies.common.exit_codes import ExitCode, StudyError
-from studies.common.folder import plain
+from studies.common.folder import plain, unwritable
 from studies.sweep.cases.plan import CodeVersion, hashed
 
 FOLDER, HEAD, ENDING = "cases", "version.json", ".jsonl"
 HASH = "hash_of_this_record"
+AGAIN = "give the same command again"  # which goes on with what is there
 
 
 class DamagedCase(Exception):
@@ -61,7 +61,7 @@ class CaseStore:
             self.place.mkdir(parents=True, exist_ok=True)
             write_whole(self.place / HEAD, json.dumps(dataclasses.asdict(self.version)))
         except OSError as error:
-            raise unwritable(self.folder, error) from error
+            raise unwritable(self.folder, error, AGAIN) from error
 
     def keys(self) -> set[str]:
         """Keys of all files, in the order of nothing."""
@@ -115,7 +115,7 @@ class CaseStore:
         try:
             write_whole(self._file(record["key"]), "\n".join(lines) + "\n")
         except OSError as error:
-            raise unwritable(self.folder, error) from error
+            raise unwritable(self.folder, error, AGAIN) from error
 
     def discard(self, key: str) -> None:
         """Remove the file of a case that is computed again."""
@@ -176,12 +176,3 @@ def remove_drafts(place: Path) -> Iterator[str]:
     for draft in sorted(place.glob("*.part")):
         draft.unlink(missing_ok=True)
         yield draft.name
-
-
-def unwritable(folder: Path, error: OSError) -> StudyError:
-    """The sentence for a disk that is full or a folder that is read-only."""
-    return StudyError(
-        f"the results folder {folder} cannot be written ({error.strerror}); what was computed "
-        "until then is kept: make room or mend its rights, and give the same command again",
-        ExitCode.NO_RESULTS_FOLDER,
-    )

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from studies.common.configuration import check, key, not_negative, optional_key, positive
-from studies.common.exit_codes import StudyError
+from studies.common.exit_codes import StudyError, quoted
 from studies.drive.schema import Drive
 from studies.margin.presets import PRESETS
 from studies.margin.schema import MarginRequirements
@@ -30,7 +30,7 @@ def _jerk(name: str, value: Any) -> float | str:
         return positive(name, value)
     if value not in JERK_LAWS and MULTIPLE_OF_DURATION.fullmatch(value) is None:
         raise StudyError(
-            f"{name} is {value!r}; give a number in rad/s^3, a multiple like 124.22/T^3, "
+            f"{name} is {quoted(value)}; give a number in rad/s^3, a multiple like 124.22/T^3, "
             "bezier or step5 for that law's own peak jerk, or none"
         )
     return value
