@@ -66,7 +66,7 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
     seconds, workers = _limits(options)
     _check_extras(options)
     study = read_study(options)
-    planned = plan(study)
+    planned = plan(study, console)
     path = options.results or PARENT / f"sweep-{options.study.stem}"
     store = CaseStore(path, planned.version)
     if options.plan:

@@ -16,6 +16,7 @@ import pytest
 from studies.cli import main
 from studies.common.configuration import toml_text
 from studies.common.exit_codes import ExitCode
+from studies.sweep.workers import cluster as cluster_module
 
 ROOT = Path(__file__).parents[3]
 FALL = {
@@ -71,11 +72,17 @@ def test_an_address_without_host_and_port_is_refused(
 
 @pytest.mark.parametrize(
     ("greeting", "words"),
-    [(b"", "no word within 5 s"), (b"HTTP/1.1 400 Bad Request\r\n\r\n", "does not speak as Dask")],
+    [(b"", "no word within 1 s"), (b"HTTP/1.1 400 Bad Request\r\n\r\n", "does not speak as Dask")],
 )
 def test_who_listens_and_is_no_scheduler_is_told_within_ten_seconds(
-    greeting: bytes, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    greeting: bytes,
+    words: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    assert 2 * cluster_module.PATIENCE <= 10.0  # of the greeting, and of the client after it
+    monkeypatch.setattr(cluster_module, "PATIENCE", 1.0)
     with socket.create_server(("127.0.0.1", 0)) as listener:
         kept = []  # else each connection would end, which says more than silence
 
