@@ -227,7 +227,8 @@ def _hand_over(
     table = tabulate(planned, store)
     content = columns(planned, table)
     result = result_of(planned, table, interrupted, remarks)
-    again = "antenna-ocp sweep"
+    # the study in the folder: it has what flags have said, too
+    again = f"antenna-ocp sweep {folder.file('input.toml')} --results {folder.path}"
     with folder.written(AGAIN):
         folder.file(FILE).write_text(as_csv(content), "utf-8", newline="")
         if options.parquet:
@@ -236,10 +237,10 @@ def _hand_over(
             result,
             folder,
             _draw,
-            f"{again} {folder.file('input.toml')} --results {folder.path}",
+            again,
             options,
             console,
-            go_on=f"{again} {options.study} --results {folder.path}" if interrupted else "",
+            go_on=again if interrupted else "",
         )
 
 

@@ -287,6 +287,23 @@ def test_a_full_disk_after_the_last_case_is_said_and_loses_nothing(
     assert "8 of 8 cases are there already" in capsys.readouterr().err
 
 
+def test_a_sweep_that_is_stopped_says_how_it_goes_on_with_its_flags(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    study, out = stated(tmp_path, GRID), tmp_path / "out"
+
+    def stopped(driver: object) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("studies.sweep.driver.Driver.run", stopped)
+        assert swept(study, out, "--coarse") == ExitCode.INTERRUPTED
+    again = ["sweep", str(out / "input.toml"), "--results", str(out)]
+    assert f"go on by: antenna-ocp {' '.join(again)}" in capsys.readouterr().err
+    assert main([*again, "--plan"]) == ExitCode.OK
+    assert "coarse meshes" in capsys.readouterr().out  # the file of the user says full ones
+
+
 def test_a_process_that_is_being_started_ends_with_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
     started, begun, start = threading.Event(), [], subprocess.Popen
 
