@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     Draw = Callable[[Result], Iterator[tuple[str, Figure]]]
 
 
+LONGEST_NAME = 255  # bytes of one folder's name, on every common file system
+
+
 def add_study_argument(parser: argparse.ArgumentParser) -> None:
     """The file of a study, which flags override."""
     parser.add_argument(
@@ -83,9 +86,13 @@ def take_up(
 
 
 def folder_path(text: str) -> Path:
-    """The path of a flag; an empty text is none."""
+    """The path of a flag; an empty text is none, nor one that no disk takes."""
     if not text.strip():
         raise argparse.ArgumentTypeError("it is empty; name a folder")
+    if max((len(part.encode()) for part in Path(text).parts), default=0) > LONGEST_NAME:
+        raise argparse.ArgumentTypeError(
+            f"it has a name of more than {LONGEST_NAME} characters; give a shorter one"
+        )
     return Path(text)
 
 

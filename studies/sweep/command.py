@@ -137,12 +137,20 @@ def _open(path: Path, study: SweepStudy) -> ResultsFolder:
     from studies.sweep.cases.store import AGAIN, FOLDER, write_whole
     from studies.sweep.config import as_dictionary
 
-    # killed just after it was made, a folder has no result yet
-    new = (path / OUR_MARK).is_file() and not (path / RESULT_FILE).exists()
-    if new or (path / FOLDER).is_dir():
-        folder = ResultsFolder(path)
-    else:
-        folder = open_results(path, path.name)
+    folder = ResultsFolder(path)
+    with folder.written(AGAIN):
+        # killed just after it was made, a folder has no result yet
+        new = not (path / RESULT_FILE).exists()
+        ours = (path / OUR_MARK).is_file() and (new or (path / FOLDER).is_dir())
+        if not ours and path.exists() and not (path.is_dir() and not any(path.iterdir())):
+            raise StudyError(
+                f"{path} exists already and is no results folder of a sweep; name a new one with "
+                "--results",
+                ExitCode.NO_RESULTS_FOLDER,
+            )
+    if not ours:
+        open_results(path, path.name)
+
     head = "# Reproduces this result, or goes on with it: antenna-ocp sweep input.toml\n\n"
     configuration = as_dictionary(study)
     with folder.written(AGAIN):

@@ -7,6 +7,7 @@ from typing import NoReturn
 
 import pytest
 
+from studies.cli import parse
 from studies.common.console import Console, silent
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.folder import ResultsFolder, open_results
@@ -95,3 +96,6 @@ def test_a_folder_whose_name_is_too_long_is_refused(tmp_path: Path) -> None:
     with pytest.raises(StudyError, match="File name too long") as refused:
         open_results(tmp_path / ("x" * 3000), "test")
     assert len(str(refused.value)) < 600
+    for command in ("truss", "sweep"):
+        with pytest.raises(StudyError, match="a name of more than 255 characters"):
+            parse([command, "study.toml", "--results", "x" * 3000])

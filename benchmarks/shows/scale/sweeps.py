@@ -153,12 +153,13 @@ def _workers(seed: int, folder: Path) -> Row:
             begin = time.monotonic()
             _finished(study, folder / f"{count}-{turn}", "--workers", str(count))
             seconds[count].append(time.monotonic() - begin)
+    count = len(_rows(folder / "1-0"))
     ratios = [one / two for one, two in zip(seconds[1], seconds[2], strict=True)]
     return {
         "seconds": seconds,
         "load": os.getloadavg()[0],
         "words": f"two workers are {statistics.median(ratios):.2f} times faster than one "
-        f"({', '.join(f'{ratio:.2f}' for ratio in ratios)}) on 100 cases",
+        f"({', '.join(f'{ratio:.2f}' for ratio in ratios)}) on {count} cases",
     }
 
 

@@ -164,10 +164,14 @@ def test_a_folder_of_somebody_else_is_left_alone(
     path, out = tmp_path / "sweep.toml", tmp_path / "out"
     path.write_text(toml_text({"base": BASE, "parameters": {"duration": [1e2]}}), "utf-8")
     out.mkdir()
-    (out / "mine.txt").write_text("mine", "utf-8")
+    (out / "input.toml").write_text("mine", "utf-8")
+    (out / "cases").mkdir()  # others call a folder so, too
     assert main(["sweep", str(path), "--results", str(out)]) == ExitCode.NO_RESULTS_FOLDER
-    assert "exists already" in capsys.readouterr().err
-    assert [file.name for file in out.iterdir()] == ["mine.txt"]
+    said = capsys.readouterr().err
+    assert "exists already and is no results folder of a sweep" in said
+    assert "--overwrite" not in said  # which a sweep does not have
+    assert {file.name for file in out.iterdir()} == {"input.toml", "cases"}
+    assert (out / "input.toml").read_text("utf-8") == "mine"
 
 
 def test_a_lease_is_left_only_when_its_heart_stands_still_and_its_process_is_gone(
