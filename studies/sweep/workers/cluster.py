@@ -19,7 +19,7 @@ from studies.common.exit_codes import ExitCode, StudyError, quoted
 from studies.sweep.workers.processes import answer_here
 
 LOCAL = "local"
-PATIENCE = 5.0  # [s] for a scheduler to answer; the user hears of it within 10 s
+PATIENCE = 4.0  # [s] for a scheduler to answer: the user hears of it within 2.5 times that, 10 s
 AHEAD = 2  # cases in flight for each thread of the cluster, so that none waits for the next
 
 
