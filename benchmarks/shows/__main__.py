@@ -29,6 +29,7 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("name", nargs="?", metavar="NAME", help="of the show; --list names them")
     parser.add_argument("--list", action="store_true", help="list the shows")
     parser.add_argument("--count", default="10", metavar="N", help="cases from the first [10]")
+    parser.add_argument("--skip", default="0", metavar="N", help="leave out the first N [0]")
     parser.add_argument("--seed", default="0", metavar="S", help="of the cases' questions [0]")
     parser.add_argument("--limit", metavar="S", help="seconds that a case may last")
     parser.add_argument(
@@ -52,35 +53,40 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
         raise StudyError(f"name a show; the shows are {', '.join(SHOWS)}")
     module = show(options.name)
     count, seed = whole("--count", options.count), whole("--seed", options.seed, least=0)
+    skipped = whole("--skip", options.skip, least=0)
+    if skipped >= count:
+        raise StudyError(
+            f"--skip {skipped} leaves none of {count} cases; give less, or a larger --count"
+        )
     limit = module.LIMIT if options.limit is None else positive("--limit", options.limit)
     folder = options.results or PARENT / f"{options.name}-{seed}"
     store = open_store(folder, options.name, seed)
 
-    interrupted = False
+    wanted, interrupted = range(skipped, count), False
     try:
-        _run_missing(store, options.name, seed, count, limit, console)
+        _run_missing(store, options.name, seed, wanted, limit, console)
     except KeyboardInterrupt:  # the rows until then are printed
         interrupted = True
 
-    rows = [row for index, row in store.rows().items() if index < count]
+    rows = [row for index, row in store.rows().items() if index in wanted]
     if rows:
         console.say("\n\n".join(str(table) for table in module.tables(rows)))
-    console.say(f"\n{len(rows)} of {count} rows are in {store.folder}")
+    console.say(f"\n{len(rows)} of {len(wanted)} rows are in {store.folder}")
     return ExitCode.INTERRUPTED if interrupted else ExitCode.OK
 
 
 def _run_missing(
-    store: RowStore, name: str, seed: int, count: int, limit: float, console: Console
+    store: RowStore, name: str, seed: int, wanted: range, limit: float, console: Console
 ) -> None:
-    """Run the cases below `count` that have no row, in order."""
+    """Run the wanted cases that have no row, in order."""
     module, known = show(name), store.rows()
-    for index in range(count):
+    for index in wanted:
         if index in known:
             continue
         row = _run_case(store, name, module, seed, index, limit)
         store.write(index, row)
         outcome = row["failure"] or "answered"
-        console.progress(f"case {index + 1} of {count}: {outcome}, {row['seconds']:.1f} s")
+        console.progress(f"case {index + 1} of {wanted.stop}: {outcome}, {row['seconds']:.1f} s")
 
 
 def _run_case(store: RowStore, name: str, module: Show, seed: int, index: int, limit: float) -> Row:

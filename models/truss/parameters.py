@@ -12,6 +12,7 @@ import numbers
 import types
 import warnings
 from dataclasses import dataclass, field
+from reprlib import repr as shortened
 from typing import Any, Literal, cast
 
 from models.errors import require
@@ -131,10 +132,14 @@ _NOT_NEGATIVE = (
 
 def _require_number(name: str, value: object, *, zero: bool = False) -> None:
     number = isinstance(value, numbers.Real) and not isinstance(value, bool)
-    size = float(cast(float, value)) if number else math.nan
+    try:
+        size = float(cast(float, value)) if number else math.nan
+    except OverflowError:  # a whole number of more than 308 digits
+        size = math.inf
+    sign = "non-negative" if zero else "positive"
     require(
         math.isfinite(size) and (size > 0 or (zero and size == 0)),
-        f"{name} is {value!r}; give a finite {'non-negative' if zero else 'positive'} number.",
+        f"{name} is {shortened(value)}; give a finite {sign} number.",
     )
 
 
@@ -147,15 +152,15 @@ def _check_values(p: TrussParameters) -> None:
     modules: object = p.modules
     require(
         isinstance(modules, int) and modules >= 3,
-        f"modules is {modules!r}; a closed ring needs an int of at least 3.",
+        f"modules is {shortened(modules)}; a closed ring needs an int of at least 3.",
     )
     require(
         p.counting in ("once", "as printed"),
-        f'counting is {p.counting!r}; choose "once" or "as printed".',
+        f'counting is {shortened(p.counting)}; choose "once" or "as printed".',
     )
     require(
         isinstance(p.joint_masses, JointMasses),
-        f"joint_masses is {p.joint_masses!r}; give a JointMasses.",
+        f"joint_masses is {shortened(p.joint_masses)}; give a JointMasses.",
     )
 
 

@@ -39,7 +39,7 @@ from studies.common.configuration import (
     two_limits,
     whole,
 )
-from studies.common.exit_codes import StudyError
+from studies.common.exit_codes import StudyError, quoted
 from studies.common.rates import confidence
 
 DURATIONS = {"big": 8.6, "small": 11.2, "both": 11.2}  # [s], a tenth of the paper's
@@ -286,7 +286,7 @@ def _two(name: str, value: Any) -> tuple[str, str]:
     """Two different quantities, as a list or with a comma; the one that is limited first."""
     items = [item.strip() for item in value.split(",")] if isinstance(value, str) else value
     if not isinstance(items, list | tuple) or len(items) != 2:
-        raise StudyError(f"{name} is {value!r}; give two out of {', '.join(TRADED)}")
+        raise StudyError(f"{name} is {quoted(value)}; give two out of {', '.join(TRADED)}")
     first, second = (choice(TRADED)(name, item) for item in items)
     if first == second:
         raise StudyError(f"{name} names {first} twice; a trade-off is between two quantities")

@@ -10,7 +10,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from studies.common.console import Console, Table, number
-from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.exit_codes import ExitCode, StudyError, quoted
 from studies.common.running import add_results_flags
 
 if TYPE_CHECKING:
@@ -131,13 +131,15 @@ def select(names: Sequence[str], tag: str | None = None) -> list[Benchmark]:
     for name in names:
         if name not in CATALOGUE:
             raise StudyError(
-                f"there is no benchmark {name!r}; the names are {', '.join(CATALOGUE)}"
+                f"there is no benchmark {quoted(name)}; the names are {', '.join(CATALOGUE)}"
             )
     made = [CATALOGUE[name]() for name in (names or CATALOGUE)]
     chosen = [benchmark for benchmark in made if tag is None or tag in benchmark.tags]
     if not chosen:
         tags = sorted({tag for benchmark in made for tag in benchmark.tags})
-        raise StudyError(f"none of these benchmarks is tagged {tag!r}; tags: {', '.join(tags)}")
+        raise StudyError(
+            f"none of these benchmarks is tagged {quoted(tag)}; tags: {', '.join(tags)}"
+        )
     return chosen
 
 

@@ -69,9 +69,10 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
 
     # the caps of the flags are in the file: without them a rerun would check less
     folder = open_results(options.results, "check", options.overwrite)
-    folder.file("input.toml").write_text(input_text, "utf-8")
     again = f"{_command(options)} {folder.file('input.toml')}"
-    return hand_over(result, folder, _draw, again, options, console)
+    with folder.written():
+        folder.file("input.toml").write_text(input_text, "utf-8")
+        return hand_over(result, folder, _draw, again, options, console)
 
 
 def _command(options: argparse.Namespace) -> str:

@@ -37,7 +37,8 @@ class Price:
     title, unit : of what is limited.
     side : "lower" or "upper".
     limit : its value [unit].
-    price : change of the objective for a limit of one more [N per unit].
+    price : change of the objective for a limit of one more [N per unit]; not finite where several
+        limits fix the optimum and none of them can be moved alone.
     of_the_design : whether it is a limit of a parameter or a requirement, and not of the motion.
     note : why the price holds for small changes only; empty otherwise.
     """
@@ -61,6 +62,11 @@ class Price:
         word = "least" if self.side == "lower" else "most"
         loosened = "less" if self.side == "lower" else "more"
         unit = "" if self.unit == "1" else f" {self.unit}"
+        if not math.isfinite(self.price):
+            return (
+                f"{self.title}, at {word} {self.limit:.6g}{unit}: its price has no number, as "
+                f"{self.note}"
+            )
         return (
             f"{self.title}, at {word} {self.limit:.6g}{unit}: 1 % {loosened} saves "
             f"{-self.for_a_percent:.3g} N ({abs(self.price):.4g} N per{unit or ' unit'})"
@@ -94,14 +100,20 @@ def prices(
 
 def stored_prices(records: Sequence[Mapping[str, Any]]) -> str:
     """The prices of a result's details as a table in CSV."""
-    found = [Price(**record) for record in records]
+    # what is not finite is null in a record, and an empty cell here
+    found = [Price(**{**one, "price": _number(one["price"])}) for one in records]
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(["bound", "side", "limit", "unit", "price [N per unit]", "1 % looser [N]"])
     for one in found:
-        row = (f"{number:.9g}" for number in (one.price, one.for_a_percent))
+        numbers = (one.price, one.for_a_percent)
+        row = (f"{number:.9g}" if math.isfinite(number) else "" for number in numbers)
         writer.writerow([one.title, one.side, f"{one.limit:.9g}", one.unit, *row])
     return stream.getvalue()
+
+
+def _number(stored: float | None) -> float:
+    return math.nan if stored is None else stored
 
 
 def _of_the_parameters(

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ocp.arrays import Array
-from studies.common.exit_codes import StudyError
+from studies.common.exit_codes import StudyError, quoted
 from studies.common.folder import plain
 from studies.common.result import Result
 
@@ -48,10 +48,10 @@ class Dialect:
         object.__setattr__(self, "separator", separator)
         if len(separator) != 1 or separator.isalnum() or separator in '."#-+\n\r':
             raise StudyError(
-                f"--separator is {self.separator!r}; give one sign such as ',' ';' or tab"
+                f"--separator is {quoted(self.separator)}; give one sign such as ',' ';' or tab"
             )
         if self.decimal not in (".", ","):
-            raise StudyError(f"--decimal is {self.decimal!r}; give '.' or ','")
+            raise StudyError(f"--decimal is {quoted(self.decimal)}; give '.' or ','")
         if separator == self.decimal:
             raise StudyError(
                 f"cells and decimals are both marked by {separator!r}; "

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-from studies.common.exit_codes import StudyError
+from studies.common.exit_codes import StudyError, quoted
 
 Reader = Callable[[str, Any], Any]  # from the key's full name and its value to the value meant
 Configuration = TypeVar("Configuration")
@@ -113,28 +113,28 @@ def nearest(word: str, known: Iterable[str]) -> str:
 def positive(name: str, value: Any) -> float:
     """A finite number above zero."""
     if not (_is_finite(value) and value > 0):
-        raise StudyError(f"{name} is {value!r}; give a finite positive number")
+        raise StudyError(f"{name} is {quoted(value)}; give a finite positive number")
     return float(value)
 
 
 def not_negative(name: str, value: Any) -> float:
     """A finite number of at least zero."""
     if not (_is_finite(value) and value >= 0):
-        raise StudyError(f"{name} is {value!r}; give a finite non-negative number")
+        raise StudyError(f"{name} is {quoted(value)}; give a finite non-negative number")
     return float(value)
 
 
 def finite(name: str, value: Any) -> float:
     """A finite number of either sign."""
     if not _is_finite(value):
-        raise StudyError(f"{name} is {value!r}; give a finite number")
+        raise StudyError(f"{name} is {quoted(value)}; give a finite number")
     return float(value)
 
 
 def boolean(name: str, value: Any) -> bool:
     """True or false."""
     if not isinstance(value, bool):
-        raise StudyError(f"{name} is {value!r}; give true or false")
+        raise StudyError(f"{name} is {quoted(value)}; give true or false")
     return value
 
 
@@ -153,9 +153,9 @@ def whole(least: int, most: int | None = None) -> Reader:
     def read(name: str, value: Any) -> int:
         is_whole = isinstance(value, int) and not isinstance(value, bool)
         if not is_whole or value < least:
-            raise StudyError(f"{name} is {value!r}; give a whole number of at least {least}")
+            raise StudyError(f"{name} is {quoted(value)}; give a whole number of at least {least}")
         if most is not None and value > most:
-            raise StudyError(f"{name} is {value!r}; give a whole number of at most {most}")
+            raise StudyError(f"{name} is {quoted(value)}; give a whole number of at most {most}")
         return int(value)
 
     return read
@@ -166,7 +166,7 @@ def two_limits(name: str, value: Any) -> tuple[float, float]:
     stated = isinstance(value, str)
     ends = [as_number(end.strip()) for end in value.split("..")] if stated else value
     if not isinstance(ends, list | tuple) or len(ends) != 2:
-        raise StudyError(f"{name} is {value!r}; give LOW..HIGH, or [low, high] in a file")
+        raise StudyError(f"{name} is {quoted(value)}; give LOW..HIGH, or [low, high] in a file")
     low, high = positive(name, ends[0]), positive(name, ends[1])
     if low >= high:
         raise StudyError(f"{name} is {low:g} to {high:g}; give the lower limit first")
@@ -181,7 +181,7 @@ def choice(names: Iterable[str]) -> Reader:
         if value not in names:
             near = nearest(str(value), names)
             hint = f"did you mean {near}?" if near else f"choose one of {', '.join(names)}"
-            raise StudyError(f"{name} is {value!r}; {hint}")
+            raise StudyError(f"{name} is {quoted(value)}; {hint}")
         return str(value)
 
     return read
@@ -194,7 +194,7 @@ def choices(names: Iterable[str]) -> Reader:
 
     def read(name: str, value: Any) -> tuple[str, ...]:
         if isinstance(value, str) or not isinstance(value, Sequence) or not value:
-            raise StudyError(f"{name} is {value!r}; give a list out of {', '.join(names)}")
+            raise StudyError(f"{name} is {quoted(value)}; give a list out of {', '.join(names)}")
         return tuple(one(name, item) for item in value)
 
     return read
@@ -223,7 +223,7 @@ def section(kind: type[Any]) -> Reader:
 def table(name: str, value: Any) -> Mapping[str, Any]:
     """A table of TOML."""
     if not isinstance(value, Mapping):
-        raise StudyError(f"{name} is {value!r}; make it a table: [{name}]")
+        raise StudyError(f"{name} is {quoted(value)}; make it a table: [{name}]")
     return value
 
 
@@ -245,6 +245,10 @@ def read_toml(path: Path) -> dict[str, Any]:
         ) from error
     except tomllib.TOMLDecodeError as error:
         raise StudyError(f"the file {path} is not valid TOML: {error}") from error
+    except ValueError as error:  # a whole number of more digits than Python reads
+        raise StudyError(
+            f"the file {path} holds a whole number of thousands of digits; write it as 1.5e300"
+        ) from error
 
 
 def put(raw: dict[str, Any], place: Sequence[str], value: Any) -> None:
@@ -258,7 +262,7 @@ def put(raw: dict[str, Any], place: Sequence[str], value: Any) -> None:
     for name in place[:-1]:
         raw = raw.setdefault(name, {})
         if not isinstance(raw, dict):
-            raise StudyError(f"{name} is {raw!r} in the TOML file; make it a table: [{name}]")
+            raise StudyError(f"{name} is {quoted(raw)} in the TOML file; make it a table: [{name}]")
     raw[place[-1]] = value
 
 

@@ -1,6 +1,11 @@
-"""What the exit code of `antenna-ocp` means, and the error that carries one."""
+"""What the exit code of `antenna-ocp` means, the error that carries one, and values in errors."""
 
+import re
 from enum import IntEnum
+from typing import Any
+
+SHOWN = 120  # characters of a value that a message repeats: a line and a half of a terminal
+RUN_ON = re.compile(r"\S{400,}")  # a word that no path or name is as long as
 
 
 class ExitCode(IntEnum):
@@ -31,8 +36,24 @@ class StudyError(Exception):
     """One clear sentence for the user, and the exit code that goes with it."""
 
     def __init__(self, sentence: str, exit_code: ExitCode = ExitCode.BAD_INPUT) -> None:
-        super().__init__(sentence)
+        # names of keys, flags and files are not quoted, and may be as long as values
+        super().__init__(RUN_ON.sub(lambda word: _ends(word[0], SHOWN), sentence))
         self.exit_code = exit_code
+
+
+def quoted(value: Any) -> str:
+    """A value as a sentence shows it: in full, or its two ends where it is long.
+
+    A sentence is read in a line or two of a terminal, and a list that was pasted has thousands.
+    """
+    counted = f" ({len(value)} values)" if isinstance(value, list | tuple) else ""
+    text = repr(value)
+    return _ends(text, SHOWN) + (counted if len(text) > SHOWN else "")
+
+
+def _ends(text: str, longest: int) -> str:
+    """A text, or its two ends where it is longer than that."""
+    return text if len(text) <= longest else f"{text[: longest - 20]} ... {text[-12:]}"
 
 
 def exit_code_table() -> str:

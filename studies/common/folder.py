@@ -1,11 +1,13 @@
 """The results folder, made and tried before any computation, and where a result comes from."""
 
+import contextlib
+import errno
 import json
 import platform
 import re
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib import metadata
@@ -17,6 +19,8 @@ DEFAULT_PARENT = Path("results")
 OUR_MARK = "provenance.json"
 INPUT_FILE = "input.toml"
 PROGRAM = "antenna-ocp"
+# what a system says of a disk without naming a file
+OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EROFS, errno.EFBIG)
 
 
 @dataclass(frozen=True)
@@ -41,6 +45,31 @@ class ResultsFolder:
         path = self.file(name)
         path.write_text(json.dumps(plain(content), indent=2, ensure_ascii=False) + "\n", "utf-8")
         return path
+
+    @contextlib.contextmanager
+    def written(
+        self, again: str = "give the same command again with --overwrite"
+    ) -> Iterator[None]:
+        """Say of a disk that is full, or of a folder that is read-only, what it is.
+
+        Parameters
+        ----------
+        again : str
+            What to do when there is room.
+
+        Raises
+        ------
+        StudyError
+            In the place of an OSError of this folder.
+        """
+        try:
+            yield
+        except OSError as error:
+            named = error.filename is not None
+            ours = named and self.path.absolute() in Path(str(error.filename)).absolute().parents
+            if not (ours or (not named and error.errno in OF_THE_DISK)):
+                raise
+            raise unwritable(self.path, error, again) from error
 
     def complete(self) -> None:
         """Remove the folder that this one replaces."""
@@ -67,26 +96,32 @@ def open_results(asked: Path | None, name: str, overwrite: bool = False) -> Resu
         If the folder exists and may not be replaced, or cannot be created or written.
     """
     path = asked if asked is not None else _first_free(DEFAULT_PARENT, name)
-    if path.exists() and not (path.is_dir() and not any(path.iterdir())):
-        replaced = _make_room(path, overwrite)
-    else:
-        replaced = None
-
     # tried now, since finding out after an hour of solving would be too late
     try:
+        replaced = None
+        if path.exists() and not (path.is_dir() and not any(path.iterdir())):
+            replaced = _make_room(path, overwrite)
         path.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=path):
             pass
+        folder = ResultsFolder(path, replaced)
+        folder.write_json(OUR_MARK, provenance())
     except OSError as error:
         raise StudyError(
             f"the results folder {path} cannot be written ({error.strerror}); "
             "name another one with --results",
             ExitCode.NO_RESULTS_FOLDER,
         ) from error
-
-    folder = ResultsFolder(path, replaced)
-    folder.write_json(OUR_MARK, provenance())
     return folder
+
+
+def unwritable(folder: Path, error: OSError, again: str) -> StudyError:
+    """The sentence for a disk that is full or a folder that is read-only."""
+    return StudyError(
+        f"the results folder {folder} cannot be written ({error.strerror}); what was written until "
+        f"then is kept: make room or mend its rights, and {again}",
+        ExitCode.NO_RESULTS_FOLDER,
+    )
 
 
 def resumed_results(path: Path) -> Path:

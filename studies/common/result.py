@@ -18,7 +18,7 @@ from typing import Any, Literal, cast, get_args
 import numpy as np
 
 from ocp.arrays import Array
-from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.exit_codes import ExitCode, StudyError, quoted
 from studies.common.folder import OUR_MARK, PROGRAM, plain
 
 SCHEMA = 1  # raised when a field changes its meaning or disappears
@@ -293,7 +293,7 @@ class Result:
         except OSError as error:
             raise StudyError(
                 f"the result cannot be written into {folder} ({error.strerror}); "
-                "give a folder that exists and that you may write to",
+                "make room there, or give a folder that exists and that you may write to",
                 ExitCode.NO_RESULTS_FOLDER,
             ) from error
 
@@ -401,7 +401,9 @@ def _read_record(folder: Path, partial: bool) -> dict[str, Any]:
             if newer
             else "run the study again from its input.toml"
         )
-        raise StudyError(f"{path} has the format {schema!r}, this version reads {SCHEMA}; {remedy}")
+        raise StudyError(
+            f"{path} has the format {quoted(schema)}, this version reads {SCHEMA}; {remedy}"
+        )
     return record
 
 

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     Draw = Callable[[Result], Iterator[tuple[str, Figure]]]
 
 
+LONGEST_NAME = 255  # bytes of one folder's name, on every common file system
+
+
 def add_study_argument(parser: argparse.ArgumentParser) -> None:
     """The file of a study, which flags override."""
     parser.add_argument(
@@ -83,9 +86,13 @@ def take_up(
 
 
 def folder_path(text: str) -> Path:
-    """The path of a flag; an empty text is none."""
+    """The path of a flag; an empty text is none, nor one that no disk takes."""
     if not text.strip():
         raise argparse.ArgumentTypeError("it is empty; name a folder")
+    if max((len(part.encode()) for part in Path(text).parts), default=0) > LONGEST_NAME:
+        raise argparse.ArgumentTypeError(
+            f"it has a name of more than {LONGEST_NAME} characters; give a shorter one"
+        )
     return Path(text)
 
 
@@ -149,20 +156,34 @@ def carry_out(job: Job, options: argparse.Namespace, console: Console) -> ExitCo
     console.progress(
         f"results go to {folder.path}{go_on and f'; if it is stopped, it goes on by: {go_on}'}"
     )
-    job.opened(folder)
-    folder.file("input.toml").write_text(job.input_text, "utf-8")
-    begun = Result.begun(job.kind, job.question, job.configuration, provenance())
-    begun.save(folder.path)
+    with folder.written(f"go on by: {go_on}") if go_on else folder.written():
+        job.opened(folder)
+        folder.file("input.toml").write_text(job.input_text, "utf-8")
+        begun = Result.begun(job.kind, job.question, job.configuration, provenance())
+        begun.save(folder.path)
+        result = _solved(job, folder, begun, go_on, console)
+        for name, text in job.files(result).items():
+            folder.file(name).write_text(text, "utf-8", newline="")
+        again = f"{job.command} {folder.file('input.toml')}"
+        return hand_over(result, folder, job.draw, again, options, console, job.outcome, go_on)
 
+
+def _solved(job: Job, folder: ResultsFolder, begun: Result, go_on: str, console: Console) -> Result:
+    """The result of a study; why there is none is kept in its folder."""
     try:
-        result = job.solve()
+        return job.solve()
     except StudyError as error:
-        infeasible = error.exit_code is ExitCode.INFEASIBLE
-        begun.failed(str(error), infeasible).save(folder.path)
-        folder.write_json("failure.json", {"sentence": str(error), "code": error.exit_code.name})
         if error.exit_code is ExitCode.INTERRUPTED and go_on:
-            raise StudyError(f"{error}; go on by: {go_on}", error.exit_code) from error
-        raise
+            error = StudyError(f"{error}; go on by: {go_on}", error.exit_code)
+        infeasible = error.exit_code is ExitCode.INFEASIBLE
+        try:
+            begun.failed(str(error), infeasible).save(folder.path)
+            record = {"sentence": str(error), "code": error.exit_code.name}
+            folder.write_json("failure.json", record)
+        except (OSError, StudyError):
+            console.complain(str(error))  # what is raised now is the disk's
+            raise
+        raise error from None
     except KeyboardInterrupt as stop:
         if not go_on:
             raise
@@ -170,10 +191,6 @@ def carry_out(job: Job, options: argparse.Namespace, console: Console) -> ExitCo
             f"interrupted; what was written until then is kept; go on by: {go_on}",
             ExitCode.INTERRUPTED,
         ) from stop
-    for name, text in job.files(result).items():
-        folder.file(name).write_text(text, "utf-8", newline="")
-    again = f"{job.command} {folder.file('input.toml')}"
-    return hand_over(result, folder, job.draw, again, options, console, job.outcome, go_on)
 
 
 def hand_over(
@@ -199,8 +216,10 @@ def hand_over(
     """
     from studies.common.writers import exit_code, outcome_text, write
 
-    write(result, folder)
-    console.say(f"\n{(outcome or outcome_text)(result)}")
+    try:
+        write(result, folder)
+    finally:  # on a full disk, at least the user has it
+        console.say(f"\n{(outcome or outcome_text)(result)}")
 
     interrupted = result.interrupted
     if not (options.no_figures or interrupted):

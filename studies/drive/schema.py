@@ -22,7 +22,7 @@ from studies.common.configuration import (
     table,
     whole,
 )
-from studies.common.exit_codes import StudyError
+from studies.common.exit_codes import StudyError, quoted
 from studies.drive.drum import Drum
 
 INTERPOLATIONS = ("hold", "linear", "hermite", "spline", "quintic")
@@ -51,13 +51,13 @@ def _corners(name: str, value: Any) -> Corners:
     """Corners of a falling torque-speed curve without dents."""
     pairs = isinstance(value, list | tuple) and len(value) >= 1
     if not pairs or not all(isinstance(one, list | tuple) and len(one) == 2 for one in value):
-        raise StudyError(f"{name} is {value!r}; give corners such as [[0, 0.5], [300, 0]]")
+        raise StudyError(f"{name} is {quoted(value)}; give corners such as [[0, 0.5], [300, 0]]")
     corners = tuple(
         (not_negative(f"{name} (speed)", speed), not_negative(f"{name} (torque)", torque))
         for speed, torque in value
     )
     if corners[0][1] == 0.0 or corners[-1][0] == 0.0:
-        raise StudyError(f"{name} is {value!r}; its motor has no torque or no speed")
+        raise StudyError(f"{name} is {quoted(value)}; its motor has no torque or no speed")
     slopes = [0.0]
     for (speed, torque), (faster, less) in pairwise(corners):
         if faster <= speed:

@@ -11,7 +11,7 @@ import numpy as np
 from models.laws import BetweenRests, Law
 from models.truss import TrussParameters
 from ocp.arrays import Array
-from studies.common.exit_codes import StudyError
+from studies.common.exit_codes import StudyError, quoted
 from studies.common.result import Result
 from studies.drive.course import DRUM, Course, joint_course, rope_course
 from studies.drive.schema import Drive
@@ -53,7 +53,7 @@ class Source:
         name = signal or next(iter(self.courses))
         if name not in self.courses:
             known = [*self.courses, *([] if self.truss is None else [DRUM])]
-            raise StudyError(f"--signal is {name!r}; this result has {', '.join(known)}")
+            raise StudyError(f"--signal is {quoted(name)}; this result has {', '.join(known)}")
         return self.courses[name]()
 
 
@@ -97,7 +97,7 @@ def with_motion(result: Result, name: str | None) -> Result:
     motions = result.details.get("profiles", {})
     if name not in motions:
         known = ", ".join(repr(one) for one in motions) or "its main motion only"
-        raise StudyError(f"--motion is {name!r}; this result has {known}")
+        raise StudyError(f"--motion is {quoted(name)}; this result has {known}")
 
     head = f"{name}/"
     arrays = {

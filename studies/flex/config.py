@@ -24,7 +24,7 @@ from studies.common.configuration import (
     section,
     whole,
 )
-from studies.common.exit_codes import StudyError
+from studies.common.exit_codes import StudyError, quoted
 from studies.flex.readers import (
     AREA,
     DENSITY,
@@ -362,7 +362,7 @@ class FlexStudy:
         if link.material not in self.material:
             known = ", ".join(self.material) or "none"
             raise StudyError(
-                f"{name}.material is {link.material!r}, but known are {known}; give a table "
+                f"{name}.material is {quoted(link.material)}, but known are {known}; give a table "
                 f"[material.{link.material}]"
             )
         material = self.material[link.material]

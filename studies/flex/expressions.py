@@ -17,7 +17,7 @@ import numpy as np
 
 from ocp.arrays import Array
 from studies.common.configuration import nearest
-from studies.common.exit_codes import StudyError
+from studies.common.exit_codes import StudyError, quoted
 
 LONGEST = 1000  # characters; a longer law belongs into a CSV file
 DEEPEST = 60  # brackets within brackets
@@ -102,7 +102,9 @@ def read_law(name: str, text: Any, duration: float) -> TimeLaw:
         If the text is no expression, or uses what is not in the lists above.
     """
     if not isinstance(text, str) or not text.strip():
-        raise StudyError(f'{name} is {text!r}; give an expression in t, such as "0.5*sin(pi*t)"')
+        raise StudyError(
+            f'{name} is {quoted(text)}; give an expression in t, such as "0.5*sin(pi*t)"'
+        )
     if len(text) > LONGEST:
         raise StudyError(
             f"{name} has {len(text)} characters; give at most {LONGEST}, or the law as a CSV file"
@@ -111,7 +113,9 @@ def read_law(name: str, text: Any, duration: float) -> TimeLaw:
     try:
         tree = ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
-        raise StudyError(f"{name} is {text!r}, which is no expression in t ({error})") from error
+        raise StudyError(
+            f"{name} is {quoted(text)}, which is no expression in t ({error})"
+        ) from error
     t = ca.SX.sym("t")
     names = {"t": t, "T": ca.SX(duration), "pi": ca.SX(math.pi)}
     value = _Translator(name, names).read(tree, 0)
@@ -149,7 +153,9 @@ class _Translator:
 
     def _number(self, node: ast.Constant) -> Any:
         if isinstance(node.value, bool) or not isinstance(node.value, int | float):
-            raise StudyError(f"{self.name} has {node.value!r}, which is no number; take it out")
+            raise StudyError(
+                f"{self.name} has {quoted(node.value)}, which is no number; take it out"
+            )
         # floats: a whole number to the power of another one could fill the memory
         try:
             return ca.SX(float(node.value))

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from studies.common.configuration import Reader, finite, from_mapping, positive, table
-from studies.common.exit_codes import StudyError
+from studies.common.exit_codes import StudyError, quoted
 
 
 def numbers(least: int = 0, most: int | None = None) -> Reader:
@@ -15,7 +15,7 @@ def numbers(least: int = 0, most: int | None = None) -> Reader:
 
     def read(name: str, value: Any) -> tuple[float, ...]:
         if isinstance(value, str) or not isinstance(value, Sequence) or len(value) < least:
-            raise StudyError(f"{name} is {value!r}; give a list of {least} or more numbers")
+            raise StudyError(f"{name} is {quoted(value)}; give a list of {least} or more numbers")
         if most is not None and len(value) > most:
             raise StudyError(f"{name} has {len(value)} numbers; give at most {most}")
         return tuple(limited(finite)(f"{name}[{i}]", item) for i, item in enumerate(value))
@@ -99,5 +99,5 @@ def _stated_table(kind: type[Any], name: str, value: Any) -> Any:
 def text(name: str, value: Any) -> str:
     """A text."""
     if not isinstance(value, str):
-        raise StudyError(f"{name} is {value!r}; give a text")
+        raise StudyError(f"{name} is {quoted(value)}; give a text")
     return value

@@ -14,7 +14,7 @@ import numpy as np
 
 from ocp.arrays import Array
 from studies.common.configuration import finite
-from studies.common.exit_codes import StudyError
+from studies.common.exit_codes import StudyError, quoted
 
 Curve = tuple[tuple[float, float], ...]  # (angle, torque) [rad, N m]
 MOST_ROWS = 40  # of the curve that the problem sees: its expressions grow with them
@@ -33,7 +33,7 @@ def curve_of(name: str, value: Any) -> Curve:
     pairs = isinstance(rows, list | tuple) and len(rows) >= 2
     if not pairs or not all(isinstance(row, list | tuple) and len(row) == 2 for row in rows):
         raise StudyError(
-            f"{name} is {value!r}; give rows [angle in rad, torque in N m], two or more"
+            f"{name} is {quoted(value)}; give rows [angle in rad, torque in N m], two or more"
         )
     curve = tuple((finite(name, angle), finite(name, torque)) for angle, torque in rows)
     for (before, _), (angle, _) in pairwise(curve):

@@ -22,7 +22,7 @@ from studies.common.configuration import (
     section,
     table,
 )
-from studies.common.exit_codes import StudyError
+from studies.common.exit_codes import StudyError, quoted
 from studies.margin.presets import PRESETS
 from studies.margin.resistance import Curve, curve_of
 
@@ -290,8 +290,8 @@ def read_margin(stated: str) -> dict[str, Any]:
     path = Path(stated)
     if not path.suffix and not path.exists():
         raise StudyError(
-            f"--margin is {stated!r}, no preset and no file; presets are {', '.join(PRESETS)}, "
-            "other factors stand in a TOML file"
+            f"--margin is {quoted(stated)}, no preset and no file; presets are "
+            f"{', '.join(PRESETS)}, other factors stand in a TOML file"
         )
     raw = read_toml(path)
     return dict(table("margin", raw["margin"]) if "margin" in raw else raw)

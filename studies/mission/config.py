@@ -26,13 +26,9 @@ from studies.common.configuration import (
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.truss.config import TrussStudy
 from studies.truss.config import as_dictionary as truss_dictionary
+from studies.truss.limits.caps import jerk_cap
 
 AIMS = ("utilisation", "time")
-
-
-def _jerk(name: str, value: Any) -> float | str:
-    """A number, or a text that a study of the truss understands."""
-    return value if isinstance(value, str) else positive(name, value)
 
 
 def _truss(name: str, value: Any) -> TrussParameters:
@@ -79,7 +75,7 @@ class MissionStudy:
     rope_force: float = key(positive, "N", "cap on the ring's force on one rope", default=60.0)
     reaction: float = key(positive, "N", "cap on what the arm feels of the ring", default=5.0)
     jerk: Any = key(
-        _jerk,
+        jerk_cap,
         "rad/s^3",
         "cap on the jerk of the ring's angle, or 500/T^3, bezier, step5",
         default="500/T^3",

@@ -60,6 +60,11 @@ class StageCurve:
         flat = [d for d in durations[:-1] if self.slope(math.nextafter(d, math.inf)) > FLATTEST]
         return min(flat, default=math.inf)
 
+    @property
+    def least(self) -> float:
+        """Utilisation that more time does not lower; 0 where none is known."""
+        return self.known.get(self.floor, 0.0)
+
     def duration_for(self, utilisation: float) -> float:
         """Duration [s] in which the stage uses that much, as the known points have it."""
         durations = sorted(self.known)

@@ -278,6 +278,12 @@ def _broken_caps(mission: Mission) -> str:
             f"in the least time found, {mission.total:.5g} s, a cap is broken: {over}; ask for "
             f"--total {needed:.3g} or a little more"
         )
+    if hopeless := [curve.name for curve in mission.curves if curve.least > 1.0 + WITHIN]:
+        motion = next(one for one in mission.motions if one.name == hopeless[0])
+        return (
+            f"no split of {mission.total:.5g} s was found that keeps all caps, {over}; more time "
+            f"does not help the {motion.name}, so raise its cap on the {motion.governing.title}"
+        )
     return (
         f"no split of {mission.total:.5g} s was found that keeps all caps, {over}; a total of "
         f"about {needed:.3g} s would do, see --least time"

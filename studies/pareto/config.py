@@ -27,7 +27,7 @@ from studies.common.configuration import (
     two_limits,
     whole,
 )
-from studies.common.exit_codes import StudyError
+from studies.common.exit_codes import StudyError, quoted
 from studies.truss.config import TrussStudy, as_dictionary, study_from
 from studies.truss.limits.caps import CAPPED, cap_on
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
@@ -45,7 +45,7 @@ def _objectives(name: str, value: Any) -> tuple[str, ...]:
     """Two or three different objectives, of which all but one can be limited."""
     known = tuple(dict.fromkeys((*OBJECTIVES, "peak-jerk")))
     if isinstance(value, str) or not isinstance(value, list | tuple) or len(value) not in (2, 3):
-        raise StudyError(f"{name} is {value!r}; give two or three out of {', '.join(known)}")
+        raise StudyError(f"{name} is {quoted(value)}; give two or three out of {', '.join(known)}")
     names = tuple(choice(known)(name, item) for item in value)
     for one in names:
         if (times := names.count(one)) > 1:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 
-from studies.common.exit_codes import StudyError
+from studies.common.exit_codes import StudyError, quoted
 from studies.common.result import Result, Series
 from studies.pareto.config import pareto_from
 from studies.pareto.continuation import FrontPoint
@@ -49,8 +49,8 @@ def motion_of(result: Result, name: str) -> Result:
     named = {_head(number).removesuffix("/"): number for number in range(1, count + 1)}
     if name not in named:
         raise StudyError(
-            f"--motion is {name!r}; this front has 'point 1' to 'point {count}', in the order of "
-            "its profile, the one with the least limit first"
+            f"--motion is {quoted(name)}; this front has 'point 1' to 'point {count}', in the "
+            "order of its profile, the one with the least limit first"
         )
 
     number = named[name]

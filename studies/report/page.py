@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import base64
+import io
 import json
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any
 
@@ -31,6 +32,8 @@ _SUBJECTS = {
 }
 # the same for kinds of results that show something else than their subject's motion
 _OWN = {"pareto-truss": "studies.report.subjects.front"}
+# kinds whose figures stand in the page as pictures: cases over their keys are no curves of motions
+_DRAWN = {"sweep": "studies.sweep.figures"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,15 +45,19 @@ class Shown:
     laws : names, in the order of their colours.
     charts : all curves.
     picture : what moves, or None.
+    figures : PNG files of the figures that stand in the page, by name.
     """
 
     laws: tuple[str, ...]
     charts: tuple[Chart, ...]
     picture: MovingPicture | None
+    figures: Mapping[str, bytes] = field(default_factory=dict)
 
 
 def shown(result: Result) -> Shown:
     """Curves and motion of a result, as its kind has them."""
+    if result.kind in _DRAWN and result.arrays:
+        return Shown((), (), None, dict(_drawings(result)))
     name = _SUBJECTS.get(words.subject(result), "studies.report.subjects.arm")
     name = _OWN.get(result.kind, name)
     module: Any = import_module(name)
@@ -66,6 +73,13 @@ def shown(result: Result) -> Shown:
     if picture is not None:
         named += [law.name for law in picture.laws]
     return Shown(_in_order((*result.laws, *named)), charts, picture)
+
+
+def _drawings(result: Result) -> Iterator[tuple[str, bytes]]:
+    for name, figure in import_module(_DRAWN[result.kind]).draw(result):
+        stream = io.BytesIO()
+        figure.savefig(stream, format="png")
+        yield name, stream.getvalue()
 
 
 def _in_order(names: Iterable[str]) -> tuple[str, ...]:
@@ -87,9 +101,7 @@ def page(result: Result, input_text: str = "") -> str:
     text = input_text or json.dumps(result.configuration, indent=2, ensure_ascii=False)
     parts = [
         *_motion(what),
-        sections.section("Curves", sections.curves(what.charts, what.laws))
-        if what.charts
-        else sections.section("Curves", element("p", "The arrays are missing.")),
+        _curves(what),
         sections.requirement(result),
         sections.model(result),
         sections.parameters(result),
@@ -108,6 +120,20 @@ def page(result: Result, input_text: str = "") -> str:
         element("main", sections.missing(result), sections.summary(result), parts, id="content"),
     ]
     return document(sections.title_of(result), body, payload(what))
+
+
+def _curves(what: Shown) -> Element:
+    """Curves as data, or figures as pictures."""
+    if what.charts:
+        return sections.section("Curves", sections.curves(what.charts, what.laws))
+    if not what.figures:
+        return sections.section("Curves", element("p", "The arrays are missing."))
+    pictures = []
+    for name, picture in what.figures.items():
+        source = f"data:image/png;base64,{base64.b64encode(picture).decode()}"
+        said = f"{name.replace('_', ' ')}; the numbers are in the table of the cases"
+        pictures.append(element("figure", element("img", src=source, alt=said), class_="drawn"))
+    return sections.section("Figures", pictures)
 
 
 def _navigation(parts: Sequence[Element]) -> Element:

@@ -21,6 +21,7 @@ _NAMES = {
     "arm": "Supporting arm",
     "flex": "Flexible links",
     "paper": "The paper beside our models",
+    "sweep": "Many cases of one study",
 }
 
 

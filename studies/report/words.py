@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
 from studies.common.console import number
 from studies.common.result import OUTSTANDING, WORSE, Result, TableRow
 
@@ -48,6 +50,18 @@ _MEANS = {
 }
 
 
+# what a verdict means of many cases, whose columns are no laws beside each other
+CASES = "sweep"
+_MEANS_OF_CASES = {
+    "global": "In each case no other motion under its caps is better: a bound that holds for all "
+    "of them is met.",
+    "local": "Each case is the best of what was tried. At least in one of them nothing proves that "
+    "no other motion is better.",
+    "measured": "Nothing was optimised. The numbers are those of the motions that were given.",
+    "none": "No case has left a motion.",
+}
+
+
 def subject(result: Result) -> str:
     """What a result is about: truss, arm, flex, paper, or what its kind begins with."""
     return _ABOUT.get(result.kind, result.kind.partition("-")[0])
@@ -55,6 +69,8 @@ def subject(result: Result) -> str:
 
 def answer(result: Result) -> list[str]:
     """What was found, beside what it is compared with."""
+    if result.kind == CASES:
+        return _of_cases(result)
     sentences = [_least(result, row) for row in result.table if row.minimised]
     if sentences and result.also_found:
         sentences.insert(0, f"These are the numbers of one of the motions: {result.laws[0]}.")
@@ -64,6 +80,39 @@ def answer(result: Result) -> list[str]:
     if result.verdict.kind in ("global", "local"):
         sentences += [_bounded(row, result) for row in result.table if row.minimised and row.bound]
     return sentences
+
+
+def _of_cases(result: Result) -> list[str]:
+    """Between which values the answers lie: of what is minimised, drawn, or else comes first."""
+    names = result.configuration.get("show") or [row.key for row in result.table if row.minimised]
+    rows = [row for row in result.table if row.key in names] or result.table
+    sentences = [_ANSWERS["none"]] if not rows else []
+    for row in rows[:3]:
+        least, most = row.values["least"], row.values["greatest"]
+        if least == most:
+            sentences.append(f"The {row.title} is {number(least, 6)}{_unit(row)} in all cases.")
+            continue
+        # those that differ by rounding alone are least together
+        reach = least + MEETS * abs(least)
+        first, *others = np.flatnonzero(result.arrays[row.key].values <= reach).tolist()
+        more = f", and as low in {len(others)} more" if others else ""
+        sentences.append(
+            f"The {row.title} lies between {number(least, 6)} and {number(most, 6)}{_unit(row)}. "
+            f"It is least at {_stated(result, first)}{more}."
+        )
+    return sentences
+
+
+def _stated(result: Result, case: int) -> str:
+    """The keys that vary, as a case has them."""
+    units = result.details["units"]
+    point = zip(result.configuration["parameters"], result.details["points"][case], strict=True)
+    words = []
+    for key, value in point:
+        if value is not None:
+            text = number(value, 6) if isinstance(value, float) else str(value)
+            words.append(f"{key} = {text} {units.get(key, '')}".rstrip())
+    return ", ".join(words) or "the study as it is stated"
 
 
 def _first_values(result: Result) -> list[str]:
@@ -157,12 +206,14 @@ def outstanding(result: Result) -> bool:
 
 def compared(result: Result) -> bool:
     """Whether there is anything to compare with."""
-    return bool(result.compared_with) and any(row.better != "neither" for row in result.table)
+    several = bool(result.compared_with) and result.kind != CASES
+    return several and any(row.better != "neither" for row in result.table)
 
 
 def rests_on(result: Result) -> list[str]:
     """Why the verdict may be believed, and how far."""
-    sentences = [_MEANS[result.verdict.kind]]
+    means = {**_MEANS, **_MEANS_OF_CASES} if result.kind == CASES else _MEANS
+    sentences = [means[result.verdict.kind]]
     checks = result.checks
     if checks:
         failed = [check for check in checks if not check.passed]

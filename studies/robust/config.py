@@ -24,7 +24,7 @@ from studies.common.configuration import (
     toml_text,
     whole,
 )
-from studies.common.exit_codes import StudyError
+from studies.common.exit_codes import StudyError, quoted
 from studies.truss.config import TrussStudy
 from studies.truss.config import as_dictionary as truss_dictionary
 from studies.truss.config import study_from as truss_study_from
@@ -79,13 +79,15 @@ def _scatter(name: str, value: Any) -> dict[str, dict[str, float]]:
         where = f"{name}.{word}"
         if set(table(where, raw)) not in ({"low", "high"}, {"mean", "deviation"}):
             raise StudyError(
-                f"{where} is {dict(raw)!r}; give low and high (uniform), or mean and deviation "
-                "(normal, cut off at zero)"
+                f"{where} is {quoted(dict(raw))}; give low and high (uniform), or mean and "
+                "deviation (normal, cut off at zero)"
             )
         found[word] = {end: finite(f"{where}.{end}", raw[end]) for end in raw}
         low = found[word].get("low", found[word].get("deviation", 0.0))
         if low < 0 or found[word].get("high", math.inf) < low or found[word].get("mean", 0) < 0:
-            raise StudyError(f"{where} is {dict(raw)!r}; give numbers from zero, the lower first")
+            raise StudyError(
+                f"{where} is {quoted(dict(raw))}; give numbers from zero, the lower first"
+            )
     return found
 
 

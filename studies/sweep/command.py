@@ -66,7 +66,7 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
     seconds, workers = _limits(options)
     _check_extras(options)
     study = read_study(options)
-    planned = plan(study)
+    planned = plan(study, console)
     path = options.results or PARENT / f"sweep-{options.study.stem}"
     store = CaseStore(path, planned.version)
     if options.plan:
@@ -134,23 +134,29 @@ def _open(path: Path, study: SweepStudy) -> ResultsFolder:
     from studies.common.configuration import toml_text
     from studies.common.folder import INPUT_FILE, OUR_MARK, ResultsFolder, open_results, provenance
     from studies.common.result import RESULT_FILE, Result
-    from studies.sweep.cases.store import FOLDER, unwritable, write_whole
+    from studies.sweep.cases.store import AGAIN, FOLDER, write_whole
     from studies.sweep.config import as_dictionary
 
-    # killed just after it was made, a folder has no result yet
-    new = (path / OUR_MARK).is_file() and not (path / RESULT_FILE).exists()
-    if new or (path / FOLDER).is_dir():
-        folder = ResultsFolder(path)
-    else:
-        folder = open_results(path, path.name)
-    try:
-        (path / FOLDER).mkdir(exist_ok=True)
-        head = "# Reproduces this result, or goes on with it: antenna-ocp sweep input.toml\n\n"
-        write_whole(folder.file(INPUT_FILE), head + toml_text(as_dictionary(study)))
-    except OSError as error:
-        raise unwritable(path, error) from error
+    folder = ResultsFolder(path)
+    with folder.written(AGAIN):
+        # killed just after it was made, a folder has no result yet
+        new = not (path / RESULT_FILE).exists()
+        ours = (path / OUR_MARK).is_file() and (new or (path / FOLDER).is_dir())
+        if not ours and path.exists() and not (path.is_dir() and not any(path.iterdir())):
+            raise StudyError(
+                f"{path} exists already and is no results folder of a sweep; name a new one with "
+                "--results",
+                ExitCode.NO_RESULTS_FOLDER,
+            )
+    if not ours:
+        open_results(path, path.name)
+
+    head = "# Reproduces this result, or goes on with it: antenna-ocp sweep input.toml\n\n"
     configuration = as_dictionary(study)
-    Result.begun("sweep", study.question, configuration, provenance()).save(path)
+    with folder.written(AGAIN):
+        (path / FOLDER).mkdir(exist_ok=True)
+        write_whole(folder.file(INPUT_FILE), head + toml_text(configuration))
+        Result.begun("sweep", study.question, configuration, provenance()).save(path)
     return folder
 
 
@@ -223,24 +229,27 @@ def _hand_over(
 ) -> ExitCode:
     """Tabulate a sweep, print and draw it."""
     from studies.common.running import hand_over
+    from studies.sweep.cases.store import AGAIN
     from studies.sweep.table import FILE, as_csv, columns, result_of, tabulate, write_parquet
 
     table = tabulate(planned, store)
     content = columns(planned, table)
-    folder.file(FILE).write_text(as_csv(content), "utf-8", newline="")
-    if options.parquet:
-        write_parquet(content, folder.file(FILE).with_suffix(".parquet"))
     result = result_of(planned, table, interrupted, remarks)
-    again = "antenna-ocp sweep"
-    return hand_over(
-        result,
-        folder,
-        _draw,
-        f"{again} {folder.file('input.toml')} --results {folder.path}",
-        options,
-        console,
-        go_on=f"{again} {options.study} --results {folder.path}" if interrupted else "",
-    )
+    # the study in the folder: it has what flags have said, too
+    again = f"antenna-ocp sweep {folder.file('input.toml')} --results {folder.path}"
+    with folder.written(AGAIN):
+        folder.file(FILE).write_text(as_csv(content), "utf-8", newline="")
+        if options.parquet:
+            write_parquet(content, folder.file(FILE).with_suffix(".parquet"))
+        return hand_over(
+            result,
+            folder,
+            _draw,
+            again,
+            options,
+            console,
+            go_on=again if interrupted else "",
+        )
 
 
 def _draw(result: Any) -> Any:

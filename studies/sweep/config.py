@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,7 @@ from studies.common.configuration import (
     table,
     whole,
 )
-from studies.common.exit_codes import StudyError
+from studies.common.exit_codes import StudyError, quoted
 from studies.sweep.subjects import SUBJECTS
 
 SAMPLINGS = ("grid", "list", "one-at-a-time", "latin-hypercube", "sobol", "sobol-indices")
@@ -79,13 +79,17 @@ def _axes(name: str, value: Any) -> tuple[Axis, ...]:
 def _axes_in(name: str, content: Mapping[str, Any], above: str) -> Iterator[Axis]:
     for word, value in content.items():
         full = f"{above}{word}"
+        if "" in full.split("."):
+            raise StudyError(
+                f"{name} has the key {quoted(full)}, a part of which is empty; name it"
+            )
         if isinstance(value, Mapping) and not {"low", "high"} & value.keys():
             yield from _axes_in(name, value, f"{full}.")
         elif isinstance(value, Mapping):
             yield _between(f"{name}.{full}", full, value)
         elif not isinstance(value, list | tuple):
             raise StudyError(
-                f"{name}.{full} is {value!r}; give a list of values, or low and high: "
+                f"{name}.{full} is {quoted(value)}; give a list of values, or low and high: "
                 "{ low = 1.0, high = 2.0, count = 5 }"
             )
         elif not value:
@@ -121,8 +125,21 @@ def _between(name: str, word: str, raw: Mapping[str, Any]) -> Axis:
 
 def _words(name: str, value: Any) -> tuple[str, ...]:
     if isinstance(value, str) or not isinstance(value, list | tuple):
-        raise StudyError(f'{name} is {value!r}; give a list of quantities, as ["peak-force"]')
+        raise StudyError(f'{name} is {quoted(value)}; give a list of quantities, as ["peak-force"]')
     return tuple(str(word) for word in value)
+
+
+def _repeated(values: Sequence[Any]) -> list[Any]:
+    """Values that are there twice; in one pass, as there may be a million."""
+    seen: set[Any] = set()
+    again = []
+    for value in values:
+        # a list or a table cannot be in a set, but its text can
+        mark = value if isinstance(value, Hashable) else repr(value)
+        if mark in seen:
+            again.append(value)
+        seen.add(mark)
+    return again
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -214,9 +231,9 @@ class SweepStudy:
             )
         if not drawn and not axis.values:
             raise StudyError(f"{name} has no count; give one, or a list of values")
-        repeated = [value for value in axis.values if axis.values.count(value) > 1]
+        repeated = _repeated(axis.values)
         if self.sampling != "list" and repeated:
-            raise StudyError(f"{name} states {repeated[0]!r} twice; state each value once")
+            raise StudyError(f"{name} states {quoted(repeated[0])} twice; state each value once")
 
     @property
     def mode(self) -> str:

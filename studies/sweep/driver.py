@@ -86,38 +86,48 @@ class Driver:
 
     def _sort(self) -> None:
         """Find what is done, and what waits for its parent."""
-        present, twins = self.store.keys(), set()
+        present = self.store.keys()
+        cases: dict[str, Case] = {}
         for case in self.plan.cases:
-            if case.key in twins:
+            if case.key in cases:
                 continue  # a list may state a case twice; it is solved once
-            twins.add(case.key)
+            cases[case.key] = case
             if case.key in present and self._trusted(case):
                 self.done.add(case.key)
-            elif case.parent is None or case.parent in self.done:
-                self._ready.append(case)
             else:
-                self._waiting.setdefault(case.parent, []).append(case)
+                self._queue(case, cases)
 
-        self._missing = len(twins) - len(self.done)
+        self._missing = len(cases) - len(self.done)
         if self.done:
-            self.console.progress(f"{len(self.done)} of {len(twins)} cases are there already")
+            self.console.progress(f"{len(self.done)} of {len(cases)} cases are there already")
+
+    def _queue(self, case: Case, cases: Mapping[str, Case]) -> None:
+        """Put a case where it waits for its parent, or for its turn."""
+        parent = case.parent
+        if parent in self.done and not self.store.has_whole_motion(parent):
+            self._discard(cases[parent], "its motion is damaged, from which another case starts")
+            self.done.remove(parent)
+            self._queue(cases[parent], cases)
+        if parent is None or parent in self.done:
+            self._ready.append(case)
+        else:
+            self._waiting.setdefault(parent, []).append(case)
+
+    def _discard(self, case: Case, reason: str) -> None:
+        """Have a case computed again."""
+        self.console.progress(f"case {case.number + 1} is computed again: {reason}")
+        self.store.discard(case.key)
 
     def _trusted(self, case: Case) -> bool:
         """Whether a case that has a file need not be solved again."""
         try:
             record = self.store.read(case.key)
         except DamagedCase as damage:
-            self.console.progress(
-                f"case {case.number + 1} is computed again: its file is damaged ({damage})"
-            )
-            self.store.discard(case.key)
+            self._discard(case, f"its file is damaged ({damage})")
             return False
         hung, limit = record["status"] == "hung", record.get("seconds") or 0.0
         if hung and (self.seconds is None or self.seconds > limit):
-            self.console.progress(
-                f"case {case.number + 1} is computed again: it had {limit:g} s, and has more now"
-            )
-            self.store.discard(case.key)
+            self._discard(case, f"it had {limit:g} s, and has more now")
             return False
         self.failed += record["status"] != "solved"
         return True

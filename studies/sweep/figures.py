@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ocp.arrays import Array
-from studies.common.drawing import COLOURS, STYLES, label_axes
+from studies.common.drawing import COLOURS, STYLES, label_axes, legend_below
 from studies.common.result import Result
 
 PANELS = 3  # quantities in a figure, where no more are asked for
@@ -22,6 +22,7 @@ TICKED = 8  # values that are all named on their axis
 SAME = 1e-6  # relative: a spread below it is none
 WRAPPED = 36  # signs of a line of a label
 SIGNS_PER_INCH = 14.0  # of a head
+HANDLE = 12  # signs that the line before a text of a legend takes, and the room after it
 LACKING = "#b0b0b0"  # where a case has no solution
 
 
@@ -203,8 +204,12 @@ def curves(result: Result, parameters: Sequence[Parameter], quantities: Sequence
         _mark_lacking(panel, np.unique(np.concatenate(lacking)))
         first.along(panel)
         label_axes(panel, first.label, _label(result, name), fit=False)
-    if panels[0].get_legend_handles_labels()[1]:
-        panels[0].legend(fontsize=7.5, frameon=False)
+    # below the panels, as curves may be anywhere in them
+    labels = panels[0].get_legend_handles_labels()[1]
+    if labels:
+        signs = int(SIGNS_PER_INCH * figure.get_figwidth())
+        columns = max(1, signs // (max(map(len, labels)) + HANDLE))
+        legend_below(figure, panels[0], min(columns, len(labels)))
     return figure
 
 
@@ -225,8 +230,11 @@ def heat_map(result: Result, parameters: Sequence[Parameter], quantities: Sequen
         second.along(panel, vertical=True)
         panel.set_xlabel(first.label)
         panel.set_ylabel(second.label)
-        best = int(np.nanargmin(cells))
-        panel.plot(x[best % x.size], y[best // x.size], "*", ms=11, mfc="w", mec="k", mew=0.7)
+        # all that are least: of cases that differ by rounding none is the better one
+        finite = cells[np.isfinite(cells)]
+        reach = np.abs(finite).max(initial=0.0) * SAME
+        rows, columns = np.nonzero(cells <= finite.min(initial=np.inf) + reach)
+        panel.plot(x[columns], y[rows], "*", ms=11, mfc="w", mec="k", mew=0.7)
     panels[0].set_title("star: least value; grey: no solution", fontsize=8)
     return figure
 
@@ -246,6 +254,9 @@ def tornado(result: Result, quantities: Sequence[str]) -> Figure:
     cases = result.details["points"]
     for panel, name in zip(panels, quantities, strict=True):
         values = result.arrays[name].values
+        if not math.isfinite(values[0]):
+            _say_no_middle(panel, _label(result, name))
+            continue
         bars = []
         for place, key in enumerate(rows):
             own = [n for n, point in enumerate(cases) if point[place] is not None]
@@ -306,6 +317,13 @@ def points(result: Result, parameters: Sequence[Parameter], quantities: Sequence
             label_axes(panel, parameter.label, "", fit=False)
         row[0].set_ylabel(_label(result, name))
     return figure
+
+
+def _say_no_middle(panel: Axes, label: str) -> None:
+    """What stands for the bars where the study as it is stated has no solution."""
+    panel.set_axis_off()
+    words = f"{label}:\nthe study as it is stated has no solution,\nso nothing can be set beside it"
+    panel.text(0.5, 0.5, words, ha="center", va="center", transform=panel.transAxes, fontsize=9)
 
 
 def indices(result: Result) -> Figure:

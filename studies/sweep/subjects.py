@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from studies.common.configuration import key_lines, table
-from studies.common.exit_codes import StudyError
+from studies.common.exit_codes import StudyError, quoted
 
 if TYPE_CHECKING:
     from studies.common.result import Result
@@ -160,11 +160,13 @@ def put_value(raw: Any, place: tuple[str, ...], value: Any, name: str) -> Any:
     if isinstance(raw, list | tuple):
         if not (first.isdigit() and int(first) < len(raw)):
             raise StudyError(
-                f"{name}: there is no entry {first!r} in a list of {len(raw)}; number its entries "
-                "from 0"
+                f"{name}: there is no entry {quoted(first)} in a list of {len(raw)}; number its "
+                "entries from 0"
             )
         number = int(first)
         return [*raw[:number], put_value(raw[number], rest, value, name), *raw[number + 1 :]]
     if not isinstance(raw, Mapping):
-        raise StudyError(f"{name}: there is a value {raw!r} where {first!r} needs a table")
+        raise StudyError(
+            f"{name}: there is a value {quoted(raw)} where {quoted(first)} needs a table"
+        )
     return {**raw, first: put_value(raw.get(first, {}) if rest else None, rest, value, name)}

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from studies.common.console import Console
-from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.exit_codes import ExitCode, StudyError, quoted
 from studies.common.key_flags import KeyFlags, add_key_flags, put_key_flags
 from studies.common.running import (
     Job,
@@ -232,7 +232,9 @@ def _apply_parameters(raw: dict[str, Any], options: argparse.Namespace) -> None:
     for assignment in options.parameter:
         name, equals, text = (part.strip() for part in assignment.partition("="))
         if not (name and equals and text):
-            raise StudyError(f"--parameter is {assignment!r}; write NAME=VALUE, e.g. link=0.16")
+            raise StudyError(
+                f"--parameter is {quoted(assignment)}; write NAME=VALUE, e.g. link=0.16"
+            )
 
         same = _SAME.get(name, "")
         of_flag = None

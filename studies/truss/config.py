@@ -32,7 +32,7 @@ from studies.common.configuration import (
     toml_text,
     whole,
 )
-from studies.common.exit_codes import StudyError
+from studies.common.exit_codes import StudyError, quoted
 from studies.drive.schema import Drive
 from studies.margin.schema import MarginRequirements
 from studies.truss.limits.caps import (
@@ -74,10 +74,11 @@ def _duration(name: str, value: Any) -> tuple[float, float]:
         fixed = positive(name, value)
         return fixed, fixed
     if len(value) != 2:
-        raise StudyError(f"{name} is {value!r}; give a number or [low, high] in seconds")
+        raise StudyError(f"{name} is {quoted(value)}; give a number or [low, high] in seconds")
     if "" in (value[0], value[1]):
         raise StudyError(
-            f"{name} runs from {value[0]!r} to {value[1]!r}; give both ends in seconds, as 2..60"
+            f"{name} runs from {quoted(value[0])} to {quoted(value[1])}; give both ends in "
+            "seconds, as 2..60"
         )
     low, high = positive(name, value[0]), positive(name, value[1])
     if low > high:
@@ -108,8 +109,8 @@ def _truss(name: str, value: Any) -> TrussParameters:
     for in_degrees, radians in degrees.items():
         if in_degrees in raw and radians in raw:
             raise StudyError(
-                f"{name} states {radians} = {raw[radians]!r} and {in_degrees} = "
-                f"{raw[in_degrees]!r}, which are the same angle; state one of them"
+                f"{name} states {radians} = {quoted(raw[radians])} and {in_degrees} = "
+                f"{quoted(raw[in_degrees])}, which are the same angle; state one of them"
             )
 
     base = SETS[choice(SETS)(f"{name}.set", raw.get("set", "dynamic"))]
@@ -129,7 +130,7 @@ def _truss(name: str, value: Any) -> TrussParameters:
 
 def _joint_masses(name: str, raw: Any) -> JointMasses:
     if not isinstance(raw, Mapping):
-        raise StudyError(f"{name} is {raw!r}; make it a table of masses in kg")
+        raise StudyError(f"{name} is {quoted(raw)}; make it a table of masses in kg")
     check_keys(raw, [field.name for field in dataclasses.fields(JointMasses)], f"{name}.")
     return JointMasses(**raw)
 
@@ -256,7 +257,7 @@ class TrussStudy:
         duration = self.fixed_duration
         if duration is None:
             raise StudyError(
-                f"caps.jerk is {stated!r}, but the duration is free; give it in rad/s^3"
+                f"caps.jerk is {quoted(stated)}, but the duration is free; give it in rad/s^3"
             )
 
         multiple = MULTIPLE_OF_DURATION.fullmatch(stated)

@@ -3,6 +3,7 @@
 import math
 import tomllib
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -20,11 +21,13 @@ from studies.common.configuration import (
     optional,
     positive,
     put,
+    read_toml,
     section,
     toml_text,
     whole,
 )
-from studies.common.exit_codes import StudyError
+from studies.common.exit_codes import SHOWN, StudyError, quoted
+from studies.truss.config import study_from
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,3 +128,40 @@ def test_a_flag_goes_into_its_table() -> None:
     assert raw == {"inner": {"a": 1, "cap": 5}, "other": {"deep": {"x": 6}}}
     with pytest.raises(StudyError, match="inner is 3 in the TOML file"):
         put({"inner": 3}, ("inner", "cap"), 5)
+
+
+def test_a_long_value_is_shown_by_its_ends() -> None:
+    numbers = [float(number) for number in range(200)]
+    with pytest.raises(StudyError) as refused:
+        study_from({"minimise": "peak-force", "duration": numbers})
+    said = str(refused.value)
+    assert said.startswith("duration is [0.0, 1.0, 2.0, ")
+    assert said.endswith("98.0, 199.0] (200 values); give a number or [low, high] in seconds")
+    assert len(said) < 250
+    assert quoted([1.0, 2.0]) == "[1.0, 2.0]"
+    assert len(quoted("x" * 5000)) <= SHOWN
+
+
+@pytest.mark.parametrize(
+    ("raw", "words"),
+    [
+        ({"x" * 3000: 1}, "unknown key xxx"),
+        ({"truss": {"y" * 3000: 1}}, "unknown key truss.yyy"),
+        ({"truss": {"link": [1.0] * 500}}, "link is [1.0, 1.0, "),
+        ({"truss": {"link": 10**400}}, "link is 1000000000000"),
+        ({"truss": {"modules": 10**400}}, "truss.modules is 1000000000000"),
+        ({"duration": {str(number): number for number in range(500)}}, "duration is {'0': 0, "),
+    ],
+)
+def test_what_is_very_long_makes_no_long_sentence(raw: dict[str, Any], words: str) -> None:
+    with pytest.raises(StudyError) as refused:
+        study_from({"minimise": "peak-force", "duration": 6.0, **raw})
+    assert words in str(refused.value)
+    assert len(str(refused.value)) < 500
+
+
+def test_a_whole_number_of_thousands_of_digits_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "study.toml"
+    path.write_text(f"duration = {'9' * 5000}", "utf-8")
+    with pytest.raises(StudyError, match="a whole number of thousands of digits; write it as"):
+        read_toml(path)

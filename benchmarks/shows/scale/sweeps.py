@@ -115,27 +115,30 @@ def _kills(seed: int, folder: Path) -> Row:
 
 
 def _dask(seed: int, folder: Path) -> Row:
-    """200 falls on two Dask workers in processes of their own; one dies, another comes."""
-    content = {
-        "subject": "flex",
-        "parameters": {
-            "joint.0.start_deg": {"low": -60.0, "high": 60.0, "count": 20},
-            "link.0.length": {"low": 1.0, "high": 1.4, "count": 10},
-        },
-        "base": {**PENDULUM, "duration": 0.5, "elements": 2},
-    }
-    study, out, whole = _written(content, folder), folder / "dask", folder / "whole"
+    """200 cases on two Dask workers in processes of their own; one dies, another comes."""
+    study, out, whole = _written(TRUSS, folder), folder / "dask", folder / "whole"
+    kept: dict[str, Any] = {}  # each case's file, as it was when it was first seen
+
+    def reached(count: int) -> bool:
+        found = _files(out)
+        for name, mark in found.items():
+            kept.setdefault(name, mark)
+        return len(found) >= count
+
     with _cluster() as (address, workers), _started(study, out, "--scheduler", address) as run:
-        _wait(run, lambda: len(_files(out)) >= 50)
+        _wait(run, lambda: reached(50))
         _end(workers[0])
-        _wait(run, lambda: len(_files(out)) >= 100)
+        _wait(run, lambda: reached(100))
         workers.append(_dask_process("worker", address))
-        _wait(run, lambda: False)
+        _wait(run, lambda: reached(1000))
+    again = sum(mark != kept.get(name, mark) for name, mark in _files(out).items())
     _finished(study, whole, "--workers", "2")
     difference, words = _compared(out, whole)
     return {
+        "computed_twice": again,
         "largest_difference": difference,
-        "words": f"a worker killed after 50 cases, one added after 100; {words}",
+        "words": f"a worker killed after 50 cases, one added after 100, {again} finished cases "
+        f"computed again; {words}",
     }
 
 
@@ -150,12 +153,13 @@ def _workers(seed: int, folder: Path) -> Row:
             begin = time.monotonic()
             _finished(study, folder / f"{count}-{turn}", "--workers", str(count))
             seconds[count].append(time.monotonic() - begin)
+    count = len(_rows(folder / "1-0"))
     ratios = [one / two for one, two in zip(seconds[1], seconds[2], strict=True)]
     return {
         "seconds": seconds,
         "load": os.getloadavg()[0],
         "words": f"two workers are {statistics.median(ratios):.2f} times faster than one "
-        f"({', '.join(f'{ratio:.2f}' for ratio in ratios)}) on 100 cases",
+        f"({', '.join(f'{ratio:.2f}' for ratio in ratios)}) on {count} cases",
     }
 
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from ocp.arrays import Array
 from studies.check.reading.raw_table import RawTable, refuse
+from studies.common.exit_codes import quoted
 
 SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", "|": "bars", None: "blanks"}
 COMMENTS = ("#", "%", "//")
@@ -246,8 +247,8 @@ def _what_is_wrong(error: str) -> str:
         if not cell.strip():
             return f"has an empty cell in row {row} below the header; give a number in each cell"
         return (
-            f"cannot be understood: {cell!r} in row {row} below the header is no number; give one "
-            "number a cell"
+            f"cannot be understood: {quoted(cell)} in row {row} below the header is no number; "
+            "give one number a cell"
         )
     ragged = _RAGGED.search(error)
     where = f" in row {int(ragged['row'])} below the header" if ragged else ""

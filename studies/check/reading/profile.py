@@ -16,7 +16,7 @@ import numpy as np
 from ocp.arrays import Array
 from studies.check.reading.headers import DIMENSIONS, QUANTITIES, Column, understood
 from studies.check.reading.raw_table import RawTable, listed, read_table, refuse
-from studies.common.exit_codes import StudyError
+from studies.common.exit_codes import StudyError, quoted
 
 LEAST_ROWS = 20  # so that the motion between the rows is known
 LONGEST = 3600.0  # [s]: a longer deployment is so rare that its unit is asked about
@@ -100,8 +100,8 @@ def _asked(named: Sequence[str]) -> dict[str, str]:
         quantity, equals, header = item.partition("=")
         if not equals or quantity.strip() not in QUANTITIES:
             raise StudyError(
-                f"--column is {item!r}; write QUANTITY=HEADER, e.g. 'angle=Winkel [deg]', with one "
-                f"of {', '.join(QUANTITIES)}"
+                f"--column is {quoted(item)}; write QUANTITY=HEADER, e.g. 'angle=Winkel [deg]', "
+                f"with one of {', '.join(QUANTITIES)}"
             )
         asked[quantity.strip()] = header.strip()
     return asked

@@ -14,7 +14,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from ocp.arrays import Array
-from studies.common.exit_codes import StudyError
+from studies.common.exit_codes import StudyError, quoted
 
 LISTED = 8  # headers that a sentence lists
 ROOM = 1024  # bytes from which a kind of file is told
@@ -129,7 +129,7 @@ def _numbers(path: Path, name: str, values: Any) -> Array:
         try:
             numbers[row] = float(value)
         except (TypeError, ValueError):
-            refuse(path, f"has {value!r} in row {row + 1} of {name}; give numbers only")
+            refuse(path, f"has {quoted(value)} in row {row + 1} of {name}; give numbers only")
     return numbers
 
 

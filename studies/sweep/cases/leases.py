@@ -17,7 +17,8 @@ from pathlib import Path
 from typing import Any
 
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.sweep.cases.store import unwritable
+from studies.common.folder import unwritable
+from studies.sweep.cases.store import AGAIN
 
 FOLDER, ENDING = "leases", ".lease"
 HEARTBEAT = 2.0  # [s]
@@ -78,7 +79,7 @@ class Leases:
         try:
             (self.folder / FOLDER).mkdir(exist_ok=True)
         except OSError as error:
-            raise unwritable(self.folder, error) from error
+            raise unwritable(self.folder, error, AGAIN) from error
         told = False
         while not self.take(RUN):
             lease = self.read(RUN)
@@ -131,7 +132,9 @@ class Leases:
         except FileExistsError:
             return False
         except OSError as error:
-            raise unwritable(self.folder, error) from error
+            with contextlib.suppress(OSError):
+                path.unlink()  # made and not filled, on a full disk: the next run would wait for it
+            raise unwritable(self.folder, error, AGAIN) from error
         self.held[name] = path
         return True
 

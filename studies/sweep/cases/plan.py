@@ -18,6 +18,7 @@ from typing import Any
 import models
 import ocp
 import studies
+from studies.common.console import Console
 from studies.common.exit_codes import StudyError
 from studies.common.folder import PROGRAM, plain, version
 from studies.sweep.cases.samples import Point, design
@@ -110,8 +111,15 @@ def hashed(content: Any) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def plan(study: SweepStudy) -> Plan:
+def plan(study: SweepStudy, console: Console | None = None) -> Plan:
     """Plan a sweep: nothing is solved.
+
+    Parameters
+    ----------
+    study : SweepStudy
+        What is asked.
+    console : Console, optional
+        Where the progress of a long plan goes.
 
     Raises
     ------
@@ -130,6 +138,8 @@ def plan(study: SweepStudy) -> Plan:
             asked, refusal = {"refused": list(point)}, str(error)
         identity = [study.subject, asked, study.mode, start, answered_by.name]
         keys.append(hashed(identity)[:24])
+        if console is not None:
+            console.live(f"{number + 1} of {len(points.points)} cases are planned")
         cases.append(Case(number, point, keys[-1], start, refusal))
 
     if all(case.refusal for case in cases):

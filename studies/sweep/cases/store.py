@@ -5,13 +5,14 @@ cases/3fa41c.../0c2e....jsonl    a case: its record in one line, and its motion 
                                  where another case may start from it
 
 A file is written beside its place, brought to the disk and renamed. Its record holds a hash of
-itself, so that a damaged file is noticed.
+itself and one of the motion, so that a damaged file is noticed.
 """
 
 from __future__ import annotations
 
 import contextlib
 import dataclasses
+import hashlib
 import json
 import os
 from collections.abc import Iterator, Mapping
@@ -19,12 +20,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from studies.common.exit_codes import ExitCode, StudyError
-from studies.common.folder import plain
+from studies.common.folder import plain, unwritable
 from studies.sweep.cases.plan import CodeVersion, hashed
 
 FOLDER, HEAD, ENDING = "cases", "version.json", ".jsonl"
-HASH = "hash_of_this_record"
+HASH, MOTION = "hash_of_this_record", "hash_of_its_motion"
+AGAIN = "give the same command again"  # which goes on with what is there
 
 
 class DamagedCase(Exception):
@@ -61,7 +62,7 @@ class CaseStore:
             self.place.mkdir(parents=True, exist_ok=True)
             write_whole(self.place / HEAD, json.dumps(dataclasses.asdict(self.version)))
         except OSError as error:
-            raise unwritable(self.folder, error) from error
+            raise unwritable(self.folder, error, AGAIN) from error
 
     def keys(self) -> set[str]:
         """Keys of all files, in the order of nothing."""
@@ -81,14 +82,29 @@ class CaseStore:
         try:
             with self._file(key).open(encoding="utf-8") as file:
                 record = json.loads(file.readline())
-            stated = record.pop(HASH)
-        except (OSError, ValueError, KeyError, AttributeError) as error:
-            raise DamagedCase(f"{type(error).__name__}: {error}") from error
-        if stated != hashed(record):
+        except OSError as error:
+            raise DamagedCase(f"it cannot be read, {error.strerror}") from error
+        except (ValueError, RecursionError) as error:  # wrong UTF-8 is a ValueError, too
+            raise DamagedCase("it is empty, cut off or no text") from error
+        if not isinstance(record, dict) or HASH not in record:
+            raise DamagedCase("it is no record of a case")
+        if record.pop(HASH) != hashed(record):
             raise DamagedCase("its numbers do not fit its hash")
-        if record["key"] != key:
-            raise DamagedCase(f"it holds the case {record['key']}")
-        return dict(record)
+        if record.get("key") != key:
+            raise DamagedCase(f"it holds the case {record.get('key')}")
+        return record
+
+    def has_whole_motion(self, key: str) -> bool:
+        """Whether the motion of a case, or that it has none, is as it was written.
+
+        Apart from `read`, as a motion is a hundred times as long as a record.
+        """
+        try:
+            with self._file(key).open(encoding="utf-8") as file:
+                stated = json.loads(file.readline())[MOTION]
+                return bool(stated == _digest(file.readline()))
+        except (OSError, ValueError, KeyError):
+            return False
 
     def motion(self, key: str) -> dict[str, Any] | None:
         """The stored motion of a case, from which another one may start; None if it has none."""
@@ -108,30 +124,43 @@ class CaseStore:
         StudyError
             If it cannot be written, as on a full disk.
         """
-        content = dict(plain(record))  # type: ignore[call-overload]
-        lines = [json.dumps({**content, HASH: hashed(content)}, ensure_ascii=False)]
-        if motion is not None:
-            lines.append(json.dumps(plain(motion)))
+        second = "" if motion is None else json.dumps(plain(motion)) + "\n"
+        content = dict(plain({**record, MOTION: _digest(second)}))  # type: ignore[call-overload]
+        first = json.dumps({**content, HASH: hashed(content)}, ensure_ascii=False)
         try:
-            write_whole(self._file(record["key"]), "\n".join(lines) + "\n")
+            write_whole(self._file(record["key"]), f"{first}\n{second}")
         except OSError as error:
-            raise unwritable(self.folder, error) from error
+            raise unwritable(self.folder, error, AGAIN) from error
 
     def discard(self, key: str) -> None:
-        """Remove the file of a case that is computed again."""
-        self._file(key).unlink(missing_ok=True)
+        """Remove the file of a case that is computed again.
+
+        Raises
+        ------
+        StudyError
+            If it cannot be removed.
+        """
+        try:
+            self._file(key).unlink(missing_ok=True)
+        except OSError as error:
+            raise unwritable(self._file(key), error, AGAIN) from error
 
     def others(self) -> dict[str, int]:
         """How many cases other versions of the code have left, by what these say of themselves."""
         found = {}
-        for head in sorted((self.folder / FOLDER).glob(f"*/{HEAD}")):
-            cases = sum(1 for _ in head.parent.glob(f"*{ENDING}"))
-            if head.parent != self.place and cases:
-                found[_in_words(head)] = cases
+        for place in sorted((self.folder / FOLDER).glob("*/")):
+            cases = sum(1 for _ in place.glob(f"*{ENDING}"))
+            if place != self.place and cases:
+                found[_in_words(place / HEAD)] = cases
         return found
 
     def _file(self, key: str) -> Path:
         return self.place / f"{key}{ENDING}"
+
+
+def _digest(line: str) -> str:
+    """Hash of a line as it stands in a file; empty if there is none."""
+    return hashlib.sha256(line.encode()).hexdigest()[:24] if line else ""
 
 
 def _in_words(head: Path) -> str:
@@ -139,10 +168,10 @@ def _in_words(head: Path) -> str:
     with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
         stated = json.loads(head.read_text("utf-8"))
         return (
-            f"{head.parent.name} (version {stated['package']}, CasADi {stated['casadi']}, "
-            f"sources {stated['sources'][:8]})"
+            f"{head.parent.name} (format {stated['schema']}, version {stated['package']}, "
+            f"CasADi {stated['casadi']}, sources {stated['sources'][:8]})"
         )
-    return head.parent.name
+    return f"{head.parent.name} (which does not say of what version it is)"
 
 
 def write_whole(path: Path, text: str) -> None:
@@ -176,12 +205,3 @@ def remove_drafts(place: Path) -> Iterator[str]:
     for draft in sorted(place.glob("*.part")):
         draft.unlink(missing_ok=True)
         yield draft.name
-
-
-def unwritable(folder: Path, error: OSError) -> StudyError:
-    """The sentence for a disk that is full or a folder that is read-only."""
-    return StudyError(
-        f"the results folder {folder} cannot be written ({error.strerror}); what was computed "
-        "until then is kept: make room or mend its rights, and give the same command again",
-        ExitCode.NO_RESULTS_FOLDER,
-    )

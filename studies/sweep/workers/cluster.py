@@ -6,6 +6,7 @@ threads of `processes` do, so that a solver that hangs or dies costs a case and 
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import logging
 import socket
@@ -14,20 +15,60 @@ from concurrent.futures import Future
 from typing import Any
 from urllib.parse import urlsplit
 
-from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.exit_codes import ExitCode, StudyError, quoted
 from studies.sweep.workers.processes import answer_here
 
 LOCAL = "local"
-PATIENCE = 5.0  # [s] for a scheduler to answer; the user hears of it within 10 s
+PATIENCE = 4.0  # [s] for a scheduler to answer: the user hears of it within 2.5 times that, 10 s
 AHEAD = 2  # cases in flight for each thread of the cluster, so that none waits for the next
 
 
+def _host_and_port(address: str) -> tuple[str, int]:
+    """What an address names.
+
+    Raises
+    ------
+    StudyError
+        If it names no host and port.
+    """
+    with contextlib.suppress(ValueError):  # a port that is no number, or none that there is
+        parts = urlsplit(address if "://" in address else f"tcp://{address}")
+        if parts.hostname is not None and parts.port is not None:
+            return parts.hostname, parts.port
+    raise StudyError(
+        f"--scheduler is {quoted(address)}; give its address, as tcp://host:8786, or '{LOCAL}' "
+        "for a cluster of this machine"
+    )
+
+
+async def _asked_who_it_is(address: str) -> None:
+    """Ask for its name what listens at an address, as a client of Dask would.
+
+    A client waits for long where somebody listens who is mute or speaks another language.
+    """
+    from distributed.comm import connect
+    from distributed.security import Security
+
+    secured = Security().get_connection_args("client")
+    comm = await connect(address, timeout=PATIENCE, **secured)
+    try:
+        await comm.write({"op": "identity", "reply": True})
+        if (await comm.read()).get("type") != "Scheduler":
+            raise OSError("what listens there is no scheduler")
+    finally:
+        comm.abort()
+
+
 def _knock(address: str) -> None:
-    """Raise OSError or ValueError at once where nobody is at home: a client waits for long."""
-    parts = urlsplit(address if "://" in address else f"tcp://{address}")
-    if parts.hostname is None or parts.port is None:
-        raise ValueError("an address has host and port, as tcp://host:8786")
-    socket.create_connection((parts.hostname, parts.port), timeout=PATIENCE / 2).close()
+    """Raise an error within PATIENCE where no scheduler is at home, at once where nobody is."""
+    socket.create_connection(_host_and_port(address), timeout=PATIENCE / 2).close()
+    try:
+        asyncio.run(asyncio.wait_for(_asked_who_it_is(address), PATIENCE))
+    except MemoryError:
+        # the first bytes of another language, read as the size of what follows
+        raise OSError("what listens there does not speak as Dask does") from None
+    except TimeoutError:
+        raise OSError(f"no word within {PATIENCE:g} s") from None
 
 
 class DaskCluster:
@@ -43,7 +84,7 @@ class DaskCluster:
     Raises
     ------
     StudyError
-        If Dask is not installed, or no scheduler answers.
+        If Dask is not installed, the address is none, or no scheduler answers.
     """
 
     def __init__(self, address: str, workers: int) -> None:
@@ -79,6 +120,8 @@ class DaskCluster:
             self._client = QuietClient(
                 self._local or address, timeout=PATIENCE, set_as_default=False
             )
+        except StudyError:
+            raise
         except Exception as error:  # whatever answers there need not be a scheduler
             reason = str(error).splitlines()[0] if str(error) else type(error).__name__
             raise StudyError(
@@ -127,5 +170,7 @@ class DaskCluster:
             self._local.close()
 
     def __str__(self) -> str:
-        workers = len(self._client.nthreads())
-        return f"a Dask cluster of {workers} workers at {self._client.scheduler.address}"
+        workers, address = len(self._client.nthreads()), self._client.scheduler.address
+        if workers == 0:
+            return f"a Dask cluster that waits for a worker (start one: dask worker {address})"
+        return f"a Dask cluster of {workers} worker{'s' if workers > 1 else ''} at {address}"

@@ -11,8 +11,15 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from studies.common.configuration import check, key, not_negative, optional_key, positive
-from studies.common.exit_codes import StudyError
+from studies.common.configuration import (
+    as_number,
+    check,
+    key,
+    not_negative,
+    optional_key,
+    positive,
+)
+from studies.common.exit_codes import StudyError, quoted
 from studies.drive.schema import Drive
 from studies.margin.presets import PRESETS
 from studies.margin.schema import MarginRequirements
@@ -24,13 +31,16 @@ JERK_LAWS = ("bezier", "step5")
 MULTIPLE_OF_DURATION = re.compile(r"\s*([-+.\deE]+)\s*/\s*T\^3\s*")
 
 
-def _jerk(name: str, value: Any) -> float | str:
+def jerk_cap(name: str, value: Any) -> float | str:
     """A number, or a text that the study turns into one, since it depends on the duration."""
     if not isinstance(value, str):
         return positive(name, value)
-    if value not in JERK_LAWS and MULTIPLE_OF_DURATION.fullmatch(value) is None:
+    multiple = MULTIPLE_OF_DURATION.fullmatch(value)
+    if multiple is not None:
+        positive(f"{name} times T^3", as_number(multiple[1]))
+    elif value not in JERK_LAWS:
         raise StudyError(
-            f"{name} is {value!r}; give a number in rad/s^3, a multiple like 124.22/T^3, "
+            f"{name} is {quoted(value)}; give a number in rad/s^3, a multiple like 124.22/T^3, "
             "bezier or step5 for that law's own peak jerk, or none"
         )
     return value
@@ -69,7 +79,7 @@ class Caps:
         positive, "rad/s^2", "most acceleration of the deployment angle"
     )
     jerk: float | None = optional_key(
-        _jerk,
+        jerk_cap,
         "rad/s^3",
         'most jerk of the deployment angle; also "200/T^3", or "bezier" or "step5" for the peak '
         "of that law; without a cap the acceleration is free at the ends",

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from studies.common.exit_codes import StudyError
+from studies.common.exit_codes import StudyError, quoted
 
 
 @dataclass(frozen=True)
@@ -143,7 +143,9 @@ def check_plausible(key: str, value: float) -> None:
     below = value < allowed.low
     limit = allowed.low if below else allowed.high
     unit = f" {allowed.unit}" if allowed.unit else ""
+    # a whole number may be beyond what a float holds
+    shown = quoted(value) if isinstance(value, int) else f"{value:g}"
     raise StudyError(
-        f"{key} is {value:g}{unit}, {'below' if below else 'above'} the limit of "
+        f"{key} is {shown}{unit}, {'below' if below else 'above'} the limit of "
         f"{limit:g}{unit}: {allowed.reason}"
     )

@@ -61,6 +61,18 @@ def run(folder: Path, *flags: str) -> int:
     return main(["counting", "--results", str(folder), *flags])
 
 
+def test_the_first_cases_can_be_left_out(
+    counting: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(counting, "--count", "1", "--skip", "0") == 0
+    assert run(counting, "--count", "4", "--skip", "3", "--seed", "0") == 0
+    rows = [json.loads(file.read_text()) for file in sorted((counting / "rows").iterdir())]
+    assert [row["index"] for row in rows] == [0, 3]
+    assert "1 of 1 rows are in" in capsys.readouterr().out
+    assert run(counting, "--count", "2", "--skip", "2") == 2
+    assert "--skip 2 leaves none of 2 cases" in capsys.readouterr().err
+
+
 def test_every_case_is_a_row_and_a_failure_says_why(
     counting: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

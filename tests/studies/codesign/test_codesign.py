@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from pathlib import Path
 
 import pytest
@@ -10,8 +11,10 @@ import pytest
 from studies.cli import main
 from studies.codesign import CodesignStudy, run, study_from
 from studies.codesign.config import as_dictionary
+from studies.codesign.prices import Price, stored_prices
 from studies.codesign.requirements import check_some_design, requirements
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.folder import plain
 from studies.common.result import Result
 
 # the paper's slow deployment: its least force is the static ridge, as good as exactly
@@ -169,3 +172,13 @@ def test_a_study_of_python_is_checked_too() -> None:
         dataclasses.replace(
             study, deployment=dataclasses.replace(study.deployment, minimise="energy")
         )
+
+
+def test_a_price_without_a_number_is_said_and_stored_as_one() -> None:
+    """Where several limits fix the optimum none can be moved alone, and the slope is infinite."""
+    note = "several limits hold the optimum at once: the active set is about to change"
+    record = {"title": "crank", "unit": "m", "side": "upper", "limit": 0.13, "price": math.inf}
+    price = Price(**record, of_the_design=True, note=note)
+    assert price.sentence == f"crank, at most 0.13 m: its price has no number, as {note}"
+    stored = plain(dataclasses.asdict(price))  # as details hold it
+    assert stored_prices([stored]).splitlines()[1] == "crank,upper,0.13,m,,"  # type: ignore[list-item]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from pathlib import Path
 from types import SimpleNamespace
@@ -168,6 +169,8 @@ def test_the_ring_of_a_mission_meets_both_caps_at_least_cost() -> None:
         ({"least": "tme"}, "did you mean time"),
         ({"big_torqe": 3.0}, "did you mean big_torque"),
         ({"rope_force": -1.0}, "rope_force is -1"),
+        ({"jerk": "bezir"}, "jerk is 'bezir'; give a number in rad/s"),
+        ({"jerk": "-5/T^3"}, "jerk times T.3 is -5; give a finite positive number"),
         ({"truss": {"crank": 0.2}}, "lengthen the link"),
         ({"arm": {"big_wall": 1.0}}, "wall"),
     ],
@@ -206,13 +209,30 @@ def test_a_total_in_which_no_split_keeps_the_caps_says_how_much_would_do(monkeyp
     assert "a total of about 23.1 s would do" in result.verdict.sentence
 
 
+def test_a_stage_that_no_time_helps_is_sent_to_its_cap(monkeypatch) -> None:
+    """The force of a slow ring is that of statics, and more time lowers it no further."""
+
+    def move(study, name: str, duration: float, console) -> StageMotion:
+        motion = _rigid(study, name, duration, console)
+        if name != "ring":
+            return motion
+        static = Use("peak rope force", "N", 20.0 + 1e-3 / duration, 1.0)
+        return dataclasses.replace(motion, uses=(static,))
+
+    monkeypatch.setattr(work, "move", move)
+    sentence = work.run(study_from({"total": 36.0})).verdict.sentence
+    assert "the ring uses 2000 % of its own" in sentence
+    assert "so raise its cap on the peak rope force" in sentence
+    assert "would do" not in sentence
+
+
 def test_a_least_time_that_breaks_a_cap_does_not_send_the_user_to_itself() -> None:
     broken = SimpleNamespace(name="ring", utilisation=1.02, passed=True)
     mission = SimpleNamespace(
         motions=[broken],
         largest=broken,
         total=30.0,
-        curves=[SimpleNamespace(duration_for=lambda used: 29.0)],
+        curves=[SimpleNamespace(duration_for=lambda used: 29.0, least=0.0)],
         study=SimpleNamespace(least="time", dwell=2.0),
     )
     sentence = work._verdict(mission).sentence

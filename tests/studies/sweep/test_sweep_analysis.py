@@ -12,7 +12,8 @@ import pytest
 from studies.cli import main
 from studies.common.configuration import toml_text
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.common.result import Result
+from studies.common.result import Result, Series, TableRow, Verdict
+from studies.report import words
 from studies.sweep.figures import draw, shown
 from studies.sweep.indices import saltelli_points, sobol_indices
 from studies.truss import TrussStudy, run
@@ -186,7 +187,63 @@ def test_the_parquet_table_is_the_csv_table(swept: tuple[Path, int, set[str]]) -
 def test_the_report_of_a_sweep_is_a_page(
     swept: tuple[Path, int, set[str]], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    out, count, _ = swept
+    out, count, figures = swept
     assert main(["report", str(out)]) == ExitCode.OK
     assert f"of {count} cases are solved and verified" in capsys.readouterr().out
-    assert (out / "report.html").stat().st_size > 10_000
+    text = (out / "report.html").read_text("utf-8")
+    result = Result.load(out)
+    assert text.count('src="data:image/png;base64,') == len(figures)
+    assert "The arrays are missing" not in text
+    # least, median and greatest are no laws beside each other
+    assert "of the other laws" not in text
+    said = " ".join(words.answer(result))
+    assert "The x of the tip at the end lies between " in said or count == 4  # two of which refused
+    assert "It is least at " in said or count == 4
+
+
+def test_the_least_of_many_cases_is_told_with_all_that_are_as_low() -> None:
+    values = np.array([3.0, 1.0, 1.0 + 1e-9, np.nan])
+    case = Series("1", "case", np.arange(1.0, 5.0), "number of the case")
+    row = TableRow("force", "force", "N", {"least": 1.0, "median": 1.0, "greatest": 3.0})
+    result = Result(
+        kind="sweep",
+        question="?",
+        configuration={"parameters": {"duration": [], "kind": []}},
+        arrays={"case": case, "force": Series("N", "case", values, "force")},
+        table=(row,),
+        verdict=Verdict("local", "3 of 4 cases are solved"),
+        details={
+            "points": [[5.0, "a"], [6.0, "a"], [6.0, "b"], [None, None]],
+            "units": {"duration": "s"},
+        },
+    )
+    assert words.answer(result) == [
+        "The force lies between 1 and 3 N. It is least at duration = 6 s, kind = a, and as low in "
+        "1 more."
+    ]
+    assert not words.compared(result)
+    assert words.rests_on(result)[0].startswith("Each case is the best of what was tried.")
+
+
+def test_a_tornado_without_its_middle_says_so() -> None:
+    values = np.array([np.nan, 1.0, 2.0])
+    case = Series("1", "case", np.arange(1.0, 4.0), "number of the case")
+    result = Result(
+        kind="sweep",
+        question="?",
+        configuration={"parameters": {"duration": [5.0, 6.0]}, "sampling": "one-at-a-time"},
+        arrays={"case": case, "force": Series("N", "case", values, "force")},
+        verdict=Verdict("local", "2 of 3 cases are solved"),
+        details={
+            "statuses": ["hung", "solved", "solved"],
+            "titles": {"force": ["force", "N"]},
+            "minimised": ["force"],
+            "points": [[None], [5.0], [6.0]],
+            "units": {"duration": "s"},
+        },
+    )
+    ((name, figure),) = draw(result)
+    assert name == "tornado"
+    (panel,) = figure.axes
+    assert "the study as it is stated has no solution" in panel.texts[0].get_text()
+    assert not panel.patches

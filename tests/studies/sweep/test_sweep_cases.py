@@ -3,6 +3,7 @@
 import json
 import socket
 import time
+from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +12,15 @@ import pytest
 
 from studies.cli import main
 from studies.common.configuration import read_toml, toml_text
+from studies.common.console import silent
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.sweep.cases import leases
 from studies.sweep.cases.leases import BEATS, HEARTBEAT, Lease, Leases
 from studies.sweep.cases.plan import plan
 from studies.sweep.cases.samples import design
+from studies.sweep.cases.store import CaseStore
 from studies.sweep.config import as_dictionary, study_from
+from studies.sweep.driver import Driver
 
 BASE = {"minimise": "peak-acceleration", "duration": 140.0, "caps": {"jerk": "bezier"}}
 
@@ -124,6 +128,9 @@ def test_a_case_that_is_no_study_is_a_row_and_planned_as_such() -> None:
             "of one length, but duration has 2, smooth has 1",
         ),
         ({"bas": {}}, "unknown key bas; did you mean base?"),
+        ({"parameters": {"": [1.0]}}, "has the key '', a part of which is empty"),
+        ({"parameters": {"truss..link": [1.0]}}, "has the key 'truss..link', a part of which"),
+        ({"parameters": {"minimise": [["energy"], ["energy"]]}}, "states ['energy'] twice"),
     ],
 )
 def test_a_wrong_sweep_is_refused_in_one_sentence(changes: dict[str, Any], words: str) -> None:
@@ -157,10 +164,14 @@ def test_a_folder_of_somebody_else_is_left_alone(
     path, out = tmp_path / "sweep.toml", tmp_path / "out"
     path.write_text(toml_text({"base": BASE, "parameters": {"duration": [1e2]}}), "utf-8")
     out.mkdir()
-    (out / "mine.txt").write_text("mine", "utf-8")
+    (out / "input.toml").write_text("mine", "utf-8")
+    (out / "cases").mkdir()  # others call a folder so, too
     assert main(["sweep", str(path), "--results", str(out)]) == ExitCode.NO_RESULTS_FOLDER
-    assert "exists already" in capsys.readouterr().err
-    assert [file.name for file in out.iterdir()] == ["mine.txt"]
+    said = capsys.readouterr().err
+    assert "exists already and is no results folder of a sweep" in said
+    assert "--overwrite" not in said  # which a sweep does not have
+    assert {file.name for file in out.iterdir()} == {"input.toml", "cases"}
+    assert (out / "input.toml").read_text("utf-8") == "mine"
 
 
 def test_a_lease_is_left_only_when_its_heart_stands_still_and_its_process_is_gone(
@@ -198,3 +209,94 @@ def test_the_lease_of_a_killed_run_is_taken_over_when_it_has_run_out(
     assert mine.abandoned() == ["a-case"]
     mine.leave()
     assert not list((tmp_path / "leases").iterdir())
+
+
+def test_a_grid_of_millions_is_refused_at_once() -> None:
+    axes = {
+        "duration": {"low": 100.0, "high": 200.0, "count": 1_000_000},
+        "truss.pulley_friction": [0.0, 0.01],
+    }
+    begin = time.process_time()
+    with pytest.raises(StudyError, match="the grid has 2000000 cases, more than 1000000"):
+        plan(sweep(axes))
+    assert time.process_time() - begin < 10.0  # one pass over a million values
+
+
+def test_a_lease_that_no_disk_takes_leaves_nothing_to_wait_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*arguments: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    mine = Leases(tmp_path)
+    with monkeypatch.context() as patch:
+        patch.setattr(leases.json, "dumps", full)  # when the file is there, and empty
+        with pytest.raises(StudyError, match="No space left on device"):
+            mine.enter(print)
+    said: list[str] = []
+    mine.enter(said.append)
+    assert not said
+    mine.leave()
+
+
+class Answering:
+    """A place where cases are solved at once; what each was told to start from is kept."""
+
+    def __init__(self) -> None:
+        self.asked: list[tuple[float, float, Any]] = []
+
+    def slots(self) -> int:
+        return 1
+
+    def submit(self, task: Any, seconds: float | None) -> Future[dict[str, Any]]:
+        asked = task["configuration"]
+        point = asked["duration"], asked["truss"]["pulley_friction"]
+        self.asked.append((*point, task["motion"]))
+        answer: Future[dict[str, Any]] = Future()
+        answer.set_result({"record": {"status": "solved"}, "motion": {"of": list(point)}})
+        return answer
+
+    def close(self) -> None:
+        pass
+
+
+def test_a_damaged_motion_is_computed_again_where_a_case_would_start_from_it(
+    tmp_path: Path,
+) -> None:
+    planned = plan(
+        sweep({"duration": [100.0, 120.0], "truss.pulley_friction": [0.0, 0.01]}, warm=True)
+    )
+    store, said = CaseStore(tmp_path, planned.version), silent()
+    store.open()
+
+    def solved() -> list[tuple[float, float, Any]]:
+        place, mine = Answering(), Leases(tmp_path)
+        mine.enter(print)
+        Driver(planned, store, mine, place, None, said).run()
+        mine.leave()
+        return place.asked
+
+    assert [case[:2] for case in solved()] == [(100, 0.0), (100, 0.01), (120, 0.0), (120, 0.01)]
+    _, second, third, last = (store.place / f"{case.key}.jsonl" for case in planned.cases)
+    for damaged in (second, third):
+        damaged.write_text(damaged.read_text("utf-8").replace('"of": [1', '"of": [2'), "utf-8")
+    last.unlink()
+    # nothing starts from the second one any more: its record alone is asked for
+    assert solved() == [(120.0, 0.0, {"of": [100.0, 0.0]}), (120.0, 0.01, {"of": [120.0, 0.0]})]
+    words = "case 3 is computed again: its motion is damaged, from which another case starts"
+    assert words in said.progress_to.getvalue()  # type: ignore[attr-defined]
+
+
+def test_folders_of_other_versions_say_what_they_are(tmp_path: Path) -> None:
+    store = CaseStore(tmp_path, plan(sweep({"duration": [100.0]})).version)
+    store.open()
+    about = json.loads((store.place / "version.json").read_text("utf-8"))
+    for name, head in (("newer", json.dumps({**about, "schema": 9})), ("silent", "[")):
+        place = tmp_path / "cases" / name
+        place.mkdir()
+        (place / "version.json").write_text(head, "utf-8")
+        (place / "a.jsonl").write_text("", "utf-8")
+    (newer, one), (silent_one, other) = store.others().items()
+    assert newer.startswith("newer (format 9, version ")
+    assert silent_one == "silent (which does not say of what version it is)"
+    assert (one, other) == (1, 1)

@@ -1,10 +1,12 @@
 """Sweeps on a Dask cluster: its workers in other processes, one lost and one added on the way."""
 
+import contextlib
 import csv
 import os
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,6 +16,7 @@ import pytest
 from studies.cli import main
 from studies.common.configuration import toml_text
 from studies.common.exit_codes import ExitCode
+from studies.sweep.workers import cluster as cluster_module
 
 ROOT = Path(__file__).parents[3]
 FALL = {
@@ -40,25 +43,64 @@ def stated(folder: Path) -> Path:
     return path
 
 
-@pytest.mark.parametrize(
-    ("address", "words"),
-    [
-        ("tcp://127.0.0.1:1", "Connection refused"),
-        ("nonsense", "an address has host and port, as tcp://host:8786"),
-    ],
-)
-def test_a_scheduler_that_does_not_answer_is_said_within_ten_seconds(
-    address: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def refused(folder: Path, address: str, capsys: pytest.CaptureFixture[str]) -> tuple[str, float]:
+    """What a sweep says that has no scheduler, and after how long [s]."""
     pytest.importorskip("distributed")
-    out, begin = tmp_path / "out", time.monotonic()
+    out, begin = folder / "out", time.monotonic()
     flags = ("--results", str(out), "--scheduler", address)
-    assert main(["sweep", str(stated(tmp_path)), *flags]) == ExitCode.BAD_INPUT
-    assert time.monotonic() - begin < 10.0
-    said = capsys.readouterr().err
+    assert main(["sweep", str(stated(folder)), *flags]) == ExitCode.BAD_INPUT
+    assert not out.exists()
+    return capsys.readouterr().err, time.monotonic() - begin
+
+
+def test_a_scheduler_that_does_not_answer_is_said_within_ten_seconds(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said, seconds = refused(tmp_path, "tcp://127.0.0.1:1", capsys)
+    assert seconds < 10.0
+    assert "no Dask scheduler answers at tcp://127.0.0.1:1 (" in said
+    assert "Connection refused" in said
+
+
+@pytest.mark.parametrize("address", ["nonsense", "", "host:port", "tcp://host:99999"])
+def test_an_address_without_host_and_port_is_refused(
+    address: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said, _ = refused(tmp_path, address, capsys)
+    assert f"--scheduler is '{address}'; give its address, as tcp://host:8786, or 'local'" in said
+
+
+@pytest.mark.parametrize(
+    ("greeting", "words"),
+    [(b"", "no word within 1 s"), (b"HTTP/1.1 400 Bad Request\r\n\r\n", "does not speak as Dask")],
+)
+def test_who_listens_and_is_no_scheduler_is_told_within_ten_seconds(
+    greeting: bytes,
+    words: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # half of it for the first knock, then the greeting, and the client after it
+    assert 2.5 * cluster_module.PATIENCE <= 10.0
+    monkeypatch.setattr(cluster_module, "PATIENCE", 1.0)
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        kept = []  # else each connection would end, which says more than silence
+
+        def answer() -> None:
+            with contextlib.suppress(OSError):
+                while True:
+                    kept.append(listener.accept()[0])
+                    kept[-1].sendall(greeting)
+
+        threading.Thread(target=answer, daemon=True).start()
+        address = f"tcp://127.0.0.1:{listener.getsockname()[1]}"
+        said, seconds = refused(tmp_path, address, capsys)
+        for connection in kept:
+            connection.close()
+    assert seconds < 10.0
     assert f"no Dask scheduler answers at {address}" in said
     assert words in said
-    assert not out.exists()
 
 
 def dask(kind: str, *words: str) -> subprocess.Popen[bytes]:

@@ -130,7 +130,9 @@ def test_a_damaged_case_and_a_lost_one_are_computed_again(
     study, out = stated(tmp_path, GRID), tmp_path / "out"
     assert swept(study, out) == ExitCode.OK
     before, table = files(out), (out / "cases.csv").read_bytes()
-    halved, changed, lost, *_ = sorted((out / "cases").glob("*/*.jsonl"))
+    halved, changed, lost, empty, other, *_ = sorted((out / "cases").glob("*/*.jsonl"))
+    empty.write_text("", "utf-8")
+    other.write_text("[1, 2]\n", "utf-8")
     halved.write_text(halved.read_text("utf-8")[:200], "utf-8")
     text = changed.read_text("utf-8")
     assert '"angle_0": ' in text
@@ -138,11 +140,13 @@ def test_a_damaged_case_and_a_lost_one_are_computed_again(
     lost.unlink()
     capsys.readouterr()
 
+    assert swept(study, out, "--plan") == ExitCode.OK
+    assert "computed again: 4 cases whose files are damaged" in capsys.readouterr().out
     assert swept(study, out) == ExitCode.OK
     said = capsys.readouterr().err
-    assert said.count("is computed again: its file is damaged") == 2
+    assert said.count("is computed again: its file is damaged") == 4
     again = {name for name, mark in files(out).items() if before.get(name) != mark}
-    assert again == {halved.name, changed.name, lost.name}
+    assert again == {halved.name, changed.name, lost.name, empty.name, other.name}
 
     def without_times(content: bytes) -> list[list[str]]:
         lines = list(csv.reader(content.decode().splitlines()))
@@ -213,7 +217,7 @@ def test_cases_of_another_version_are_left_out_unless_asked_for(
 
     assert swept(study, out) == ExitCode.BAD_INPUT
     said = capsys.readouterr().err
-    assert "8 cases of 000000000000 (version 0.0.9" in said
+    assert "8 cases of 000000000000 (format 1, version 0.0.9" in said
     assert "--recompute" in said
     assert swept(study, out, "--recompute") == ExitCode.OK
     assert len(list(own.glob("*.jsonl"))) == 8
@@ -261,6 +265,43 @@ def test_a_full_disk_is_said_and_loses_nothing(
     assert swept(study, out) == ExitCode.OK
     assert kept.items() <= files(out).items()
     assert len(files(out)) == 8
+
+
+def test_a_full_disk_after_the_last_case_is_said_and_loses_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    study, out = stated(tmp_path, GRID.replace("count = 6", "count = 2")), tmp_path / "out"
+
+    def full(*arguments: object, **named: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("studies.common.running.draw_into", full)
+        code = main(["sweep", str(study), "--results", str(out)])
+    assert code == ExitCode.NO_RESULTS_FOLDER
+    said = capsys.readouterr()
+    assert "8 of 8 cases are solved" in said.out
+    assert "cannot be written (No space left on device)" in said.err
+    assert "and give the same command again" in said.err
+    assert swept(study, out) == ExitCode.OK
+    assert "8 of 8 cases are there already" in capsys.readouterr().err
+
+
+def test_a_sweep_that_is_stopped_says_how_it_goes_on_with_its_flags(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    study, out = stated(tmp_path, GRID), tmp_path / "out"
+
+    def stopped(driver: object) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("studies.sweep.driver.Driver.run", stopped)
+        assert swept(study, out, "--coarse") == ExitCode.INTERRUPTED
+    again = ["sweep", str(out / "input.toml"), "--results", str(out)]
+    assert f"go on by: antenna-ocp {' '.join(again)}" in capsys.readouterr().err
+    assert main([*again, "--plan"]) == ExitCode.OK
+    assert "coarse meshes" in capsys.readouterr().out  # the file of the user says full ones
 
 
 def test_a_process_that_is_being_started_ends_with_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
