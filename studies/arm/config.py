@@ -36,7 +36,6 @@ from studies.common.configuration import (
     optional_key,
     positive,
     section,
-    two_limits,
     whole,
 )
 from studies.common.exit_codes import StudyError
@@ -45,9 +44,6 @@ from studies.common.rates import confidence
 DURATIONS = {"big": 8.6, "small": 11.2, "both": 11.2}  # [s], a tenth of the paper's
 DRIVES: tuple[Drive, ...] = get_args(Drive)
 _DRIVE_MEANING = "what is given to the joints until the lock: torque or angle"
-RESIDUAL_ENERGY = "residual-energy"
-# what may be traded: the one that stands first is limited, the other is least
-TRADED = ("time", "peak-torque", "deflection", RESIDUAL_ENERGY)
 PAPER_TOTAL, OUR_DWELL = 198.0, 10.0  # [s], the paper's 86 and 112 s; the dwell is ours
 
 _Study = TypeVar("_Study")
@@ -274,87 +270,12 @@ class LeastDurationStudy(StageStudy):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _check_one_joint("arm least-duration", self.slew)
+        check_one_joint("arm least-duration", self.slew)
 
     @property
     def question(self) -> str:
         """What is asked, in one line."""
         return f"{self.stage} arm, {self.drive} drive: the least duration that leaves it still"
-
-
-def _two(name: str, value: Any) -> tuple[str, str]:
-    """Two different quantities, as a list or with a comma; the one that is limited first."""
-    items = [item.strip() for item in value.split(",")] if isinstance(value, str) else value
-    if not isinstance(items, list | tuple) or len(items) != 2:
-        raise StudyError(f"{name} is {value!r}; give two out of {', '.join(TRADED)}")
-    first, second = (choice(TRADED)(name, item) for item in items)
-    if first == second:
-        raise StudyError(f"{name} names {first} twice; a trade-off is between two quantities")
-    if RESIDUAL_ENERGY in (first, second) and "time" not in (first, second):
-        raise StudyError(
-            f"{name} is {first} and {second}, but every motion of a front leaves no more than "
-            "residual_energy; give residual-energy beside time, or state residual_energy"
-        )
-    low, high = sorted((first, second), key=TRADED.index)
-    return low, high
-
-
-@dataclass(frozen=True, kw_only=True)
-class TradeOffStudy(StageStudy):
-    """Two quantities of the arm against each other: `antenna-ocp pareto arm`."""
-
-    objectives: Any = key(
-        _two,
-        "",
-        f"two out of {', '.join(TRADED)}: one is limited, the other least",
-        default=("time", RESIDUAL_ENERGY),
-    )
-    points: int | None = optional_key(
-        whole(3, 200), "", "about so many on the front; 20 unless stated"
-    )
-    range: Any = optional_key(
-        two_limits, "", "lowest and highest limit, in s or N m; unless stated, what is of interest"
-    )
-    residual_energy: float | None = optional_key(
-        positive,
-        "J",
-        "energy that every motion of the front may leave; 1e-6 unless stated",
-    )
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.least == RESIDUAL_ENERGY:
-            for name in ("points", "range", "residual_energy"):
-                if getattr(self, name) is not None:
-                    raise StudyError(
-                        f"{name} is stated, but where residual-energy is set against time, "
-                        f"durations are fixed parts of the stage's; leave {name} out"
-                    )
-        else:
-            _check_one_joint("a front", self.slew)
-
-    @property
-    def limited(self) -> str:
-        """The quantity that is limited."""
-        return str(self.objectives[0])
-
-    @property
-    def least(self) -> str:
-        """The other one, which is least under each limit."""
-        return str(self.objectives[1])
-
-    @property
-    def question(self) -> str:
-        """What is asked, in one line."""
-        if self.least == RESIDUAL_ENERGY:
-            return (
-                f"{self.stage} arm, torque drive: residual energy on the full model against "
-                "duration"
-            )
-        limited = "duration" if self.limited == "time" else self.limited.replace("-", " ")
-        least = self.least.replace("-", " ")
-        time = "" if self.limited == "time" else f" in {self.slew.duration:.6g} s"
-        return f"{self.stage} arm{time}, torque drive: {least} against {limited}, rest to rest"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -374,7 +295,7 @@ class RobustStudy(StageStudy):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _check_one_joint("robust", self.slew)
+        check_one_joint("robust", self.slew)
         if self.points < 2:
             raise StudyError(f"points is {self.points}; give 2 or more arms a side")
 
@@ -430,7 +351,8 @@ class SequenceStudy:
         return f"big arm, {self.dwell:g} s locked, small arm: least {least}, rest at each lock"
 
 
-def _check_one_joint(question: str, stage: Stage) -> None:
+def check_one_joint(question: str, stage: Stage) -> None:
+    """Refuse a stage that turns both joints."""
     if len(stage.moving) > 1:
         raise StudyError(
             f"{question} turns one joint, the stage '{stage.name}' both; give big or small"

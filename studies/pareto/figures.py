@@ -20,6 +20,7 @@ MARKS = {
 ROOM = 0.06  # of the height, above and below what is shown
 STEEP = 0.05  # of the highest price: with one below, prices are drawn by their logarithm
 NOTHING = 1e-6  # of the highest price
+FLAT = 4.0  # times what a point is known to: the least height of the figure
 TALLEST = 2.0  # of the front's height, which a law may be above it and still be shown
 
 
@@ -84,6 +85,13 @@ def _front(panel: Axes, result: Result, limited: str, least: str) -> None:
         at_x, at_y = arrays[f"{law} {limited}"], arrays[f"{law} {least}"]
         panel.plot(at_x, at_y, "s" if at_x.size == 1 else style, color=colour, label=law)
         high = max(high, min(float(at_y.max()), high + TALLEST * (high - low)))
+    known = result.details.get("known", 0.0) * float(y.max())
+    # what no point is known to must not look like a slope
+    high = max(high, low + FLAT * known)
+    if float(y.max() - y.min()) <= known:
+        panel.axhspan(y.min() - known, y.min() + known, color="0.9", zorder=0)
+        panel.plot([], [], color="0.9", lw=6, label="as far as a point is known")
+        low -= known
     panel.set_ylim(low - ROOM * (high - low), high + ROOM * (high - low))
 
 
@@ -92,7 +100,7 @@ def _price(panel: Axes, result: Result, limited: str) -> None:
     x, price = result.arrays[limited].values, result.arrays["price"].values
     panel.plot(*_broken(x, price, result.details["gaps"]), ".-", ms=4, lw=1, color=COLOURS[2])
     highest = float(price.max(initial=0.0))
-    if price.min() < STEEP * highest:
+    if highest > 0.0 and price.min() < STEEP * highest:
         panel.set_yscale("log")
         # the limit does not press any more where the price is rounding
         panel.set_ylim(max(float(price.min()), NOTHING * highest) / 2, 2 * highest)

@@ -29,8 +29,8 @@ _SUBJECTS = {
     "truss": "studies.report.subjects.truss",
     "arm": "studies.report.subjects.arm",
 }
-# the same for kinds of results that show something else than their subject's motion
-_OWN = {"pareto-truss": "studies.report.subjects.front"}
+# the same for results that are fronts, which show something else than their subject's motion
+_FRONT = "studies.report.subjects.front"
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,8 @@ class Shown:
 def shown(result: Result) -> Shown:
     """Curves and motion of a result, as its kind has them."""
     name = _SUBJECTS.get(words.subject(result), "studies.report.subjects.arm")
-    name = _OWN.get(result.kind, name)
+    if "axes" in result.details:
+        name = _FRONT
     module: Any = import_module(name)
     if not result.arrays or (name.endswith("truss") and "angle" not in result.arrays):
         charts: tuple[Chart, ...] = charts_of_arrays(result)

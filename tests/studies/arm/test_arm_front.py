@@ -4,11 +4,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from studies.arm.questions.front import AXES, ArmFront, Law, result_of
 
 from studies.arm import draw
 from studies.arm.config import TradeOffStudy, as_dictionary, question_from
 from studies.arm.optimal.rounds import MISS
-from studies.arm.questions.front import AXES, ArmFront, Law, result_of
 from studies.common.console import silent
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.pareto.both_ways import Walked

@@ -1,0 +1,419 @@
+"""A front of the arm: the least of one quantity under each limit on another, torque drive.
+
+Both ends are refined as a motion of `arm solve` is. A point between them starts from its neighbour,
+on half the intervals and with twice the smoothness, which changes the least by a per cent at most,
+and is aimed until the full model rests.
+
+Where the energy that is left is limited, the lock may meet a swing. A motion is refined that ends
+at rest, and all points start from it. They are not aimed: the full model swings as B21 does.
+
+Symbols: L Lagrangian, w weight of the smoothness, S smoothness, T duration [s], J inertia
+[kg m^2], D turn [rad].
+"""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+
+from models.errors import ModelError
+from ocp.analysis.sensitivity import slopes_by_multipliers
+from ocp.arrays import Array
+from studies.arm.optimal.motion import OptimalMotion
+from studies.arm.optimal.objectives import StatedStage, problem
+from studies.arm.optimal.phase import MARGIN
+from studies.arm.optimal.refinement import aimed_at_rest, refine
+from studies.arm.optimal.rounds import MISS
+from studies.arm.optimal.solve import check_bending, check_caps, solve_again, solve_stage
+from studies.arm.replay.full_model import LockedMotion, steps_for
+from studies.arm.replay.loads import deflections
+from studies.arm.search_limits import (
+    ABOVE_THE_LEAST,
+    FRONT_DURATIONS,
+    LIGHTER,
+    OF_TURNING,
+    WIDEST_AT_LEAST,
+)
+from studies.arm.stage import ELBOW, Stage, TorqueCaps
+from studies.arm.trade_off import RESIDUAL_ENERGY, TradeOffStudy
+from studies.common.console import Console
+from studies.common.exit_codes import ExitCode, StudyError
+from studies.pareto.columns import FrontAxis
+from studies.pareto.continuation import FrontPoint, NotFoundError, Way
+from studies.pareto.surface.walk import OutOfTimeError
+
+AXES = {
+    "time": FrontAxis("time", "duration", "s"),
+    RESIDUAL_ENERGY: FrontAxis(RESIDUAL_ENERGY, "residual energy", "J"),
+    "peak-torque": FrontAxis("peak-torque", "peak torque", "N m"),
+    "deflection": FrontAxis("deflection", "peak deflection", "m"),
+}
+# in fixed units smoothness falls as T^-7, torque and deflection as T^-2; of a weight that is kept
+# in the units of each duration, the one in fixed units grows as T^5
+_WEIGHT_GROWS = 5.0
+# of a limit on the energy, by which the full model may be left with more: beyond that B21 does not
+# say what the arm does
+_BEYOND = 0.2
+
+
+@dataclass(frozen=True, eq=False)
+class Demand:
+    """What a motion of a front has to keep.
+
+    Attributes
+    ----------
+    stage : in its duration.
+    caps : on the torque.
+    left : energy that the lock may meet [J]; None where it has to find the arm at rest.
+    """
+
+    stage: Stage
+    caps: TorqueCaps
+    left: float | None
+
+    @classmethod
+    def of(cls, stage: Stage, limits: Mapping[str, float]) -> Demand:
+        """What limits on quantities ask for."""
+        torque = limits.get("peak-torque")
+        return cls(
+            stage.lasting(limits.get("time", stage.duration)),
+            TorqueCaps(torque=(torque, torque)),
+            limits.get(RESIDUAL_ENERGY),
+        )
+
+    def stated(self, least: str) -> StatedStage:
+        """The problem of the motion that is best in a quantity."""
+        return problem(self.stage, self.caps, least, left=self.left)
+
+
+@dataclass(frozen=True, eq=False)
+class ArmPoint:
+    """What is kept of a point.
+
+    Attributes
+    ----------
+    motion : as it was solved, from which neighbours start.
+    replay : on the full model, with the torque that was added to it.
+    aim : (2 n,), where a neighbour's is begun.
+    values : of all quantities of `AXES`.
+    slopes : of what is least by each limit, without the smoothness's share.
+    """
+
+    motion: OptimalMotion
+    replay: LockedMotion
+    aim: Array
+    values: Mapping[str, float]
+    slopes: Mapping[str, float]
+
+
+class ArmFront:
+    """A study's motions as points of a front; a `continuation.Subject`.
+
+    Parameters
+    ----------
+    levels : limits that all points have beside the one that moves, by quantity.
+    until : when the seconds of a surface are over, on the monotonic clock.
+    """
+
+    def __init__(
+        self,
+        study: TradeOffStudy,
+        console: Console,
+        levels: Mapping[str, float] | None = None,
+        until: float = math.inf,
+    ) -> None:
+        self.study, self.console, self.until = study, console, until
+        self.levels = dict(levels or {})
+        self.limited, self.least = study.limited, study.least
+        self.residual = study.still
+        self.lightest = math.inf  # weight of the smoothness that either end needs, once known
+        self.solves = 0
+        self.bests: dict[str, ArmPoint] = {}  # of the quantities that ends were sought by
+        self._at_rest: dict[tuple[float, TorqueCaps, str], OptimalMotion] = {}
+
+    def ends(
+        self,
+        lefts: Sequence[FrontPoint] = (),
+        rights: Sequence[FrontPoint] = (),
+        bests: Sequence[Mapping[str, ArmPoint]] = (),
+    ) -> tuple[FrontPoint, FrontPoint]:
+        """Points at the lowest and at the highest limit.
+
+        Parameters
+        ----------
+        lefts, rights, bests : ends of other fronts from which these may start.
+
+        Raises
+        ------
+        StudyError
+            If there is none.
+        """
+        lows, high = self.limits(bests)
+        for limit in (lows[0], high):
+            demand = self._demand(limit)
+            check_bending(demand.stage)
+            if demand.left is None:  # a rigid arm's least torque is that from rest to rest
+                check_caps(demand.stage, demand.caps)
+        try:
+            right = self._end((high,), "down", rights)
+            left = self._end(lows, "up", lefts)
+        except NotFoundError as error:
+            raise StudyError(
+                f"no motion was found at an end of the front, between {lows[0]:.6g} and "
+                f"{high:.6g} {AXES[self.limited].unit}: {error}; state another range",
+                ExitCode.NOT_SOLVED,
+            ) from error
+        self.lightest = min(end.motion.motion.weight for end in (left, right))
+        return left, right
+
+    def limits(
+        self, bests: Sequence[Mapping[str, ArmPoint]] = ()
+    ) -> tuple[tuple[float, ...], float]:
+        """Lowest limits to try and the highest: those stated, or what one would look at first."""
+        if self.study.range is not None:
+            low, high = self.study.range
+            return (low,), high
+        stage = Demand.of(self.study.slew, self.levels).stage
+        if self.limited == "time":
+            shortest, longest = FRONT_DURATIONS
+            return (shortest * stage.duration,), longest * stage.duration
+        if self.limited == RESIDUAL_ENERGY:
+            return (self.residual,), most_left(stage)
+
+        # from little more than the least torque to that of the least of the other
+        least, other = (self._best(name, bests) for name in ("peak-torque", self.least))
+        lows = tuple(least.values["peak-torque"] * (1 + part) for part in ABOVE_THE_LEAST)
+        return lows, max(other.values["peak-torque"], WIDEST_AT_LEAST * lows[0])
+
+    def _best(self, name: str, bests: Sequence[Mapping[str, ArmPoint]]) -> ArmPoint:
+        """The motion that is best in a quantity under the levels alone."""
+        self.console.progress(f"an end of the front: the least {AXES[name].title}")
+        found = None
+        for start in (other[name] for other in bests if name in other):
+            with suppress(NotFoundError):
+                found = self._solved(self.levels, name, start.motion, start.aim)
+                break
+        if found is None:
+            try:
+                found = self._from_rest(self.levels, name)
+            except NotFoundError as error:
+                raise StudyError(
+                    f"the least {AXES[name].title} was not found: {error}; state a range",
+                    ExitCode.NOT_SOLVED,
+                ) from error
+        self.bests[name] = found
+        return found
+
+    def _demand(self, limit: float) -> Demand:
+        """What a limit and the levels ask for."""
+        return Demand.of(self.study.slew, self._limits(limit))
+
+    def _limits(self, limit: float) -> dict[str, float]:
+        return {**self.levels, self.limited: limit}
+
+    def _end(self, limits: Sequence[float], way: Way, near: Sequence[FrontPoint]) -> FrontPoint:
+        """The point at an end, the first of some limits at which one is found.
+
+        From ends of other fronts, the best that is found; else from a refined motion.
+
+        Raises
+        ------
+        NotFoundError
+            If there is none at the last limit.
+        """
+        axis = AXES[self.limited]
+        for limit in limits:
+            self.console.progress(f"an end of the front: {axis.title} {limit:.5g} {axis.unit}")
+            found = []
+            for point in near:
+                with suppress(NotFoundError):
+                    found.append(self.near(limit, point, way))
+            if found:
+                return min(found, key=lambda point: point.y)
+            try:
+                return self._cold(limit, way)
+            except NotFoundError as error:
+                if limit == limits[-1]:
+                    raise
+                self.console.progress(f"no motion was found at {limit:.6g} {axis.unit}: {error}")
+        raise AssertionError  # there is a limit
+
+    def _cold(self, limit: float, way: Way, *, afresh: bool = False) -> FrontPoint:
+        """A point from a motion that was refined from a rigid arm's."""
+        begin = clock.perf_counter()
+        found = self._from_rest(self._limits(limit), self.least)
+        return self._told(limit, found, way, begin, afresh=afresh)
+
+    def _from_rest(self, limits: Mapping[str, float], least: str) -> ArmPoint:
+        """The motion that is best in a quantity, from the refined one that ends at rest."""
+        demand = Demand.of(self.study.slew, limits)
+        key = demand.stage.duration, demand.caps, least
+        if key not in self._at_rest:
+            self._at_rest[key] = self._refined(demand.stage, demand.caps, least)
+        motion = self._at_rest[key]
+        return self._solved(
+            limits, least, motion, np.zeros(2 * motion.stage.model.size), coarser=True
+        )
+
+    def _refined(self, stage: Stage, caps: TorqueCaps, least: str) -> OptimalMotion:
+        """The motion that `arm solve` would give."""
+        self._in_time()
+        try:
+            motion = solve_stage(stage, caps=caps, objective=least, progress=self.console.live)
+            found = refine(
+                motion,
+                residual=self.residual,
+                say=self.console.progress,
+                live=self.console.live,
+            )
+        except (StudyError, ModelError) as error:
+            raise NotFoundError(str(error)) from error
+        if not found.resolved:
+            raise NotFoundError(
+                f"the full model is left with {found.replay.residual_energy:.2e} J, "
+                f"{self.residual:g} J are allowed"
+                if not found.still
+                else "less smoothness and a finer mesh still gain more than a per cent"
+            )
+        return found.motion
+
+    def near(self, limit: float, before: FrontPoint, way: Way) -> FrontPoint:
+        """The point at a limit, from the motion of a neighbour and its aim."""
+        begin, kept = clock.perf_counter(), before.motion
+        found = self._solved(self._limits(limit), self.least, kept.motion, kept.aim)
+        return self._told(limit, found, way, begin)
+
+    def afresh(self, limit: float, before: FrontPoint, way: Way) -> FrontPoint:
+        """The same, refined from a rigid arm's motion."""
+        del before
+        return self._cold(limit, way, afresh=True)
+
+    def _told(
+        self, limit: float, kept: ArmPoint, way: Way, begin: float, *, afresh: bool = False
+    ) -> FrontPoint:
+        """The point of a motion, which progress is told of."""
+        across, up = AXES[self.limited], AXES[self.least]
+        x, y = kept.values[across.key], kept.values[up.key]
+        seconds = clock.perf_counter() - begin
+        self.console.progress(
+            f"{across.title} {x:.5g} {across.unit}: {up.title} {y:.5g} {up.unit}, left with "
+            f"{kept.replay.residual_energy:.1e} J, {seconds:.1f} s"
+        )
+        return FrontPoint(limit, x, y, kept.slopes[self.limited], way, afresh, seconds, kept)
+
+    def _solved(
+        self,
+        limits: Mapping[str, float],
+        least: str,
+        start: OptimalMotion,
+        aim: Array,
+        *,
+        coarser: bool = False,
+    ) -> ArmPoint:
+        """The best motion under limits from another; `coarser` undoes its mesh's last halving."""
+        halves = 2 if coarser else 1
+        demand = Demand.of(self.study.slew, limits)
+        stated = demand.stated(least)
+        weight, intervals = halves * start.weight, start.intervals // halves
+        motion, replayed, aim = self._once(start, demand, stated, weight, intervals, aim)
+        # an end that needed more smoothness than the other one hands it on to its neighbours
+        lighter = max(self.lightest, weight / LIGHTER[ELBOW in motion.stage.moving])
+        if lighter < weight:
+            with suppress(NotFoundError):
+                motion, replayed, aim = self._once(motion, demand, stated, lighter, intervals, aim)
+
+        values = {
+            "time": motion.stage.duration,
+            RESIDUAL_ENERGY: replayed.residual_energy,
+            # a torque that leaks between the points of its mesh is a point with a little more of it
+            "peak-torque": float(motion.peak_torque.max()),
+            "deflection": largest_deflection(replayed),
+        }
+        return ArmPoint(motion, replayed, aim, values, slopes_of(motion, limits))
+
+    def _once(
+        self,
+        start: OptimalMotion,
+        demand: Demand,
+        stated: StatedStage,
+        weight: float,
+        intervals: int,
+        aim: Array,
+    ) -> tuple[OptimalMotion, LockedMotion, Array]:
+        """The motion of a problem whose full model is left with what is allowed, and its aim."""
+        self._in_time()
+        self.solves += 1
+        live = self.console.live
+        try:
+            motion = solve_again(
+                start, weight=weight, aim=aim, intervals=intervals, stated=stated, progress=live
+            )
+            if demand.left is None:
+                found, aim = aimed_at_rest(motion, aim, residual=self.residual, live=live)
+                # the torque that is added to it belongs to the point
+                motion, replayed, allowed = found.motion, found.replay, self.residual
+            else:
+                replayed = motion.replay(settings=steps_for(demand.left))
+                allowed = (1 + _BEYOND) * demand.left
+        except (StudyError, ModelError) as error:
+            raise NotFoundError(str(error)) from error
+        if replayed.residual_energy > allowed or replayed.miss > MISS:
+            raise NotFoundError(
+                f"the full model is left with {replayed.residual_energy:.2e} J and "
+                f"{replayed.miss:.1e} rad beside its angle"
+            )
+        return motion, replayed, aim
+
+    def _in_time(self) -> None:
+        if clock.monotonic() > self.until:
+            raise OutOfTimeError
+
+
+def unit_of(motion: OptimalMotion) -> float:
+    """What one of the objective as it was solved is in the unit of what is least."""
+    stated = motion.stated
+    if stated.objective == "peak-torque":
+        return 4.0 * float(stated.stage.torque_units[stated.stage.moving[0]])
+    return max(float(q.scale or 1.0) for q in stated.arm.q if q.name.startswith("delta"))
+
+
+def slopes_of(motion: OptimalMotion, limits: Mapping[str, float]) -> dict[str, float]:
+    """Slope of what is least by each limit, by the multipliers, without the smoothness's share."""
+    by, phase = slopes_by_multipliers(motion.solution), motion.arm.phase.name
+    found = {}
+    for name, limit in limits.items():
+        if name == "time":
+            weighted = motion.smoothness_share * motion.solution.objective  # w S
+            slope = by[f"{phase}: end"] + _WEIGHT_GROWS * weighted / motion.stage.duration
+        elif name == RESIDUAL_ENERGY:
+            slope = by[f"energy left by {phase} upper"] / limit  # it is stated in parts of it
+        else:
+            caps = [state.name for state in motion.arm.torque.values()]
+            slope = (1.0 - MARGIN) * sum(by[f"{name} upper"] - by[f"{name} lower"] for name in caps)
+        found[name] = float(slope * (1.0 - motion.smoothness_share) * unit_of(motion))
+    return found
+
+
+def most_left(stage: Stage) -> float:
+    """Highest limit on the energy left that is looked at where none is stated [J].
+
+    A part of J (D/T)^2 / 2, the energy of a rigid arm at its mean rate.
+    """
+    joint = stage.moving[0]
+    rate = abs(float(stage.turn[joint])) / stage.duration
+    return OF_TURNING * 0.5 * float(stage.inertias[joint]) * rate**2
+
+
+def largest_torque(replayed: LockedMotion) -> float:
+    """Largest torque of the joint that turns, and not of the lock of the other [N m]."""
+    return float(replayed.peak_torque[replayed.motion.stage.moving[0]])
+
+
+def largest_deflection(replayed: LockedMotion) -> float:
+    """Largest deflection of either link [m]."""
+    return float(deflections(replayed).max())
