@@ -17,6 +17,7 @@ from studies.arm.config import (
 from studies.arm.optimal.solve import check_bending
 from studies.arm.questions.baselines import compare_baselines
 from studies.arm.questions.fronts.study import front
+from studies.arm.questions.fronts.surface import ArmSurface
 from studies.arm.questions.least_duration import find_least_durations
 from studies.arm.questions.one_motion import check_study, solve_motion
 from studies.arm.questions.robust.comparison import find_robust
@@ -59,6 +60,8 @@ def check(study: AnyArmStudy) -> None:
     """
     if isinstance(study, ArmStudy):
         check_study(study)
+    elif isinstance(study, TradeOffStudy) and study.sliced is not None:
+        ArmSurface(study, silent()).check()
     elif isinstance(study, StageStudy):
         check_bending(study.slew)
     elif isinstance(study, SequenceStudy):

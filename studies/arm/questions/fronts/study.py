@@ -46,9 +46,7 @@ def front(study: TradeOffStudy, console: Console) -> Result:
         If an end of the front, or all slices of the surface, have no motion.
     """
     if study.sliced is not None:
-        sliced = ArmSurface(study, console)
-        sliced.check()
-        stack = SurfaceWalk(sliced, console).run()
+        stack = SurfaceWalk(ArmSurface(study, console), console).run()
         return surface_result(study, stack, laws_beside(study, stack.surface.limits, console))
     subject = ArmFront(study, console)
     walked = walked_front(subject)

@@ -66,7 +66,9 @@ class ArmSlice(ArmFront):
         )
         alike = nothing_to_trade(left, right, (AXES[self.limited], AXES[self.least]), SAME)
         if alike is not None:
-            walked = ends_alone(left, right, alike.removesuffix("."))
+            walked = ends_alone(
+                left, right, f"{alike[0].lower()}{alike[1:-1]}"
+            )  # the rest of a sentence
         elif self.study.coarse:
             walked = walked_down(self, right, left.limit, left.y, count)
         else:
