@@ -65,6 +65,7 @@ FRONT_LAWS = 9  # durations at which laws are set beside a front
 # parts above the least peak torque at which a front begins, the first that is found: nearer to it
 # there is hardly room for anything
 ABOVE_THE_LEAST = (0.01, 0.02, 0.05)
+ABOVE_REST = (1.0, 10.0, 100.0)  # times what counts as still, the same for the energy left
 WIDEST_AT_LEAST = 1.1  # of the highest limit on the torque over the lowest one
 # of the energy at the mean rate of the turn, the highest limit on what is left: an arm that has
 # more was hardly stopped

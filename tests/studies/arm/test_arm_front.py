@@ -149,7 +149,7 @@ def test_ends_that_are_alike_leave_nothing_to_trade_and_a_figure_shows_it(monkey
     assert len(walked.front.points) == 2
 
     laws = [Law("Step5", point_at(subject, 8.6, 9.0).motion.values)]
-    monkeypatch.setattr(study_module, "places_of", lambda laws, keys: {})
+    monkeypatch.setattr(study_module, "places_of", lambda laws, keys, still: {})
     result = front_result(subject, walked, laws)
     assert result.passed
     assert result.remarks[0] == (
@@ -221,8 +221,8 @@ def test_a_lock_that_may_meet_a_swing_needs_less_torque():
     start = solve_again(rest, weight=1e-6, aim=none, intervals=rest.intervals)
     at = [subject._solved({"residual-energy": E}, "peak-torque", start, none) for E in (1e-4, 1e-2)]
     for point, limit in zip(at, (1e-4, 1e-2), strict=True):
-        # the full model swings as the reduced one does, to a per cent
-        assert point.values["residual-energy"] == pytest.approx(limit, rel=0.01)
+        # the full model swings as the reduced one does, which is asked for 2 % less
+        assert point.values["residual-energy"] == pytest.approx(0.98 * limit, rel=0.01)
     light, heavy = (point.values["peak-torque"] for point in at)
     # a rigid arm that may turn on with the energy E: 4 J D/T^2 falls by about a root of E
     assert heavy == pytest.approx(3.1113, rel=3e-3)

@@ -28,9 +28,15 @@ class Law:
     name: str
     values: Mapping[str, float]
 
-    def place(self, keys: Sequence[str]) -> tuple[float, ...]:
-        """Where it is beside a front of some quantities."""
-        return tuple(self.values[key] for key in keys)
+    def place(self, keys: Sequence[str], still: float) -> tuple[float, ...]:
+        """Where it is beside a front of some quantities.
+
+        Parameters
+        ----------
+        still : energy up to which the arm counts as still [J]: a law that leaves less has it.
+        """
+        values = {**self.values, RESIDUAL_ENERGY: max(still, self.values[RESIDUAL_ENERGY])}
+        return tuple(values[key] for key in keys)
 
     def left(self, still: float) -> str:
         """What it leaves, beside an energy up to which the arm counts as still [J]."""
@@ -53,6 +59,8 @@ def laws_in(stage: Stage, durations: Sequence[float], console: Console) -> list[
     return found
 
 
-def places_of(laws: Sequence[Law], keys: Sequence[str]) -> dict[str, list[tuple[float, ...]]]:
-    """Where laws are beside a front of some quantities, by their names."""
-    return {name: [law.place(keys) for law in laws if law.name == name] for name in LAWS}
+def places_of(
+    laws: Sequence[Law], keys: Sequence[str], still: float
+) -> dict[str, list[tuple[float, ...]]]:
+    """Where laws are beside a front of some quantities, by their names; see `Law.place`."""
+    return {name: [law.place(keys, still) for law in laws if law.name == name] for name in LAWS}

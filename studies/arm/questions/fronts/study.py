@@ -104,7 +104,7 @@ def front_result(subject: ArmFront, walked: Walked, laws: Sequence[Law]) -> Resu
         configuration=as_dictionary(study),
         arrays={
             **front_series(found, bounds, *axes),
-            **law_series(places_of(laws, study.objectives), *axes),
+            **law_series(places_of(laws, study.objectives, study.still), *axes),
             **motion_series(found.points),
         },
         table=table_rows(shown),
@@ -117,7 +117,7 @@ def front_result(subject: ArmFront, walked: Walked, laws: Sequence[Law]) -> Resu
             *walked.remarks,
             *front_in_words(found, *axes),
             *(
-                dominated_law(found, law.name, law.place(study.objectives), axes)
+                dominated_law(found, law.name, law.place(study.objectives, study.still), axes)
                 + _left_words(study, law)
                 for law in _nearest(study, laws, chosen.motion)
             ),
@@ -149,7 +149,7 @@ def surface_result(study: TradeOffStudy, stack: Stack, laws: Sequence[Law]) -> R
         configuration=as_dictionary(study),
         arrays={
             **surface_series(surface, nothing, axes),
-            **surface_law_series(places_of(laws, study.objectives), axes),
+            **surface_law_series(places_of(laws, study.objectives, study.still), axes),
             **motion_series(points),
         },
         table=table_rows({name: _metrics(point.point) for name, point in named.items()}),
@@ -158,7 +158,9 @@ def surface_result(study: TradeOffStudy, stack: Stack, laws: Sequence[Law]) -> R
         remarks=(
             *surface_in_words(stack, axes),
             *(
-                dominated_in_words(surface, law.name, law.place(study.objectives), axes)
+                dominated_in_words(
+                    surface, law.name, law.place(study.objectives, study.still), axes
+                )
                 + _left_words(study, law)
                 for law in _nearest(study, laws, chosen.point.motion)
             ),

@@ -17,7 +17,7 @@ import math
 import time as clock
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -33,6 +33,7 @@ from studies.arm.optimal.solve import check_bending, check_caps, solve_again, so
 from studies.arm.replay.full_model import LockedMotion, steps_for
 from studies.arm.replay.loads import deflections
 from studies.arm.search_limits import (
+    ABOVE_REST,
     ABOVE_THE_LEAST,
     FRONT_DURATIONS,
     LIGHTER,
@@ -56,9 +57,10 @@ AXES = {
 # in fixed units smoothness falls as T^-7, torque and deflection as T^-2; of a weight that is kept
 # in the units of each duration, the one in fixed units grows as T^5
 _WEIGHT_GROWS = 5.0
-# of a limit on the energy, by which the full model may be left with more: beyond that B21 does not
-# say what the arm does
-_BEYOND = 0.2
+# of a limit on the energy, which the reduced model is asked for at most: the full one then mostly
+# keeps the limit at once
+_ASKED_ENERGY = 0.98
+_CORRECTIONS = 4  # solves at most until it does
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,7 +185,7 @@ class ArmFront:
             shortest, longest = FRONT_DURATIONS
             return (shortest * stage.duration,), longest * stage.duration
         if self.limited == RESIDUAL_ENERGY:
-            return (self.residual,), most_left(stage)
+            return tuple(self.residual * ten for ten in ABOVE_REST), most_left(stage)
 
         # from little more than the least torque to that of the least of the other
         least, other = (self._best(name, bests) for name in ("peak-torque", self.least))
@@ -318,14 +320,13 @@ class ArmFront:
         """The best motion under limits from another; `coarser` undoes its mesh's last halving."""
         halves = 2 if coarser else 1
         demand = Demand.of(self.study.slew, limits)
-        stated = demand.stated(least)
         weight, intervals = halves * start.weight, start.intervals // halves
-        motion, replayed, aim = self._once(start, demand, stated, weight, intervals, aim)
+        motion, replayed, aim = self._once(start, demand, least, weight, intervals, aim)
         # an end that needed more smoothness than the other one hands it on to its neighbours
         lighter = max(self.lightest, weight / LIGHTER[ELBOW in motion.stage.moving])
         if lighter < weight:
             with suppress(NotFoundError):
-                motion, replayed, aim = self._once(motion, demand, stated, lighter, intervals, aim)
+                motion, replayed, aim = self._once(motion, demand, least, lighter, intervals, aim)
 
         values = {
             "time": motion.stage.duration,
@@ -340,26 +341,23 @@ class ArmFront:
         self,
         start: OptimalMotion,
         demand: Demand,
-        stated: StatedStage,
+        least: str,
         weight: float,
         intervals: int,
         aim: Array,
     ) -> tuple[OptimalMotion, LockedMotion, Array]:
-        """The motion of a problem whose full model is left with what is allowed, and its aim."""
+        """The motion that is best at a weight, whose full model keeps what is asked; its aim."""
         self._in_time()
-        self.solves += 1
-        live = self.console.live
         try:
-            motion = solve_again(
-                start, weight=weight, aim=aim, intervals=intervals, stated=stated, progress=live
-            )
             if demand.left is None:
-                found, aim = aimed_at_rest(motion, aim, residual=self.residual, live=live)
-                # the torque that is added to it belongs to the point
+                motion = self._again(start, demand, least, weight, intervals, aim)
+                found, aim = aimed_at_rest(
+                    motion, aim, residual=self.residual, live=self.console.live
+                )
                 motion, replayed, allowed = found.motion, found.replay, self.residual
             else:
-                replayed = motion.replay(settings=steps_for(demand.left))
-                allowed = (1 + _BEYOND) * demand.left
+                motion, replayed = self._swinging(start, demand, least, weight, intervals, aim)
+                allowed = demand.left
         except (StudyError, ModelError) as error:
             raise NotFoundError(str(error)) from error
         if replayed.residual_energy > allowed or replayed.miss > MISS:
@@ -368,6 +366,50 @@ class ArmFront:
                 f"{replayed.miss:.1e} rad beside its angle"
             )
         return motion, replayed, aim
+
+    def _swinging(
+        self,
+        start: OptimalMotion,
+        demand: Demand,
+        least: str,
+        weight: float,
+        intervals: int,
+        aim: Array,
+    ) -> tuple[OptimalMotion, LockedMotion]:
+        """The motion that may leave an energy; B21 is asked for less where the full model has more.
+
+        Both models swing alike but for what they miss of each other, which counts where little is
+        allowed.
+        """
+        assert demand.left is not None
+        asked = _ASKED_ENERGY * demand.left
+        for _ in range(_CORRECTIONS):
+            motion = self._again(start, replace(demand, left=asked), least, weight, intervals, aim)
+            replayed = motion.replay(settings=steps_for(demand.left))
+            if replayed.residual_energy <= demand.left:
+                break
+            start = motion
+            asked *= _ASKED_ENERGY * demand.left / replayed.residual_energy
+        return motion, replayed
+
+    def _again(
+        self,
+        start: OptimalMotion,
+        demand: Demand,
+        least: str,
+        weight: float,
+        intervals: int,
+        aim: Array,
+    ) -> OptimalMotion:
+        self.solves += 1
+        return solve_again(
+            start,
+            weight=weight,
+            aim=aim,
+            intervals=intervals,
+            stated=demand.stated(least),
+            progress=self.console.live,
+        )
 
     def _in_time(self) -> None:
         if clock.monotonic() > self.until:

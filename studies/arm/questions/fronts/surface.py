@@ -39,8 +39,8 @@ class ArmSlice(ArmFront):
     def on_surface(self, point: FrontPoint) -> SurfacePoint:
         """A point of the slice with its third quantity, and the price of the slice's limit.
 
-        A motion that keeps the limit counts as one that has it: what a replay finds less is its
-        rounding, and would make of each point the best in something.
+        A motion that keeps the limit counts as one that has it: what it has less differs from
+        point to point by chance, and would make each of them the best in something.
         """
         z = max(self.level, point.motion.values[self.sliced])
         return SurfacePoint(self.level, z, point.motion.slopes[self.sliced], point)
