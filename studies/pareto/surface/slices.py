@@ -17,12 +17,12 @@ from typing import TYPE_CHECKING, Any
 from models.laws import Law
 from ocp import Constant
 from studies.common.console import Console
-from studies.pareto.both_ways import Walked, both_ways
+from studies.pareto.both_ways import Walked, both_ways, walked_down
 from studies.pareto.config import ParetoStudy
 from studies.pareto.continuation import FrontPoint, NotFoundError, Ranges, Way
 from studies.pareto.envelope import front_of
 from studies.pareto.surface.shape import SurfacePoint
-from studies.pareto.surface.walk import OutOfTimeError, Slice, walked_down
+from studies.pareto.surface.walk import OutOfTimeError, Slice
 from studies.pareto.truss import ABOVE_THE_LEAST, LEAK, LONGER, FrontProgram, TrussFront, limited
 from studies.truss.config import TrussStudy
 from studies.truss.motions.deployment import Deployment

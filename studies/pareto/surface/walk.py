@@ -17,8 +17,7 @@ from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.pareto.both_ways import LENGTH, WIDEST, Walked
 from studies.pareto.columns import FrontAxis
-from studies.pareto.continuation import LONGEST, FrontPoint, NotFoundError, Ranges, Subject, walk
-from studies.pareto.envelope import front_of
+from studies.pareto.continuation import LONGEST, FrontPoint, NotFoundError, Subject
 from studies.pareto.keys import SLICE
 from studies.pareto.surface.shape import Box, Surface, SurfacePoint, apart, surface_of
 
@@ -75,26 +74,6 @@ class Slice:
         """All its points, with what each has of the sliced objective."""
         front = self.walked.front
         return [self.subject.on_surface(point) for point in (*front.points, *front.dominated)]
-
-
-def walked_down(
-    subject: Subject, right: FrontPoint, last: float, tallest: float, count: int
-) -> Walked:
-    """A front from its highest limit to a last one, with falling limits alone.
-
-    Parameters
-    ----------
-    tallest : about the highest value of what is least.
-    count : points that a walk may take for all of the front.
-    """
-    ranges = Ranges((last, right.limit), (right.y, max(tallest, right.y)))
-    points, remarks, stopped = [right], list[str](), False
-    try:
-        for point in walk(subject, right, last, ranges, LENGTH / count, remarks.append):
-            points.append(point)  # at once, so that nothing is lost where the user stops
-    except KeyboardInterrupt:
-        stopped = True
-    return Walked(front_of(points, ranges, WIDEST * LENGTH / count), tuple(remarks), stopped)
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,11 @@ from studies.arm.questions.fronts.subject import AXES, ArmFront, most_left
 from studies.arm.search_limits import FRONT_DURATIONS, FRONT_SECONDS, SLICE_SECONDS
 from studies.arm.trade_off import TradeOffStudy
 from studies.common.console import Console
-from studies.pareto.both_ways import Walked, both_ways
+from studies.pareto.both_ways import Walked, both_ways, walked_down
 from studies.pareto.continuation import FrontPoint, Ranges
 from studies.pareto.envelope import front_of
 from studies.pareto.surface.shape import SurfacePoint
-from studies.pareto.surface.walk import Slice, SliceRequest, walked_down
+from studies.pareto.surface.walk import Slice, SliceRequest
 from studies.pareto.words import nothing_to_trade
 
 
