@@ -126,6 +126,32 @@ def test_the_energy_looked_at_is_a_part_of_that_of_the_mean_rate():
     assert most_left(stage.lasting(17.2)) == pytest.approx(most_left(stage) / 4)
 
 
+@pytest.mark.parametrize(("missed", "found"), [(0.0, True), (2e-4, True), (2e-3, False)])
+def test_the_reduced_model_is_asked_for_less_where_the_full_one_has_more(
+    monkeypatch, missed, found
+):
+    """Amplitudes add up: of 1e-3, the root of a limit of 1e-6 J, a fifth may be taken off."""
+    solved = []
+
+    def again(self, start, demand, *given):
+        solved.append(demand.left)
+        left = (demand.left**0.5 + missed) ** 2
+        replayed = SimpleNamespace(residual_energy=left, miss=0.0)
+        return SimpleNamespace(replay=lambda settings: replayed)
+
+    monkeypatch.setattr(ArmFront, "_again", again)
+    subject = ArmFront(question_from(TradeOffStudy, LEFT), silent())
+    asked = None, Demand.of(big_arm(8.6), {"residual-energy": 1e-6}), "peak-torque", 1e-6, 150, None
+    if not found:
+        with pytest.raises(NotFoundError, match="the full model is left with 8"):
+            subject._once(*asked)
+        return
+    tried = subject._once(*asked)
+    assert tried.replay.residual_energy == pytest.approx(0.98e-6)
+    assert len(solved) == (1 if missed == 0.0 else 2)
+    assert tried.asked == solved[-1]
+
+
 def alike(subject, lefts=(), rights=(), bests=()):
     """Two ends of a front whose values differ by less than a point is known to."""
     [low, high] = (point_at(subject, limit, y) for limit, y in ((8.6, 3.30), (8.7, 3.28)))

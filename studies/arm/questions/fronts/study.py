@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -64,7 +65,8 @@ def walked_front(subject: ArmFront) -> Walked:
     count = study.points or FRONT_POINTS
     if study.coarse:
         count = min(count, FRONT_COARSE_POINTS)
-    return both_ways(subject, left, right, count, subject.console.progress)
+    walked = both_ways(subject, left, right, count, subject.console.progress)
+    return replace(walked, remarks=(*subject.remarks, *walked.remarks))
 
 
 def _span(walked: Walked) -> tuple[float, float]:

@@ -60,7 +60,7 @@ _WEIGHT_GROWS = 5.0
 # of a limit on the energy, which the reduced model is asked for at most: the full one then mostly
 # keeps the limit at once
 _ASKED_ENERGY = 0.98
-_CORRECTIONS = 4  # solves at most until it does
+_CORRECTIONS = 3  # solves at most until it does
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,6 +113,16 @@ class ArmPoint:
     slopes: Mapping[str, float]
 
 
+@dataclass(frozen=True, eq=False)
+class _Tried:
+    """A solve with its replay, its next aim, and the energy that B21 was asked to leave at most."""
+
+    motion: OptimalMotion
+    replay: LockedMotion
+    aim: Array
+    asked: float | None = None
+
+
 class ArmFront:
     """A study's motions as points of a front; a `continuation.Subject`.
 
@@ -135,6 +145,7 @@ class ArmFront:
         self.residual = study.still
         self.lightest = math.inf  # weight of the smoothness that either end needs, once known
         self.solves = 0
+        self.remarks: list[str] = []  # on limits at which no end was found
         self.bests: dict[str, ArmPoint] = {}  # of the quantities that ends were sought by
         self._at_rest: dict[tuple[float, TorqueCaps, str], OptimalMotion] = {}
 
@@ -242,7 +253,8 @@ class ArmFront:
             except NotFoundError as error:
                 if limit == limits[-1]:
                     raise
-                self.console.progress(f"no motion was found at {limit:.6g} {axis.unit}: {error}")
+                self.remarks.append(f"nothing was found at {limit:.6g} {axis.unit}: {error}")
+                self.console.progress(self.remarks[-1])
         raise AssertionError  # there is a limit
 
     def _cold(self, limit: float, way: Way, *, afresh: bool = False) -> FrontPoint:
@@ -321,13 +333,14 @@ class ArmFront:
         halves = 2 if coarser else 1
         demand = Demand.of(self.study.slew, limits)
         weight, intervals = halves * start.weight, start.intervals // halves
-        motion, replayed, aim = self._once(start, demand, least, weight, intervals, aim)
+        found = self._once(start, demand, least, weight, intervals, aim)
         # an end that needed more smoothness than the other one hands it on to its neighbours
-        lighter = max(self.lightest, weight / LIGHTER[ELBOW in motion.stage.moving])
+        lighter = max(self.lightest, weight / LIGHTER[ELBOW in found.motion.stage.moving])
         if lighter < weight:
             with suppress(NotFoundError):
-                motion, replayed, aim = self._once(motion, demand, least, lighter, intervals, aim)
+                found = self._once(found.motion, demand, least, lighter, intervals, found.aim)
 
+        motion, replayed = found.motion, found.replay
         values = {
             "time": motion.stage.duration,
             RESIDUAL_ENERGY: replayed.residual_energy,
@@ -335,7 +348,8 @@ class ArmFront:
             "peak-torque": float(motion.peak_torque.max()),
             "deflection": largest_deflection(replayed),
         }
-        return ArmPoint(motion, replayed, aim, values, slopes_of(motion, limits))
+        slopes = slopes_of(motion, limits, found.asked)
+        return ArmPoint(motion, replayed, found.aim, values, slopes)
 
     def _once(
         self,
@@ -345,8 +359,8 @@ class ArmFront:
         weight: float,
         intervals: int,
         aim: Array,
-    ) -> tuple[OptimalMotion, LockedMotion, Array]:
-        """The motion that is best at a weight, whose full model keeps what is asked; its aim."""
+    ) -> _Tried:
+        """The motion that is best at a weight, whose full model keeps what is asked."""
         self._in_time()
         try:
             if demand.left is None:
@@ -354,18 +368,17 @@ class ArmFront:
                 found, aim = aimed_at_rest(
                     motion, aim, residual=self.residual, live=self.console.live
                 )
-                motion, replayed, allowed = found.motion, found.replay, self.residual
+                tried = _Tried(found.motion, found.replay, aim)
             else:
-                motion, replayed = self._swinging(start, demand, least, weight, intervals, aim)
-                allowed = demand.left
+                tried = self._swinging(start, demand, least, weight, intervals, aim)
         except (StudyError, ModelError) as error:
             raise NotFoundError(str(error)) from error
-        if replayed.residual_energy > allowed or replayed.miss > MISS:
-            raise NotFoundError(
-                f"the full model is left with {replayed.residual_energy:.2e} J and "
-                f"{replayed.miss:.1e} rad beside its angle"
-            )
-        return motion, replayed, aim
+        left = tried.replay.residual_energy
+        if left > (self.residual if demand.left is None else demand.left):
+            raise NotFoundError(f"the full model is left with {left:.3g} J")
+        if tried.replay.miss > MISS:
+            raise NotFoundError(f"the full model ends {tried.replay.miss:.1e} rad beside its angle")
+        return tried
 
     def _swinging(
         self,
@@ -375,22 +388,23 @@ class ArmFront:
         weight: float,
         intervals: int,
         aim: Array,
-    ) -> tuple[OptimalMotion, LockedMotion]:
+    ) -> _Tried:
         """The motion that may leave an energy; B21 is asked for less where the full model has more.
 
-        Both models swing alike but for what they miss of each other, which counts where little is
-        allowed.
+        Both models swing alike but for what they miss of each other, which adds to the amplitude,
+        the root of the energy, and counts where little is allowed.
         """
         assert demand.left is not None
-        asked = _ASKED_ENERGY * demand.left
+        wanted = math.sqrt(_ASKED_ENERGY * demand.left)
+        amplitude = wanted
         for _ in range(_CORRECTIONS):
+            asked = amplitude**2
             motion = self._again(start, replace(demand, left=asked), least, weight, intervals, aim)
             replayed = motion.replay(settings=steps_for(demand.left))
-            if replayed.residual_energy <= demand.left:
+            start, amplitude = motion, wanted + amplitude - math.sqrt(replayed.residual_energy)
+            if replayed.residual_energy <= demand.left or amplitude <= 0.0:
                 break
-            start = motion
-            asked *= _ASKED_ENERGY * demand.left / replayed.residual_energy
-        return motion, replayed
+        return _Tried(motion, replayed, aim, asked)
 
     def _again(
         self,
@@ -424,8 +438,15 @@ def unit_of(motion: OptimalMotion) -> float:
     return max(float(q.scale or 1.0) for q in stated.arm.q if q.name.startswith("delta"))
 
 
-def slopes_of(motion: OptimalMotion, limits: Mapping[str, float]) -> dict[str, float]:
-    """Slope of what is least by each limit, by the multipliers, without the smoothness's share."""
+def slopes_of(
+    motion: OptimalMotion, limits: Mapping[str, float], asked: float | None = None
+) -> dict[str, float]:
+    """Slope of what is least by each limit, by the multipliers, without the smoothness's share.
+
+    Parameters
+    ----------
+    asked : energy that B21 was asked to leave at most, where that is limited [J].
+    """
     by, phase = slopes_by_multipliers(motion.solution), motion.arm.phase.name
     found = {}
     for name, limit in limits.items():
@@ -433,7 +454,9 @@ def slopes_of(motion: OptimalMotion, limits: Mapping[str, float]) -> dict[str, f
             weighted = motion.smoothness_share * motion.solution.objective  # w S
             slope = by[f"{phase}: end"] + _WEIGHT_GROWS * weighted / motion.stage.duration
         elif name == RESIDUAL_ENERGY:
-            slope = by[f"energy left by {phase} upper"] / limit  # it is stated in parts of it
+            # stated in parts of what was asked, whose root is the limit's but for what models miss
+            assert asked is not None
+            slope = by[f"energy left by {phase} upper"] * math.sqrt(_ASKED_ENERGY / (asked * limit))
         else:
             caps = [state.name for state in motion.arm.torque.values()]
             slope = (1.0 - MARGIN) * sum(by[f"{name} upper"] - by[f"{name} lower"] for name in caps)

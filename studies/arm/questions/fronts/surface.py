@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from studies.arm.optimal.rounds import SAME
 from studies.arm.optimal.solve import check_bending
@@ -73,7 +74,8 @@ class ArmSlice(ArmFront):
             walked = walked_down(self, right, left.limit, left.y, count)
         else:
             walked = both_ways(self, left, right, count, self.console.live)
-        return Slice(self, left, right, walked)
+        remarks = (*self.remarks, *walked.remarks)
+        return Slice(self, left, right, replace(walked, remarks=remarks))
 
 
 def ends_alone(left: FrontPoint, right: FrontPoint, why: str) -> Walked:
