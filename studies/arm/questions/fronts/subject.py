@@ -151,15 +151,16 @@ class ArmFront:
 
     def ends(
         self,
-        lefts: Sequence[FrontPoint] = (),
-        rights: Sequence[FrontPoint] = (),
+        lefts: Sequence[ArmPoint] = (),
+        rights: Sequence[ArmPoint] = (),
         bests: Sequence[Mapping[str, ArmPoint]] = (),
     ) -> tuple[FrontPoint, FrontPoint]:
         """Points at the lowest and at the highest limit.
 
         Parameters
         ----------
-        lefts, rights, bests : ends of other fronts from which these may start.
+        lefts, rights, bests : of other fronts, their ends and best motions, from which these may
+            start.
 
         Raises
         ------
@@ -173,8 +174,8 @@ class ArmFront:
             if demand.left is None:  # a rigid arm's least torque is that from rest to rest
                 check_caps(demand.stage, demand.caps)
         try:
-            right = self._end((high,), "down", rights)
-            left = self._end(lows, "up", lefts)
+            right = self._end((high,), "down", [*rights, *self._best_of(self.least)])
+            left = self._end(lows, "up", [*lefts, *self._best_of("peak-torque")])
         except NotFoundError as error:
             raise StudyError(
                 f"no motion was found at an end of the front, between {lows[0]:.6g} and "
@@ -222,6 +223,10 @@ class ArmFront:
         self.bests[name] = found
         return found
 
+    def _best_of(self, name: str) -> list[ArmPoint]:
+        """The motion that is best in a quantity, where it was sought: it may start an end."""
+        return [self.bests[name]] if name in self.bests else []
+
     def _demand(self, limit: float) -> Demand:
         """What a limit and the levels ask for."""
         return Demand.of(self.study.slew, self._limits(limit))
@@ -229,10 +234,10 @@ class ArmFront:
     def _limits(self, limit: float) -> dict[str, float]:
         return {**self.levels, self.limited: limit}
 
-    def _end(self, limits: Sequence[float], way: Way, near: Sequence[FrontPoint]) -> FrontPoint:
+    def _end(self, limits: Sequence[float], way: Way, near: Sequence[ArmPoint]) -> FrontPoint:
         """The point at an end, the first of some limits at which one is found.
 
-        From ends of other fronts, the best that is found; else from a refined motion.
+        The best that motions near by lead to; else from a refined motion.
 
         Raises
         ------
@@ -243,9 +248,9 @@ class ArmFront:
         for limit in limits:
             self.console.progress(f"an end of the front: {axis.title} {limit:.5g} {axis.unit}")
             found = []
-            for point in near:
+            for start in near:
                 with suppress(NotFoundError):
-                    found.append(self.near(limit, point, way))
+                    found.append(self._from(start, limit, way))
             if found:
                 return min(found, key=lambda point: point.y)
             try:
@@ -298,8 +303,11 @@ class ArmFront:
 
     def near(self, limit: float, before: FrontPoint, way: Way) -> FrontPoint:
         """The point at a limit, from the motion of a neighbour and its aim."""
-        begin, kept = clock.perf_counter(), before.motion
-        found = self._solved(self._limits(limit), self.least, kept.motion, kept.aim)
+        return self._from(before.motion, limit, way)
+
+    def _from(self, start: ArmPoint, limit: float, way: Way) -> FrontPoint:
+        begin = clock.perf_counter()
+        found = self._solved(self._limits(limit), self.least, start.motion, start.aim)
         return self._told(limit, found, way, begin)
 
     def afresh(self, limit: float, before: FrontPoint, way: Way) -> FrontPoint:

@@ -61,8 +61,8 @@ class ArmSlice(ArmFront):
         """
         subjects = [one.subject for one in neighbours if isinstance(one.subject, ArmSlice)]
         left, right = self.ends(
-            [one.left for one in neighbours],
-            [one.right for one in neighbours],
+            [one.left.motion for one in neighbours],
+            [one.right.motion for one in neighbours],
             [subject.bests for subject in subjects],
         )
         alike = nothing_to_trade(left, right, (AXES[self.limited], AXES[self.least]), SAME)
