@@ -70,8 +70,9 @@ WIDEST_AT_LEAST = 1.1  # of the highest limit on the torque over the lowest one
 # of the energy at the mean rate of the turn, the highest limit on what is left: an arm that has
 # more was hardly stopped
 OF_TURNING = 0.1
+CALMER = 10.0  # by which the smoothness is made heavier where the full model does not rest
 FRONT_COARSE_POINTS = 6
-SLICE_SECONDS = 240.0, 90.0  # that a slice takes, and one of a sketch, with its share of the ends
+SLICE_SECONDS = 100.0, 60.0  # that a slice takes, and one of a sketch, with its share of the ends
 FRONT_SECONDS = 3600.0  # that all slices may take
 
 # Both stages as one problem

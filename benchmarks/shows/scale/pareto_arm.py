@@ -16,8 +16,9 @@ import numpy as np
 
 from benchmarks.shows.show import Question, Row
 from studies.arm.config import question_from
+from studies.arm.questions.fronts.point import unit_of
 from studies.arm.questions.fronts.study import front_result, laws_beside, walked_front
-from studies.arm.questions.fronts.subject import ArmFront, unit_of
+from studies.arm.questions.fronts.subject import ArmFront
 from studies.arm.trade_off import TradeOffStudy
 from studies.common.console import Table, number, silent
 from studies.common.drawing import save

@@ -11,8 +11,9 @@ from studies.arm.optimal.rounds import MISS
 from studies.arm.optimal.solve import solve_again, solve_stage
 from studies.arm.questions.fronts import study as study_module
 from studies.arm.questions.fronts.laws import Law
+from studies.arm.questions.fronts.point import AXES, Demand, most_left, unit_of
 from studies.arm.questions.fronts.study import front_result, walked_front
-from studies.arm.questions.fronts.subject import AXES, ArmFront, Demand, most_left, unit_of
+from studies.arm.questions.fronts.subject import ArmFront, _NotStillError
 from studies.arm.stage import big_arm
 from studies.arm.trade_off import TradeOffStudy
 from studies.common.console import silent
@@ -150,6 +151,23 @@ def test_the_reduced_model_is_asked_for_less_where_the_full_one_has_more(
     assert tried.replay.residual_energy == pytest.approx(0.98e-6)
     assert len(solved) == (1 if missed == 0.0 else 2)
     assert tried.asked == solved[-1]
+
+
+def test_a_motion_that_does_not_rest_is_sought_with_more_smoothness(monkeypatch):
+    weights = []
+
+    def once(self, start, demand, least, weight, *given):
+        weights.append(weight)
+        if len(weights) == 1:
+            raise _NotStillError("7e-06 J are left")
+        return "calm"
+
+    monkeypatch.setattr(ArmFront, "_once", once)
+    monkeypatch.setattr(ArmFront, "_kept", lambda self, found, limits: found)
+    subject = ArmFront(question_from(TradeOffStudy, LEFT), silent())
+    start = SimpleNamespace(weight=1e-6, intervals=150)
+    assert subject._solved({"peak-torque": 3.4}, "deflection", start, None) == "calm"
+    assert weights == pytest.approx([1e-6, 1e-5])
 
 
 def alike(subject, lefts=(), rights=(), bests=()):

@@ -10,8 +10,9 @@ from studies.arm import draw
 from studies.arm.config import question_from
 from studies.arm.questions.fronts import study as study_module
 from studies.arm.questions.fronts.laws import Law
+from studies.arm.questions.fronts.point import ArmPoint
 from studies.arm.questions.fronts.study import front
-from studies.arm.questions.fronts.subject import ArmFront, ArmPoint
+from studies.arm.questions.fronts.subject import ArmFront
 from studies.arm.questions.fronts.surface import ArmSlice
 from studies.arm.study import check
 from studies.arm.trade_off import TradeOffStudy

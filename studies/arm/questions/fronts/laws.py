@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from studies.arm.laws.unit_laws import baselines
 from studies.arm.questions.baselines import replay_law
-from studies.arm.questions.fronts.subject import AXES, largest_deflection, largest_torque
+from studies.arm.questions.fronts.point import AXES, largest_deflection, largest_torque
 from studies.arm.search_limits import SHAPER
 from studies.arm.stage import Stage
 from studies.arm.trade_off import RESIDUAL_ENERGY

@@ -7,8 +7,6 @@ and is aimed until the full model rests.
 Where the energy that is left is limited, the lock may meet a swing. A motion is refined that ends
 at rest, and all points start from it. They are not aimed: the full model swings as B21 does.
 
-Symbols: L Lagrangian, w weight of the smoothness, S smoothness, T duration [s], J inertia
-[kg m^2], D turn [rad].
 """
 
 from __future__ import annotations
@@ -22,95 +20,37 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from models.errors import ModelError
-from ocp.analysis.sensitivity import slopes_by_multipliers
 from ocp.arrays import Array
 from studies.arm.optimal.motion import OptimalMotion
-from studies.arm.optimal.objectives import StatedStage, problem
-from studies.arm.optimal.phase import MARGIN
 from studies.arm.optimal.refinement import aimed_at_rest, refine
 from studies.arm.optimal.rounds import MISS
 from studies.arm.optimal.solve import check_bending, check_caps, solve_again, solve_stage
+from studies.arm.questions.fronts.point import (
+    ASKED_ENERGY,
+    AXES,
+    ArmPoint,
+    Demand,
+    largest_deflection,
+    most_left,
+    slopes_of,
+)
 from studies.arm.replay.full_model import LockedMotion, steps_for
-from studies.arm.replay.loads import deflections
 from studies.arm.search_limits import (
     ABOVE_REST,
     ABOVE_THE_LEAST,
+    CALMER,
     FRONT_DURATIONS,
     LIGHTER,
-    OF_TURNING,
     WIDEST_AT_LEAST,
 )
 from studies.arm.stage import ELBOW, Stage, TorqueCaps
 from studies.arm.trade_off import RESIDUAL_ENERGY, TradeOffStudy
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.pareto.columns import FrontAxis
 from studies.pareto.continuation import FrontPoint, NotFoundError, Way
 from studies.pareto.surface.walk import OutOfTimeError
 
-AXES = {
-    "time": FrontAxis("time", "duration", "s"),
-    RESIDUAL_ENERGY: FrontAxis(RESIDUAL_ENERGY, "residual energy", "J"),
-    "peak-torque": FrontAxis("peak-torque", "peak torque", "N m"),
-    "deflection": FrontAxis("deflection", "peak deflection", "m"),
-}
-# in fixed units smoothness falls as T^-7, torque and deflection as T^-2; of a weight that is kept
-# in the units of each duration, the one in fixed units grows as T^5
-_WEIGHT_GROWS = 5.0
-# of a limit on the energy, which the reduced model is asked for at most: the full one then mostly
-# keeps the limit at once
-_ASKED_ENERGY = 0.98
-_CORRECTIONS = 3  # solves at most until it does
-
-
-@dataclass(frozen=True, eq=False)
-class Demand:
-    """What a motion of a front has to keep.
-
-    Attributes
-    ----------
-    stage : in its duration.
-    caps : on the torque.
-    left : energy that the lock may meet [J]; None where it has to find the arm at rest.
-    """
-
-    stage: Stage
-    caps: TorqueCaps
-    left: float | None
-
-    @classmethod
-    def of(cls, stage: Stage, limits: Mapping[str, float]) -> Demand:
-        """What limits on quantities ask for."""
-        torque = limits.get("peak-torque")
-        return cls(
-            stage.lasting(limits.get("time", stage.duration)),
-            TorqueCaps(torque=(torque, torque)),
-            limits.get(RESIDUAL_ENERGY),
-        )
-
-    def stated(self, least: str) -> StatedStage:
-        """The problem of the motion that is best in a quantity."""
-        return problem(self.stage, self.caps, least, left=self.left)
-
-
-@dataclass(frozen=True, eq=False)
-class ArmPoint:
-    """What is kept of a point.
-
-    Attributes
-    ----------
-    motion : as it was solved, from which neighbours start.
-    replay : on the full model, with the torque that was added to it.
-    aim : (2 n,), where a neighbour's is begun.
-    values : of all quantities of `AXES`.
-    slopes : of what is least by each limit, without the smoothness's share.
-    """
-
-    motion: OptimalMotion
-    replay: LockedMotion
-    aim: Array
-    values: Mapping[str, float]
-    slopes: Mapping[str, float]
+_CORRECTIONS = 3  # solves at most until the full model keeps its energy
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +61,10 @@ class _Tried:
     replay: LockedMotion
     aim: Array
     asked: float | None = None
+
+
+class _NotStillError(NotFoundError):
+    """A motion was found, but the full model is left with more than is allowed."""
 
 
 class ArmFront:
@@ -341,13 +285,24 @@ class ArmFront:
         halves = 2 if coarser else 1
         demand = Demand.of(self.study.slew, limits)
         weight, intervals = halves * start.weight, start.intervals // halves
-        found = self._once(start, demand, least, weight, intervals, aim)
+        try:
+            found = self._once(start, demand, least, weight, intervals, aim)
+        except _NotStillError:
+            # near the least torque its edges are sharp and stir modes that B21 lacks: no aim and
+            # no finer mesh takes that away
+            return self._kept(
+                self._once(start, demand, least, CALMER * weight, intervals, aim), limits
+            )
         # an end that needed more smoothness than the other one hands it on to its neighbours
         lighter = max(self.lightest, weight / LIGHTER[ELBOW in found.motion.stage.moving])
         if lighter < weight:
             with suppress(NotFoundError):
                 found = self._once(found.motion, demand, least, lighter, intervals, found.aim)
 
+        return self._kept(found, limits)
+
+    def _kept(self, found: _Tried, limits: Mapping[str, float]) -> ArmPoint:
+        """What is kept of a motion under limits."""
         motion, replayed = found.motion, found.replay
         values = {
             "time": motion.stage.duration,
@@ -383,7 +338,7 @@ class ArmFront:
             raise NotFoundError(str(error)) from error
         left = tried.replay.residual_energy
         if left > (self.residual if demand.left is None else demand.left):
-            raise NotFoundError(f"the full model is left with {left:.3g} J")
+            raise _NotStillError(f"the full model is left with {left:.3g} J")
         if tried.replay.miss > MISS:
             raise NotFoundError(f"the full model ends {tried.replay.miss:.1e} rad beside its angle")
         return tried
@@ -403,7 +358,7 @@ class ArmFront:
         the root of the energy, and counts where little is allowed.
         """
         assert demand.left is not None
-        wanted = math.sqrt(_ASKED_ENERGY * demand.left)
+        wanted = math.sqrt(ASKED_ENERGY * demand.left)
         amplitude = wanted
         for _ in range(_CORRECTIONS):
             asked = amplitude**2
@@ -436,57 +391,3 @@ class ArmFront:
     def _in_time(self) -> None:
         if clock.monotonic() > self.until:
             raise OutOfTimeError
-
-
-def unit_of(motion: OptimalMotion) -> float:
-    """What one of the objective as it was solved is in the unit of what is least."""
-    stated = motion.stated
-    if stated.objective == "peak-torque":
-        return 4.0 * float(stated.stage.torque_units[stated.stage.moving[0]])
-    return max(float(q.scale or 1.0) for q in stated.arm.q if q.name.startswith("delta"))
-
-
-def slopes_of(
-    motion: OptimalMotion, limits: Mapping[str, float], asked: float | None = None
-) -> dict[str, float]:
-    """Slope of what is least by each limit, by the multipliers, without the smoothness's share.
-
-    Parameters
-    ----------
-    asked : energy that B21 was asked to leave at most, where that is limited [J].
-    """
-    by, phase = slopes_by_multipliers(motion.solution), motion.arm.phase.name
-    found = {}
-    for name, limit in limits.items():
-        if name == "time":
-            weighted = motion.smoothness_share * motion.solution.objective  # w S
-            slope = by[f"{phase}: end"] + _WEIGHT_GROWS * weighted / motion.stage.duration
-        elif name == RESIDUAL_ENERGY:
-            # stated in parts of what was asked, whose root is the limit's but for what models miss
-            assert asked is not None
-            slope = by[f"energy left by {phase} upper"] * math.sqrt(_ASKED_ENERGY / (asked * limit))
-        else:
-            caps = [state.name for state in motion.arm.torque.values()]
-            slope = (1.0 - MARGIN) * sum(by[f"{name} upper"] - by[f"{name} lower"] for name in caps)
-        found[name] = float(slope * (1.0 - motion.smoothness_share) * unit_of(motion))
-    return found
-
-
-def most_left(stage: Stage) -> float:
-    """Highest limit on the energy left that is looked at where none is stated [J].
-
-    A part of J (D/T)^2 / 2, the energy of a rigid arm at its mean rate.
-    """
-    joint = stage.moving[0]
-    rate = abs(float(stage.turn[joint])) / stage.duration
-    return OF_TURNING * 0.5 * float(stage.inertias[joint]) * rate**2
-
-
-def largest_torque(replayed: LockedMotion) -> float:
-    """Largest torque of the joint that turns, and not of the lock of the other [N m]."""
-    return float(replayed.peak_torque[replayed.motion.stage.moving[0]])
-
-
-def largest_deflection(replayed: LockedMotion) -> float:
-    """Largest deflection of either link [m]."""
-    return float(deflections(replayed).max())

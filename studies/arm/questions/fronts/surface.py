@@ -7,7 +7,8 @@ from dataclasses import replace
 
 from studies.arm.optimal.rounds import SAME
 from studies.arm.optimal.solve import check_bending
-from studies.arm.questions.fronts.subject import AXES, ArmFront, most_left
+from studies.arm.questions.fronts.point import AXES, most_left
+from studies.arm.questions.fronts.subject import ArmFront
 from studies.arm.search_limits import FRONT_DURATIONS, FRONT_SECONDS, SLICE_SECONDS
 from studies.arm.trade_off import TradeOffStudy
 from studies.common.console import Console
