@@ -69,7 +69,7 @@ def nothing_to_trade(
     return (
         f"There is nothing to trade: {y.title} is {number(left.y, 4)} {y.unit} at "
         f"{number(left.limit, 5)} {x.unit} of {x.title} and {number(right.y, 4)} {y.unit} at "
-        f"{number(right.limit, 5)} {x.unit}, and a point is known to {known:.0%}."
+        f"{number(right.limit, 5)} {x.unit}, and a point is known to {100 * known:g} %."
     )
 
 

@@ -198,7 +198,7 @@ def test_ends_that_are_alike_leave_nothing_to_trade_and_a_figure_shows_it(monkey
     assert result.passed
     assert result.remarks[0] == (
         "There is nothing to trade: peak torque is 3.3 N m at 8.6 s of duration and 3.28 N m at "
-        "8.7 s, and a point is known to 1%."
+        "8.7 s, and a point is known to 1 %."
     )
     [(_, figure)] = draw(result)
     low, high = figure.axes[0].get_ylim()
