@@ -125,10 +125,12 @@ COMMANDS: Mapping[str, Command] = {
     "pareto arm": Command(
         "what less of one quantity of the arm costs in another",
         "studies.arm.command",
-        "Finds the front of two quantities of the arm, such as duration and peak torque: the least "
-        "of one under each limit on the other, from both ends, with prices, knee and gaps. Every "
-        "point leaves the full model still. With time,residual-energy it sets what the smoothest "
-        "motion and the smooth laws leave against the duration.",
+        "Finds the front of two of duration, residual energy, peak torque and deflection of the "
+        "arm: the least of one under each limit on the other, from both ends, with prices, knee "
+        "and gaps. Of three it is a surface, found slice by slice. Every point was replayed on the "
+        "full model, and leaves it still where the residual energy is not traded. With "
+        "time,residual-energy it sets what the smoothest motion and the smooth laws leave against "
+        "the duration.",
         arguments="trade_off.add_arguments",
         run="trade_off.run",
         loads="studies.arm.study",

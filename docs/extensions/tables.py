@@ -23,8 +23,8 @@ from studies.arm.config import (
     RobustStudy,
     SequenceStudy,
     StageStudy,
-    TradeOffStudy,
 )
+from studies.arm.trade_off import TradeOffStudy
 from studies.cli import COMMANDS, PROGRAM, build_parser
 from studies.codesign import DesignSpace
 from studies.common.configuration import key_lines

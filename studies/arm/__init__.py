@@ -14,11 +14,11 @@ if TYPE_CHECKING:
         LeastDurationStudy,
         RobustStudy,
         SequenceStudy,
-        TradeOffStudy,
         study_from,
     )
     from studies.arm.report.comparison_figures import draw
     from studies.arm.study import run
+    from studies.arm.trade_off import TradeOffStudy
 
 _MODULES = {
     "ArmDescription": "config",
@@ -27,7 +27,7 @@ _MODULES = {
     "LeastDurationStudy": "config",
     "RobustStudy": "config",
     "SequenceStudy": "config",
-    "TradeOffStudy": "config",
+    "TradeOffStudy": "trade_off",
     "draw": "report.comparison_figures",
     "run": "study",
     "study_from": "config",

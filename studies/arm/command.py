@@ -54,6 +54,11 @@ class Question:
             text = f"{line.meaning}{unit}{default}".replace("%", "%%")
             # a flag leaves out the table that its key is in
             flag = line.key.split(".")[-1].replace("_", "-")
+            if line.default == "false":  # what is off unless it is said takes no value
+                parser.add_argument(
+                    f"--{flag}", dest=line.key, action="store_const", const=True, help=text
+                )
+                continue
             parser.add_argument(f"--{flag}", dest=line.key, metavar="X", help=text)
         add_results_flags(parser)
         if self.goes_on:
@@ -103,7 +108,7 @@ class Question:
         for line in key_lines(self._configuration):
             text = getattr(options, line.key)
             if text is not None:
-                put(raw, line.key.split("."), as_number(text))
+                put(raw, line.key.split("."), text if text is True else as_number(text))
         return question_from(self._configuration, raw)
 
     @property

@@ -36,7 +36,6 @@ from studies.common.configuration import (
     optional_key,
     positive,
     section,
-    two_limits,
     whole,
 )
 from studies.common.exit_codes import StudyError, quoted
@@ -45,9 +44,6 @@ from studies.common.rates import confidence
 DURATIONS = {"big": 8.6, "small": 11.2, "both": 11.2}  # [s], a tenth of the paper's
 DRIVES: tuple[Drive, ...] = get_args(Drive)
 _DRIVE_MEANING = "what is given to the joints until the lock: torque or angle"
-RESIDUAL_ENERGY = "residual-energy"
-# what may be traded: the one that stands first is limited, the other is least
-TRADED = ("time", "peak-torque", "deflection", RESIDUAL_ENERGY)
 PAPER_TOTAL, OUR_DWELL = 198.0, 10.0  # [s], the paper's 86 and 112 s; the dwell is ours
 
 _Study = TypeVar("_Study")
@@ -274,7 +270,7 @@ class LeastDurationStudy(StageStudy):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _check_one_joint("arm least-duration", self.slew)
+        check_one_joint("arm least-duration", self.slew)
 
     @property
     def question(self) -> str:
@@ -282,6 +278,7 @@ class LeastDurationStudy(StageStudy):
         return f"{self.stage} arm, {self.drive} drive: the least duration that leaves it still"
 
 
+<<<<<<< HEAD
 def _two(name: str, value: Any) -> tuple[str, str]:
     """Two different quantities, as a list or with a comma; the one that is limited first."""
     items = [item.strip() for item in value.split(",")] if isinstance(value, str) else value
@@ -357,6 +354,8 @@ class TradeOffStudy(StageStudy):
         return f"{self.stage} arm{time}, torque drive: {least} against {limited}, rest to rest"
 
 
+=======
+>>>>>>> 2293aa79826df3981889331f72da4470d227caa7
 @dataclass(frozen=True, kw_only=True)
 class RobustStudy(StageStudy):
     """One motion for a spread of arms: `antenna-ocp robust arm`."""
@@ -374,7 +373,7 @@ class RobustStudy(StageStudy):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _check_one_joint("robust", self.slew)
+        check_one_joint("robust", self.slew)
         if self.points < 2:
             raise StudyError(f"points is {self.points}; give 2 or more arms a side")
 
@@ -430,7 +429,8 @@ class SequenceStudy:
         return f"big arm, {self.dwell:g} s locked, small arm: least {least}, rest at each lock"
 
 
-def _check_one_joint(question: str, stage: Stage) -> None:
+def check_one_joint(question: str, stage: Stage) -> None:
+    """Refuse a stage that turns both joints."""
     if len(stage.moving) > 1:
         raise StudyError(
             f"{question} turns one joint, the stage '{stage.name}' both; give big or small"

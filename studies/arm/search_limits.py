@@ -62,7 +62,18 @@ TRADE_OFF_REDUCED = 161  # durations on B21
 FRONT_DURATIONS = (0.8, 1.5)  # of the stage's duration
 FRONT_POINTS = 20  # that either walk may take
 FRONT_LAWS = 9  # durations at which laws are set beside a front
-JUST_ABOVE = 1.05  # times the least peak torque: nearer to it there is hardly room for anything
+# parts above the least peak torque at which a front begins, the first that is found: nearer to it
+# there is hardly room for anything
+ABOVE_THE_LEAST = (0.01, 0.02, 0.05)
+ABOVE_REST = (1.0, 10.0, 100.0)  # times what counts as still, the same for the energy left
+WIDEST_AT_LEAST = 1.1  # of the highest limit on the torque over the lowest one
+# of the energy at the mean rate of the turn, the highest limit on what is left: an arm that has
+# more was hardly stopped
+OF_TURNING = 0.1
+CALMER = 10.0  # by which the smoothness is made heavier where the full model does not rest
+FRONT_COARSE_POINTS = 6
+SLICE_SECONDS = 100.0, 60.0  # that a slice takes, and one of a sketch, with its share of the ends
+FRONT_SECONDS = 3600.0  # that all slices may take
 
 # Both stages as one problem
 SEQUENCE_INTERVALS = (150, 10, 200)  # of big arm, dwell and small arm

@@ -7,18 +7,17 @@ from typing import Any
 
 from models.errors import ModelError
 from studies.arm.config import (
-    RESIDUAL_ENERGY,
     ArmStudy,
     BaselinesStudy,
     LeastDurationStudy,
     RobustStudy,
     SequenceStudy,
     StageStudy,
-    TradeOffStudy,
 )
 from studies.arm.optimal.solve import check_bending
 from studies.arm.questions.baselines import compare_baselines
-from studies.arm.questions.front import front
+from studies.arm.questions.fronts.study import front
+from studies.arm.questions.fronts.surface import ArmSurface
 from studies.arm.questions.least_duration import find_least_durations
 from studies.arm.questions.one_motion import check_study, solve_motion
 from studies.arm.questions.robust.comparison import find_robust
@@ -29,6 +28,7 @@ from studies.arm.questions.sequence.study import (
     stated_case,
 )
 from studies.arm.questions.trade_off import trade_off
+from studies.arm.trade_off import LAWS_LEFT, TradeOffStudy
 from studies.common.console import Console, silent
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.finished import FinishedStarts
@@ -43,7 +43,7 @@ _ANSWERS: Mapping[type[Any], Callable[[Any, Console], Result]] = {
     BaselinesStudy: compare_baselines,
     LeastDurationStudy: find_least_durations,
     SequenceStudy: find_sequence,
-    TradeOffStudy: lambda study, console: (trade_off if study.least == RESIDUAL_ENERGY else front)(
+    TradeOffStudy: lambda study, console: (trade_off if study.objectives == LAWS_LEFT else front)(
         study, console
     ),
     RobustStudy: find_robust,
@@ -60,6 +60,8 @@ def check(study: AnyArmStudy) -> None:
     """
     if isinstance(study, ArmStudy):
         check_study(study)
+    elif isinstance(study, TradeOffStudy) and study.sliced is not None:
+        ArmSurface(study, silent()).check()
     elif isinstance(study, StageStudy):
         check_bending(study.slew)
     elif isinstance(study, SequenceStudy):

@@ -80,8 +80,8 @@ def with_motion(result: Result, name: str | None) -> Result:
     """The same result with another of its motions as the main one; none is named for the main.
 
     Results of the arm may hold several motions, sampled for a drive: `details["profiles"]` says
-    what each is, and its series have its name before their own. A front of the truss holds one for
-    each of its points.
+    what each is, and its series have its name before their own. A front holds one for each of its
+    points.
 
     Raises
     ------

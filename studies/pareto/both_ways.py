@@ -1,4 +1,7 @@
-"""A front from its two ends: a walk from either, a look into the gaps, and the envelope."""
+"""A front from its two ends: a walk from either, a look into the gaps, and the envelope.
+
+A sketch is walked one way only.
+"""
 
 from __future__ import annotations
 
@@ -63,6 +66,26 @@ def both_ways(
     except KeyboardInterrupt:
         stopped = True
     return Walked(front_of(points, ranges, widest), tuple(remarks), stopped)
+
+
+def walked_down(
+    subject: Subject, right: FrontPoint, last: float, tallest: float, count: int
+) -> Walked:
+    """A front from its highest limit to a last one, with falling limits alone.
+
+    Parameters
+    ----------
+    tallest : about the highest value of what is least.
+    count : points that a walk may take for all of the front.
+    """
+    ranges = Ranges((last, right.limit), (right.y, max(tallest, right.y)))
+    points, remarks, stopped = [right], list[str](), False
+    try:
+        for point in walk(subject, right, last, ranges, LENGTH / count, remarks.append):
+            points.append(point)  # at once, so that nothing is lost where the user stops
+    except KeyboardInterrupt:
+        stopped = True
+    return Walked(front_of(points, ranges, WIDEST * LENGTH / count), tuple(remarks), stopped)
 
 
 def _told(points: Sequence[FrontPoint]) -> str:

@@ -66,7 +66,7 @@ def front_series(front: Front, bounds: Array, x: FrontAxis, y: FrontAxis) -> dic
 
 
 def law_series(
-    places: Mapping[str, Sequence[tuple[float, float]]], x: FrontAxis, y: FrontAxis
+    places: Mapping[str, Sequence[Sequence[float]]], x: FrontAxis, y: FrontAxis
 ) -> dict[str, Series]:
     """Where laws are: a point each, or a curve if the duration is traded."""
     found = {}

@@ -6,28 +6,29 @@ They are in the table `[pareto]`. All other keys are those of a study of the tru
 from __future__ import annotations
 
 import dataclasses
-import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from studies.common.configuration import (
-    as_number,
     boolean,
     check,
     check_keys,
-    choice,
     from_mapping,
     key,
     optional_key,
-    positive,
     table,
     toml_text,
     two_limits,
     whole,
 )
+<<<<<<< HEAD
 from studies.common.exit_codes import StudyError, quoted
+=======
+from studies.common.exit_codes import StudyError
+from studies.pareto import keys
+>>>>>>> 2293aa79826df3981889331f72da4470d227caa7
 from studies.truss.config import TrussStudy, as_dictionary, study_from
 from studies.truss.limits.caps import CAPPED, cap_on
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
@@ -35,14 +36,12 @@ from studies.truss.quantities import OBJECTIVES, QUANTITIES
 # those that may be limited, the first of two is: nothing minimises the jerk of the angle, and
 # bounds of time and signals are the easiest
 LIMITED = ("peak-jerk", "time", "peak-acceleration", *CAPPED)
-SLICES = (2, 50)
-# points of a front, and of each slice of three objectives, where nothing is stated
-FRONT, SLICE = 40, 10
-SECONDS = 1200.0  # that all slices may take where nothing is stated
+KNOWN = tuple(dict.fromkeys((*OBJECTIVES, "peak-jerk")))
 
 
 def _objectives(name: str, value: Any) -> tuple[str, ...]:
     """Two or three different objectives, of which all but one can be limited."""
+<<<<<<< HEAD
     known = tuple(dict.fromkeys((*OBJECTIVES, "peak-jerk")))
     if isinstance(value, str) or not isinstance(value, list | tuple) or len(value) not in (2, 3):
         raise StudyError(f"{name} is {quoted(value)}; give two or three out of {', '.join(known)}")
@@ -53,6 +52,9 @@ def _objectives(name: str, value: Any) -> tuple[str, ...]:
                 f"{name} names {one} {'twice' if times == 2 else 'three times'}; a trade-off is "
                 "between different objectives"
             )
+=======
+    names: tuple[str, ...] = keys.objectives(KNOWN)(name, value)
+>>>>>>> 2293aa79826df3981889331f72da4470d227caa7
     unlimited = [one for one in names if one not in LIMITED]
     if len(unlimited) > 1:
         raise StudyError(
@@ -60,22 +62,6 @@ def _objectives(name: str, value: Any) -> tuple[str, ...]:
             "other is least; give one of them beside time, or beside a quantity that has a cap"
         )
     return names
-
-
-def _slices(name: str, value: Any) -> int | tuple[float, ...]:
-    """So many slices, or the limit of each: a list, or a text with commas."""
-    if isinstance(value, str):
-        words = [word.strip() for word in value.split(",")]
-        value = [as_number(word) for word in words] if len(words) > 1 else as_number(value.strip())
-    if not isinstance(value, list | tuple):
-        return whole(*SLICES)(name, value)
-    limits = tuple(positive(name, one) for one in value)
-    if len(limits) < SLICES[0] or any(b <= a for a, b in itertools.pairwise(limits)):
-        raise StudyError(
-            f"{name} is {', '.join(f'{one:g}' for one in limits)}; give at least two limits, each "
-            "above the one before, or how many slices there are to be"
-        )
-    return limits
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,35 +83,23 @@ class TradeOff:
     points: int | None = optional_key(
         whole(3, 500),
         "",
-        f"about so many on the front, {FRONT} unless stated; of three objectives on each slice, "
-        f"{SLICE} unless stated",
+        f"about so many on the front, {keys.FRONT} unless stated; of three objectives on each "
+        f"slice, {keys.SLICE} unless stated",
     )
     range: Any = optional_key(
         two_limits, "", "lowest and highest limit, in its SI unit; unless stated, all that there is"
     )
-    slices: Any = optional_key(
-        _slices,
-        "",
-        "of three objectives: how many slices, each under one limit on the objective that is the "
-        "colour of the figure, or a list of these limits in its SI unit; 7 unless stated",
-    )
-    coarse: bool = key(
-        boolean, "", "a sketch: few points, from one start, on a coarse mesh", default=False
-    )
+    slices: Any = optional_key(keys.slices, "", keys.SLICES_MEANING)
+    coarse: bool = key(boolean, "", keys.COARSE_MEANING, default=False)
 
     def __post_init__(self) -> None:
         check(self, "pareto.")
-        if self.slices is not None and self.sliced is None:
-            raise StudyError(
-                "pareto.slices is for three objectives, of which one is limited by slices, but "
-                f"pareto.objectives has {' and '.join(self.objectives)}; leave it out, or add one"
-            )
+        keys.check_sliced("pareto.slices", self.slices, self.objectives)
 
     @property
     def in_order(self) -> tuple[str, ...]:
         """The objectives by how easily each is limited; the last one is least."""
-        order = {name: place for place, name in enumerate(dict.fromkeys(LIMITED))}
-        return tuple(sorted(self.objectives, key=lambda name: order.get(name, len(order))))
+        return keys.in_order(self.objectives, LIMITED)
 
     @property
     def sliced(self) -> str | None:
@@ -217,12 +191,12 @@ def pareto_from(raw: Mapping[str, Any]) -> ParetoStudy:
     StudyError
         Naming the key, its value and the remedy.
     """
-    keys = [field.name for field in dataclasses.fields(TrussStudy) if field.name != "minimise"]
+    own = [field.name for field in dataclasses.fields(TrussStudy) if field.name != "minimise"]
     if "minimise" in raw:
         raise StudyError(
             "a trade-off takes its objectives from pareto.objectives; leave out minimise"
         )
-    check_keys(raw, ["pareto", *keys])
+    check_keys(raw, ["pareto", *own])
     stated = table("pareto", raw.get("pareto", {}))
     if "objectives" not in stated:
         raise StudyError(
@@ -232,7 +206,7 @@ def pareto_from(raw: Mapping[str, Any]) -> ParetoStudy:
     rest = {name: value for name, value in raw.items() if name != "pareto"}
     if pareto.sliced is not None:  # the seconds of one search would not do for all slices
         solver = table("solver", raw.get("solver", {}))
-        rest["solver"] = {"seconds": SECONDS, **solver}
+        rest["solver"] = {"seconds": keys.SECONDS, **solver}
     return ParetoStudy(pareto=pareto, truss=study_from({**rest, "minimise": pareto.least}))
 
 

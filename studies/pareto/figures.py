@@ -7,7 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
+from ocp.arrays import Array
 from studies.common.drawing import COLOURS, label_axes, look
 from studies.common.result import Result
 from studies.pareto.columns import WAYS, FrontAxis
@@ -20,6 +22,7 @@ MARKS = {
 ROOM = 0.06  # of the height, above and below what is shown
 STEEP = 0.05  # of the highest price: with one below, prices are drawn by their logarithm
 NOTHING = 1e-6  # of the highest price
+FLAT = 4.0  # times what a point is known to: the least height of the figure
 TALLEST = 2.0  # of the front's height, which a law may be above it and still be shown
 
 
@@ -75,16 +78,49 @@ def _front(panel: Axes, result: Result, limited: str, least: str) -> None:
         at = int(np.argmin(np.abs(x - knee)))
         panel.plot(x[at], y[at], "D", ms=8, mfc="none", color=COLOURS[1], label="knee", zorder=5)
 
-    low, high = float(np.nanmin([*y, *bound])), float(np.nanmax(y))
-    tail = f" {limited}"
+    low, high = _heights(panel, y, bound, result.details.get("known", 0.0))
+    lines = _laws(panel, arrays, limited, least)
+    for line in lines:
+        high = max(high, min(_of(line).max(), high + TALLEST * (high - low)))
+    top = high + ROOM * (high - low)
+    panel.set_ylim(low - ROOM * (high - low), top)
+    for line in lines:
+        if _of(line).min() > top:
+            line.set_label(f"{line.get_label()} (above)")
+
+
+def _heights(panel: Axes, y: Array, bound: Array, known: float) -> tuple[float, float]:
+    """Between which heights a front lies; a flat one is shown in the band of what is known.
+
+    Parameters
+    ----------
+    known : part of a value by which a point may be wrong.
+    """
+    low, high, room = float(np.nanmin([*y, *bound])), float(y.max()), known * float(y.max())
+    if float(y.max() - y.min()) <= room:
+        panel.axhspan(y.min() - room, y.min() + room, color="0.9", zorder=0)
+        panel.plot([], [], color="0.9", lw=6, label="as far as a point is known")
+        low -= room
+    # what no point is known to must not look like a slope
+    return low, max(high, low + FLAT * room)
+
+
+def _laws(panel: Axes, arrays: dict[str, Array], limited: str, least: str) -> list[Line2D]:
+    """The laws beside a front: a point each, or a curve."""
+    tail, lines = f" {limited}", []
     for law in (name.removesuffix(tail) for name in arrays if name.endswith(tail)):
         if law == "dominated":
             continue
         colour, style = look(law)
         at_x, at_y = arrays[f"{law} {limited}"], arrays[f"{law} {least}"]
-        panel.plot(at_x, at_y, "s" if at_x.size == 1 else style, color=colour, label=law)
-        high = max(high, min(float(at_y.max()), high + TALLEST * (high - low)))
-    panel.set_ylim(low - ROOM * (high - low), high + ROOM * (high - low))
+        marker = "s" if at_x.size == 1 else style
+        lines += panel.plot(at_x, at_y, marker, color=colour, label=law)
+    return lines
+
+
+def _of(line: Line2D) -> Array:
+    """Heights of a line."""
+    return np.asarray(line.get_ydata(), dtype=float)
 
 
 def _price(panel: Axes, result: Result, limited: str) -> None:
@@ -92,7 +128,7 @@ def _price(panel: Axes, result: Result, limited: str) -> None:
     x, price = result.arrays[limited].values, result.arrays["price"].values
     panel.plot(*_broken(x, price, result.details["gaps"]), ".-", ms=4, lw=1, color=COLOURS[2])
     highest = float(price.max(initial=0.0))
-    if price.min() < STEEP * highest:
+    if highest > 0.0 and price.min() < STEEP * highest:
         panel.set_yscale("log")
         # the limit does not press any more where the price is rounding
         panel.set_ylim(max(float(price.min()), NOTHING * highest) / 2, 2 * highest)

@@ -16,18 +16,19 @@ from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.folder import provenance
 from studies.common.result import Result
 from studies.pareto.both_ways import Walked, both_ways
-from studies.pareto.columns import FrontAxis, front_details, front_series, law_series
-from studies.pareto.config import FRONT, ParetoStudy, configuration_of
+from studies.pareto.columns import front_details, front_series, law_series
+from studies.pareto.config import ParetoStudy, configuration_of
 from studies.pareto.continuation import FrontPoint, NotFoundError
 from studies.pareto.envelope import Front
+from studies.pareto.keys import FRONT
+from studies.pareto.laws import axis_of, broken_titles, laws_in
 from studies.pareto.motions import motion_series
 from studies.pareto.truss import TrussFront
-from studies.pareto.verdict import front_checks, front_verdict
+from studies.pareto.verdict import checks_of_points, front_verdict
 from studies.pareto.words import dominated_law, front_in_words
-from studies.truss.checks import broken_caps, table_rows
+from studies.truss.checks import table_rows
 from studies.truss.limits.bounds import lower_bounds
 from studies.truss.motions.deployment import Deployment
-from studies.truss.motions.laws import paper_laws
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
 
 COARSE_POINTS = 6
@@ -66,10 +67,11 @@ def asked_of(
     """What refuses a study that cannot be met, and what gives its result."""
     if study.pareto.sliced is not None:
         from studies.pareto.surface.study import result_of as surface_result
+        from studies.pareto.surface.truss import TrussSurface
         from studies.pareto.surface.walk import SurfaceWalk
 
-        walk = SurfaceWalk(study, console)
-        return walk.check, lambda: surface_result(walk, walk.run())
+        sliced = TrussSurface(study, console)
+        return sliced.check, lambda: surface_result(sliced, SurfaceWalk(sliced, console).run())
     subject = TrussFront(study, console)
     return subject.check, lambda: result_of(subject, front_found(subject))
 
@@ -101,10 +103,10 @@ def front_found(subject: TrussFront) -> Walked:
 def result_of(subject: TrussFront, walked: Walked) -> Result:
     """The result that a front gives."""
     study, front, stopped = subject.study, walked.front, walked.stopped
-    axes = _axis(subject.limited), _axis(subject.least)
+    axes = axis_of(subject.limited), axis_of(subject.least)
     bounds = np.array([subject.bound(p.x) or np.nan for p in front.points])
     chosen = front.points[len(front.points) // 2 if front.knee is None else front.knee]
-    laws = _laws_in(subject, chosen.motion.deployment.law.duration)
+    laws = laws_in(subject.truss, chosen.motion.deployment.law.duration)
     shown = [_named(chosen, "knee" if front.knee is not None else "middle")]
     shown += [_named(front.points[0], f"least {_short(subject.limited)}")]
     shown += [_named(front.points[-1], f"least {_short(subject.least)}"), *laws]
@@ -124,11 +126,19 @@ def result_of(subject: TrussFront, walked: Walked) -> Result:
         table=table_rows(free, shown, lowest),
         bounds={key: bound for key, bound in lowest.items() if key in both},
         verdict=front_verdict(front, stopped),
-        checks=front_checks(front, QUANTITIES[subject.least].title, bounds),
+        checks=checks_of_points(
+            "front", [p.y for p in front.points], QUANTITIES[subject.least].title, bounds
+        ),
         remarks=(
             *front_in_words(front, *axes),
             *(
-                dominated_law(front, law.name, _place(subject, law), axes, _broken(subject, law))
+                dominated_law(
+                    front,
+                    law.name,
+                    _place(subject, law),
+                    axes,
+                    broken_titles(subject.truss, law, (subject.limited,)),
+                )
                 for law in laws
             ),
             *walked.remarks,
@@ -143,16 +153,6 @@ def result_of(subject: TrussFront, walked: Walked) -> Result:
     )
 
 
-def _axis(name: str) -> FrontAxis:
-    return FrontAxis(name, QUANTITIES[name].title, QUANTITIES[name].unit)
-
-
-def _laws_in(subject: TrussFront, duration: float) -> tuple[Deployment, Deployment]:
-    """The paper's laws in a duration."""
-    truss = subject.truss
-    return paper_laws(truss.truss, duration, truss.drive, truss.margin)
-
-
 def _place(subject: TrussFront, law: Deployment) -> tuple[float, float]:
     return law.values[subject.limited], law.values[subject.least]
 
@@ -164,7 +164,7 @@ def _places(
     durations = [laws[0].law.duration]
     if subject.limited == "time":
         durations = np.linspace(front.points[0].x, front.points[-1].x, CURVE).tolist()
-    at = [_laws_in(subject, duration) for duration in durations]
+    at = [laws_in(subject.truss, duration) for duration in durations]
     return {law.name: [_place(subject, pair[k]) for pair in at] for k, law in enumerate(laws)}
 
 
@@ -175,9 +175,3 @@ def _short(name: str) -> str:
 def _named(point: FrontPoint, name: str) -> Deployment:
     deployment: Deployment = dataclasses.replace(point.motion.deployment, name=name, only=None)
     return deployment
-
-
-def _broken(subject: TrussFront, law: Deployment) -> tuple[str, ...]:
-    """Titles of the caps that a law breaks, all but the limit."""
-    broken = broken_caps(subject.truss, law.values)
-    return tuple(QUANTITIES[key].title for key in broken if key != subject.limited)

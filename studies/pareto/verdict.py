@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ocp.arrays import Array
@@ -22,22 +24,25 @@ def front_verdict(front: Front, stopped: bool) -> Verdict:
     )
 
 
-def front_checks(front: Front, title: str, bounds: Array) -> tuple[Criterion, ...]:
+def checks_of_points(
+    of: str, values: Sequence[float], title: str, bounds: Array
+) -> tuple[Criterion, ...]:
     """That no point is below its bound; each point itself was held against all that it has to.
 
     Parameters
     ----------
+    of : "front" or "surface".
+    values : (points,) of what is least.
     title : of what is least.
     bounds : (points,) proven, nan where there is none.
     """
-    count = float(len(front.points))
-    name = "points of the front whose motion meets all its checks"
+    count = float(len(values))
+    name = f"points of the {of} whose motion meets all its checks"
     checks = [Criterion(name, "1", count, count, True)]
 
-    values = np.array([p.y for p in front.points])
     known = np.isfinite(bounds)
     if known.any():
-        below = float((1 - values[known] / bounds[known]).max())
+        below = float((1 - np.asarray(values)[known] / bounds[known]).max())
         name = f"{title} below its bound"
         checks.append(Criterion(name, "of the bound", below, BELOW, below <= BELOW))
     return tuple(checks)

@@ -16,9 +16,11 @@ TOLERANCE = 1e-6  # relative: of the verification, within which two values are i
 def front_in_words(front: Front, x: FrontAxis, y: FrontAxis) -> tuple[str, ...]:
     """Both ends, the knee and the gaps; then what a little more of the limit saves."""
     first, last = front.points[0], front.points[-1]
+    span = f"{len(front.points)} verified points, from {_at(first, x, y)} to {_at(last, x, y)}"
+    if len(front.points) == 1:
+        span = f"one verified point, {_at(first, x, y)}"
     sentences = [
-        f"The front has {len(front.points)} verified points, from {_at(first, x, y)} to "
-        f"{_at(last, x, y)}; dropped because others dominate them: {len(front.dominated)}."
+        f"The front has {span}; dropped because others dominate them: {len(front.dominated)}."
     ]
     if front.knee is not None:
         sentences.append(f"Its knee is at {_at(front.points[front.knee], x, y)}.")
@@ -37,18 +39,44 @@ def front_in_words(front: Front, x: FrontAxis, y: FrontAxis) -> tuple[str, ...]:
 
 def price_at(point: FrontPoint, x: FrontAxis, y: FrontAxis) -> str:
     """What a second, or a hundredth of the limit, saves at a point."""
-    more = 1.0 if x.key == "time" else HUNDREDTH * point.limit
-    share = "" if x.key == "time" else " (1 %)"
+    saved = price_in_words(point.limit, point.slope, x, y, of_a_time=1.0)
+    return f"At {number(point.limit, 5)} {x.unit}: {saved} of {y.title}, at this slope."
+
+
+def price_in_words(
+    limit: float, slope: float, of: FrontAxis, least: FrontAxis, of_a_time: float
+) -> str:
+    """What a little more of a limit saves: so many seconds of a time, else a hundredth of it."""
+    more, share = (of_a_time, "") if of.key == "time" else (HUNDREDTH * limit, " (1 %)")
     return (
-        f"At {number(point.limit, 5)} {x.unit}: {number(more, 3)} {x.unit}{share} more of "
-        f"{x.title} saves {number(-point.slope * more, 3)} {y.unit} of {y.title}, at this slope."
+        f"{number(more, 3)} {of.unit}{share} more of {of.title} saves "
+        f"{number(max(-slope, 0.0) * more, 3)} {least.unit}"
+    )
+
+
+def nothing_to_trade(
+    left: FrontPoint, right: FrontPoint, axes: tuple[FrontAxis, FrontAxis], known: float
+) -> str | None:
+    """That both ends of a front are alike in what is least; None where they differ.
+
+    Parameters
+    ----------
+    known : part of a value by which a point may be wrong.
+    """
+    if left.y > (1.0 + known) * right.y:
+        return None
+    x, y = axes
+    return (
+        f"There is nothing to trade: {y.title} is {number(left.y, 4)} {y.unit} at "
+        f"{number(left.limit, 5)} {x.unit} of {x.title} and {number(right.y, 4)} {y.unit} at "
+        f"{number(right.limit, 5)} {x.unit}, and a point is known to {100 * known:g} %."
     )
 
 
 def dominated_law(
     front: Front,
     name: str,
-    place: tuple[float, float],
+    place: Sequence[float],
     axes: tuple[FrontAxis, FrontAxis],
     broken: Sequence[str] = (),
 ) -> str:
@@ -60,19 +88,42 @@ def dominated_law(
     broken : titles of the caps that the law breaks.
     """
     (x, y), (across, up) = place, axes
-    head = f"{name} ({number(x, 5)} {across.unit}, {number(y, 6)} {up.unit})"
-    also = f"; it breaks the cap on {', '.join(broken)}" if broken else ""
     best = reached(front.points, x)
+    return law_beside(
+        f"{name} ({number(x, 5)} {across.unit}, {number(y, 6)} {up.unit})",
+        (None if best is None else best.y, y, up.unit),
+        ("front", across.title, "is left of the front, where no point was looked for"),
+        broken,
+    )
+
+
+def law_beside(
+    head: str,
+    compared: tuple[float | None, float, str],
+    words: tuple[str, str, str],
+    broken: Sequence[str],
+) -> str:
+    """How a law compares with the best point that has no more than it of what is limited.
+
+    Parameters
+    ----------
+    head : the law and where it is.
+    compared : what is least, of the best point (None without one) and of the law, and its unit.
+    words : "front" or "surface", what there is no more of, and what is said without a point.
+    broken : titles of the caps that the law breaks.
+    """
+    (best, value, unit), (of, limited, nowhere) = compared, words
+    also = f"; it breaks the cap on {', '.join(broken)}" if broken else ""
     if best is None:
-        return f"{head} is left of the front, where no point was looked for{also}."
-    gain = 1 - best.y / y
+        return f"{head} {nowhere}{also}."
+    gain = 1 - best / value
     if gain > TOLERANCE:
         return (
-            f"{head} is dominated: with no more {across.title} the front needs "
-            f"{number(best.y, 6)} {up.unit}, {100 * gain:.3g} % less{also}."
+            f"{head} is dominated: with no more {limited} the {of} needs {number(best, 6)} {unit}, "
+            f"{100 * gain:.3g} % less{also}."
         )
     word = "indistinguishable from" if gain > -TOLERANCE else "below"
-    return f"{head} is {word} the front, by {abs(100 * gain):.2g} %{also}."
+    return f"{head} is {word} the {of}, by {abs(100 * gain):.2g} %{also}."
 
 
 def _at(point: FrontPoint, x: FrontAxis, y: FrontAxis) -> str:

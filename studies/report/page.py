@@ -30,10 +30,15 @@ _SUBJECTS = {
     "truss": "studies.report.subjects.truss",
     "arm": "studies.report.subjects.arm",
 }
+<<<<<<< HEAD
 # the same for kinds of results that show something else than their subject's motion
 _OWN = {"pareto-truss": "studies.report.subjects.front"}
 # kinds whose figures stand in the page as pictures: cases over their keys are no curves of motions
 _DRAWN = {"sweep": "studies.sweep.figures"}
+=======
+# the same for results that are fronts, which show something else than their subject's motion
+_FRONT = "studies.report.subjects.front"
+>>>>>>> 2293aa79826df3981889331f72da4470d227caa7
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +64,8 @@ def shown(result: Result) -> Shown:
     if result.kind in _DRAWN and result.arrays:
         return Shown((), (), None, dict(_drawings(result)))
     name = _SUBJECTS.get(words.subject(result), "studies.report.subjects.arm")
-    name = _OWN.get(result.kind, name)
+    if "axes" in result.details:
+        name = _FRONT
     module: Any = import_module(name)
     if not result.arrays or (name.endswith("truss") and "angle" not in result.arrays):
         charts: tuple[Chart, ...] = charts_of_arrays(result)

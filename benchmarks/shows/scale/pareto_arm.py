@@ -15,13 +15,14 @@ from typing import Any
 import numpy as np
 
 from benchmarks.shows.show import Question, Row
-from studies.arm.config import TradeOffStudy, question_from
-from studies.arm.questions.front import ArmFront, laws_beside, result_of
-from studies.arm.search_limits import FRONT_POINTS
+from studies.arm.config import question_from
+from studies.arm.questions.fronts.point import unit_of
+from studies.arm.questions.fronts.study import front_result, laws_beside, walked_front
+from studies.arm.questions.fronts.subject import ArmFront
+from studies.arm.trade_off import TradeOffStudy
 from studies.common.console import Table, number, silent
 from studies.common.drawing import save
 from studies.common.folder import ResultsFolder
-from studies.pareto.both_ways import both_ways
 from studies.pareto.continuation import FrontPoint, NotFoundError
 from studies.pareto.figures import draw
 
@@ -46,11 +47,11 @@ def answer(question: Question, folder: Path) -> Row:
     """The front, its slopes, and cold starts at some of its points."""
     before = _seconds()
     subject = ArmFront(question_from(TradeOffStudy, question["study"]), silent())
-    left, right = subject.ends()
-    walked = both_ways(subject, left, right, FRONT_POINTS, silent().progress)
+    walked = walked_front(subject)
     front, seconds = walked.front, _seconds() - before
 
-    result = result_of(subject, walked, laws_beside(subject))
+    span = front.points[0].x, front.points[-1].x
+    result = front_result(subject, walked, laws_beside(subject.study, span, silent()))
     result.save(folder)
     save(draw(result), ResultsFolder(folder), silent())
 
@@ -78,7 +79,7 @@ def _slopes(subject: ArmFront, point: FrontPoint) -> dict[str, float]:
     for factor in (1 - STEP, 1 + STEP):
         beside = subject.near(point.limit * factor, point, "between").motion
         # in the unit of what is least, as it was solved
-        sides.append(beside.motion.objective * subject.unit_of(beside.motion))
+        sides.append(beside.motion.objective * unit_of(beside.motion))
     difference = (sides[1] - sides[0]) / (2 * STEP * point.limit)
     return {"limit": point.limit, "slope": point.slope, "difference": difference}
 

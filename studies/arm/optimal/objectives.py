@@ -133,18 +133,24 @@ class StatedStage:
         return values if self.weight is None else values | {self.weight: weight}
 
 
-def problem(stage: Stage, caps: TorqueCaps, objective: str = "smoothest") -> StatedStage:
+def problem(
+    stage: Stage, caps: TorqueCaps, objective: str = "smoothest", *, left: float | None = None
+) -> StatedStage:
     """The best motion of a stage under its caps: the one statement of all questions to the arm.
 
     For least time the stage must last long enough for its caps: the duration is only shortened.
     Left more room, the solver lengthens it first and creeps back.
+
+    Parameters
+    ----------
+    left : energy that the lock may meet instead of rest [J], see `arm_phase`.
     """
     chosen, duration = OBJECTIVES[objective], stage.duration
     end = None
     if objective == "time":
         shortest, longest = TIME_WINDOW
         end = Between(shortest * duration, longest * duration, duration)
-    arm = arm_phase(stage, caps, law=starting_law(stage, caps), end=end)
+    arm = arm_phase(stage, caps, law=starting_law(stage, caps), end=end, left=left)
 
     least, weight = chosen.build(arm, stage), None
     if chosen.smoothing:

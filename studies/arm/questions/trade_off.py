@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 
 from models.errors import ModelError
-from studies.arm.config import TradeOffStudy, as_dictionary
+from studies.arm.config import as_dictionary
 from studies.arm.laws.scan import left_by_laws
 from studies.arm.laws.unit_laws import baselines
 from studies.arm.optimal.solve import solve_stage
@@ -18,6 +18,7 @@ from studies.arm.questions.baselines import replay_law
 from studies.arm.report.quantities import Metric, table_rows
 from studies.arm.search_limits import SHAPER, TRADE_OFF_RATIOS, TRADE_OFF_REDUCED
 from studies.arm.stage import Stage
+from studies.arm.trade_off import TradeOffStudy
 from studies.common.console import Console
 from studies.common.exit_codes import StudyError
 from studies.common.folder import provenance

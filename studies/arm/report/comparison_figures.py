@@ -16,7 +16,7 @@ from studies.arm.report.traces import Trace, traced_laws
 from studies.arm.stage import JOINT_NAMES
 from studies.common.drawing import COLOURS, STYLES, label_axes, legend_below, look
 from studies.common.result import Result
-from studies.pareto.figures import front_figure
+from studies.pareto import figures as pareto_figures
 
 _SIZE = 12  # of a title
 
@@ -32,8 +32,8 @@ def draw(result: Result) -> Iterator[tuple[str, Figure]]:
         yield "fig10_torques", sequence_figure(result)
         if traced_laws(result):
             yield "fig15_16_arm", sequence_motion_figure(result)
-    elif result.kind == "pareto-arm" and "limit" in result.arrays:
-        yield "front", front_figure(result)
+    elif result.kind == "pareto-arm" and "axes" in result.details:
+        yield from pareto_figures.draw(result)
     elif result.kind == "pareto-arm":
         stage, full = result.configuration["stage"], read_curves(result, "full model")
         yield "trade_off", tradeoff_figure(stage, full, read_curves(result, "B21"))

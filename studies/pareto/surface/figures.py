@@ -23,6 +23,7 @@ from studies.pareto.columns import FrontAxis
 Places = NDArray[np.intp]
 DARK = 0.88  # of the colour map: its last, pale part is hard to see on white
 LAW_MARKS = ("s", "^")
+DECADE = 10.0  # of prices, at least, that are drawn
 NOTHING = 1e-5  # of the highest price: below that a limit does not press
 WIDE = 4.0  # ratio of a range's ends from which it is drawn by its logarithm
 NARROW = 0.04  # of the range: ticks of the colour bar that are closer would cover each other
@@ -147,7 +148,8 @@ def _prices(panel: Axes, picture: _Picture, of: FrontAxis) -> None:
     if highest > 0.0:
         panel.set_yscale("log")
         # the limit does not press any more where its price is rounding
-        panel.set_ylim(NOTHING * highest, 2 * highest)
+        lowest = max(float(picture.arrays[key].min()), NOTHING * highest)
+        panel.set_ylim(min(lowest / 2, highest / DECADE), 2 * highest)
 
 
 def _bar(figure: Figure, panels: Sequence[Axes], picture: _Picture) -> None:

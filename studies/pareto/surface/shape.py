@@ -18,6 +18,7 @@ from studies.pareto.continuation import FrontPoint, Ranges, distance
 from studies.pareto.envelope import LEAST, Front
 
 BoolArray = NDArray[np.bool_]
+SAME = 1e-6  # relative: so close to the least is the least
 SAMPLES = 41  # of a slice's curve, between which and another one's a distance is measured
 
 
@@ -180,3 +181,27 @@ def reached(surface: Surface, z: float, x: float) -> SurfacePoint | None:
     """The best point with no more of z and x; None where there is none."""
     within = [p for p in surface.points if p.z <= z * (1 + LEAST) and p.point.x <= x * (1 + LEAST)]
     return min(within, key=lambda p: p.point.y, default=None)
+
+
+def middle_of(surface: Surface) -> SurfacePoint:
+    """The knee, or one in the middle where there is none."""
+    points, knee = surface.points, surface.knee
+    return points[len(points) // 2 if knee is None else knee]
+
+
+def named_points(
+    surface: Surface, chosen: SurfacePoint, keys: Sequence[str]
+) -> dict[str, SurfacePoint]:
+    """The points of a table: the knee, and the least of each objective, z, x and y by their keys.
+
+    Of equally good ones it is that which is better in the others.
+    """
+    box = Box.around([p.place for p in surface.points])
+    named = {"middle" if surface.knee is None else "knee": chosen}
+    for k, key in enumerate(keys):
+        lowest = min(p.place[k] for p in surface.points) * (1 + SAME)
+        named[f"least {key.removeprefix('peak-')}"] = min(
+            (p for p in surface.points if p.place[k] <= lowest),
+            key=lambda p: sum(box.parts(p.place)),
+        )
+    return named

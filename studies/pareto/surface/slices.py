@@ -1,4 +1,4 @@
-"""One slice of a surface: a front of two objectives under a limit on a third.
+"""Slices of a surface of the truss: fronts of two objectives under a limit on a third.
 
 The limit of the slice is a constant of the program, as the limit of the front is. So all slices
 share one program, and a slice's ends start from the variables and the multipliers of its
@@ -11,17 +11,18 @@ import functools
 import time as clock
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from models.laws import Law
 from ocp import Constant
 from studies.common.console import Console
-from studies.pareto.both_ways import LENGTH, WIDEST, Walked, both_ways
+from studies.pareto.both_ways import Walked, both_ways, walked_down
 from studies.pareto.config import ParetoStudy
-from studies.pareto.continuation import FrontPoint, NotFoundError, Ranges, Way, walk
+from studies.pareto.continuation import FrontPoint, NotFoundError, Ranges, Way
 from studies.pareto.envelope import front_of
 from studies.pareto.surface.shape import SurfacePoint
+from studies.pareto.surface.walk import OutOfTimeError, Slice
 from studies.pareto.truss import ABOVE_THE_LEAST, LEAK, LONGER, FrontProgram, TrussFront, limited
 from studies.truss.config import TrussStudy
 from studies.truss.motions.deployment import Deployment
@@ -37,37 +38,6 @@ COARSE_ABOVE = (2e-2, 5e-2)
 ITERATIONS = 600
 FREE = 10.0  # times what a neighbour has: a limit that does not press
 SAME = 1e-3  # relative: ends of a slice that are closer than this are one point
-
-
-class OutOfTimeError(KeyboardInterrupt):
-    """The seconds of a surface are over; walks keep what they have, as where the user stops."""
-
-
-@dataclass(frozen=True, eq=False)
-class Slice:
-    """A slice that was walked.
-
-    Attributes
-    ----------
-    subject : whose limit of the slice it has.
-    left, right : its ends.
-    walked : its front, and how it came about.
-    """
-
-    subject: SliceFront
-    left: FrontPoint
-    right: FrontPoint
-    walked: Walked
-
-    @property
-    def limit(self) -> float:
-        """On what is sliced."""
-        return self.subject.level
-
-    def points(self) -> list[SurfacePoint]:
-        """All its points, with what each has of the sliced objective."""
-        front = self.walked.front
-        return [self.subject.on_surface(point) for point in (*front.points, *front.dominated)]
 
 
 def slice_study(study: ParetoStudy, limit: float) -> ParetoStudy:
@@ -135,7 +105,7 @@ class SliceFront(TrussFront):
             return Slice(self, left, right, both_ways(self, left, right, count, _nowhere))
 
         tallest = self._deployment(slow).values[self.least]
-        walked = self._down(right, lows[0], tallest, count)
+        walked = walked_down(self, right, lows[0], tallest, count)
         return Slice(self, walked.front.points[0], right, walked)
 
     def _least(self, neighbours: Sequence[Slice]) -> Law:
@@ -198,17 +168,6 @@ class SliceFront(TrussFront):
                 return self._of_neighbours(low, [n.left for n in neighbours], "up")
         return self.first(self.program(slow, high), lows, "up")
 
-    def _down(self, right: FrontPoint, last: float, tallest: float, count: int) -> Walked:
-        """A walk with falling limits alone."""
-        ranges = Ranges((last, right.limit), (right.y, max(tallest, right.y)))
-        points, remarks, stopped = [right], list[str](), False
-        try:
-            for point in walk(self, right, last, ranges, LENGTH / count, remarks.append):
-                points.append(point)  # at once, so that nothing is lost where the user stops
-        except KeyboardInterrupt:
-            stopped = True
-        return Walked(front_of(points, ranges, WIDEST * LENGTH / count), tuple(remarks), stopped)
-
     def _of_neighbours(self, limit: float, before: Sequence[FrontPoint], way: Way) -> FrontPoint:
         """The best that the neighbours' points lead to.
 
@@ -266,11 +225,6 @@ class SliceFront(TrussFront):
         if clock.monotonic() > self.until:
             raise OutOfTimeError
         return super()._point(*arguments, **named)
-
-
-def _as_reached(point: FrontPoint) -> FrontPoint:
-    """An end under a limit that does not press: its limit is what it has."""
-    return replace(point, limit=min(point.limit, point.x))
 
 
 def _nowhere(text: str) -> None:

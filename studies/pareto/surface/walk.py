@@ -9,31 +9,138 @@ from __future__ import annotations
 import itertools
 import math
 import time as clock
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from typing import Protocol
 
-from models.laws import least_jerk_cap
-from ocp import Constant
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.pareto.both_ways import LENGTH, WIDEST
-from studies.pareto.config import SLICE, ParetoStudy
-from studies.pareto.continuation import LONGEST, NotFoundError
-from studies.pareto.surface.shape import Box, Surface, apart, surface_of
-from studies.pareto.surface.slices import OutOfTimeError, Slice, SliceFront
-from studies.pareto.truss import TrussFront, limited
-from studies.truss.limits.caps import cap_on
-from studies.truss.motions.deployment import Deployment
-from studies.truss.quantities import OBJECTIVES, QUANTITIES
-from studies.truss.search.motion_search import Search
+from studies.pareto.both_ways import LENGTH, WIDEST, Walked
+from studies.pareto.columns import FrontAxis
+from studies.pareto.continuation import LONGEST, FrontPoint, NotFoundError, Subject
+from studies.pareto.keys import SLICE
+from studies.pareto.surface.shape import Box, Surface, SurfacePoint, apart, surface_of
 
 SLICES, COARSE_SLICES = 7, 4  # where nothing is stated
 COARSE_POINTS = 4
 ABOVE = 0.02  # of the least: where the lowest slice is, for at the least nothing can be traded
-# what a slice with as many points as is usual takes on one core of 2.5 GHz, for the first line of
-# progress; later lines count what the slices before have taken
-SECONDS, COARSE_SECONDS = 45.0, 15.0
+
+
+class OutOfTimeError(KeyboardInterrupt):
+    """The seconds of a surface are over; walks keep what they have, as where the user stops."""
+
+
+class SliceSubject(Subject, Protocol):
+    """What a slice is of: a front under one limit on the sliced objective."""
+
+    solves: int
+
+    @property
+    def level(self) -> float:
+        """The limit of the slice."""
+        ...
+
+    def on_surface(self, point: FrontPoint) -> SurfacePoint:
+        """A point of the slice with its third objective, and the price of the slice's limit."""
+        ...
+
+    def bound(self, x: float) -> float | None:
+        """What no motion of the slice with at most an x is below; None where nothing is known."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Slice:
+    """A slice that was walked.
+
+    Attributes
+    ----------
+    subject : whose limit of the slice it has.
+    left, right : its ends.
+    walked : its front, and how it came about.
+    """
+
+    subject: SliceSubject
+    left: FrontPoint
+    right: FrontPoint
+    walked: Walked
+
+    @property
+    def limit(self) -> float:
+        """On what is sliced."""
+        return self.subject.level
+
+    def points(self) -> list[SurfacePoint]:
+        """All its points, with what each has of the sliced objective."""
+        front = self.walked.front
+        return [self.subject.on_surface(point) for point in (*front.points, *front.dominated)]
+
+
+@dataclass(frozen=True)
+class SliceRequest:
+    """How a surface is to be sliced.
+
+    Attributes
+    ----------
+    axis : what is sliced.
+    stated : limits of the slices, rising; empty where the walk chooses them.
+    wanted : how many slices there are to be.
+    count : points that a walk along a slice may take.
+    seconds : that all slices may take.
+    each : seconds that a slice with `usual` points takes on one core of 2.5 GHz, for the first line
+        of progress; later lines count what the slices before have taken.
+    """
+
+    axis: FrontAxis
+    stated: tuple[float, ...]
+    wanted: int
+    count: int
+    seconds: float
+    each: float
+    usual: int
+
+    @classmethod
+    def of(
+        cls,
+        axis: FrontAxis,
+        slices: int | tuple[float, ...] | None,
+        points: int | None,
+        *,
+        coarse: bool,
+        seconds: float,
+        each: tuple[float, float],
+    ) -> SliceRequest:
+        """What the keys of a trade-off ask for; `each` of a full slice and of a sketch's."""
+        stated = slices if isinstance(slices, tuple) else ()
+        wanted = slices if isinstance(slices, int) else COARSE_SLICES if coarse else SLICES
+        count = points or SLICE
+        return cls(
+            axis,
+            stated,
+            len(stated) or wanted,
+            min(count, COARSE_POINTS) if coarse else count,
+            seconds,
+            each[coarse],
+            COARSE_POINTS if coarse else SLICE,
+        )
+
+
+class Sliced(Protocol):
+    """What a surface is of."""
+
+    request: SliceRequest
+
+    def ends(self) -> tuple[float, float]:
+        """Lowest and highest limit of the slices; raises StudyError if nothing is between them."""
+        ...
+
+    def walk(self, limit: float, neighbours: Sequence[Slice], until: float) -> Slice:
+        """A slice from its neighbours, the one with the higher limit first, or from searches.
+
+        It raises `OutOfTimeError` when the monotonic clock passes `until`, and `NotFoundError` or
+        `StudyError` if the slice has no motion.
+        """
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,43 +166,14 @@ class Stack:
 
 
 class SurfaceWalk:
-    """A study of three objectives on its way to a surface."""
+    """What is sliced, on its way to a surface."""
 
-    def __init__(self, study: ParetoStudy, console: Console) -> None:
-        pareto = study.pareto
-        assert pareto.sliced is not None
-        self.study, self.console, self.sliced = study, console, pareto.sliced
-        self.quantity = QUANTITIES[pareto.sliced]
-        self.alone = TrussFront(study, console)  # without a limit on what is sliced
-        self.stated = pareto.slices if isinstance(pareto.slices, tuple) else ()
-        usual = COARSE_SLICES if pareto.coarse else SLICES
-        self.wanted = len(self.stated) or pareto.slices or usual
-        self.count = pareto.points or SLICE
-        if pareto.coarse:
-            self.count = min(self.count, COARSE_POINTS)
+    def __init__(self, sliced: Sliced, console: Console) -> None:
+        self.sliced, self.console, self.request = sliced, console, sliced.request
         self.begin = clock.monotonic()
         self.tried: list[float] = []
         self.slices: list[Slice] = []
         self.remarks: list[str] = []
-
-    def check(self) -> None:
-        """Refuse what no motion meets, and an objective that no motion minimises.
-
-        Raises
-        ------
-        StudyError
-            As a study of the truss says it.
-        """
-        self.alone.check()
-        if self.sliced in OBJECTIVES:
-            Search(self.alone.minimising(self.sliced), self.console).check()
-        if self.sliced == "peak-jerk" and self._highest is None and not self.stated:
-            raise StudyError(
-                "slices of the jerk need its highest value; state a jerk cap, as --jerk-cap 500/T^3"
-                ", or the limits: --slices LOW,...,HIGH"
-            )
-        for limit in self.stated:
-            Search(limited(self.alone.truss, self.sliced, limit), self.console).check()
 
     def run(self) -> Stack:
         """Walk the slices.
@@ -119,90 +197,36 @@ class SurfaceWalk:
             raise StudyError(
                 "stopped before a slice was found; the inputs are kept"
                 if stopped
-                else f"no slice was found in {self.study.truss.solver.seconds:g} s; give it more: "
-                "--seconds",
+                else f"no slice was found in {self.request.seconds:g} s; give it more: --seconds",
                 ExitCode.INTERRUPTED if stopped else ExitCode.NOT_SOLVED,
             )
         points = [point for one in self.slices for point in one.points()]
-        surface = surface_of(points, WIDEST * LENGTH / self.count)
+        surface = surface_of(points, WIDEST * LENGTH / self.request.count)
         remarks = tuple(self.remarks)
-        return Stack(tuple(self.slices), surface, self.wanted, remarks, stopped, out_of_time)
+        return Stack(
+            tuple(self.slices), surface, self.request.wanted, remarks, stopped, out_of_time
+        )
 
     def _foretell(self) -> None:
         """Say how long it will take."""
-        coarse = self.study.pareto.coarse
-        each, usual = (COARSE_SECONDS, COARSE_POINTS) if coarse else (SECONDS, SLICE)
+        asked = self.request
         fewest = 1 / LONGEST  # points of a walk, however few are asked for
-        about = in_words(self.wanted * each * max(self.count, fewest) / max(usual, fewest))
+        share = max(asked.count, fewest) / max(asked.usual, fewest)
         self.console.progress(
-            f"{self.wanted} slices of the {self.quantity.title}, which takes about {about} where a "
-            "core is free"
+            f"{asked.wanted} slices of the {asked.axis.title}, which takes about "
+            f"{in_words(asked.wanted * asked.each * share)} where a core is free"
         )
 
     def _limits(self) -> Iterator[float]:
         """The limits of the slices, one after the other."""
-        if self.stated:
-            yield from reversed(self.stated)
+        if self.request.stated:
+            yield from reversed(self.request.stated)
             return
-        low, high = self._ends()
+        low, high = self.sliced.ends()
         yield high
         yield low
-        while len(self.tried) < self.wanted:
+        while len(self.tried) < self.request.wanted:
             yield self._between()
-
-    def _ends(self) -> tuple[float, float]:
-        """The lowest and the highest limit.
-
-        Raises
-        ------
-        StudyError
-            If there is nothing between them.
-        """
-        least = self._lowest
-        shortest = self.study.truss.duration[0]
-        # a shortest duration that is stated is no least of the mechanism, and leaves room
-        bounded = self.sliced == "time" and least <= shortest * (1 + 1e-6)
-        low = shortest if bounded else least * (1 + ABOVE)
-        high = self._highest
-        if high is None:
-            pareto = self.study.pareto
-            both = (self._value_of_the_least(name) for name in (pareto.limited, pareto.least))
-            high = max(both)
-        if high <= low * (1 + ABOVE):
-            raise StudyError(
-                f"there is nothing to trade: the {self.quantity.title} is {least:.6g} "
-                f"{self.quantity.unit} at least, and {high:.6g} {self.quantity.unit} is all that "
-                "the other two need"
-            )
-        return low, high
-
-    @cached_property
-    def _lowest(self) -> float:
-        """The least of what is sliced."""
-        if self.sliced == "peak-jerk":
-            return least_jerk_cap(self.alone.truss.stroke, self.alone.truss.duration[1])
-        return self._value_of_the_least(self.sliced)
-
-    @property
-    def _highest(self) -> float | None:
-        """The most that the study allows of what is sliced; None where it allows all."""
-        truss = self.alone.truss
-        if self.sliced == "time":
-            return truss.duration[1]
-        return cap_on(truss.caps, truss.drive, self.sliced)
-
-    def _value_of_the_least(self, name: str) -> float:
-        """What is sliced, of the motion with the least of an objective."""
-        self.console.progress(f"an end of the surface: the least {QUANTITIES[name].title}")
-        truss = self.alone.minimising(name)
-        try:
-            law = Search(truss, self.console).run().deployment.law
-        except StudyError as error:
-            if error.exit_code is ExitCode.INTERRUPTED:
-                raise KeyboardInterrupt from error
-            raise
-        values = Deployment("end", law, truss.truss, truss.drive, truss.margin).values
-        return values[self.sliced]
 
     def _between(self) -> float:
         """The middle of the two neighbours that are furthest apart."""
@@ -230,11 +254,11 @@ class SurfaceWalk:
             If that ended the slice; its points are kept.
         """
         self.tried.append(limit)
-        subject = self._subject(limit)
-        name = f"{self.quantity.title} {limit:.5g} {self.quantity.unit}"
-        self.console.progress(f"slice {len(self.tried)} of {self.wanted}: {name}")
+        axis = self.request.axis
+        name = f"{axis.title} {limit:.5g} {axis.unit}"
+        self.console.progress(f"slice {len(self.tried)} of {self.request.wanted}: {name}")
         try:
-            found = subject.walk(self._neighbours(limit), self.count)
+            found = self.sliced.walk(limit, self._neighbours(limit), self._until)
         except (NotFoundError, StudyError) as error:
             if isinstance(error, StudyError) and error.exit_code is ExitCode.INTERRUPTED:
                 raise KeyboardInterrupt from error
@@ -253,18 +277,7 @@ class SurfaceWalk:
 
     @property
     def _until(self) -> float:
-        return self.begin + self.study.truss.solver.seconds
-
-    @cached_property
-    def _constant(self) -> Constant:
-        """Stands for the limit of each slice in the program that they share."""
-        return Constant("limit of the slice", self.quantity.unit, max(self.tried))
-
-    def _subject(self, limit: float) -> SliceFront:
-        origin = self.slices[-1].subject if self.slices else None
-        while origin is not None and origin.origin is not None:
-            origin = origin.origin
-        return SliceFront(self.study, limit, self._constant, self.console, self._until, origin)
+        return self.begin + self.request.seconds
 
     def _neighbours(self, limit: float) -> list[Slice]:
         """The slices next to a limit, the one with the higher limit first."""
@@ -274,7 +287,7 @@ class SurfaceWalk:
 
     def _told(self, points: int) -> None:
         """Say what a slice gave, and what is left to do."""
-        left, spent = self.wanted - len(self.tried), clock.monotonic() - self.begin
+        left, spent = self.request.wanted - len(self.tried), clock.monotonic() - self.begin
         about = in_words(spent / len(self.tried) * left)
         rest = f"{left} left, about {about}" if left else "it was the last one"
         self.console.progress(f"slice {len(self.tried)}: {points} points; {rest}")

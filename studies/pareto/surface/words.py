@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from studies.common.console import number
+from studies.common.result import Verdict
 from studies.pareto.columns import FrontAxis
 from studies.pareto.surface.shape import Surface, SurfacePoint, reached
 from studies.pareto.surface.walk import Stack
-from studies.pareto.words import HUNDREDTH, TOLERANCE
+from studies.pareto.words import law_beside, price_in_words
 
 
 @dataclass(frozen=True)
@@ -20,7 +21,7 @@ class SurfaceAxes:
     x: FrontAxis
     y: FrontAxis
 
-    def at(self, place: tuple[float, float, float], digits: int = 5) -> str:
+    def at(self, place: Sequence[float], digits: int = 5) -> str:
         """A point with its units."""
         z, x, y = (
             f"{number(value, digits)} {axis.unit}"
@@ -74,22 +75,17 @@ def _slice_in_words(points: Sequence[SurfacePoint], axes: SurfaceAxes) -> str:
 
 def prices_at(point: SurfacePoint, axes: SurfaceAxes) -> str:
     """What a little more of either limit saves at a point, by its multiplier."""
-    one = _price(point.limit, point.slope, axes.z, axes.y)
-    other = _price(point.point.limit, point.point.slope, axes.x, axes.y)
+    # of a time a tenth of a second: a whole one changes all of a surface
+    one = price_in_words(point.limit, point.slope, axes.z, axes.y, of_a_time=0.1)
+    inner = point.point
+    other = price_in_words(inner.limit, inner.slope, axes.x, axes.y, of_a_time=0.1)
     return f"At {axes.at(point.place)}: {one}, and {other}, at these slopes."
-
-
-def _price(limit: float, slope: float, of: FrontAxis, least: FrontAxis) -> str:
-    # of a time a tenth of a second is what one imagines; a whole one changes all of a surface
-    more, share = (0.1, "") if of.key == "time" else (HUNDREDTH * limit, " (1 %)")
-    saved = number(max(-slope, 0.0) * more, 3)
-    return f"{number(more, 3)} {of.unit}{share} more of {of.title} saves {saved} {least.unit}"
 
 
 def dominated_in_words(
     surface: Surface,
     name: str,
-    place: tuple[float, float, float],
+    place: Sequence[float],
     axes: SurfaceAxes,
     broken: Sequence[str] = (),
 ) -> str:
@@ -101,16 +97,20 @@ def dominated_in_words(
     broken : titles of the caps that the law breaks.
     """
     z, x, y = place
-    head = f"{name} ({axes.at(place)})"
-    also = f"; it breaks the cap on {', '.join(broken)}" if broken else ""
     best = reached(surface, z, x)
-    if best is None:
-        return f"{head} lies where no point of the surface was looked for{also}."
-    gain = 1 - best.point.y / y
-    if gain > TOLERANCE:
-        return (
-            f"{head} is dominated: with no more of the others the surface needs "
-            f"{number(best.point.y, 6)} {axes.y.unit}, {100 * gain:.3g} % less{also}."
-        )
-    word = "indistinguishable from" if gain > -TOLERANCE else "below"
-    return f"{head} is {word} the surface, by {abs(100 * gain):.2g} %{also}."
+    return law_beside(
+        f"{name} ({axes.at(place)})",
+        (None if best is None else best.point.y, y, axes.y.unit),
+        ("surface", "of the others", "lies where no point of the surface was looked for"),
+        broken,
+    )
+
+
+def surface_verdict(stack: Stack) -> Verdict:
+    """Local, or unverified where the user stopped it."""
+    count = len(stack.surface.points)
+    done = f"{len(stack.slices)} of {stack.wanted} slices"
+    if stack.stopped:
+        return Verdict("unverified", f"unverified: stopped with {count} points on {done}")
+    also = f"; the seconds were over with {done}" if stack.out_of_time else ""
+    return Verdict("local", f"local: {count} verified points, none dominates another{also}")

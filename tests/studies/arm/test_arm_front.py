@@ -6,16 +6,26 @@ import numpy as np
 import pytest
 
 from studies.arm import draw
-from studies.arm.config import TradeOffStudy, as_dictionary, question_from
+from studies.arm.config import as_dictionary, question_from
 from studies.arm.optimal.rounds import MISS
-from studies.arm.questions.front import AXES, ArmFront, Law, result_of
+from studies.arm.optimal.solve import solve_again, solve_stage
+from studies.arm.questions.fronts import study as study_module
+from studies.arm.questions.fronts.laws import Law
+from studies.arm.questions.fronts.point import AXES, Demand, most_left, unit_of
+from studies.arm.questions.fronts.study import front_result, walked_front
+from studies.arm.questions.fronts.subject import ArmFront, _NotStillError
+from studies.arm.stage import big_arm
+from studies.arm.trade_off import TradeOffStudy
 from studies.common.console import silent
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.export.source import with_motion
 from studies.pareto.both_ways import Walked
-from studies.pareto.continuation import NotFoundError, Ranges
+from studies.pareto.continuation import FrontPoint, NotFoundError, Ranges
 from studies.pareto.envelope import front_of
 
 SHORT = {"objectives": "peak-torque,time", "range": "8.6..8.7"}
+LEFT = {"objectives": "peak-torque,residual-energy"}
+THREE = {"objectives": "deflection,time,peak-torque"}
 
 
 def test_the_one_that_is_easy_to_limit_is_limited_and_a_study_is_made_again():
@@ -32,10 +42,17 @@ def test_the_one_that_is_easy_to_limit_is_limited_and_a_study_is_made_again():
 @pytest.mark.parametrize(
     ("raw", "words"),
     [
-        ({"objectives": "time"}, "give two out of time, peak-torque"),
+        ({"objectives": "time"}, "give two or three out of time, residual-energy"),
         ({"objectives": "time,time"}, "names time twice"),
         ({"objectives": "time,torque"}, "objectives is 'torque'; "),
-        ({"objectives": "peak-torque,residual-energy"}, "give residual-energy beside time"),
+        (LEFT | {"range": "1e-9..1"}, "up to residual_energy, 1e-06 J, the arm counts as still"),
+        (LEFT | {"slices": 3}, "is for three objectives"),
+        (LEFT | {"seconds": 9}, "which the slices of three objectives may take"),
+        (THREE | {"slices": "8,7"}, "each above the one before"),
+        (
+            {"objectives": "residual-energy,peak-torque,deflection", "slices": "1e-7,1"},
+            "slices begins at 1e-07 J",
+        ),
         ({"points": 9}, "points is stated, but where residual-energy"),
         ({"range": "8..9"}, "range is stated, but where residual-energy"),
         (SHORT | {"range": "9..8"}, "give the lower limit first"),
@@ -76,12 +93,117 @@ def test_limits_that_nothing_meets_are_refused_at_once(objectives, limits, words
     assert caught.value.exit_code == ExitCode.INFEASIBLE
 
 
-def test_ends_that_are_alike_leave_nothing_to_trade(monkeypatch):
+@pytest.mark.parametrize(
+    ("objectives", "order"),
+    [
+        (LEFT["objectives"], ("residual-energy", "peak-torque")),
+        ("deflection,residual-energy", ("residual-energy", "deflection")),
+        (THREE["objectives"], ("time", "peak-torque", "deflection")),
+        ("peak-torque,residual-energy,time", ("time", "residual-energy", "peak-torque")),
+    ],
+)
+def test_the_last_of_the_order_is_least(objectives, order):
+    study = question_from(TradeOffStudy, {"objectives": objectives})
+    assert study.objectives == order
+    assert (study.limited, study.least) == order[-2:]
+    assert study.sliced == (order[0] if len(order) == 3 else None)
+
+
+def test_limits_become_what_a_motion_has_to_keep():
+    stage = big_arm(8.6)
+    demand = Demand.of(stage, {"time": 9.0, "residual-energy": 1e-3})
+    assert (demand.stage.duration, demand.left, demand.caps.torque) == (9.0, 1e-3, (None, None))
+    [bound] = demand.stated("peak-torque").arm.bounds
+    assert bound.name == "energy left by big"
+    still = Demand.of(stage, {"peak-torque": 3.5})
+    assert (still.left, still.caps.torque) == (None, (3.5, 3.5))
+    assert still.stated("deflection").arm.bounds == ()
+
+
+def test_the_energy_looked_at_is_a_part_of_that_of_the_mean_rate():
+    stage = big_arm(8.6)
+    rate = (stage.end[0] - stage.start[0]) / 8.6
+    assert most_left(stage) == pytest.approx(0.1 * 0.5 * stage.inertias[0] * rate**2)
+    assert most_left(stage.lasting(17.2)) == pytest.approx(most_left(stage) / 4)
+
+
+@pytest.mark.parametrize(("missed", "found"), [(0.0, True), (2e-4, True), (2e-3, False)])
+def test_the_reduced_model_is_asked_for_less_where_the_full_one_has_more(
+    monkeypatch, missed, found
+):
+    """Amplitudes add up: of 1e-3, the root of a limit of 1e-6 J, a fifth may be taken off."""
+    solved = []
+
+    def again(self, start, demand, *given):
+        solved.append(demand.left)
+        left = (demand.left**0.5 + missed) ** 2
+        replayed = SimpleNamespace(residual_energy=left, miss=0.0)
+        return SimpleNamespace(replay=lambda settings: replayed)
+
+    monkeypatch.setattr(ArmFront, "_again", again)
+    subject = ArmFront(question_from(TradeOffStudy, LEFT), silent())
+    asked = None, Demand.of(big_arm(8.6), {"residual-energy": 1e-6}), "peak-torque", 1e-6, 150, None
+    if not found:
+        with pytest.raises(NotFoundError, match="the full model is left with 8"):
+            subject._once(*asked)
+        return
+    tried = subject._once(*asked)
+    assert tried.replay.residual_energy == pytest.approx(0.98e-6)
+    assert len(solved) == (1 if missed == 0.0 else 2)
+    assert tried.asked == solved[-1]
+
+
+def test_a_motion_that_does_not_rest_is_sought_with_more_smoothness(monkeypatch):
+    weights = []
+
+    def once(self, start, demand, least, weight, *given):
+        weights.append(weight)
+        if len(weights) == 1:
+            raise _NotStillError("7e-06 J are left")
+        return "calm"
+
+    monkeypatch.setattr(ArmFront, "_once", once)
+    monkeypatch.setattr(ArmFront, "_kept", lambda self, found, limits: found)
+    subject = ArmFront(question_from(TradeOffStudy, LEFT), silent())
+    start = SimpleNamespace(weight=1e-6, intervals=150)
+    assert subject._solved({"peak-torque": 3.4}, "deflection", start, None) == "calm"
+    assert weights == pytest.approx([1e-6, 1e-5])
+
+
+def alike(subject, lefts=(), rights=(), bests=()):
+    """Two ends of a front whose values differ by less than a point is known to."""
+    [low, high] = (point_at(subject, limit, y) for limit, y in ((8.6, 3.30), (8.7, 3.28)))
+    return low, high
+
+
+def point_at(subject, limit, y):
+    values = {"time": limit, "residual-energy": 1e-7, "peak-torque": y, "deflection": 1e-3}
+    motion = SimpleNamespace(smoothness_share=0.0, weight=1e-6)
+    replay = SimpleNamespace(residual_energy=1e-7, miss=1e-6)
+    kept = SimpleNamespace(motion=motion, values=values, replay=replay)
+    return FrontPoint(limit, limit, y, -0.2, "up", False, 1.0, kept)
+
+
+def test_ends_that_are_alike_leave_nothing_to_trade_and_a_figure_shows_it(monkeypatch):
+    monkeypatch.setattr(ArmFront, "ends", alike)
+    for name in ("motion_series", "motion_details"):
+        monkeypatch.setattr(study_module, name, lambda points: {})
     subject = ArmFront(question_from(TradeOffStudy, SHORT), silent())
-    ends, motion = {8.6: 3.30, 8.7: 3.28}, SimpleNamespace(motion=SimpleNamespace(weight=1e-6))
-    monkeypatch.setattr(subject, "_end", lambda at, way: SimpleNamespace(y=ends[at], motion=motion))
-    with pytest.raises(StudyError, match=r"nothing to trade: peak torque is 3\.3 N m at 8\.6 s"):
-        subject.ends()
+    walked = walked_front(subject)
+    assert len(walked.front.points) == 2
+
+    laws = [Law("Step5", point_at(subject, 8.6, 9.0).motion.values)]
+    monkeypatch.setattr(study_module, "places_of", lambda laws, keys, still: {})
+    result = front_result(subject, walked, laws)
+    assert result.passed
+    assert result.remarks[0] == (
+        "There is nothing to trade: peak torque is 3.3 N m at 8.6 s of duration and 3.28 N m at "
+        "8.7 s, and a point is known to 1 %."
+    )
+    [(_, figure)] = draw(result)
+    low, high = figure.axes[0].get_ylim()
+    # 0.6 % of difference is drawn as little of the height
+    assert 0.2 * (high - low) > 3.3 - 3.28
 
 
 @pytest.fixture(scope="module")
@@ -103,8 +225,7 @@ def test_points_are_still_and_their_slopes_are_those_of_differences(short_front)
 
     # of the motions as they were solved, without the torque that full models need besides
     torque = [
-        point.motion.motion.objective * subject.unit_of(point.motion.motion)
-        for point in (left, right)
+        point.motion.motion.objective * unit_of(point.motion.motion) for point in (left, right)
     ]
     difference = (torque[1] - torque[0]) / (right.x - left.x)
     assert 0.5 * (left.slope + right.slope) == pytest.approx(difference, rel=0.02)
@@ -115,8 +236,9 @@ def test_its_result_has_laws_words_and_a_figure(short_front):
     subject, *points = short_front
     ranges = Ranges((points[0].x, points[-1].x), (points[-1].y, points[0].y))
     walked = Walked(front_of(points, ranges, 2.0), (), stopped=False)
-    laws = [Law(name, 8.6, (8.6, 9.0), 1e-5) for name in ("Step5", "Bezier")]
-    result = result_of(subject, walked, laws)
+    values = points[0].motion.values | {"peak-torque": 9.0, "residual-energy": 1e-5}
+    laws = [Law(name, values) for name in ("Step5", "Bezier")]
+    result = front_result(subject, walked, laws)
     assert result.kind == "pareto-arm"
     assert result.verdict.kind == "local"
     assert np.all(result.arrays["peak-torque"].values > result.arrays["bound"].values)
@@ -124,3 +246,36 @@ def test_its_result_has_laws_words_and_a_figure(short_front):
     [(name, figure)] = draw(result)
     assert name == "front"
     assert figure.axes[1].get_xlabel() == f"{AXES['time'].title} [s]"
+
+    # each point's motion is kept, and goes out as that of `arm solve` does
+    second = with_motion(result, "point 2")
+    assert second.axis == "time"
+    assert second.arrays["root_angle"].values[-1] == pytest.approx(np.pi / 2, abs=MISS)
+    assert second.arrays["root_torque"].values.max() == pytest.approx(points[1].y, rel=2e-3)
+
+
+@pytest.mark.slow
+def test_a_lock_that_may_meet_a_swing_needs_less_torque():
+    study = question_from(TradeOffStudy, LEFT | {"range": "1e-4..1.1e-4"})
+    subject = ArmFront(study, silent())
+    # as of a neighbour: the refinement before it takes most of the time
+    stage = study.slew
+    rest = solve_stage(stage, objective="peak-torque")
+    none = np.zeros(2 * stage.model.size)
+    start = solve_again(rest, weight=1e-6, aim=none, intervals=rest.intervals)
+    at = [subject._solved({"residual-energy": E}, "peak-torque", start, none) for E in (1e-4, 1e-2)]
+    for point, limit in zip(at, (1e-4, 1e-2), strict=True):
+        # the full model swings as the reduced one does, which is asked for 2 % less
+        assert point.values["residual-energy"] == pytest.approx(0.98 * limit, rel=0.01)
+    light, heavy = (point.values["peak-torque"] for point in at)
+    # a rigid arm that may turn on with the energy E: 4 J D/T^2 falls by about a root of E
+    assert heavy == pytest.approx(3.1113, rel=3e-3)
+    assert light == pytest.approx(3.2963, rel=3e-3)
+
+    beside = [
+        subject._solved({"residual-energy": E}, "peak-torque", at[1].motion, none).motion
+        for E in (0.98e-2, 1.02e-2)
+    ]
+    torque = [motion.objective * unit_of(motion) for motion in beside]
+    difference = (torque[1] - torque[0]) / 0.04e-2
+    assert at[1].slopes["residual-energy"] == pytest.approx(difference, rel=0.02)

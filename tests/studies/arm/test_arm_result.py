@@ -12,7 +12,6 @@ from studies.arm.config import (
     BaselinesStudy,
     LeastDurationStudy,
     RobustStudy,
-    TradeOffStudy,
     as_dictionary,
     question_from,
 )
@@ -21,6 +20,7 @@ from studies.arm.replay.full_model import Motion, replay
 from studies.arm.report.quantities import Metric, table_rows
 from studies.arm.report.traces import Trace, read_snapshots, snapshot_series, snapshots_of
 from studies.arm.stage import big_arm
+from studies.arm.trade_off import TradeOffStudy
 from studies.cli import COMMANDS, build_parser
 from studies.common.configuration import key_lines
 from studies.common.exit_codes import ExitCode, StudyError

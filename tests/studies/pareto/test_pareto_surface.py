@@ -24,11 +24,17 @@ from studies.pareto.both_ways import Walked
 from studies.pareto.columns import FrontAxis
 from studies.pareto.continuation import FrontPoint, Ranges
 from studies.pareto.envelope import front_of
+from studies.pareto.surface.columns import surface_series
 from studies.pareto.surface.shape import Box, SurfacePoint, apart, dominated, knee_of, surface_of
-from studies.pareto.surface.slices import OutOfTimeError, SliceFront
-from studies.pareto.surface.study import surface_series
-from studies.pareto.surface.walk import Stack, SurfaceWalk
-from studies.pareto.surface.words import SurfaceAxes, dominated_in_words, surface_in_words
+from studies.pareto.surface.slices import SliceFront
+from studies.pareto.surface.truss import TrussSurface
+from studies.pareto.surface.walk import OutOfTimeError, Stack, SurfaceWalk
+from studies.pareto.surface.words import (
+    SurfaceAxes,
+    dominated_in_words,
+    surface_in_words,
+    surface_verdict,
+)
 from studies.report.page import page, shown
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import law_of_result, study_of
@@ -131,8 +137,12 @@ def fake_slice(z):
     )
 
 
+def walk_of(study):
+    return SurfaceWalk(TrussSurface(study, silent()), silent())
+
+
 def test_the_next_slice_halves_the_widest_gap():
-    walk = SurfaceWalk(pareto_from(stated()), silent())
+    walk = walk_of(pareto_from(stated()))
     walk.slices = [fake_slice(z) for z in (1.0, 2.0, 3.0)]
     walk.tried = [3.0, 1.0, 2.0]
     # from 1 to 2 the curve falls to a half, from 2 to 3 by a third
@@ -147,9 +157,8 @@ def test_the_next_slice_halves_the_widest_gap():
     ],
 )
 def test_what_is_done_is_kept_where_the_work_ends(monkeypatch, stop, kind, words):
-    from studies.pareto.surface import study as module
-
-    walk = SurfaceWalk(pareto_from(stated(pareto={"slices": [6, 7, 8, 9]})), silent())
+    study = pareto_from(stated(pareto={"slices": [6, 7, 8, 9]}))
+    walk = walk_of(study)
     done = iter([fake_slice(9.0)])
 
     def one_slice(*arguments):
@@ -161,10 +170,10 @@ def test_what_is_done_is_kept_where_the_work_ends(monkeypatch, stop, kind, words
     monkeypatch.setattr(SliceFront, "walk", one_slice)
     stack = walk.run()
     assert [one.limit for one in stack.slices] == [9.0]
-    verdict = module._verdict(stack)
+    verdict = surface_verdict(stack)
     assert (verdict.kind, words in verdict.sentence) == (kind, True)
     # and where there is nothing yet, that is said
-    empty = SurfaceWalk(walk.study, silent())
+    empty = walk_of(study)
     with pytest.raises(StudyError, match=r"stopped before a slice|no slice was found in"):
         empty.run()
 

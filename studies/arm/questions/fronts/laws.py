@@ -1,0 +1,66 @@
+"""The paper's laws beside a front of the arm, on the full model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from studies.arm.laws.unit_laws import baselines
+from studies.arm.questions.baselines import replay_law
+from studies.arm.questions.fronts.point import AXES, largest_deflection, largest_torque
+from studies.arm.search_limits import SHAPER
+from studies.arm.stage import Stage
+from studies.arm.trade_off import RESIDUAL_ENERGY
+from studies.common.console import Console
+
+LAWS = ("Step5", "Bezier")
+
+
+@dataclass(frozen=True)
+class Law:
+    """A law in one duration.
+
+    Attributes
+    ----------
+    values : of all quantities of a front, by their keys.
+    """
+
+    name: str
+    values: Mapping[str, float]
+
+    def place(self, keys: Sequence[str], still: float) -> tuple[float, ...]:
+        """Where it is beside a front of some quantities.
+
+        Parameters
+        ----------
+        still : energy up to which the arm counts as still [J]: a law that leaves less has it.
+        """
+        values = {**self.values, RESIDUAL_ENERGY: max(still, self.values[RESIDUAL_ENERGY])}
+        return tuple(values[key] for key in keys)
+
+    def left(self, still: float) -> str:
+        """What it leaves, beside an energy up to which the arm counts as still [J]."""
+        energy = self.values[RESIDUAL_ENERGY]
+        return f"It leaves {energy:.2g} J, and a point of the front {still:g} J at most."
+
+
+def laws_in(stage: Stage, durations: Sequence[float], console: Console) -> list[Law]:
+    """The paper's laws in several durations [s]."""
+    found = []
+    for duration in durations:
+        at = stage.lasting(duration)
+        unit_laws = {law.name: law for law in baselines(duration, SHAPER / duration)}
+        for name in LAWS:
+            console.live(f"{name} in {duration:.4g} s")
+            replayed = replay_law(at, unit_laws[name], "torque", follow=False)
+            energy, torque = replayed.residual_energy, largest_torque(replayed)
+            values = duration, energy, torque, largest_deflection(replayed)
+            found.append(Law(name, dict(zip(AXES, values, strict=True))))
+    return found
+
+
+def places_of(
+    laws: Sequence[Law], keys: Sequence[str], still: float
+) -> dict[str, list[tuple[float, ...]]]:
+    """Where laws are beside a front of some quantities, by their names; see `Law.place`."""
+    return {name: [law.place(keys, still) for law in laws if law.name == name] for name in LAWS}

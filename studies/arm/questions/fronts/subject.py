@@ -1,0 +1,393 @@
+"""A front of the arm: the least of one quantity under each limit on another, torque drive.
+
+Both ends are refined as a motion of `arm solve` is. A point between them starts from its neighbour,
+on half the intervals and with twice the smoothness, which changes the least by a per cent at most,
+and is aimed until the full model rests.
+
+Where the energy that is left is limited, the lock may meet a swing. A motion is refined that ends
+at rest, and all points start from it. They are not aimed: the full model swings as B21 does.
+
+"""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from models.errors import ModelError
+from ocp.arrays import Array
+from studies.arm.optimal.motion import OptimalMotion
+from studies.arm.optimal.refinement import aimed_at_rest, refine
+from studies.arm.optimal.rounds import MISS
+from studies.arm.optimal.solve import check_bending, check_caps, solve_again, solve_stage
+from studies.arm.questions.fronts.point import (
+    ASKED_ENERGY,
+    AXES,
+    ArmPoint,
+    Demand,
+    largest_deflection,
+    most_left,
+    slopes_of,
+)
+from studies.arm.replay.full_model import LockedMotion, steps_for
+from studies.arm.search_limits import (
+    ABOVE_REST,
+    ABOVE_THE_LEAST,
+    CALMER,
+    FRONT_DURATIONS,
+    LIGHTER,
+    WIDEST_AT_LEAST,
+)
+from studies.arm.stage import ELBOW, Stage, TorqueCaps
+from studies.arm.trade_off import RESIDUAL_ENERGY, TradeOffStudy
+from studies.common.console import Console
+from studies.common.exit_codes import ExitCode, StudyError
+from studies.pareto.continuation import FrontPoint, NotFoundError, Way
+from studies.pareto.surface.walk import OutOfTimeError
+
+_CORRECTIONS = 3  # solves at most until the full model keeps its energy
+
+
+@dataclass(frozen=True, eq=False)
+class _Tried:
+    """A solve with its replay, its next aim, and the energy that B21 was asked to leave at most."""
+
+    motion: OptimalMotion
+    replay: LockedMotion
+    aim: Array
+    asked: float | None = None
+
+
+class _NotStillError(NotFoundError):
+    """A motion was found, but the full model is left with more than is allowed."""
+
+
+class ArmFront:
+    """A study's motions as points of a front; a `continuation.Subject`.
+
+    Parameters
+    ----------
+    levels : limits that all points have beside the one that moves, by quantity.
+    until : when the seconds of a surface are over, on the monotonic clock.
+    """
+
+    def __init__(
+        self,
+        study: TradeOffStudy,
+        console: Console,
+        levels: Mapping[str, float] | None = None,
+        until: float = math.inf,
+    ) -> None:
+        self.study, self.console, self.until = study, console, until
+        self.levels = dict(levels or {})
+        self.limited, self.least = study.limited, study.least
+        self.residual = study.still
+        self.lightest = math.inf  # weight of the smoothness that either end needs, once known
+        self.solves = 0
+        self.remarks: list[str] = []  # on limits at which no end was found
+        self.bests: dict[str, ArmPoint] = {}  # of the quantities that ends were sought by
+        self._at_rest: dict[tuple[float, TorqueCaps, str], OptimalMotion] = {}
+
+    def ends(
+        self,
+        lefts: Sequence[ArmPoint] = (),
+        rights: Sequence[ArmPoint] = (),
+        bests: Sequence[Mapping[str, ArmPoint]] = (),
+    ) -> tuple[FrontPoint, FrontPoint]:
+        """Points at the lowest and at the highest limit.
+
+        Parameters
+        ----------
+        lefts, rights, bests : of other fronts, their ends and best motions, from which these may
+            start.
+
+        Raises
+        ------
+        StudyError
+            If there is none.
+        """
+        lows, high = self.limits(bests)
+        for limit in (lows[0], high):
+            demand = self._demand(limit)
+            check_bending(demand.stage)
+            if demand.left is None:  # a rigid arm's least torque is that from rest to rest
+                check_caps(demand.stage, demand.caps)
+        try:
+            right = self._end((high,), "down", [*rights, *self._best_of(self.least)])
+            left = self._end(lows, "up", [*lefts, *self._best_of("peak-torque")])
+        except NotFoundError as error:
+            raise StudyError(
+                f"no motion was found at an end of the front, between {lows[0]:.6g} and "
+                f"{high:.6g} {AXES[self.limited].unit}: {error}; state another range",
+                ExitCode.NOT_SOLVED,
+            ) from error
+        self.lightest = min(end.motion.motion.weight for end in (left, right))
+        return left, right
+
+    def limits(
+        self, bests: Sequence[Mapping[str, ArmPoint]] = ()
+    ) -> tuple[tuple[float, ...], float]:
+        """Lowest limits to try and the highest: those stated, or what one would look at first."""
+        if self.study.range is not None:
+            low, high = self.study.range
+            return (low,), high
+        stage = Demand.of(self.study.slew, self.levels).stage
+        if self.limited == "time":
+            shortest, longest = FRONT_DURATIONS
+            return (shortest * stage.duration,), longest * stage.duration
+        if self.limited == RESIDUAL_ENERGY:
+            return tuple(self.residual * ten for ten in ABOVE_REST), most_left(stage)
+
+        # from little more than the least torque to that of the least of the other
+        least, other = (self._best(name, bests) for name in ("peak-torque", self.least))
+        lows = tuple(least.values["peak-torque"] * (1 + part) for part in ABOVE_THE_LEAST)
+        return lows, max(other.values["peak-torque"], WIDEST_AT_LEAST * lows[0])
+
+    def _best(self, name: str, bests: Sequence[Mapping[str, ArmPoint]]) -> ArmPoint:
+        """The motion that is best in a quantity under the levels alone."""
+        self.console.progress(f"an end of the front: the least {AXES[name].title}")
+        found = None
+        for start in (other[name] for other in bests if name in other):
+            with suppress(NotFoundError):
+                found = self._solved(self.levels, name, start.motion, start.aim)
+                break
+        if found is None:
+            try:
+                found = self._from_rest(self.levels, name)
+            except NotFoundError as error:
+                raise StudyError(
+                    f"the least {AXES[name].title} was not found: {error}; state a range",
+                    ExitCode.NOT_SOLVED,
+                ) from error
+        self.bests[name] = found
+        return found
+
+    def _best_of(self, name: str) -> list[ArmPoint]:
+        """The motion that is best in a quantity, where it was sought: it may start an end."""
+        return [self.bests[name]] if name in self.bests else []
+
+    def _demand(self, limit: float) -> Demand:
+        """What a limit and the levels ask for."""
+        return Demand.of(self.study.slew, self._limits(limit))
+
+    def _limits(self, limit: float) -> dict[str, float]:
+        return {**self.levels, self.limited: limit}
+
+    def _end(self, limits: Sequence[float], way: Way, near: Sequence[ArmPoint]) -> FrontPoint:
+        """The point at an end, the first of some limits at which one is found.
+
+        The best that motions near by lead to; else from a refined motion.
+
+        Raises
+        ------
+        NotFoundError
+            If there is none at the last limit.
+        """
+        axis = AXES[self.limited]
+        for limit in limits:
+            self.console.progress(f"an end of the front: {axis.title} {limit:.5g} {axis.unit}")
+            found = []
+            for start in near:
+                with suppress(NotFoundError):
+                    found.append(self._from(start, limit, way))
+            if found:
+                return min(found, key=lambda point: point.y)
+            try:
+                return self._cold(limit, way)
+            except NotFoundError as error:
+                if limit == limits[-1]:
+                    raise
+                self.remarks.append(f"nothing was found at {limit:.6g} {axis.unit}: {error}")
+                self.console.progress(self.remarks[-1])
+        raise AssertionError  # there is a limit
+
+    def _cold(self, limit: float, way: Way, *, afresh: bool = False) -> FrontPoint:
+        """A point from a motion that was refined from a rigid arm's."""
+        begin = clock.perf_counter()
+        found = self._from_rest(self._limits(limit), self.least)
+        return self._told(limit, found, way, begin, afresh=afresh)
+
+    def _from_rest(self, limits: Mapping[str, float], least: str) -> ArmPoint:
+        """The motion that is best in a quantity, from the refined one that ends at rest."""
+        demand = Demand.of(self.study.slew, limits)
+        key = demand.stage.duration, demand.caps, least
+        if key not in self._at_rest:
+            self._at_rest[key] = self._refined(demand.stage, demand.caps, least)
+        motion = self._at_rest[key]
+        return self._solved(
+            limits, least, motion, np.zeros(2 * motion.stage.model.size), coarser=True
+        )
+
+    def _refined(self, stage: Stage, caps: TorqueCaps, least: str) -> OptimalMotion:
+        """The motion that `arm solve` would give."""
+        self._in_time()
+        try:
+            motion = solve_stage(stage, caps=caps, objective=least, progress=self.console.live)
+            found = refine(
+                motion,
+                residual=self.residual,
+                say=self.console.progress,
+                live=self.console.live,
+            )
+        except (StudyError, ModelError) as error:
+            raise NotFoundError(str(error)) from error
+        if not found.resolved:
+            raise NotFoundError(
+                f"the full model is left with {found.replay.residual_energy:.2e} J, "
+                f"{self.residual:g} J are allowed"
+                if not found.still
+                else "less smoothness and a finer mesh still gain more than a per cent"
+            )
+        return found.motion
+
+    def near(self, limit: float, before: FrontPoint, way: Way) -> FrontPoint:
+        """The point at a limit, from the motion of a neighbour and its aim."""
+        return self._from(before.motion, limit, way)
+
+    def _from(self, start: ArmPoint, limit: float, way: Way) -> FrontPoint:
+        begin = clock.perf_counter()
+        found = self._solved(self._limits(limit), self.least, start.motion, start.aim)
+        return self._told(limit, found, way, begin)
+
+    def afresh(self, limit: float, before: FrontPoint, way: Way) -> FrontPoint:
+        """The same, refined from a rigid arm's motion."""
+        del before
+        return self._cold(limit, way, afresh=True)
+
+    def _told(
+        self, limit: float, kept: ArmPoint, way: Way, begin: float, *, afresh: bool = False
+    ) -> FrontPoint:
+        """The point of a motion, which progress is told of."""
+        across, up = AXES[self.limited], AXES[self.least]
+        x, y = kept.values[across.key], kept.values[up.key]
+        seconds = clock.perf_counter() - begin
+        self.console.progress(
+            f"{across.title} {x:.5g} {across.unit}: {up.title} {y:.5g} {up.unit}, left with "
+            f"{kept.replay.residual_energy:.1e} J, {seconds:.1f} s"
+        )
+        return FrontPoint(limit, x, y, kept.slopes[self.limited], way, afresh, seconds, kept)
+
+    def _solved(
+        self,
+        limits: Mapping[str, float],
+        least: str,
+        start: OptimalMotion,
+        aim: Array,
+        *,
+        coarser: bool = False,
+    ) -> ArmPoint:
+        """The best motion under limits from another; `coarser` undoes its mesh's last halving."""
+        halves = 2 if coarser else 1
+        demand = Demand.of(self.study.slew, limits)
+        weight, intervals = halves * start.weight, start.intervals // halves
+        try:
+            found = self._once(start, demand, least, weight, intervals, aim)
+        except _NotStillError:
+            # near the least torque its edges are sharp and stir modes that B21 lacks: no aim and
+            # no finer mesh takes that away
+            return self._kept(
+                self._once(start, demand, least, CALMER * weight, intervals, aim), limits
+            )
+        # an end that needed more smoothness than the other one hands it on to its neighbours
+        lighter = max(self.lightest, weight / LIGHTER[ELBOW in found.motion.stage.moving])
+        if lighter < weight:
+            with suppress(NotFoundError):
+                found = self._once(found.motion, demand, least, lighter, intervals, found.aim)
+
+        return self._kept(found, limits)
+
+    def _kept(self, found: _Tried, limits: Mapping[str, float]) -> ArmPoint:
+        """What is kept of a motion under limits."""
+        motion, replayed = found.motion, found.replay
+        values = {
+            "time": motion.stage.duration,
+            RESIDUAL_ENERGY: replayed.residual_energy,
+            # a torque that leaks between the points of its mesh is a point with a little more of it
+            "peak-torque": float(motion.peak_torque.max()),
+            "deflection": largest_deflection(replayed),
+        }
+        slopes = slopes_of(motion, limits, found.asked)
+        return ArmPoint(motion, replayed, found.aim, values, slopes)
+
+    def _once(
+        self,
+        start: OptimalMotion,
+        demand: Demand,
+        least: str,
+        weight: float,
+        intervals: int,
+        aim: Array,
+    ) -> _Tried:
+        """The motion that is best at a weight, whose full model keeps what is asked."""
+        self._in_time()
+        try:
+            if demand.left is None:
+                motion = self._again(start, demand, least, weight, intervals, aim)
+                found, aim = aimed_at_rest(
+                    motion, aim, residual=self.residual, live=self.console.live
+                )
+                tried = _Tried(found.motion, found.replay, aim)
+            else:
+                tried = self._swinging(start, demand, least, weight, intervals, aim)
+        except (StudyError, ModelError) as error:
+            raise NotFoundError(str(error)) from error
+        left = tried.replay.residual_energy
+        if left > (self.residual if demand.left is None else demand.left):
+            raise _NotStillError(f"the full model is left with {left:.3g} J")
+        if tried.replay.miss > MISS:
+            raise NotFoundError(f"the full model ends {tried.replay.miss:.1e} rad beside its angle")
+        return tried
+
+    def _swinging(
+        self,
+        start: OptimalMotion,
+        demand: Demand,
+        least: str,
+        weight: float,
+        intervals: int,
+        aim: Array,
+    ) -> _Tried:
+        """The motion that may leave an energy; B21 is asked for less where the full model has more.
+
+        Both models swing alike but for what they miss of each other, which adds to the amplitude,
+        the root of the energy, and counts where little is allowed.
+        """
+        assert demand.left is not None
+        wanted = math.sqrt(ASKED_ENERGY * demand.left)
+        amplitude = wanted
+        for _ in range(_CORRECTIONS):
+            asked = amplitude**2
+            motion = self._again(start, replace(demand, left=asked), least, weight, intervals, aim)
+            replayed = motion.replay(settings=steps_for(demand.left))
+            start, amplitude = motion, wanted + amplitude - math.sqrt(replayed.residual_energy)
+            if replayed.residual_energy <= demand.left or amplitude <= 0.0:
+                break
+        return _Tried(motion, replayed, aim, asked)
+
+    def _again(
+        self,
+        start: OptimalMotion,
+        demand: Demand,
+        least: str,
+        weight: float,
+        intervals: int,
+        aim: Array,
+    ) -> OptimalMotion:
+        self.solves += 1
+        return solve_again(
+            start,
+            weight=weight,
+            aim=aim,
+            intervals=intervals,
+            stated=demand.stated(least),
+            progress=self.console.live,
+        )
+
+    def _in_time(self) -> None:
+        if clock.monotonic() > self.until:
+            raise OutOfTimeError
