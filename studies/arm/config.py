@@ -38,7 +38,7 @@ from studies.common.configuration import (
     section,
     whole,
 )
-from studies.common.exit_codes import StudyError, quoted
+from studies.common.exit_codes import StudyError
 from studies.common.rates import confidence
 
 DURATIONS = {"big": 8.6, "small": 11.2, "both": 11.2}  # [s], a tenth of the paper's
@@ -278,84 +278,6 @@ class LeastDurationStudy(StageStudy):
         return f"{self.stage} arm, {self.drive} drive: the least duration that leaves it still"
 
 
-<<<<<<< HEAD
-def _two(name: str, value: Any) -> tuple[str, str]:
-    """Two different quantities, as a list or with a comma; the one that is limited first."""
-    items = [item.strip() for item in value.split(",")] if isinstance(value, str) else value
-    if not isinstance(items, list | tuple) or len(items) != 2:
-        raise StudyError(f"{name} is {quoted(value)}; give two out of {', '.join(TRADED)}")
-    first, second = (choice(TRADED)(name, item) for item in items)
-    if first == second:
-        raise StudyError(f"{name} names {first} twice; a trade-off is between two quantities")
-    if RESIDUAL_ENERGY in (first, second) and "time" not in (first, second):
-        raise StudyError(
-            f"{name} is {first} and {second}, but every motion of a front leaves no more than "
-            "residual_energy; give residual-energy beside time, or state residual_energy"
-        )
-    low, high = sorted((first, second), key=TRADED.index)
-    return low, high
-
-
-@dataclass(frozen=True, kw_only=True)
-class TradeOffStudy(StageStudy):
-    """Two quantities of the arm against each other: `antenna-ocp pareto arm`."""
-
-    objectives: Any = key(
-        _two,
-        "",
-        f"two out of {', '.join(TRADED)}: one is limited, the other least",
-        default=("time", RESIDUAL_ENERGY),
-    )
-    points: int | None = optional_key(
-        whole(3, 200), "", "about so many on the front; 20 unless stated"
-    )
-    range: Any = optional_key(
-        two_limits, "", "lowest and highest limit, in s or N m; unless stated, what is of interest"
-    )
-    residual_energy: float | None = optional_key(
-        positive,
-        "J",
-        "energy that every motion of the front may leave; 1e-6 unless stated",
-    )
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.least == RESIDUAL_ENERGY:
-            for name in ("points", "range", "residual_energy"):
-                if getattr(self, name) is not None:
-                    raise StudyError(
-                        f"{name} is stated, but where residual-energy is set against time, "
-                        f"durations are fixed parts of the stage's; leave {name} out"
-                    )
-        else:
-            _check_one_joint("a front", self.slew)
-
-    @property
-    def limited(self) -> str:
-        """The quantity that is limited."""
-        return str(self.objectives[0])
-
-    @property
-    def least(self) -> str:
-        """The other one, which is least under each limit."""
-        return str(self.objectives[1])
-
-    @property
-    def question(self) -> str:
-        """What is asked, in one line."""
-        if self.least == RESIDUAL_ENERGY:
-            return (
-                f"{self.stage} arm, torque drive: residual energy on the full model against "
-                "duration"
-            )
-        limited = "duration" if self.limited == "time" else self.limited.replace("-", " ")
-        least = self.least.replace("-", " ")
-        time = "" if self.limited == "time" else f" in {self.slew.duration:.6g} s"
-        return f"{self.stage} arm{time}, torque drive: {least} against {limited}, rest to rest"
-
-
-=======
->>>>>>> 2293aa79826df3981889331f72da4470d227caa7
 @dataclass(frozen=True, kw_only=True)
 class RobustStudy(StageStudy):
     """One motion for a spread of arms: `antenna-ocp robust arm`."""

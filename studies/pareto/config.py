@@ -23,12 +23,8 @@ from studies.common.configuration import (
     two_limits,
     whole,
 )
-<<<<<<< HEAD
-from studies.common.exit_codes import StudyError, quoted
-=======
 from studies.common.exit_codes import StudyError
 from studies.pareto import keys
->>>>>>> 2293aa79826df3981889331f72da4470d227caa7
 from studies.truss.config import TrussStudy, as_dictionary, study_from
 from studies.truss.limits.caps import CAPPED, cap_on
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
@@ -41,20 +37,7 @@ KNOWN = tuple(dict.fromkeys((*OBJECTIVES, "peak-jerk")))
 
 def _objectives(name: str, value: Any) -> tuple[str, ...]:
     """Two or three different objectives, of which all but one can be limited."""
-<<<<<<< HEAD
-    known = tuple(dict.fromkeys((*OBJECTIVES, "peak-jerk")))
-    if isinstance(value, str) or not isinstance(value, list | tuple) or len(value) not in (2, 3):
-        raise StudyError(f"{name} is {quoted(value)}; give two or three out of {', '.join(known)}")
-    names = tuple(choice(known)(name, item) for item in value)
-    for one in names:
-        if (times := names.count(one)) > 1:
-            raise StudyError(
-                f"{name} names {one} {'twice' if times == 2 else 'three times'}; a trade-off is "
-                "between different objectives"
-            )
-=======
     names: tuple[str, ...] = keys.objectives(KNOWN)(name, value)
->>>>>>> 2293aa79826df3981889331f72da4470d227caa7
     unlimited = [one for one in names if one not in LIMITED]
     if len(unlimited) > 1:
         raise StudyError(

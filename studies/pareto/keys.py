@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from studies.common.configuration import Reader, as_number, choice, positive, whole
-from studies.common.exit_codes import StudyError
+from studies.common.exit_codes import StudyError, quoted
 
 SLICES = (2, 50)  # fewest and most
 # points of a front, and of each slice of three objectives, where nothing is stated
@@ -26,7 +26,9 @@ def objectives(known: Sequence[str]) -> Reader:
     def read(name: str, value: Any) -> tuple[str, ...]:
         items = [word.strip() for word in value.split(",")] if isinstance(value, str) else value
         if not isinstance(items, list | tuple) or len(items) not in (2, 3):
-            raise StudyError(f"{name} is {value!r}; give two or three out of {', '.join(known)}")
+            raise StudyError(
+                f"{name} is {quoted(value)}; give two or three out of {', '.join(known)}"
+            )
         names = tuple(choice(known)(name, item) for item in items)
         for one in names:
             if (times := names.count(one)) > 1:

@@ -14,7 +14,7 @@ import numpy as np
 from studies.common.console import Console, silent
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.folder import provenance
-from studies.common.result import Result
+from studies.common.result import Result, costs_elsewhere
 from studies.pareto.both_ways import Walked, both_ways
 from studies.pareto.columns import front_details, front_series, law_series
 from studies.pareto.config import ParetoStudy, configuration_of
@@ -107,12 +107,16 @@ def result_of(subject: TrussFront, walked: Walked) -> Result:
     bounds = np.array([subject.bound(p.x) or np.nan for p in front.points])
     chosen = front.points[len(front.points) // 2 if front.knee is None else front.knee]
     laws = laws_in(subject.truss, chosen.motion.deployment.law.duration)
-    shown = [_named(chosen, "knee" if front.knee is not None else "middle")]
-    shown += [_named(front.points[0], f"least {_short(subject.limited)}")]
-    shown += [_named(front.points[-1], f"least {_short(subject.least)}"), *laws]
+    motion = _named(chosen, "knee" if front.knee is not None else "middle")
+    ends = [
+        _named(front.points[0], f"least {_short(subject.limited)}"),
+        _named(front.points[-1], f"least {_short(subject.least)}"),
+    ]
     both = [name for name in (subject.limited, subject.least) if name in OBJECTIVES]
     free = dataclasses.replace(study.truss, minimise=both)
     lowest = lower_bounds(free, None)
+    table = table_rows(free, [motion, *ends, *laws], lowest)
+    also_found = tuple(end.name for end in ends)
 
     return Result(
         kind="pareto-truss",
@@ -123,7 +127,9 @@ def result_of(subject: TrussFront, walked: Walked) -> Result:
             **law_series(_places(subject, front, laws), *axes),
             **motion_series(front.points),
         },
-        table=table_rows(free, shown, lowest),
+        table=table,
+        also_found=also_found,
+        costs_elsewhere=costs_elsewhere(table, also_found),
         bounds={key: bound for key, bound in lowest.items() if key in both},
         verdict=front_verdict(front, stopped),
         checks=checks_of_points(

@@ -30,15 +30,10 @@ _SUBJECTS = {
     "truss": "studies.report.subjects.truss",
     "arm": "studies.report.subjects.arm",
 }
-<<<<<<< HEAD
-# the same for kinds of results that show something else than their subject's motion
-_OWN = {"pareto-truss": "studies.report.subjects.front"}
-# kinds whose figures stand in the page as pictures: cases over their keys are no curves of motions
-_DRAWN = {"sweep": "studies.sweep.figures"}
-=======
 # the same for results that are fronts, which show something else than their subject's motion
 _FRONT = "studies.report.subjects.front"
->>>>>>> 2293aa79826df3981889331f72da4470d227caa7
+# kinds whose figures stand in the page as pictures: cases over their keys are no curves of motions
+_DRAWN = {"sweep": "studies.sweep.figures"}
 
 
 @dataclass(frozen=True, eq=False)

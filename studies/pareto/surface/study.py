@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from studies.common.folder import provenance
-from studies.common.result import Result
+from studies.common.result import Result, costs_elsewhere
 from studies.pareto.config import configuration_of
 from studies.pareto.laws import axis_of, broken_titles, laws_in
 from studies.pareto.motions import motion_series
@@ -46,6 +46,9 @@ def result_of(sliced: TrussSurface, stack: Stack) -> Result:
     minimised = [name for name in pareto.in_order if name in OBJECTIVES]
     free = dataclasses.replace(study.truss, minimise=minimised)
     lowest = lower_bounds(free, None)
+    motion, *ends = _shown(surface, chosen, axes)
+    table = table_rows(free, [motion, *ends, *laws], lowest)
+    also_found = tuple(end.name for end in ends)
 
     return Result(
         kind="pareto-truss",
@@ -56,7 +59,9 @@ def result_of(sliced: TrussSurface, stack: Stack) -> Result:
             **surface_law_series(_places(sliced, surface, axes), axes),
             **motion_series([point.point for point in surface.points]),
         },
-        table=table_rows(free, [*_shown(surface, chosen, axes), *laws], lowest),
+        table=table,
+        also_found=also_found,
+        costs_elsewhere=costs_elsewhere(table, also_found),
         bounds={key: bound for key, bound in lowest.items() if key in minimised},
         verdict=surface_verdict(stack),
         checks=checks_of_points(

@@ -111,6 +111,7 @@ def front_result(subject: ArmFront, walked: Walked, laws: Sequence[Law]) -> Resu
             **motion_series(found.points),
         },
         table=table_rows(shown),
+        also_found=tuple(name for name, _ in ends),
         verdict=front_verdict(found, walked.stopped),
         # a bound of a rigid arm proves nothing of one whose links bend
         checks=checks_of_points(
@@ -156,6 +157,7 @@ def surface_result(study: TradeOffStudy, stack: Stack, laws: Sequence[Law]) -> R
             **motion_series(points),
         },
         table=table_rows({name: _metrics(point.point) for name, point in named.items()}),
+        also_found=tuple(named)[1:],
         verdict=surface_verdict(stack),
         checks=checks_of_points("surface", [p.y for p in points], axes.y.title, nothing),
         remarks=(
