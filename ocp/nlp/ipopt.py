@@ -66,8 +66,8 @@ _DIVERGED = "Diverged"
 
 # Orderings of MUMPS. A peak, a free time or a parameter touches every interval. Minimum degree that
 # sets such dense rows apart stays linear in the intervals, where minimum fill does not. Up to some
-# thousands of rows that share a column minimum fill is no slower, and with dozens of states it takes
-# a third of the time.
+# thousands of rows that share a column minimum fill is no slower, and with dozens of states it
+# takes a third of the time.
 _MINIMUM_FILL, _DENSE_ROWS_APART = 2, 6
 _DENSE = 10_000
 

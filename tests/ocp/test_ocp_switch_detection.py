@@ -17,7 +17,7 @@ from ocp.numerics.piecewise_polynomial import (
     PiecewisePolynomial,
     bernstein,
 )
-from ocp.refinement.policy import _hindered
+from ocp.refinement.movable import hindered, most_iterations
 from ocp.refinement.switch_detection import (
     Jump,
     control_errors,
@@ -188,7 +188,7 @@ def test_breakpoints_that_cost_far_more_iterations_are_held_still():
             for mesh, (_, count) in zip(meshes, pairs, strict=True)
         ]
 
-    assert not _hindered(rounds(((), 30)))
-    assert not _hindered(rounds(((), 30), ((3,), 100)))  # a hundred is not too many
-    assert _hindered(rounds(((), 30), ((3,), 101)))
-    assert not _hindered(rounds(((), 60), ((3,), 101)))  # a hard problem without them, too
+    assert not hindered(rounds(((), 30)))
+    assert not hindered(rounds(((), 30), ((3,), 100)))  # a hundred is not too many
+    assert hindered(rounds(((), 30), ((3,), 101)))
+    assert not hindered(rounds(((), 60), ((3,), 101)))  # a hard problem without them, too
