@@ -17,7 +17,7 @@ from ocp.numerics.piecewise_polynomial import (
     PiecewisePolynomial,
     bernstein,
 )
-from ocp.refinement.movable import hindered, most_iterations
+from ocp.refinement.movable import hindered
 from ocp.refinement.switch_detection import (
     Jump,
     control_errors,
