@@ -107,7 +107,7 @@ def _closable(
             continue
 
         # a limit that does not press would not notice; elsewhere points are tried first
-        tried = narrow | _has_points(iterate, index, number) | (excess < 1e-4)
+        tried = narrow | _has_points(iterate, index, number)
         closable[number] = leaks & tried & (pressed[number] > PRESSING * most)
     return closable
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 # Iterations that any mesh may take, and times as many as meshes that stay still have taken, from
 # which on movable breakpoints are in the way.
-_DOZENS = 30
+_DOZENS = 50
 _FAR_MORE = 2
 
 
