@@ -12,6 +12,7 @@ from ocp.keywords import checked_keywords
 from ocp.mesh.first_mesh import following
 from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import Mesh, uniform
+from ocp.mesh.simulated_fit import determined_motion
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.failures import collapsed, failure
 from ocp.optimality.iterate import Iterate
@@ -105,11 +106,15 @@ def solve(
     """
     settings = _DEFAULTS if settings is None else settings
     check_arguments(problem, settings, guess, mesh)
+    parameters = parameters_of(problem, constants)
+    start, stays = start_from(problem, settings, guess), mesh is not None
     if mesh is None:
         mesh = guess.mesh if isinstance(guess, Solution) else first_mesh(problem, settings, guess)
-    parameters = parameters_of(problem, constants)
-    start = start_from(problem, settings, guess)
     known = guess.evaluator if isinstance(guess, Solution) else None
+    if guess is None and not stays and settings.refinement.adapts:
+        stated = initial_guess(problem, parameters)
+        if found := determined_motion(problem, parameters, stated, settings.scheme, mesh):
+            start, mesh = found
     with shown(progress) as say:
         meshes = MeshSolver.of(problem, settings, parameters, say, evaluator=known)
         return solve_from(meshes, start, mesh, bound)

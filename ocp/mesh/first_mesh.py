@@ -20,10 +20,12 @@ from ocp.mesh.mesh import PhaseMesh
 _LOST = 0.1
 _KEPT = 0.02
 _TIMES_AS_MANY = (1, 2, 4)
-_SAMPLES = 4001
+_EVENLY = np.linspace(0.0, 1.0, 4001)
 
 
-def following(mesh: PhaseMesh, guess: PhaseGuess, states: Sequence[str]) -> PhaseMesh:
+def following(
+    mesh: PhaseMesh, guess: PhaseGuess, states: Sequence[str], fractions: Array = _EVENLY
+) -> PhaseMesh:
     """The mesh, or one of the same degree that carries the guess better.
 
     Parameters
@@ -33,18 +35,17 @@ def following(mesh: PhaseMesh, guess: PhaseGuess, states: Sequence[str]) -> Phas
     guess : PhaseGuess
     states : sequence of str
         Names of the signals that the mesh has to carry.
+    fractions : (m,)
+        Of the phase, from 0 to 1, at which the guess is looked at.
     """
-    fractions = np.linspace(0.0, 1.0, _SAMPLES)
-    values = guess.at_fractions(fractions)
-    lines = np.array([values[name] for name in states]).reshape(len(states), _SAMPLES)
-    ranges = np.ptp(lines, axis=1)
-    lines = lines[ranges > 0.0] / ranges[ranges > 0.0, None]
+    lines = _relative(guess, states, fractions)
     if _strays(mesh, fractions, lines) <= _LOST:
         return mesh
 
-    # half of the intervals follow time, the others the states
+    # half of the intervals follow these fractions, the others the states
     way = np.abs(np.diff(lines, axis=1)).sum(axis=0)
-    passed = fractions + np.concatenate([[0.0], np.cumsum(way) / way.sum()])
+    evenly = np.linspace(0.0, 1.0, fractions.size)
+    passed = evenly + np.concatenate([[0.0], np.cumsum(way) / way.sum()])
     for times in _TIMES_AS_MANY:
         shares = np.linspace(0.0, passed[-1], times * mesh.intervals + 1)
         points = np.interp(shares, passed, fractions)
@@ -53,6 +54,19 @@ def following(mesh: PhaseMesh, guess: PhaseGuess, states: Sequence[str]) -> Phas
         if _strays(finer, fractions, lines) <= _KEPT:
             break
     return finer
+
+
+def carries(mesh: PhaseMesh, guess: PhaseGuess, states: Sequence[str], fractions: Array) -> bool:
+    """Whether the mesh keeps the guess; the parameters are those of `following`."""
+    return _strays(mesh, fractions, _relative(guess, states, fractions)) <= _LOST
+
+
+def _relative(guess: PhaseGuess, states: Sequence[str], fractions: Array) -> Array:
+    """States that move, relative to their ranges, (n, m)."""
+    values = guess.at_fractions(fractions)
+    lines = np.array([values[name] for name in states]).reshape(len(states), fractions.size)
+    ranges = np.ptp(lines, axis=1)
+    return np.asarray(lines[ranges > 0.0] / ranges[ranges > 0.0, None])
 
 
 def _strays(mesh: PhaseMesh, fractions: Array, lines: Array) -> float:

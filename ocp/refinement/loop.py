@@ -28,6 +28,7 @@ from ocp.refinement.mesh_iteration import (
     iterations_of,
     record_of,
 )
+from ocp.refinement.movable import most_iterations
 from ocp.refinement.policy import gain_falls, same_intervals
 from ocp.refinement.unwrapping import lost_angle
 from ocp.transcription.packing import trajectory_of
@@ -133,7 +134,8 @@ def _refine(
 
     while True:
         solver = meshes.rough_solver if loose else asked
-        result = meshes.solve(program, start, solver, rounds)
+        most_of_round = most_iterations(solved, program.mesh)
+        result = meshes.solve(program, start, solver, rounds, most=most_of_round)
         if start is None and not solved:
             program, result = first_answer(meshes, program, solver, result, rounds)
 

@@ -338,15 +338,25 @@ class MeshSolver:
         start: Start,
         solver: NlpSolver,
         before: Sequence[MeshIteration] = (),
+        *,
+        most: float = math.inf,
     ) -> NlpResult:
-        """Solve one program from a start; `before` are the mesh iterations until then."""
+        """Solve one program from a start, in at most so many iterations.
+
+        Parameters
+        ----------
+        before : sequence of MeshIteration
+            The mesh iterations until then.
+        most : float
+            Iterations of all attempts together.
+        """
         limits = program.limits(self.parameters)
 
         def run(solver: NlpSolver, point: StartingPoint) -> NlpResult:
             return self.run(program, solver, point, limits, len(before) + 1)
 
         point = self.starting_point(program, start, limits)
-        return with_retries(run, solver, point, self.budget, before)
+        return with_retries(run, solver, point, self.budget, before, most=most)
 
     def run(
         self,
@@ -403,6 +413,8 @@ def with_retries(
     start: StartingPoint,
     budget: Budget,
     before: Sequence[MeshIteration],
+    *,
+    most: float = math.inf,
 ) -> NlpResult:
     """Solve one program by as many attempts as it takes; what every attempt took is counted.
 
@@ -418,15 +430,21 @@ def with_retries(
         Of all attempts, those of earlier mesh iterations included.
     before : sequence of MeshIteration
         The mesh iterations before this one.
+    most : float
+        Iterations of all attempts together, beside the budget.
     """
-    spent, seconds, attempts = iterations_of(before), 0.0, 0
+    already = iterations_of(before)
+    iterations, seconds, attempts = 0, 0.0, 0
     for choice, point in _attempts(solver, start, before):
-        result = run(budget.within(choice, spent), point)
-        spent, seconds, attempts = spent + result.iterations, seconds + result.seconds, attempts + 1
-        if result.outcome in ("solved", "interrupted") or budget.spent(spent):
+        left = choice if math.isinf(most) else choice.within(most - iterations, math.inf)
+        result = run(budget.within(left, already + iterations), point)
+        iterations, seconds = iterations + result.iterations, seconds + result.seconds
+        attempts += 1
+        if result.outcome in ("solved", "interrupted") or budget.spent(already + iterations):
+            break
+        if iterations >= most:
             break
 
-    iterations = spent - iterations_of(before)
     return replace(result, iterations=iterations, seconds=seconds, attempts=attempts)
 
 

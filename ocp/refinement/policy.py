@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
-from ocp.arrays import Array, Flags, Integers
+from ocp.arrays import Array, Flags
 from ocp.errors import StatementError
 from ocp.keywords import as_written, checked_keywords
 from ocp.mesh.mesh import ExtraPoints, Mesh, PhaseMesh, bisected, distinct
@@ -23,18 +23,16 @@ from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.back_off import held_back, without_held
 from ocp.refinement.error_estimate import MeshErrors, PhaseErrors
+from ocp.refinement.marks import WHOLE, Marks
+from ocp.refinement.movable import hindered
 from ocp.refinement.switch_detection import settled, with_jumps
 
 if TYPE_CHECKING:
     from ocp.refinement.mesh_iteration import SolvedMesh
 
-# times the tolerance on the dynamics, beyond which an interval is cut in four and not in two
-_FAR = 1e4
 # Relative error of the dynamics above which switches are as imaginary as the motion: breakpoints
 # that move onto them lead the solver astray.
 _A_MOTION = 1e-2
-# An interval that keeps this part of its width beside a new bracket still stands for itself.
-_WHOLE = 0.8
 # Where a constraint leaks it is held at the leak and at both sides of it, in parts of the interval:
 # a leak that is held at one point only moves to the side.
 _AROUND = np.array([-0.15, 0.0, 0.15])
@@ -44,15 +42,6 @@ _LEFT_ALONE = 0.25
 _LEAST_GAIN = 1e-3
 # finer meshes in a row on which nothing was gained, after which a promised gain counts as noise
 _REFUTED = 2
-# of the phase: narrower intervals are not cut for their controls or constraints
-_NARROWEST = 1e-7
-# Of its end: narrower intervals are not cut for their dynamics either, because their breakpoints
-# would be rounded. Stiff kinetics of hours begin within microseconds.
-_ROUNDED = 1e-9
-# Iterations that any mesh may take, and times as many as meshes that stay still have taken, from
-# which on movable breakpoints are in the way.
-_DOZENS = 50
-_FAR_MORE = 2
 # of an interval: points closer than this are one
 _SAME_POINT = 1e-6
 
@@ -166,7 +155,7 @@ class AdaptiveMesh:
 
     def next_mesh(self, solved: Sequence[SolvedMesh], accuracy: Accuracy) -> Mesh | None:
         """A better mesh, or None when the last one meets all tolerances."""
-        if self.move_breakpoints and _hindered(solved):
+        if self.move_breakpoints and hindered(solved):
             return self._held_still().next_mesh(solved, accuracy)
         last = solved[-1]
         informative = last.iterate.scheme.informative_multipliers
@@ -221,19 +210,6 @@ class AdaptiveMesh:
 def _frozen(mesh: Mesh) -> Mesh:
     """The mesh without movable breakpoints."""
     return Mesh(tuple(phase.frozen() for phase in mesh.phases), mesh.extra, mesh.back_off)
-
-
-def _hindered(solved: Sequence[SolvedMesh]) -> bool:
-    """Whether movable breakpoints have cost far more iterations than meshes that stay still.
-
-    They make a program less convex. Where many limits act that can cost more than switches in
-    their places gain.
-    """
-    still, moving = [_DOZENS], [0]
-    for mesh in solved:
-        movable = any(phase.movable for phase in mesh.iterate.mesh.phases)
-        (moving if movable else still).append(mesh.iterations)
-    return max(moving) > _FAR_MORE * max(still)
 
 
 def _controls_converged(
@@ -324,7 +300,7 @@ class _PhaseStep:
         base, pressed = settled(mesh, motion) if mesh.movable else (mesh, False)
 
         # While a breakpoint is still on its way, gains are those of a control that will change.
-        marks = _Marks.of(
+        marks = Marks.of(
             base,
             _gathered(errors, motion, base),
             tolerance=accuracy.dynamics,
@@ -356,7 +332,7 @@ class _PhaseStep:
         points = self.base.breakpoints if same else self.mesh.breakpoints
         middle = 0.5 * (self.refined.breakpoints[:-1] + self.refined.breakpoints[1:])
         parent = np.clip(np.searchsorted(points, middle) - 1, 0, self.mesh.intervals - 1)
-        kept = np.diff(self.refined.breakpoints) >= _WHOLE * np.diff(points)[parent]
+        kept = np.diff(self.refined.breakpoints) >= WHOLE * np.diff(points)[parent]
 
         nothing = np.zeros(self.mesh.intervals)
         return {
@@ -442,88 +418,3 @@ def _gathered(errors: PhaseErrors, motion: PhaseTrajectory, base: PhaseMesh) -> 
         crowded=gathered(errors.crowded, np.maximum) > 0,
         coarse=gathered(errors.coarse, np.maximum) > 0,
     )
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class _Marks:
-    """What is to happen to each interval of a mesh, (N,) each.
-
-    Attributes
-    ----------
-    split : whether it is cut.
-    forced : whether it is cut whatever the breakpoints do: for its dynamics, because it holds
-        enough added points, because it is too long for a constraint, or because a breakpoint beside
-        it has missed its switch.
-    far : whether it is cut in four.
-    degrees : to which its degree is raised.
-    """
-
-    split: Flags
-    forced: Flags
-    far: Flags
-    degrees: Integers
-
-    @classmethod
-    def of(
-        cls,
-        mesh: PhaseMesh,
-        errors: PhaseErrors,
-        *,
-        tolerance: float,
-        highest: int,
-        least_gain: float,
-        missed: float,
-    ) -> _Marks:
-        """Marks from the errors; degrees are not raised above `highest`.
-
-        An interval that gains more than `missed` beside a breakpoint that came to rest holds a
-        switch that the breakpoint has missed.
-        """
-        ratio = errors.dynamics / tolerance
-        degrees = mesh.degrees.astype(float)
-
-        # the error falls by about the degree with every point more
-        wanted = np.ceil(degrees + np.log(np.maximum(ratio, 1.0)) / np.log(degrees + 1.0))
-        too_high = wanted > highest
-        inexact = (ratio > 1.0) & too_high
-        forced = errors.crowded | errors.coarse
-        forced |= (errors.gain >= least_gain) & (errors.gain > missed)
-        raised = np.where((ratio > 1.0) & ~too_high, wanted, degrees).astype(np.int64)
-
-        width = np.diff(mesh.breakpoints)
-        wide, inexact = width > _NARROWEST, inexact & (width > _ROUNDED * mesh.breakpoints[1:])
-        return cls(
-            split=inexact | ((forced | (errors.gain >= least_gain)) & wide),
-            forced=inexact | (forced & wide),
-            far=inexact & (ratio > _FAR),
-            degrees=raised,
-        )
-
-    def refine(self, mesh: PhaseMesh, base: PhaseMesh, most_intervals: int) -> PhaseMesh:
-        """Cut and raise the intervals of a mesh; those that a bracket replaced are left alone.
-
-        The marks are those of `base`; `mesh` is the same with brackets around jumps.
-        """
-        if not (self.split.any() or np.any(self.degrees != base.degrees)):
-            return mesh
-        points, width = mesh.breakpoints, np.diff(mesh.breakpoints)
-        middle = 0.5 * (points[:-1] + points[1:])
-        parent = np.searchsorted(base.breakpoints, middle) - 1
-        parent = np.clip(parent, 0, base.intervals - 1)
-
-        old = np.isin(points, base.breakpoints, assume_unique=True)
-        whole = width >= _WHOLE * np.diff(base.breakpoints)[parent]
-        untouched = (old[:-1] & old[1:]) | (whole & (old[:-1] | old[1:]))
-
-        # beside a movable breakpoint only what has to be cut
-        split = self.split[parent] & untouched & ~(mesh.moving & ~self.forced[parent])
-        if mesh.intervals + 3 * split.sum() > most_intervals:
-            split[:] = False
-        far = split & self.far[parent]
-
-        quarters = [points[:-1][far] + part * width[far] for part in (0.25, 0.75)]
-        refined = np.sort(np.concatenate([points, middle[split], *quarters]))
-        parents = np.searchsorted(points, refined[:-1], side="right") - 1
-        degrees = np.where(untouched, self.degrees[parent], mesh.degrees)[parents]
-        movable = tuple(int(np.searchsorted(refined, points[i])) for i in mesh.movable)
-        return PhaseMesh(refined, degrees, movable)

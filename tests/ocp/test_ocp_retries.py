@@ -93,6 +93,14 @@ def test_a_spent_budget_ends_the_attempts() -> None:
     assert [limit for _, _, limit, _ in runs.notes] == [18, 8]
 
 
+def test_a_mesh_that_may_take_so_many_iterations_takes_no_more_in_all_attempts() -> None:
+    runs = Runs(["failed"] * 4)
+    result = with_retries(runs, Ipopt(), WARM, Budget(), solved_before(), most=15)
+    # 15 iterations are left, then 5, then none
+    assert [limit for _, _, limit, _ in runs.notes] == [15, 5]
+    assert result.iterations == 20
+
+
 def test_a_budget_cuts_a_solver_to_what_is_left() -> None:
     assert Budget().within(Ipopt(), 500) == Ipopt()
     assert Budget(iterations=600).within(Ipopt(), 500) == Ipopt(max_iterations=100)

@@ -17,7 +17,7 @@ from ocp.numerics.piecewise_polynomial import (
     PiecewisePolynomial,
     bernstein,
 )
-from ocp.refinement.policy import _hindered
+from ocp.refinement.movable import hindered, most_iterations
 from ocp.refinement.switch_detection import (
     Jump,
     control_errors,
@@ -178,17 +178,26 @@ def test_a_breakpoint_without_a_jump_stays_put() -> None:
     np.testing.assert_allclose(after.breakpoints, [0, 0.4, 0.55, 0.6, 1.0])
 
 
-def test_breakpoints_that_cost_far_more_iterations_are_held_still():
-    def rounds(*pairs):
-        meshes = [
-            SimpleNamespace(phases=[SimpleNamespace(movable=movable)]) for movable, _ in pairs
-        ]
-        return [
-            SimpleNamespace(iterate=SimpleNamespace(mesh=mesh), iterations=count)
-            for mesh, (_, count) in zip(meshes, pairs, strict=True)
-        ]
+def solved_meshes(*pairs):
+    """Meshes with movable breakpoints and the iterations that they took."""
+    meshes = [SimpleNamespace(phases=[SimpleNamespace(movable=movable)]) for movable, _ in pairs]
+    return [
+        SimpleNamespace(iterate=SimpleNamespace(mesh=mesh), iterations=count)
+        for mesh, (_, count) in zip(meshes, pairs, strict=True)
+    ]
 
-    assert not _hindered(rounds(((), 30)))
-    assert not _hindered(rounds(((), 30), ((3,), 100)))  # a hundred is not too many
-    assert _hindered(rounds(((), 30), ((3,), 101)))
-    assert not _hindered(rounds(((), 60), ((3,), 101)))  # a hard problem without them, too
+
+def test_breakpoints_that_cost_far_more_iterations_are_held_still():
+    assert not hindered(solved_meshes(((), 30)))
+    assert not hindered(solved_meshes(((), 30), ((3,), 100)))  # a hundred is not too many
+    assert hindered(solved_meshes(((), 30), ((3,), 101)))
+    # a hard problem without them, too
+    assert not hindered(solved_meshes(((), 60), ((3,), 101)))
+
+
+def test_a_mesh_whose_breakpoints_move_is_given_up_where_the_next_ones_would_be_held_still():
+    still, moving = (SimpleNamespace(phases=[SimpleNamespace(movable=m)]) for m in ((), (3,)))
+    assert most_iterations(solved_meshes(((), 30)), moving) == 100
+    assert most_iterations(solved_meshes(((), 60), ((3,), 90)), moving) == 120
+    assert most_iterations(solved_meshes(((), 30)), still) == np.inf
+    assert most_iterations([], moving) == np.inf  # there is nothing to go back to

@@ -1,0 +1,106 @@
+"""What is to happen to each interval of a phase: whether it is cut, and which degree it gets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocp.arrays import Flags, Integers
+from ocp.mesh.mesh import PhaseMesh
+from ocp.refinement.error_estimate import PhaseErrors
+
+# times the tolerance on the dynamics, beyond which an interval is cut in four and not in two
+_FAR = 1e4
+# An interval that keeps this part of its width beside a new bracket still stands for itself.
+WHOLE = 0.8
+# of the phase: narrower intervals are not cut for their controls or constraints
+_NARROWEST = 1e-7
+# Of its end: narrower intervals are not cut for their dynamics either, because their breakpoints
+# would be rounded. Stiff kinetics of hours begin within microseconds.
+_ROUNDED = 1e-9
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Marks:
+    """What is to happen to each interval of a mesh, (N,) each.
+
+    Attributes
+    ----------
+    split : whether it is cut.
+    forced : whether it is cut whatever the breakpoints do: for its dynamics, because it holds
+        enough added points, because it is too long for a constraint, or because a breakpoint beside
+        it has missed its switch.
+    far : whether it is cut in four.
+    degrees : to which its degree is raised.
+    """
+
+    split: Flags
+    forced: Flags
+    far: Flags
+    degrees: Integers
+
+    @classmethod
+    def of(
+        cls,
+        mesh: PhaseMesh,
+        errors: PhaseErrors,
+        *,
+        tolerance: float,
+        highest: int,
+        least_gain: float,
+        missed: float,
+    ) -> Marks:
+        """Marks from the errors; degrees are not raised above `highest`.
+
+        An interval that gains more than `missed` beside a breakpoint that came to rest holds a
+        switch that the breakpoint has missed.
+        """
+        ratio = errors.dynamics / tolerance
+        degrees = mesh.degrees.astype(float)
+
+        # the error falls by about the degree with every point more
+        wanted = np.ceil(degrees + np.log(np.maximum(ratio, 1.0)) / np.log(degrees + 1.0))
+        too_high = wanted > highest
+        inexact = (ratio > 1.0) & too_high
+        forced = errors.crowded | errors.coarse
+        forced |= (errors.gain >= least_gain) & (errors.gain > missed)
+        raised = np.where((ratio > 1.0) & ~too_high, wanted, degrees).astype(np.int64)
+
+        width = np.diff(mesh.breakpoints)
+        wide, inexact = width > _NARROWEST, inexact & (width > _ROUNDED * mesh.breakpoints[1:])
+        return cls(
+            split=inexact | ((forced | (errors.gain >= least_gain)) & wide),
+            forced=inexact | (forced & wide),
+            far=inexact & (ratio > _FAR),
+            degrees=raised,
+        )
+
+    def refine(self, mesh: PhaseMesh, base: PhaseMesh, most_intervals: int) -> PhaseMesh:
+        """Cut and raise the intervals of a mesh; those that a bracket replaced are left alone.
+
+        The marks are those of `base`; `mesh` is the same with brackets around jumps.
+        """
+        if not (self.split.any() or np.any(self.degrees != base.degrees)):
+            return mesh
+        points, width = mesh.breakpoints, np.diff(mesh.breakpoints)
+        middle = 0.5 * (points[:-1] + points[1:])
+        parent = np.searchsorted(base.breakpoints, middle) - 1
+        parent = np.clip(parent, 0, base.intervals - 1)
+
+        old = np.isin(points, base.breakpoints, assume_unique=True)
+        whole = width >= WHOLE * np.diff(base.breakpoints)[parent]
+        untouched = (old[:-1] & old[1:]) | (whole & (old[:-1] | old[1:]))
+
+        # beside a movable breakpoint only what has to be cut
+        split = self.split[parent] & untouched & ~(mesh.moving & ~self.forced[parent])
+        if mesh.intervals + 3 * split.sum() > most_intervals:
+            split[:] = False
+        far = split & self.far[parent]
+
+        quarters = [points[:-1][far] + part * width[far] for part in (0.25, 0.75)]
+        refined = np.sort(np.concatenate([points, middle[split], *quarters]))
+        parents = np.searchsorted(points, refined[:-1], side="right") - 1
+        degrees = np.where(untouched, self.degrees[parent], mesh.degrees)[parents]
+        movable = tuple(int(np.searchsorted(refined, points[i])) for i in mesh.movable)
+        return PhaseMesh(refined, degrees, movable)

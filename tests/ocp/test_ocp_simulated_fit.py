@@ -1,0 +1,100 @@
+"""Fits whose motion follows from the unknowns alone: guess and first mesh by simulation."""
+
+import casadi as ca
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import minimize_scalar
+
+from ocp import Control, Phase, Problem, Settings, State, Unknown, solve
+from ocp.mesh.initial_guess import initial_guess
+from ocp.mesh.simulated_fit import determined_motion
+from ocp.problem.parameters import parameters_of
+from ocp.solve import first_mesh
+
+END = 1e5  # [s]
+TIMES = np.array([1e-2, 1.0, 1e2, 1e4])  # at which values are measured [s]
+
+
+def kinetics(t, x, factor=1.0):
+    """Robertson's three substances; the second in units of 3.65e-5."""
+    del t
+    a, b, c = x
+    r1, r2, r3 = 0.04 * factor * a, 0.365 * b * c, 3e7 * (3.65e-5 * b) ** 2
+    return [r2 - r1, (r1 - r2 - r3) / 3.65e-5, r3]
+
+
+def motion(times, factor=1.0):
+    found = solve_ivp(
+        kinetics, (0, END), [1, 0, 0], "Radau", times, args=(factor,), rtol=1e-8, atol=1e-10
+    )
+    return found.y
+
+
+def measured():
+    """Values that are off by one per cent, up and down by turns, (3, m)."""
+    return motion(TIMES) * (1.0 + 0.01 * (-1.0) ** np.arange(TIMES.size))
+
+
+def fit(first=1.0, steered=False):
+    """The rate of the first reaction, off by 30 % in the guess."""
+    a, b, c = (State(name, lower=0, upper=2) for name in "abc")
+    log = Unknown("log", lower=-2, upper=2, guess=0.3)
+    rates = kinetics(0, [a.symbol, b.symbol, c.symbol], ca.exp(log.symbol))
+    extra = Control("extra", lower=0, upper=1)
+    if steered:
+        rates[2] = rates[2] + 1e-9 * extra.symbol
+    phase = Phase(
+        "reaction",
+        dict(zip((a, b, c), rates, strict=True)),
+        initial={a: first, b: 0, c: 0},
+        end=END,
+    )
+    values = measured()
+    misfit = sum(
+        (phase.at(float(t), signal) - float(v)) ** 2
+        for signal, row in zip((a, b, c), values, strict=True)
+        for t, v in zip(TIMES, row, strict=True)
+    )
+    return Problem("kinetics", [phase], minimise=1e4 * misfit)
+
+
+def determined(problem):
+    parameters, settings = parameters_of(problem), Settings()
+    stated, mesh = initial_guess(problem, parameters), first_mesh(problem, settings)
+    return determined_motion(problem, parameters, stated, settings.scheme, mesh)
+
+
+def test_the_guess_is_the_motion_at_the_guess_of_the_unknowns() -> None:
+    trajectory, mesh = determined(fit())
+    found = trajectory.phases[0].sample(TIMES)
+    # the simulation is asked for 1e-8, and stays within a hundred times of it
+    np.testing.assert_allclose(found.T, motion(TIMES, np.exp(0.3)), atol=1e-6)
+    assert trajectory.unknowns == {"log": 0.3}
+
+    # a uniform first interval would end at 5000 s, where half of it is over
+    (of_phase,) = mesh.phases
+    assert of_phase.breakpoints[1] < 1e-6
+    assert 20 <= of_phase.intervals <= 100
+
+
+def test_a_stiff_fit_is_found() -> None:
+    def misfit(log):
+        return 1e4 * float(np.sum((motion(TIMES, np.exp(log)) - measured()) ** 2))
+
+    best = minimize_scalar(misfit, bounds=(-0.1, 0.1), options={"xatol": 1e-5})
+    solution = solve(fit())
+    assert solution.objective == pytest.approx(best.fun, rel=1e-5)  # the default tolerance
+    assert solution.trajectory.unknowns["log"] == pytest.approx(best.x, abs=1e-4)
+
+
+def test_what_is_steered_or_begins_anywhere_is_not_simulated() -> None:
+    assert determined(fit(steered=True)) is None
+    assert determined(fit(first=(0.9, 1.1))) is None
+
+
+def test_a_motion_that_a_uniform_mesh_carries_keeps_it() -> None:
+    x, rate = State("x"), Unknown("rate", lower=0, upper=5, guess=1.0)
+    phase = Phase("decay", {x: -rate.symbol * x.symbol}, initial={x: 1.0}, end=1.0)
+    problem = Problem("decay", [phase], minimise=(phase.at(0.5, x) - 0.4) ** 2)
+    assert determined(problem) is None
