@@ -37,8 +37,8 @@ _WORK = 8e6
 _LEAST_STARTS = 4
 # parts of a budget that may go into the search, and into the search and what tells its answers
 # apart: refinement needs the rest
-_SHARE = 0.25
-_SHARE_OF_ALL = 0.5
+_SHARE = 0.4
+_SHARE_OF_ALL = 0.6
 
 # Relative difference of two answers of one mesh that are the same, in terms of the objective's
 # size at least; answers that have to agree where none differs, and where some do.
@@ -115,21 +115,20 @@ def best_of_several(
     """
     answers = [_examined(meshes, program, first)] if first.outcome == "solved" else []
     mesh = finer_mesh(meshes, program.mesh)
-    search = _Search(program, tuple(answers), first, 1)
+    search, coarse = _Search(program, tuple(answers), first, 1), tuple[_Answer, ...]()
     search = _searched(meshes, solver, search, rounds, judged=mesh is not None)
     if search.senseless and mesh is not None:
         finer = _Search(meshes.first_program(None, mesh), (), search.last, search.starts)
         finer = _searched(meshes, solver, finer, rounds, judged=False)
-        found_any = finer.answers or finer.last.outcome == "interrupted"
-        search = finer if found_any else replace(finer, answers=search.answers)
+        search, coarse = finer, search.answers
 
     last, starts = search.last, search.starts
     if last.outcome == "interrupted":
         return Found(search.program, last, starts)
-    if not search.answers:
+    if not (search.answers or coarse):
         failed = replace(first, iterations=last.iterations, seconds=last.seconds)
         return Found(program, failed, starts)
-    best, last = _told_apart(meshes, solver, search.answers, last, rounds)
+    best, last = _told_apart(meshes, solver, (search.answers, coarse), last, rounds)
     if last.outcome == "interrupted":
         return Found(best.program, replace(best.result, outcome="interrupted"), starts)
     result = replace(best.result, iterations=last.iterations, seconds=last.seconds)
@@ -265,13 +264,19 @@ def _settled(answers: Sequence[_Answer]) -> bool:
 def _told_apart(
     meshes: MeshSolver,
     solver: NlpSolver,
-    answers: Sequence[_Answer],
+    answers: Sequence[Sequence[_Answer]],
     last: NlpResult,
     rounds: Sequence[MeshIteration],
 ) -> tuple[_Answer, NlpResult]:
-    """The best answer once values can be compared, and the count of all that it took."""
+    """The best answer once values can be compared, and the count of all that it took.
+
+    Parameters
+    ----------
+    answers : those of the last mesh, then those of one that was too coarse. The latter may still
+        lead to a motion where the former are few.
+    """
     ranked: list[_Answer] = []
-    for answer in sorted(answers, key=_value):
+    for answer in (answer for part in answers for answer in sorted(part, key=_value)):
         if not any(_same(answer, better) for better in ranked):
             ranked.append(answer)
     if len(ranked) == 1 or ranked[0].dynamics <= _COMPARABLE:
