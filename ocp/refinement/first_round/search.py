@@ -289,6 +289,10 @@ def _told_apart(
         late = budget.elapsed >= _SHARE_OF_ALL * budget.seconds
         if late or done >= _SHARE_OF_ALL * budget.iterations:
             break
+        # what is refined may fall by as much as its dynamics are off
+        least = candidate.value - candidate.dynamics * abs(candidate.value)
+        if any(least > better.value for better in refined):
+            continue
         better, last = _refined(meshes, solver, candidate, last, rounds)
         if better is not None:
             refined.append(better)
