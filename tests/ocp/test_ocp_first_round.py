@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 
 from ocp import (
+    Algebraic,
     Between,
+    Bound,
     ByFraction,
     Control,
     Infeasible,
@@ -184,8 +186,6 @@ def test_what_is_out_of_reach_stays_so_and_is_called_unproven():
 
 
 def test_a_phase_with_algebraic_signals_is_not_simulated():
-    from ocp import Algebraic, Bound
-
     x, z = State("x"), Algebraic("z")
     phase = Phase("a", {x: z}, {x: 0}, end=1.0, bounds=[Bound("e", z - x, lower=1, upper=1)])
     problem = Problem("dae", phase, minimise=phase.at_end(x))
@@ -193,6 +193,17 @@ def test_a_phase_with_algebraic_signals_is_not_simulated():
     stated = initial_guess(problem, parameters)
     random = np.random.default_rng(0)
     assert simulated_guesses(problem, parameters, stated, {"x": 1, "z": 1}, 2, random) == []
+
+
+def test_waves_alone_are_tried_where_a_phase_has_algebraic_signals():
+    # the pendulum once more, its angular acceleration by an equation
+    q, w, u = State("q", "rad"), State("w", "rad/s"), Control("u", "rad/s^2")
+    a = Algebraic("a", "rad/s^2")
+    newton = Bound("newton", a - u + 9.81 * ca.sin(q), lower=0, upper=0)
+    swing = Phase("swing", {q: w, w: a}, {q: 0, w: 0}, {q: np.pi, w: 0}, end=6.0, bounds=[newton])
+    solution = solve(Problem("pendulum", swing, minimise=swing.integral(u**2)))
+    assert solution.mesh_iterations[0].starts >= 2
+    assert solution.verification.passed
 
 
 def test_rows_missed_by_thousands_of_sizes_for_long_have_diverged():

@@ -12,8 +12,8 @@ room. So the same is tried on a finer mesh.
 
 Who states no guess, or one in which a state that must move stays, says nothing of which optimum is
 near. So an answer from there is held against those of other starts (`search`). The same is done
-for straight lines that a user states, if they lead nowhere or far round about. Where all rates are
-linear in the signals it is not: such problems hardly ever have several optima.
+for straight lines that a user states, if they lead nowhere or far round about. Where all rates and
+equations are linear in the signals it is not: such problems hardly ever have several optima.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ def _hopeful(meshes: MeshSolver, program: Transcription, failed: NlpResult) -> b
 def _says_little(meshes: MeshSolver, result: NlpResult) -> bool:
     """Whether the guess tells little of where the best optimum of several may be."""
     problem, parameters = meshes.problem, meshes.parameters
-    if _has_linear_rates(problem):
+    if _has_linear_dynamics(problem):
         return False
     if not states_a_motion(problem, parameters):
         return True
@@ -95,15 +95,14 @@ def _says_little(meshes: MeshSolver, result: NlpResult) -> bool:
     return long and states_only_lines(problem, parameters)
 
 
-def _has_linear_rates(problem: Problem) -> bool:
-    """Whether the rates of all states are linear in the signals."""
-    return all(
-        ca.is_linear(
-            ca.vertcat(*phase.dynamics.values()),
-            ca.vertcat(*(signal.symbol for signal in problem.signals[phase.name])),
-        )
-        for phase in problem.phases
-    )
+def _has_linear_dynamics(problem: Problem) -> bool:
+    """Whether all rates and all equations along the motion are linear in the signals."""
+    for phase in problem.phases:
+        equations = [bound.expression for bound in phase.bounds if bound.is_equation]
+        signals = ca.vertcat(*(signal.symbol for signal in problem.signals[phase.name]))
+        if not ca.is_linear(ca.vertcat(*phase.dynamics.values(), *equations), signals):
+            return False
+    return True
 
 
 def _sought(
