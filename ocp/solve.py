@@ -281,7 +281,7 @@ def _solution(
 
     verdict = "unverified"
     if checked.verification.passed:
-        verdict = _verdict(meshes, iterate.objective, bound)
+        verdict = _verdict(meshes, refinement, bound)
         if shortfall := _shortfall(meshes, refinement):
             verdict += f"; {shortfall}"
     fitted = fitted_to_switches(iterate)
@@ -342,9 +342,10 @@ def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:
     return ": ".join(part for part in (ending, "; ".join(open_tolerances)) if part)
 
 
-def _verdict(meshes: MeshSolver, objective: float, bound: float | None) -> str:
+def _verdict(meshes: MeshSolver, refinement: Refinement, bound: float | None) -> str:
     if bound is not None:
-        gap = abs(objective - bound) / max(abs(bound), 1e-300)
+        gap = abs(refinement.best.iterate.objective - bound) / max(abs(bound), 1e-300)
         if gap <= max(10 * meshes.settings.accuracy.objective, _BOUND_MET):
             return f"global: bound met (gap {gap:.1e})"
-    return "local: best of 1 start"
+    starts = max(entry.starts for entry in refinement.rounds)
+    return f"local: best of {starts} start{'s' if starts > 1 else ''}"

@@ -18,6 +18,11 @@ from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Between, ByFraction, Signal, Unknown
 
+# Fractions of a phase at which a guess is looked at, and the part of its size that it may leave a
+# straight line by: rounding errors.
+_LOOKED_AT = np.linspace(0.0, 1.0, 17)
+_STRAIGHT = 1e-9
+
 
 class PhaseGuess(Protocol):
     """What a guess knows of one phase."""
@@ -70,28 +75,58 @@ def states_a_motion(problem: Problem, parameters: Parameters) -> bool:
     """
     for phase in problem.phases:
         guess = StatedGuess(phase, problem.signals[phase.name], parameters)
-        if phase.guess and not any(_stays(guess, state) for state in phase.guess):
+        if phase.guess and not any(_stays(guess, state) for state in phase.states):
             return True
     return False
 
 
-def _stays(guess: StatedGuess, signal: Signal) -> bool:
-    """Whether a signal with two different boundary values is guessed to be one number."""
-    key = guess.phase.name, signal.name
+def states_only_lines(problem: Problem, parameters: Parameters) -> bool:
+    """Whether all states run on straight lines in the guess of every phase."""
+    for phase in problem.phases:
+        guess = StatedGuess(phase, problem.signals[phase.name], parameters)
+        values = guess.at_fractions(_LOOKED_AT)
+        for state in phase.states:
+            line = np.interp(_LOOKED_AT, _LOOKED_AT[[0, -1]], values[state.name][[0, -1]])
+            if np.abs(values[state.name] - line).max() > _STRAIGHT * np.abs(line).max():
+                return False
+    return True
+
+
+def guess_by_lines(problem: Problem, parameters: Parameters) -> InitialGuess:
+    """The guess of a problem whose phases state none: its times and unknowns are kept."""
+    phases: dict[str, PhaseGuess] = {
+        phase.name: StatedGuess(phase, problem.signals[phase.name], parameters, left_aside=True)
+        for phase in problem.phases
+    }
+    return InitialGuess(phases, {u.name: _unknown_guess(u) for u in problem.unknowns})
+
+
+def _stays(guess: StatedGuess, state: Signal) -> bool:
+    """Whether a state with two different boundary values is guessed to be one number."""
+    if state not in guess.phase.guess:
+        return False
+    key = guess.phase.name, state.name
     first = guess.parameters.initial_values.get(key)
     last = guess.parameters.final_values.get(key)
-    return (
-        isinstance(guess.phase.guess[signal], Real) and None not in (first, last) and first != last
-    )
+    if None in (first, last) or first == last:
+        return False
+    return bool(np.ptp(guess.at_fractions(_LOOKED_AT)[state.name]) == 0.0)
 
 
 @dataclass(frozen=True, eq=False)
 class StatedGuess:
-    """The guess in the statement of a phase; a signal left out joins its boundary values."""
+    """The guess in the statement of a phase; a signal left out joins its boundary values.
+
+    Attributes
+    ----------
+    left_aside : bool
+        Whether all signals count as left out.
+    """
 
     phase: Phase
     signals: tuple[Signal, ...]
     parameters: Parameters
+    left_aside: bool = False
 
     @property
     def start(self) -> float:
@@ -109,7 +144,8 @@ class StatedGuess:
         return {s.name: self._values(s, fractions, times) for s in self.signals}
 
     def _values(self, signal: Signal, fractions: Array, times: Array) -> Array:
-        given = self.phase.guess.get(signal, self._between_ends(signal))
+        stated = {} if self.left_aside else self.phase.guess
+        given = stated.get(signal, self._between_ends(signal))
         values = _evaluated(given, fractions, times, f"the guess of '{signal.name}'")
         if not np.all(np.isfinite(values)):
             raise StatementError(

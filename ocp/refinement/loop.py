@@ -17,7 +17,7 @@ from ocp.optimality.iterate import Iterate
 from ocp.problem.problem import Problem
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.error_estimate import MeshErrors
-from ocp.refinement.first_round import first_answer
+from ocp.refinement.first_round.first_answer import first_answer
 from ocp.refinement.mesh_iteration import (
     LOOSER,
     MeshIteration,
@@ -135,14 +135,15 @@ def _refine(
     while True:
         solver = meshes.rough_solver if loose else asked
         most_of_round = most_iterations(solved, program.mesh)
-        result = meshes.solve(program, start, solver, rounds, most=most_of_round)
+        result, starts = meshes.solve(program, start, solver, rounds, most=most_of_round), 1
         if start is None and not solved:
-            program, result = first_answer(meshes, program, solver, result, rounds)
+            found = first_answer(meshes, program, solver, result, rounds)
+            program, result, starts = found.program, found.result, found.starts
 
         if result.outcome == "solved":
             last = meshes.examined(program, result, tight=solver is asked, finer=finer)
             solved.append(last)
-            rounds.append(record_of(program.mesh, result, last))
+            rounds.append(record_of(program.mesh, result, last, starts))
             log.info("round %d: %s", len(rounds), rounds[-1])
 
             following = policy.next_mesh(solved, accuracy)

@@ -79,6 +79,8 @@ class MeshIteration:
         The name of the one that ran.
     attempts : int
         Runs of the solver that it took.
+    starts : int
+        From which the solver ran, and the best of whose answers this is.
     """
 
     intervals: int
@@ -93,6 +95,7 @@ class MeshIteration:
     status: str
     solver: str = "ipopt"
     attempts: int = 1
+    starts: int = 1
 
     def __repr__(self) -> str:
         return (
@@ -169,7 +172,9 @@ def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
     return min(as_good, key=lambda s: s.leak, default=best)
 
 
-def record_of(mesh: Mesh, result: NlpResult, solved: SolvedMesh | None) -> MeshIteration:
+def record_of(
+    mesh: Mesh, result: NlpResult, solved: SolvedMesh | None, starts: int = 1
+) -> MeshIteration:
     """The record of a mesh iteration; `solved` is None where the solver failed."""
     errors = solved.errors if solved else None
     return MeshIteration(
@@ -185,6 +190,7 @@ def record_of(mesh: Mesh, result: NlpResult, solved: SolvedMesh | None) -> MeshI
         status=result.status,
         solver=result.solver,
         attempts=result.attempts,
+        starts=starts,
     )
 
 

@@ -140,7 +140,7 @@ def lost_angle(iterate: Iterate) -> tuple[str, Control] | None:
                 )
                 for k, (_, tau) in _determined(iterate, index, control.name).items()
             ]
-            if turns and np.mean([step.max() > 0.5 * period for step in turns]) > _LOST:
+            if turns and np.mean([step.max(initial=0.0) > 0.5 * period for step in turns]) > _LOST:
                 return motion.name, control
     return None
 

@@ -5,7 +5,10 @@ import numpy as np
 import pytest
 
 from ocp import (
+    Algebraic,
     Between,
+    Bound,
+    ByFraction,
     Control,
     Infeasible,
     Ipopt,
@@ -16,7 +19,7 @@ from ocp import (
     joined,
     solve,
 )
-from ocp.mesh.initial_guess import initial_guess
+from ocp.mesh.initial_guess import initial_guess, states_a_motion, states_only_lines
 from ocp.mesh.simulated_guess import simulated_guesses
 from ocp.nlp.standstill import Divergence
 from ocp.problem.parameters import parameters_of
@@ -60,11 +63,56 @@ def swing_up_with_least_effort(**guess):
     return Problem("pendulum", swing, minimise=swing.integral(u**2))
 
 
-@pytest.mark.parametrize("guess", [{}, {"q": 0.0, "w": 0.0, "u": 0.0}])
-def test_what_states_no_motion_is_held_against_simulated_motions(guess):
+@pytest.mark.parametrize(
+    "guess",
+    [
+        {},
+        {"q": 0.0, "w": 0.0, "u": 0.0},
+        {"q": np.zeros_like, "w": 0.0},
+        {"q": ByFraction(lambda s: [0.0 for _ in s])},
+        {"q": ([0.0, 6.0], [0.0, 0.0])},
+    ],
+)
+def test_what_states_no_motion_is_held_against_other_starts(guess):
     # the lowest optimum that any of 20 starts finds on 120 intervals of a plain collocation
     solution = solve(swing_up_with_least_effort(**guess))
     assert solution.objective == pytest.approx(15.97568, rel=1e-6)
+    # one answer alone would be no reason to stop
+    starts = solution.mesh_iterations[0].starts
+    assert starts >= 2
+    assert solution.verdict == f"local: best of {starts} starts"
+
+
+def test_a_long_way_from_a_straight_line_says_as_little_as_no_guess(monkeypatch):
+    line = swing_up_with_least_effort(q=(0.0, np.pi), w=0.0, u=0.0)
+    monkeypatch.setattr("ocp.refinement.first_round.first_answer._ROUND_ABOUT", 5)
+    solution = solve(line)
+    assert solution.objective == pytest.approx(15.97568, rel=1e-6)
+    assert solution.mesh_iterations[0].starts > 1
+
+
+def test_a_guess_that_bends_is_no_straight_line():
+    bent = swing_up_with_least_effort(q=lambda t: np.pi * (t / 6) ** 2)
+    assert not states_only_lines(bent, parameters_of(bent))
+    line = swing_up_with_least_effort(q=lambda t: np.pi * t / 6, w=np.pi / 6)
+    assert states_only_lines(line, parameters_of(line))
+    assert states_a_motion(line, parameters_of(line))
+
+
+def test_where_answers_of_one_mesh_are_no_motions_the_search_goes_on_on_a_finer_one():
+    # two intervals are too few for three swings: their best values belong to no motion
+    solution = solve(swing_up_with_least_effort(), settings=Settings(intervals=2))
+    assert solution.mesh_iterations[0].intervals >= 8
+    assert solution.objective == pytest.approx(15.97568, rel=1e-6)
+
+
+def test_a_search_leaves_most_of_a_budget_to_the_refinement():
+    # the stated guess takes 17 iterations, two more starts about 25
+    free = solve(swing_up_with_least_effort())
+    tight = solve(swing_up_with_least_effort(), settings=Settings(iterations=100))
+    assert tight.mesh_iterations[0].starts < free.mesh_iterations[0].starts
+    assert tight.mesh_iterations[0].iterations < 60
+    assert tight.verification.passed
 
 
 def test_a_straight_line_as_a_guess_stays_the_users_choice():
@@ -77,7 +125,7 @@ def test_linear_rates_need_no_other_starts(monkeypatch):
     def refused(*arguments):
         raise AssertionError("nothing is to be simulated")
 
-    monkeypatch.setattr("ocp.refinement.first_round.simulated_guesses", refused)
+    monkeypatch.setattr("ocp.refinement.first_round.starts.simulated_guesses", refused)
     x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
     move = Phase("move", {x: v, v: u - 0.1 * v}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
     assert solve(Problem("line", move, minimise=move.integral(u**2))).verification.passed
@@ -138,8 +186,6 @@ def test_what_is_out_of_reach_stays_so_and_is_called_unproven():
 
 
 def test_a_phase_with_algebraic_signals_is_not_simulated():
-    from ocp import Algebraic, Bound
-
     x, z = State("x"), Algebraic("z")
     phase = Phase("a", {x: z}, {x: 0}, end=1.0, bounds=[Bound("e", z - x, lower=1, upper=1)])
     problem = Problem("dae", phase, minimise=phase.at_end(x))
@@ -147,6 +193,17 @@ def test_a_phase_with_algebraic_signals_is_not_simulated():
     stated = initial_guess(problem, parameters)
     random = np.random.default_rng(0)
     assert simulated_guesses(problem, parameters, stated, {"x": 1, "z": 1}, 2, random) == []
+
+
+def test_waves_alone_are_tried_where_a_phase_has_algebraic_signals():
+    # the pendulum once more, its angular acceleration by an equation
+    q, w, u = State("q", "rad"), State("w", "rad/s"), Control("u", "rad/s^2")
+    a = Algebraic("a", "rad/s^2")
+    newton = Bound("newton", a - u + 9.81 * ca.sin(q), lower=0, upper=0)
+    swing = Phase("swing", {q: w, w: a}, {q: 0, w: 0}, {q: np.pi, w: 0}, end=6.0, bounds=[newton])
+    solution = solve(Problem("pendulum", swing, minimise=swing.integral(u**2)))
+    assert solution.mesh_iterations[0].starts >= 2
+    assert solution.verification.passed
 
 
 def test_rows_missed_by_thousands_of_sizes_for_long_have_diverged():

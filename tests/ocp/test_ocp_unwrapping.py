@@ -8,12 +8,15 @@ import pytest
 
 from ocp import (
     TIME,
+    AdaptiveMesh,
     Between,
     Bound,
     Control,
     NumericalTrouble,
     Phase,
     Problem,
+    Radau,
+    Settings,
     State,
     certify,
     solve,
@@ -140,3 +143,12 @@ def test_an_angle_with_a_small_cost_that_is_lost_is_said_to_need_bounds():
     # as the message says; without the cost the crossing takes 5.45787 s, and it is less than
     # 1e-4 pi^2 times that more
     assert 5.45787 < solve(priced(lower=-4, upper=4)).objective < 5.45787 * 1.001
+
+
+def test_a_mesh_of_one_point_an_interval_has_no_turns_to_look_at():
+    q, w, u = State("q", "rad"), State("w", "rad/s"), Control("u", "rad/s^2")
+    swing = Phase("swing", {q: w, w: u - 9.81 * ca.sin(q)}, {q: 0, w: 0}, {q: np.pi, w: 0}, end=6.0)
+    problem = Problem("pendulum", swing, minimise=swing.integral(u**2))
+    coarse = AdaptiveMesh(rounds=4)
+    settings = Settings(scheme=Radau(1), intervals=2, verify=False, refinement=coarse)
+    assert len(solve(problem, settings=settings).mesh_iterations) >= 4

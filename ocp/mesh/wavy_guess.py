@@ -1,0 +1,142 @@
+"""Wavy guesses: smooth random waves around a guess, inside all bounds, boundary values kept."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocp.arrays import Array
+from ocp.mesh.initial_guess import InitialGuess, PhaseGuess
+from ocp.problem.parameters import Parameters
+from ocp.problem.phase import Phase
+from ocp.problem.problem import Problem
+from ocp.problem.symbols import Between, Signal
+
+_WAVES = np.arange(4)  # cosines of half a period each, with amplitudes that fall as 1 / (1 + n)
+_FASTER = 2.0  # free times are stretched or shortened by up to this factor
+_SHORTEST = 1e-6  # of the typical duration, that a phase keeps
+
+
+def wavy_guess(
+    problem: Problem,
+    parameters: Parameters,
+    around: InitialGuess,
+    sizes: Mapping[str, float],
+    unknown_sizes: Mapping[str, float],
+    random: np.random.Generator,
+) -> InitialGuess:
+    """A guess of random waves, of other times and of other unknowns.
+
+    Parameters
+    ----------
+    around : InitialGuess
+        What the waves are added to.
+    sizes, unknown_sizes : mapping of str to float
+        Typical sizes of the signals and of the unknowns.
+    """
+    # the same draws in the same order, so that a seed means the same start
+    stretch = float(np.exp(random.uniform(-1.0, 1.0) * np.log(_FASTER)))
+    phases: dict[str, PhaseGuess] = {
+        phase.name: _wavy(problem, phase, around, sizes, parameters, stretch, random)
+        for phase in problem.phases
+    }
+    unknowns = {
+        u.name: _drawn(
+            around.unknowns[u.name],
+            parameters.unknown_limits[u.name],
+            unknown_sizes[u.name],
+            random,
+        )
+        for u in problem.unknowns
+    }
+    return InitialGuess(phases, unknowns)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class _WavyGuess:
+    """The stated guess of a phase plus smooth waves.
+
+    Attributes
+    ----------
+    limits : mapping of signal to (lower, upper)
+    waves : mapping of signal to (4,)
+        Amplitudes of the cosines.
+    held : mapping of signal to (bool, bool)
+        Whether its first and last value are prescribed: there the waves vanish.
+    """
+
+    stated: PhaseGuess
+    start: float
+    end: float
+    limits: Mapping[str, tuple[float, float]]
+    waves: Mapping[str, Array]
+    held: Mapping[str, tuple[bool, bool]]
+
+    def at_fractions(self, fractions: Array) -> Mapping[str, Array]:
+        """Signals by name at fractions of the phase."""
+        cosines = np.cos(np.pi * np.outer(_WAVES, fractions))
+        values = {}
+        for name, stated in self.stated.at_fractions(fractions).items():
+            first, last = self.held[name]
+            taper = (np.sqrt(fractions) if first else 1.0) * (np.sqrt(1 - fractions) if last else 1)
+            wavy = stated + taper * (self.waves[name] @ cosines)
+            values[name] = np.clip(wavy, *self.limits[name])
+        return values
+
+
+def _wavy(
+    problem: Problem,
+    phase: Phase,
+    stated: InitialGuess,
+    sizes: Mapping[str, float],
+    parameters: Parameters,
+    stretch: float,
+    random: np.random.Generator,
+) -> _WavyGuess:
+    """Draw the waves of all signals of a phase."""
+    own, signals = stated.phases[phase.name], problem.signals[phase.name]
+    first = min(p.start for p in stated.phases.values())
+    longest = max(p.end - p.start for p in stated.phases.values())
+    start, end = (
+        _inside(first + stretch * (guess - first), (time.lower, time.upper))
+        if isinstance(time, Between)
+        else guess
+        for time, guess in ((phase.start, own.start), (phase.end, own.end))
+    )
+    reaches = {s.name: _reach(s, sizes, parameters) for s in signals}
+    return _WavyGuess(
+        stated=own,
+        start=start,
+        end=max(end, start + _SHORTEST * longest),
+        limits={s.name: parameters.signal_limits[s.name] for s in signals},
+        waves={name: _amplitudes(reach, random) for name, reach in reaches.items()},
+        held={s.name: (s in phase.initial, s in phase.final) for s in signals},
+    )
+
+
+def _amplitudes(reach: float, random: np.random.Generator) -> Array:
+    """Amplitudes of the waves of a signal that may move by `reach`."""
+    drawn = random.normal(size=_WAVES.size)
+    return np.asarray(0.5 * reach * drawn / (1 + _WAVES))
+
+
+def _drawn(
+    stated: float, limits: tuple[float, float], size: float, random: np.random.Generator
+) -> float:
+    """Anywhere between limits that are finite, else around the stated guess."""
+    if math.isfinite(limits[1] - limits[0]):
+        return float(random.uniform(*limits))
+    return _inside(stated + size * random.normal(), limits)
+
+
+def _reach(signal: Signal, sizes: Mapping[str, float], parameters: Parameters) -> float:
+    """Half the distance of a signal's limits where both are finite, its typical size elsewhere."""
+    lower, upper = parameters.signal_limits[signal.name]
+    return 0.5 * (upper - lower) if math.isfinite(upper - lower) else sizes[signal.name]
+
+
+def _inside(value: float, limits: tuple[float, float]) -> float:
+    return float(min(max(value, limits[0]), limits[1]))

@@ -1,0 +1,5 @@
+"""The first mesh, from more than one start where the guess leads nowhere or says little.
+
+`first_answer` decides. `starts` makes other starts and runs the solver from them. `search` compares
+what comes of several.
+"""

@@ -1,0 +1,173 @@
+"""The first mesh from more than one start, where the statement leads nowhere or says little.
+
+A guess without any motion in it, as a straight line from start to end, may lead a solver to a point
+where the violation of the constraints cannot be made smaller by small changes. That says nothing of
+the problem. Here the solver starts anew: with another line search, with the barrier that strays
+less, and from motions that are simulated under controls drawn at random
+(`ocp.mesh.simulated_guess`). The best of the first few that it finds is the answer of the round.
+The draws are the same in every run.
+
+Controls of a few intervals may also be too coarse for any motion, where the limits leave little
+room. So the same is tried on a finer mesh.
+
+Who states no guess, or one in which a state that must move stays, says nothing of which optimum is
+near. So an answer from there is held against those of other starts (`search`). The same is done
+for straight lines that a user states, if they lead nowhere or far round about. Where all rates and
+equations are linear in the signals it is not: such problems hardly ever have several optima.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import cycle
+
+import casadi as ca
+
+from ocp.mesh.initial_guess import states_a_motion, states_only_lines
+from ocp.nlp.failures import counted
+from ocp.nlp.result import NlpResult
+from ocp.nlp.solver import NlpSolver, StartingPoint
+from ocp.problem.problem import Problem
+from ocp.refinement.first_round.search import Found, best_of_several
+from ocp.refinement.first_round.starts import PATIENCE, finer_mesh, runs, simulated
+from ocp.refinement.mesh_iteration import MeshIteration, MeshSolver
+from ocp.transcription.transcribe import Transcription
+
+# Guesses that are simulated at most, answers that are compared, and guesses on a finer mesh, where
+# each costs more.
+_GUESSES = 8
+_ANSWERS = 3
+_GUESSES_IF_FINER = 2
+
+# Iterations from which on a straight line that a user stated has led far round about. From guesses
+# that are near, a solver takes some dozens.
+_ROUND_ABOUT = 150
+
+# outcomes after which another start may do better, the last one if the run was long
+_HOPEFUL = {"infeasible", "failed", "budget"}
+
+
+def first_answer(
+    meshes: MeshSolver,
+    program: Transcription,
+    solver: NlpSolver,
+    result: NlpResult,
+    rounds: Sequence[MeshIteration],
+) -> Found:
+    """What came of the first mesh from the stated guess, or something better from other starts.
+
+    Parameters
+    ----------
+    solver : NlpSolver
+        As it was used from the stated guess.
+    result : NlpResult
+        What came of that; its iterations are counted on.
+    rounds : sequence of MeshIteration
+        Before this one.
+    """
+    if result.outcome != "solved" and not _hopeful(meshes, program, result):
+        return Found(program, result)
+    found = Found(program, result)
+    if _says_little(meshes, result):
+        found = best_of_several(meshes, program, solver, result, rounds)
+    if found.result.outcome in ("solved", "interrupted"):
+        return found
+    sought = _sought(meshes, program, solver, found.result, rounds)
+    return replace(sought, starts=sought.starts + found.starts - 1)
+
+
+def _hopeful(meshes: MeshSolver, program: Transcription, failed: NlpResult) -> bool:
+    """Whether another start may lead to an answer where one has failed."""
+    free, equations = counted(program.limits(meshes.parameters))
+    short = failed.outcome == "budget" and failed.iterations < PATIENCE
+    return failed.outcome in _HOPEFUL and not short and equations <= free
+
+
+def _says_little(meshes: MeshSolver, result: NlpResult) -> bool:
+    """Whether the guess tells little of where the best optimum of several may be."""
+    problem, parameters = meshes.problem, meshes.parameters
+    if _has_linear_dynamics(problem):
+        return False
+    if not states_a_motion(problem, parameters):
+        return True
+    long = result.outcome != "solved" or result.iterations > _ROUND_ABOUT
+    return long and states_only_lines(problem, parameters)
+
+
+def _has_linear_dynamics(problem: Problem) -> bool:
+    """Whether all rates and all equations along the motion are linear in the signals."""
+    for phase in problem.phases:
+        equations = [bound.expression for bound in phase.bounds if bound.is_equation]
+        signals = ca.vertcat(*(signal.symbol for signal in problem.signals[phase.name]))
+        if not ca.is_linear(ca.vertcat(*phase.dynamics.values(), *equations), signals):
+            return False
+    return True
+
+
+def _sought(
+    meshes: MeshSolver,
+    program: Transcription,
+    solver: NlpSolver,
+    failed: NlpResult,
+    rounds: Sequence[MeshIteration],
+) -> Found:
+    """The first mesh from other starts, then a finer one; what failed where none leads anywhere.
+
+    Parameters
+    ----------
+    solver : NlpSolver
+        As it was used from the stated guess.
+    failed : NlpResult
+        What came of that; its iterations are counted on.
+    rounds : sequence of MeshIteration
+        Before this one.
+    """
+    found = _from_other_starts(meshes, program, solver, Found(program, failed), rounds, _GUESSES)
+    finer = finer_mesh(meshes, program.mesh)
+    if found.result.outcome not in _HOPEFUL or finer is None:
+        return found
+
+    again = meshes.first_program(None, finer)
+    second = _from_other_starts(meshes, again, solver, found, rounds, _GUESSES_IF_FINER)
+    solved = second.result.outcome in ("solved", "interrupted")
+    return second if solved else replace(second, program=program)
+
+
+def _from_other_starts(
+    meshes: MeshSolver,
+    program: Transcription,
+    solver: NlpSolver,
+    failed: Found,
+    rounds: Sequence[MeshIteration],
+    guesses: int,
+) -> Found:
+    """The best answer of one program from other starts, or what failed before."""
+    answers, last, starts = list[NlpResult](), failed.result, failed.starts
+    attempts = _attempts(meshes, program, solver, guesses)
+    for last in runs(meshes, program, attempts, failed.result, rounds):
+        starts += 1
+        if last.outcome == "interrupted":
+            return Found(program, last, starts)
+        if last.outcome == "solved":
+            answers.append(last)
+        if len(answers) == _ANSWERS:
+            break
+
+    best = min(answers, key=lambda answer: answer.objective, default=failed.result)
+    result = replace(best, iterations=last.iterations, seconds=last.seconds)
+    return Found(program, result, starts)
+
+
+def _attempts(
+    meshes: MeshSolver, program: Transcription, solver: NlpSolver, count: int
+) -> Iterator[tuple[NlpSolver, StartingPoint]]:
+    """Solvers and starting points in order."""
+    # where a filter takes no step any more, a penalty function often does
+    others = [*solver.alternatives(warm=True), *solver.alternatives(warm=False)]
+    limits = program.limits(meshes.parameters)
+    for other in others:
+        yield other, meshes.starting_point(program, None, limits)
+
+    points = simulated(meshes, program, count)
+    yield from zip(cycle([solver, *others]), points, strict=False)

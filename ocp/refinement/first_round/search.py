@@ -1,0 +1,334 @@
+"""The best of several starts, where the statement says little of the motion.
+
+Starts of two kinds take turns: motions that are simulated under random controls, and random waves
+around straight lines. The search ends soon where the first answers agree. Where they differ it goes
+on until the best one was found more often, or a stated amount of work is done.
+
+The least value of a mesh that is too coarse for its motion is often a motion that does not exist.
+So if the best of the first answers leaves its dynamics by more than the states' sizes, the search
+begins anew on a finer mesh. And where values cannot be compared yet, the best few answers are
+refined until they can.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import chain, islice, zip_longest
+
+from ocp.nlp.result import NlpResult
+from ocp.nlp.solver import NlpSolver, StartingPoint
+from ocp.refinement.error_estimate import MotionErrors
+from ocp.refinement.first_round.starts import finer_mesh, runs, simulated, wavy
+from ocp.refinement.mesh_iteration import (
+    MeshIteration,
+    MeshSolver,
+    SolvedMesh,
+    iterations_of,
+    record_of,
+)
+from ocp.transcription.packing import trajectory_of
+from ocp.transcription.transcribe import Transcription
+
+# Other starts on one mesh at most. The work is iterations times unknowns: this much takes about
+# half a minute, and a large program gets fewer starts. But a few cheap ones tell nothing.
+_STARTS = 24
+_WORK = 8e6
+_LEAST_STARTS = 4
+# parts of a budget that may go into the search, and into the search and what tells its answers
+# apart: refinement needs the rest
+_SHARE = 0.4
+_SHARE_OF_ALL = 0.6
+
+# Relative difference of two answers of one mesh that are the same, in terms of the objective's
+# size at least; answers that have to agree where none differs, and where some do.
+_SAME = 1e-5
+_SMALLEST = 1e-2
+_AGREE = 2
+_AGREE_IF_OTHERS = 3
+
+# Largest error of the dynamics in an interval, in sizes of the states: below the first one, values
+# differ from those of exact motions by less than optima do from each other. Above the second one
+# an answer may be of another kind than any motion.
+_COMPARABLE = 1e-2
+_SENSELESS = 1.0
+# answers after which a mesh is judged by that
+_JUDGED = 3
+
+# answers that are refined where values cannot be compared, and the rounds that each may take
+_CANDIDATES = 4
+_ROUNDS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What came of the first mesh.
+
+    Attributes
+    ----------
+    program : Transcription
+        The mesh that the answer belongs to.
+    result : NlpResult
+        The best answer, or what failed; it counts what all starts took.
+    starts : int
+        From which the solver ran, the stated guess among them.
+    """
+
+    program: Transcription
+    result: NlpResult
+    starts: int = 1
+
+
+@dataclass(frozen=True, eq=False)
+class _Answer:
+    """An answer of a mesh.
+
+    Attributes
+    ----------
+    value : in the size of the first mesh's objective, least is best.
+    dynamics : largest error of the dynamics in an interval, relative.
+    """
+
+    program: Transcription
+    result: NlpResult
+    value: float
+    dynamics: float
+
+
+def best_of_several(
+    meshes: MeshSolver,
+    program: Transcription,
+    solver: NlpSolver,
+    first: NlpResult,
+    rounds: Sequence[MeshIteration],
+) -> Found:
+    """The best answer from where the guess is and from other starts.
+
+    Parameters
+    ----------
+    solver : NlpSolver
+        As it was used from the stated guess.
+    first : NlpResult
+        What came of that, an answer or not.
+    rounds : sequence of MeshIteration
+        Before this one.
+    """
+    answers = [_examined(meshes, program, first)] if first.outcome == "solved" else []
+    mesh = finer_mesh(meshes, program.mesh)
+    search, coarse = _Search(program, tuple(answers), first, 1), tuple[_Answer, ...]()
+    search = _searched(meshes, solver, search, rounds, judged=mesh is not None)
+    if search.senseless and mesh is not None:
+        finer = _Search(meshes.first_program(None, mesh), (), search.last, search.starts)
+        finer = _searched(meshes, solver, finer, rounds, judged=False)
+        search, coarse = finer, search.answers
+
+    last, starts = search.last, search.starts
+    if last.outcome == "interrupted":
+        return Found(search.program, last, starts)
+    if not (search.answers or coarse):
+        failed = replace(first, iterations=last.iterations, seconds=last.seconds)
+        return Found(program, failed, starts)
+    best, last = _told_apart(meshes, solver, (search.answers, coarse), last, rounds)
+    if last.outcome == "interrupted":
+        return Found(best.program, replace(best.result, outcome="interrupted"), starts)
+    result = replace(best.result, iterations=last.iterations, seconds=last.seconds)
+    return Found(best.program, result, starts)
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """A search on one mesh.
+
+    Attributes
+    ----------
+    program : Transcription
+    answers : tuple of _Answer
+    last : NlpResult
+        The last run; it counts what all took.
+    starts : int
+        Until now, those on other meshes included.
+    senseless : bool
+        Whether the best answer may be of another kind than any motion.
+    """
+
+    program: Transcription
+    answers: tuple[_Answer, ...]
+    last: NlpResult
+    starts: int
+    senseless: bool = False
+
+
+def _searched(
+    meshes: MeshSolver,
+    solver: NlpSolver,
+    before: _Search,
+    rounds: Sequence[MeshIteration],
+    *,
+    judged: bool,
+) -> _Search:
+    """The search gone on with, until it has found or done enough.
+
+    Parameters
+    ----------
+    judged : bool
+        Whether it ends, too, where the mesh is too coarse for the motion.
+    """
+    program, search = before.program, before
+    limit = _Limit.of(meshes, program, before.last, rounds)
+    attempts = ((solver, point) for point in _alternating(meshes, program))
+    for last in runs(meshes, program, attempts, before.last, rounds):
+        answers = search.answers
+        if last.outcome == "solved":
+            answers = (*answers, _examined(meshes, program, last))
+        senseless = judged and len(answers) >= _JUDGED
+        senseless = senseless and min(answers, key=_value).dynamics > _SENSELESS
+        search = _Search(program, answers, last, search.starts + 1, senseless)
+
+        if last.outcome == "interrupted" or senseless or _settled(answers):
+            break
+        if limit.reached(last.iterations, search.starts):
+            break
+    return search
+
+
+@dataclass(frozen=True)
+class _Limit:
+    """When a search on a mesh has done its share.
+
+    Attributes
+    ----------
+    iterations, budget : of this mesh iteration, by its work and by the budget of the whole solve.
+    seconds : of the clock, since the budget was made.
+    """
+
+    meshes: MeshSolver
+    iterations: float
+    budget: float
+    seconds: float
+
+    @classmethod
+    def of(
+        cls,
+        meshes: MeshSolver,
+        program: Transcription,
+        done: NlpResult,
+        rounds: Sequence[MeshIteration],
+    ) -> _Limit:
+        """The limits of a search that begins after what was done."""
+        budget = meshes.budget
+        return cls(
+            meshes,
+            done.iterations + _WORK / program.columns.count,
+            _SHARE * budget.iterations - iterations_of(rounds),
+            _SHARE * budget.seconds,
+        )
+
+    def reached(self, iterations: int, starts: int) -> bool:
+        """Whether no further start is to be made."""
+        if iterations >= self.budget or self.meshes.budget.elapsed >= self.seconds:
+            return True
+        return iterations >= self.iterations and starts > _LEAST_STARTS
+
+
+def _alternating(meshes: MeshSolver, program: Transcription) -> Iterator[StartingPoint]:
+    """Starting points of both kinds in turn; the second kind alone where none is simulated."""
+    kinds = simulated(meshes, program, _STARTS // 2), wavy(meshes, program, _STARTS)
+    pairs = chain.from_iterable(zip_longest(*kinds))
+    return islice((point for point in pairs if point is not None), _STARTS)
+
+
+def _examined(meshes: MeshSolver, program: Transcription, result: NlpResult) -> _Answer:
+    trajectory = trajectory_of(program, result.x, meshes.parameters)
+    errors = MotionErrors(program, trajectory, meshes.evaluator, meshes.parameters)
+    return _Answer(program, result, result.objective, errors.worst_dynamics)
+
+
+def _value(answer: _Answer) -> float:
+    return answer.value
+
+
+def _same(one: _Answer, other: _Answer) -> bool:
+    size = max(abs(one.value), abs(other.value), _SMALLEST)
+    return abs(one.value - other.value) <= _SAME * size
+
+
+def _settled(answers: Sequence[_Answer]) -> bool:
+    """Whether the best answer was found often enough."""
+    if not answers:
+        return False
+    best = min(answers, key=_value)
+    agree = sum(_same(best, answer) for answer in answers)
+    return agree >= (_AGREE if agree == len(answers) else _AGREE_IF_OTHERS)
+
+
+def _told_apart(
+    meshes: MeshSolver,
+    solver: NlpSolver,
+    answers: Sequence[Sequence[_Answer]],
+    last: NlpResult,
+    rounds: Sequence[MeshIteration],
+) -> tuple[_Answer, NlpResult]:
+    """The best answer once values can be compared, and the count of all that it took.
+
+    Parameters
+    ----------
+    answers : those of the last mesh, then those of one that was too coarse. The latter may still
+        lead to a motion where the former are few.
+    """
+    ranked: list[_Answer] = []
+    for answer in (answer for part in answers for answer in sorted(part, key=_value)):
+        if not any(_same(answer, better) for better in ranked):
+            ranked.append(answer)
+    if len(ranked) == 1 or ranked[0].dynamics <= _COMPARABLE:
+        return ranked[0], last
+
+    refined: list[_Answer] = []
+    budget = meshes.budget
+    for candidate in ranked[:_CANDIDATES]:
+        done = iterations_of(rounds) + last.iterations
+        late = budget.elapsed >= _SHARE_OF_ALL * budget.seconds
+        if late or done >= _SHARE_OF_ALL * budget.iterations:
+            break
+        # what is refined may fall by as much as its dynamics are off
+        least = candidate.value - candidate.dynamics * abs(candidate.value)
+        if any(least > better.value for better in refined):
+            continue
+        better, last = _refined(meshes, solver, candidate, last, rounds)
+        if better is not None:
+            refined.append(better)
+        if last.outcome == "interrupted":
+            break
+    return min(refined, key=_value, default=ranked[0]), last
+
+
+def _refined(
+    meshes: MeshSolver,
+    solver: NlpSolver,
+    candidate: _Answer,
+    last: NlpResult,
+    rounds: Sequence[MeshIteration],
+) -> tuple[_Answer | None, NlpResult]:
+    """An answer on meshes that are refined until its value can be compared; None if one fails."""
+    policy, accuracy = meshes.settings.refinement, meshes.settings.accuracy
+    size, sense = candidate.program.scales.objective, meshes.problem.sense
+    program, result = candidate.program, candidate.result
+    solved: list[SolvedMesh] = []
+    while True:
+        solved.append(meshes.examined(program, result, tight=False, finer=bool(solved)))
+        if solved[-1].errors.dynamics <= _COMPARABLE:
+            value = sense * solved[-1].iterate.objective / size
+            return _Answer(program, result, value, solved[-1].errors.dynamics), last
+        mesh = policy.next_mesh(solved, accuracy)
+        spent = [*rounds, record_of(program.mesh, last, None)]
+        if mesh is None or len(solved) > _ROUNDS or meshes.spent(spent):
+            return None, last
+
+        program = meshes.next_program(solved[-1].iterate, mesh)
+        result = meshes.solve(program, solved[-1].iterate, solver, spent)
+        last = replace(
+            result,
+            iterations=last.iterations + result.iterations,
+            seconds=last.seconds + result.seconds,
+        )
+        if result.outcome != "solved":
+            return None, last

@@ -1,0 +1,97 @@
+"""Starts of the first mesh beside the stated guess, and what comes of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from math import inf
+
+import numpy as np
+
+from ocp.mesh.initial_guess import InitialGuess, guess_by_lines, initial_guess
+from ocp.mesh.mesh import Mesh, uniform
+from ocp.mesh.simulated_guess import simulated_guesses
+from ocp.mesh.wavy_guess import wavy_guess
+from ocp.nlp.result import NlpResult
+from ocp.nlp.solver import NlpSolver, StartingPoint
+from ocp.refinement.mesh_iteration import MeshIteration, MeshSolver, iterations_of
+from ocp.transcription.packing import decision_vector
+from ocp.transcription.transcribe import Transcription
+
+Attempts = Iterable[tuple[NlpSolver, StartingPoint]]
+
+# Iterations of an attempt: what takes longer has mostly lost its way.
+PATIENCE = 300
+
+# Times as many intervals where a mesh has led to nothing, and the most that such a mesh may have.
+# Controls of so many pieces are within a percent of any that switches now and then.
+_FINER = 4
+_FINEST = 400
+
+
+def simulated(meshes: MeshSolver, program: Transcription, count: int) -> Iterator[StartingPoint]:
+    """Starting points from simulated motions, the same in every run."""
+    guesses = simulated_guesses(
+        meshes.problem,
+        meshes.parameters,
+        initial_guess(meshes.problem, meshes.parameters),
+        program.scales.signals,
+        count,
+        np.random.default_rng(0),
+    )
+    for guess in guesses:
+        yield _point(meshes, program, guess)
+
+
+def wavy(meshes: MeshSolver, program: Transcription, count: int) -> Iterator[StartingPoint]:
+    """Starting points of random waves around straight lines, the same in every run."""
+    lines = guess_by_lines(meshes.problem, meshes.parameters)
+    sizes, random = program.scales, np.random.default_rng(0)
+    for _ in range(count):
+        guess = wavy_guess(
+            meshes.problem, meshes.parameters, lines, sizes.signals, sizes.unknowns, random
+        )
+        yield _point(meshes, program, guess)
+
+
+def _point(meshes: MeshSolver, program: Transcription, guess: InitialGuess) -> StartingPoint:
+    limits = program.limits(meshes.parameters)
+    # a wave may leave where an expression has a value
+    columns = np.nan_to_num(decision_vector(program, guess, limits, meshes.parameters.vector))
+    return StartingPoint(columns)
+
+
+def finer_mesh(meshes: MeshSolver, mesh: Mesh) -> Mesh | None:
+    """A mesh of `_FINER` times as many intervals, if the mesh may change and be that fine."""
+    policy = meshes.settings.refinement
+    if not policy.adapts or _FINER * mesh.intervals > _FINEST:
+        return None
+    phases = tuple(uniform(_FINER * p.intervals, int(p.degrees.max())) for p in mesh.phases)
+    return Mesh(phases)
+
+
+def runs(
+    meshes: MeshSolver,
+    program: Transcription,
+    attempts: Attempts,
+    first: NlpResult,
+    rounds: Sequence[MeshIteration],
+) -> Iterator[NlpResult]:
+    """What comes of attempts while the budget lasts; each counts what all took since the first.
+
+    Parameters
+    ----------
+    first : NlpResult
+        What was done on this mesh already.
+    rounds : sequence of MeshIteration
+        Before this one.
+    """
+    limits, before = program.limits(meshes.parameters), iterations_of(rounds)
+    iterations, seconds = first.iterations, first.seconds
+    for solver, point in attempts:
+        if meshes.budget.spent(before + iterations):
+            return
+        patient = meshes.budget.within(solver.within(PATIENCE, inf), before + iterations)
+        result = meshes.run(program, patient, point, limits, len(rounds) + 1)
+        iterations, seconds = iterations + result.iterations, seconds + result.seconds
+        yield replace(result, iterations=iterations, seconds=seconds)
