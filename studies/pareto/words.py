@@ -33,7 +33,8 @@ def front_in_words(front: Front, x: FrontAxis, y: FrontAxis) -> tuple[str, ...]:
     places = [0, len(front.points) - 1]
     if front.knee is not None:
         places.insert(1, front.knee)
-    priced = [price_at(front.points[place], x, y) for place in dict.fromkeys(places)]
+    # two places may be alike in all digits that are said
+    priced = dict.fromkeys(price_at(front.points[place], x, y) for place in places)
     return (*sentences, *priced)
 
 
