@@ -15,11 +15,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, islice, zip_longest
+from math import inf
 
 from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import NlpSolver, StartingPoint
 from ocp.refinement.error_estimate import MotionErrors
-from ocp.refinement.first_round.starts import finer_mesh, runs, simulated, wavy
+from ocp.refinement.first_round.starts import PATIENCE, finer_mesh, runs, simulated, wavy
 from ocp.refinement.mesh_iteration import (
     MeshIteration,
     MeshSolver,
@@ -334,7 +335,7 @@ def _refined(
             return None, last
 
         program = meshes.next_program(solved[-1].iterate, mesh)
-        result = meshes.solve(program, solved[-1].iterate, solver, spent)
+        result = meshes.solve(program, solved[-1].iterate, solver.within(PATIENCE, inf), spent)
         last = replace(
             result,
             iterations=last.iterations + result.iterations,
