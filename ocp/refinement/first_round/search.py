@@ -15,11 +15,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, islice, zip_longest
+from math import inf
 
 from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import NlpSolver, StartingPoint
 from ocp.refinement.error_estimate import MotionErrors
-from ocp.refinement.first_round.starts import finer_mesh, runs, simulated, wavy
+from ocp.refinement.first_round.starts import PATIENCE, finer_mesh, runs, simulated, wavy
 from ocp.refinement.mesh_iteration import (
     MeshIteration,
     MeshSolver,
@@ -55,8 +56,10 @@ _SENSELESS = 1.0
 # answers after which a mesh is judged by that
 _JUDGED = 3
 
-# answers that are refined where values cannot be compared, and the rounds that each may take
-_CANDIDATES = 4
+# Answers that are refined where values cannot be compared, those among them that come from a mesh
+# that was too coarse, and the rounds that each may take.
+_CANDIDATES = 5
+_COARSE = 2
 _ROUNDS = 4
 
 
@@ -261,6 +264,15 @@ def _settled(answers: Sequence[_Answer]) -> bool:
     return agree >= (_AGREE if agree == len(answers) else _AGREE_IF_OTHERS)
 
 
+def _distinct(answers: Sequence[_Answer]) -> list[_Answer]:
+    """Different answers, the best one first."""
+    ranked: list[_Answer] = []
+    for answer in sorted(answers, key=_value):
+        if not any(_same(answer, better) for better in ranked):
+            ranked.append(answer)
+    return ranked
+
+
 def _told_apart(
     meshes: MeshSolver,
     solver: NlpSolver,
@@ -272,19 +284,18 @@ def _told_apart(
 
     Parameters
     ----------
-    answers : those of the last mesh, then those of one that was too coarse. The latter may still
-        lead to a motion where the former are few.
+    answers : those of the last mesh, then those of one that was too coarse. What the latter lead
+        to may be better, and is what no search would have found.
     """
-    ranked: list[_Answer] = []
-    for answer in (answer for part in answers for answer in sorted(part, key=_value)):
-        if not any(_same(answer, better) for better in ranked):
-            ranked.append(answer)
-    if len(ranked) == 1 or ranked[0].dynamics <= _COMPARABLE:
+    ranked, coarse = (_distinct(part) for part in answers)
+    if ranked and (len(ranked) + len(coarse) == 1 or ranked[0].dynamics <= _COMPARABLE):
         return ranked[0], last
 
+    few = _CANDIDATES - _COARSE
+    candidates = [*ranked[:few], *coarse[:_COARSE], *ranked[few:], *coarse[_COARSE:]]
     refined: list[_Answer] = []
     budget = meshes.budget
-    for candidate in ranked[:_CANDIDATES]:
+    for candidate in candidates[:_CANDIDATES]:
         done = iterations_of(rounds) + last.iterations
         late = budget.elapsed >= _SHARE_OF_ALL * budget.seconds
         if late or done >= _SHARE_OF_ALL * budget.iterations:
@@ -298,7 +309,7 @@ def _told_apart(
             refined.append(better)
         if last.outcome == "interrupted":
             break
-    return min(refined, key=_value, default=ranked[0]), last
+    return min(refined, key=_value, default=candidates[0]), last
 
 
 def _refined(
@@ -324,7 +335,7 @@ def _refined(
             return None, last
 
         program = meshes.next_program(solved[-1].iterate, mesh)
-        result = meshes.solve(program, solved[-1].iterate, solver, spent)
+        result = meshes.solve(program, solved[-1].iterate, solver.within(PATIENCE, inf), spent)
         last = replace(
             result,
             iterations=last.iterations + result.iterations,
