@@ -10,8 +10,10 @@ import row
 IMPORTED = row.now()
 SIZE = {"A": 40, "B": 20}  # nodes: those that come closest
 
-# Of the convex programs, as its authors' examples have them; its weights adapt themselves.
+# tolerances of the convex programs, as its authors' examples have them
 SOLVER = {"solver_args": {"abstol": 1e-6, "reltol": 1e-9}}
+# first weights of the trust region, the objective and the defects: those that come closest
+ALGORITHM = {"lam_prox": 0.1, "lam_cost": 0.1, "lam_vc": 10.0}
 
 ALGEBRA = types.SimpleNamespace(sin=ox.Sin, cos=ox.Cos, exp=ox.Exp, sqrt=ox.Sqrt)
 
@@ -61,6 +63,7 @@ def statement(problem, n):
         constraints=kept,
         N=n,
         float_dtype="float64",
+        algorithm=ALGORITHM,
         solver=SOLVER,
     )
 
