@@ -52,7 +52,9 @@ class Stated:
         del folder
         variant = Variant.nominal(question["problem"], self.file)
         row = compared(variant, self.reference)
-        row["optimum"] = variant.stated.get("optimum")
+        if "optimum" in variant.stated:
+            row["optimum"] = variant.value(variant.stated["optimum"])
+            row["known to"] = variant.stated.get("optimum_known_to", 0.0)
         row["strict"] = [self._strict(variant, tolerance) for tolerance in self.strict]
         return row
 
@@ -76,8 +78,8 @@ def _errors(rows: Sequence[Row]) -> Table:
     head = ("problem", "best known", "known to", "by default", "asked for", "reached", "words")
     lines = []
     for row in (row for row in rows if not row["failure"]):
-        best = row["best"] if row["optimum"] is None else row["optimum"]
-        known = 0.0 if row["optimum"] is not None else row["change"] / abs(best)
+        best = row.get("optimum", row["best"])
+        known = row.get("known to", row["change"] / abs(best))
         default = row["answers"]["crude"]["value"]
         for strict in row["strict"]:
             lines.append(

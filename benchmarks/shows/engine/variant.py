@@ -21,6 +21,7 @@ _FUNCTIONS: dict[str, Any] = {
     "exp": ca.exp,
     "log": ca.log,
     "sqrt": ca.sqrt,
+    "atan": ca.atan,
     "pi": math.pi,
 }
 
