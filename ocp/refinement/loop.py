@@ -18,6 +18,7 @@ from ocp.problem.problem import Problem
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.error_estimate import MeshErrors
 from ocp.refinement.first_round.first_answer import first_answer
+from ocp.refinement.first_round.starts import FirstRound
 from ocp.refinement.mesh_iteration import (
     LOOSER,
     MeshIteration,
@@ -137,7 +138,7 @@ def _refine(
         most_of_round = most_iterations(solved, program.mesh)
         result, starts = meshes.solve(program, start, solver, rounds, most=most_of_round), 1
         if start is None and not solved:
-            found = first_answer(meshes, program, solver, result, rounds)
+            found = first_answer(FirstRound(meshes, solver, tuple(rounds)), program, result)
             program, result, starts = found.program, found.result, found.starts
 
         if result.outcome == "solved":

@@ -1,4 +1,4 @@
-"""The first mesh from more than one start, where the statement leads nowhere or says little.
+"""The first mesh from more than one start, where the statement leads nowhere or may be far off.
 
 A guess without any motion in it, as a straight line from start to end, may lead a solver to a point
 where the violation of the constraints cannot be made smaller by small changes. That says nothing of
@@ -18,7 +18,7 @@ equations are linear in the signals it is not: such problems hardly ever have se
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import cycle
 
@@ -30,8 +30,8 @@ from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import NlpSolver, StartingPoint
 from ocp.problem.problem import Problem
 from ocp.refinement.first_round.search import Found, best_of_several
-from ocp.refinement.first_round.starts import PATIENCE, finer_mesh, runs, simulated
-from ocp.refinement.mesh_iteration import MeshIteration, MeshSolver
+from ocp.refinement.first_round.starts import PATIENCE, FirstRound, finer_mesh, simulated
+from ocp.refinement.mesh_iteration import MeshSolver
 from ocp.transcription.transcribe import Transcription
 
 # Guesses that are simulated at most, answers that are compared, and guesses on a finer mesh, where
@@ -48,32 +48,22 @@ _ROUND_ABOUT = 150
 _HOPEFUL = {"infeasible", "failed", "budget"}
 
 
-def first_answer(
-    meshes: MeshSolver,
-    program: Transcription,
-    solver: NlpSolver,
-    result: NlpResult,
-    rounds: Sequence[MeshIteration],
-) -> Found:
+def first_answer(first_round: FirstRound, program: Transcription, result: NlpResult) -> Found:
     """What came of the first mesh from the stated guess, or something better from other starts.
 
     Parameters
     ----------
-    solver : NlpSolver
-        As it was used from the stated guess.
     result : NlpResult
-        What came of that; its iterations are counted on.
-    rounds : sequence of MeshIteration
-        Before this one.
+        What came of the stated guess; its iterations are counted on.
     """
-    if result.outcome != "solved" and not _hopeful(meshes, program, result):
+    if result.outcome != "solved" and not _hopeful(first_round.meshes, program, result):
         return Found(program, result)
     found = Found(program, result)
-    if _says_little(meshes, result):
-        found = best_of_several(meshes, program, solver, result, rounds)
+    if _may_be_far(first_round.meshes, result):
+        found = best_of_several(first_round, program, result)
     if found.result.outcome in ("solved", "interrupted"):
         return found
-    sought = _sought(meshes, program, solver, found.result, rounds)
+    sought = _sought(first_round, program, found.result)
     return replace(sought, starts=sought.starts + found.starts - 1)
 
 
@@ -84,8 +74,8 @@ def _hopeful(meshes: MeshSolver, program: Transcription, failed: NlpResult) -> b
     return failed.outcome in _HOPEFUL and not short and equations <= free
 
 
-def _says_little(meshes: MeshSolver, result: NlpResult) -> bool:
-    """Whether the guess tells little of where the best optimum of several may be."""
+def _may_be_far(meshes: MeshSolver, result: NlpResult) -> bool:
+    """Whether the guess may be far from the best optimum of several."""
     problem, parameters = meshes.problem, meshes.parameters
     if _has_linear_dynamics(problem):
         return False
@@ -105,47 +95,31 @@ def _has_linear_dynamics(problem: Problem) -> bool:
     return True
 
 
-def _sought(
-    meshes: MeshSolver,
-    program: Transcription,
-    solver: NlpSolver,
-    failed: NlpResult,
-    rounds: Sequence[MeshIteration],
-) -> Found:
+def _sought(first_round: FirstRound, program: Transcription, failed: NlpResult) -> Found:
     """The first mesh from other starts, then a finer one; what failed where none leads anywhere.
 
     Parameters
     ----------
-    solver : NlpSolver
-        As it was used from the stated guess.
     failed : NlpResult
-        What came of that; its iterations are counted on.
-    rounds : sequence of MeshIteration
-        Before this one.
+        What came of the starts until now; its iterations are counted on.
     """
-    found = _from_other_starts(meshes, program, solver, Found(program, failed), rounds, _GUESSES)
-    finer = finer_mesh(meshes, program.mesh)
+    found = _from_other_starts(first_round, program, Found(program, failed), _GUESSES)
+    finer = finer_mesh(first_round.meshes, program.mesh)
     if found.result.outcome not in _HOPEFUL or finer is None:
         return found
 
-    again = meshes.first_program(None, finer)
-    second = _from_other_starts(meshes, again, solver, found, rounds, _GUESSES_IF_FINER)
+    again = first_round.meshes.first_program(None, finer)
+    second = _from_other_starts(first_round, again, found, _GUESSES_IF_FINER)
     solved = second.result.outcome in ("solved", "interrupted")
     return second if solved else replace(second, program=program)
 
 
 def _from_other_starts(
-    meshes: MeshSolver,
-    program: Transcription,
-    solver: NlpSolver,
-    failed: Found,
-    rounds: Sequence[MeshIteration],
-    guesses: int,
+    first_round: FirstRound, program: Transcription, failed: Found, guesses: int
 ) -> Found:
     """The best answer of one program from other starts, or what failed before."""
     answers, last, starts = list[NlpResult](), failed.result, failed.starts
-    attempts = _attempts(meshes, program, solver, guesses)
-    for last in runs(meshes, program, attempts, failed.result, rounds):
+    for last in first_round.runs(program, _attempts(first_round, program, guesses), failed.result):
         starts += 1
         if last.outcome == "interrupted":
             return Found(program, last, starts)
@@ -160,10 +134,11 @@ def _from_other_starts(
 
 
 def _attempts(
-    meshes: MeshSolver, program: Transcription, solver: NlpSolver, count: int
+    first_round: FirstRound, program: Transcription, count: int
 ) -> Iterator[tuple[NlpSolver, StartingPoint]]:
     """Solvers and starting points in order."""
     # where a filter takes no step any more, a penalty function often does
+    solver, meshes = first_round.solver, first_round.meshes
     others = [*solver.alternatives(warm=True), *solver.alternatives(warm=False)]
     limits = program.limits(meshes.parameters)
     for other in others:

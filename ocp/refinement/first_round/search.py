@@ -1,4 +1,4 @@
-"""The best of several starts, where the statement says little of the motion.
+"""The best of several starts, where the stated guess may be far from the best optimum.
 
 Starts of two kinds take turns: motions that are simulated under random controls, and random waves
 around straight lines. The search ends soon where the first answers agree. Where they differ it goes
@@ -18,11 +18,10 @@ from itertools import chain, islice, zip_longest
 from math import inf
 
 from ocp.nlp.result import NlpResult
-from ocp.nlp.solver import NlpSolver, StartingPoint
+from ocp.nlp.solver import StartingPoint
 from ocp.refinement.error_estimate import MotionErrors
-from ocp.refinement.first_round.starts import PATIENCE, finer_mesh, runs, simulated, wavy
+from ocp.refinement.first_round.starts import PATIENCE, FirstRound, finer_mesh, simulated, wavy
 from ocp.refinement.mesh_iteration import (
-    MeshIteration,
     MeshSolver,
     SolvedMesh,
     iterations_of,
@@ -36,8 +35,8 @@ from ocp.transcription.transcribe import Transcription
 _STARTS = 24
 _WORK = 8e6
 _LEAST_STARTS = 4
-# parts of a budget that may go into the search, and into the search and what tells its answers
-# apart: refinement needs the rest
+# parts of a budget that may go into the search, and into the search and the comparison of its
+# answers: refinement needs the rest
 _SHARE = 0.4
 _SHARE_OF_ALL = 0.6
 
@@ -52,7 +51,7 @@ _AGREE_IF_OTHERS = 3
 # differ from those of exact motions by less than optima do from each other. Above the second one
 # an answer may be of another kind than any motion.
 _COMPARABLE = 1e-2
-_SENSELESS = 1.0
+_NO_MOTION = 1.0
 # answers after which a mesh is judged by that
 _JUDGED = 3
 
@@ -98,32 +97,22 @@ class _Answer:
     dynamics: float
 
 
-def best_of_several(
-    meshes: MeshSolver,
-    program: Transcription,
-    solver: NlpSolver,
-    first: NlpResult,
-    rounds: Sequence[MeshIteration],
-) -> Found:
+def best_of_several(first_round: FirstRound, program: Transcription, first: NlpResult) -> Found:
     """The best answer from where the guess is and from other starts.
 
     Parameters
     ----------
-    solver : NlpSolver
-        As it was used from the stated guess.
     first : NlpResult
-        What came of that, an answer or not.
-    rounds : sequence of MeshIteration
-        Before this one.
+        What came of the stated guess, an answer or not.
     """
-    answers = [_examined(meshes, program, first)] if first.outcome == "solved" else []
-    mesh = finer_mesh(meshes, program.mesh)
+    answers = [_examined(first_round.meshes, program, first)] if first.outcome == "solved" else []
+    mesh = finer_mesh(first_round.meshes, program.mesh)
     search, coarse = _Search(program, tuple(answers), first, 1), tuple[_Answer, ...]()
-    search = _searched(meshes, solver, search, rounds, judged=mesh is not None)
-    if search.senseless and mesh is not None:
-        finer = _Search(meshes.first_program(None, mesh), (), search.last, search.starts)
-        finer = _searched(meshes, solver, finer, rounds, judged=False)
-        search, coarse = finer, search.answers
+    search = _searched(first_round, search, judged=mesh is not None)
+    if search.too_coarse and mesh is not None:
+        again = first_round.meshes.first_program(None, mesh)
+        finer = _Search(again, (), search.last, search.starts)
+        search, coarse = _searched(first_round, finer, judged=False), search.answers
 
     last, starts = search.last, search.starts
     if last.outcome == "interrupted":
@@ -131,7 +120,7 @@ def best_of_several(
     if not (search.answers or coarse):
         failed = replace(first, iterations=last.iterations, seconds=last.seconds)
         return Found(program, failed, starts)
-    best, last = _told_apart(meshes, solver, (search.answers, coarse), last, rounds)
+    best, last = _compared(first_round, (search.answers, coarse), last)
     if last.outcome == "interrupted":
         return Found(best.program, replace(best.result, outcome="interrupted"), starts)
     result = replace(best.result, iterations=last.iterations, seconds=last.seconds)
@@ -150,7 +139,7 @@ class _Search:
         The last run; it counts what all took.
     starts : int
         Until now, those on other meshes included.
-    senseless : bool
+    too_coarse : bool
         Whether the best answer may be of another kind than any motion.
     """
 
@@ -158,17 +147,10 @@ class _Search:
     answers: tuple[_Answer, ...]
     last: NlpResult
     starts: int
-    senseless: bool = False
+    too_coarse: bool = False
 
 
-def _searched(
-    meshes: MeshSolver,
-    solver: NlpSolver,
-    before: _Search,
-    rounds: Sequence[MeshIteration],
-    *,
-    judged: bool,
-) -> _Search:
+def _searched(first_round: FirstRound, before: _Search, *, judged: bool) -> _Search:
     """The search gone on with, until it has found or done enough.
 
     Parameters
@@ -177,17 +159,17 @@ def _searched(
         Whether it ends, too, where the mesh is too coarse for the motion.
     """
     program, search = before.program, before
-    limit = _Limit.of(meshes, program, before.last, rounds)
-    attempts = ((solver, point) for point in _alternating(meshes, program))
-    for last in runs(meshes, program, attempts, before.last, rounds):
+    limit = _Limit.of(first_round, program, before.last)
+    attempts = ((first_round.solver, point) for point in _alternating(first_round.meshes, program))
+    for last in first_round.runs(program, attempts, before.last):
         answers = search.answers
         if last.outcome == "solved":
-            answers = (*answers, _examined(meshes, program, last))
-        senseless = judged and len(answers) >= _JUDGED
-        senseless = senseless and min(answers, key=_value).dynamics > _SENSELESS
-        search = _Search(program, answers, last, search.starts + 1, senseless)
+            answers = (*answers, _examined(first_round.meshes, program, last))
+        too_coarse = judged and len(answers) >= _JUDGED
+        too_coarse = too_coarse and min(answers, key=_value).dynamics > _NO_MOTION
+        search = _Search(program, answers, last, search.starts + 1, too_coarse)
 
-        if last.outcome == "interrupted" or senseless or _settled(answers):
+        if last.outcome == "interrupted" or too_coarse or _settled(answers):
             break
         if limit.reached(last.iterations, search.starts):
             break
@@ -210,19 +192,13 @@ class _Limit:
     seconds: float
 
     @classmethod
-    def of(
-        cls,
-        meshes: MeshSolver,
-        program: Transcription,
-        done: NlpResult,
-        rounds: Sequence[MeshIteration],
-    ) -> _Limit:
+    def of(cls, first_round: FirstRound, program: Transcription, done: NlpResult) -> _Limit:
         """The limits of a search that begins after what was done."""
-        budget = meshes.budget
+        budget = first_round.meshes.budget
         return cls(
-            meshes,
+            first_round.meshes,
             done.iterations + _WORK / program.columns.count,
-            _SHARE * budget.iterations - iterations_of(rounds),
+            _SHARE * budget.iterations - iterations_of(first_round.before),
             _SHARE * budget.seconds,
         )
 
@@ -273,12 +249,8 @@ def _distinct(answers: Sequence[_Answer]) -> list[_Answer]:
     return ranked
 
 
-def _told_apart(
-    meshes: MeshSolver,
-    solver: NlpSolver,
-    answers: Sequence[Sequence[_Answer]],
-    last: NlpResult,
-    rounds: Sequence[MeshIteration],
+def _compared(
+    first_round: FirstRound, answers: Sequence[Sequence[_Answer]], last: NlpResult
 ) -> tuple[_Answer, NlpResult]:
     """The best answer once values can be compared, and the count of all that it took.
 
@@ -294,9 +266,9 @@ def _told_apart(
     few = _CANDIDATES - _COARSE
     candidates = [*ranked[:few], *coarse[:_COARSE], *ranked[few:], *coarse[_COARSE:]]
     refined: list[_Answer] = []
-    budget = meshes.budget
+    budget = first_round.meshes.budget
     for candidate in candidates[:_CANDIDATES]:
-        done = iterations_of(rounds) + last.iterations
+        done = iterations_of(first_round.before) + last.iterations
         late = budget.elapsed >= _SHARE_OF_ALL * budget.seconds
         if late or done >= _SHARE_OF_ALL * budget.iterations:
             break
@@ -304,7 +276,7 @@ def _told_apart(
         least = candidate.value - candidate.dynamics * abs(candidate.value)
         if any(least > better.value for better in refined):
             continue
-        better, last = _refined(meshes, solver, candidate, last, rounds)
+        better, last = _refined(first_round, candidate, last)
         if better is not None:
             refined.append(better)
         if last.outcome == "interrupted":
@@ -313,13 +285,10 @@ def _told_apart(
 
 
 def _refined(
-    meshes: MeshSolver,
-    solver: NlpSolver,
-    candidate: _Answer,
-    last: NlpResult,
-    rounds: Sequence[MeshIteration],
+    first_round: FirstRound, candidate: _Answer, last: NlpResult
 ) -> tuple[_Answer | None, NlpResult]:
     """An answer on meshes that are refined until its value can be compared; None if one fails."""
+    meshes, solver = first_round.meshes, first_round.solver.within(PATIENCE, inf)
     policy, accuracy = meshes.settings.refinement, meshes.settings.accuracy
     size, sense = candidate.program.scales.objective, meshes.problem.sense
     program, result = candidate.program, candidate.result
@@ -330,12 +299,12 @@ def _refined(
             value = sense * solved[-1].iterate.objective / size
             return _Answer(program, result, value, solved[-1].errors.dynamics), last
         mesh = policy.next_mesh(solved, accuracy)
-        spent = [*rounds, record_of(program.mesh, last, None)]
+        spent = [*first_round.before, record_of(program.mesh, last, None)]
         if mesh is None or len(solved) > _ROUNDS or meshes.spent(spent):
             return None, last
 
         program = meshes.next_program(solved[-1].iterate, mesh)
-        result = meshes.solve(program, solved[-1].iterate, solver.within(PATIENCE, inf), spent)
+        result = meshes.solve(program, solved[-1].iterate, solver, spent)
         last = replace(
             result,
             iterations=last.iterations + result.iterations,

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
@@ -27,6 +27,44 @@ PATIENCE = 300
 # Controls of so many pieces are within a percent of any that switches now and then.
 _FINER = 4
 _FINEST = 400
+
+
+@dataclass(frozen=True, eq=False)
+class FirstRound:
+    """What all starts of the first mesh share.
+
+    Attributes
+    ----------
+    meshes : MeshSolver
+    solver : NlpSolver
+        As it was used from the stated guess.
+    before : tuple of MeshIteration
+        Mesh iterations until this one.
+    """
+
+    meshes: MeshSolver
+    solver: NlpSolver
+    before: tuple[MeshIteration, ...]
+
+    def runs(
+        self, program: Transcription, attempts: Attempts, done: NlpResult
+    ) -> Iterator[NlpResult]:
+        """What comes of attempts while the budget lasts; each counts what all took since `done`.
+
+        Parameters
+        ----------
+        done : NlpResult
+            The last run on this mesh.
+        """
+        limits, before = program.limits(self.meshes.parameters), iterations_of(self.before)
+        iterations, seconds = done.iterations, done.seconds
+        for solver, point in attempts:
+            if self.meshes.budget.spent(before + iterations):
+                return
+            patient = self.meshes.budget.within(solver.within(PATIENCE, inf), before + iterations)
+            result = self.meshes.run(program, patient, point, limits, len(self.before) + 1)
+            iterations, seconds = iterations + result.iterations, seconds + result.seconds
+            yield replace(result, iterations=iterations, seconds=seconds)
 
 
 def simulated(meshes: MeshSolver, program: Transcription, count: int) -> Iterator[StartingPoint]:
@@ -68,30 +106,3 @@ def finer_mesh(meshes: MeshSolver, mesh: Mesh) -> Mesh | None:
         return None
     phases = tuple(uniform(_FINER * p.intervals, int(p.degrees.max())) for p in mesh.phases)
     return Mesh(phases)
-
-
-def runs(
-    meshes: MeshSolver,
-    program: Transcription,
-    attempts: Attempts,
-    first: NlpResult,
-    rounds: Sequence[MeshIteration],
-) -> Iterator[NlpResult]:
-    """What comes of attempts while the budget lasts; each counts what all took since the first.
-
-    Parameters
-    ----------
-    first : NlpResult
-        What was done on this mesh already.
-    rounds : sequence of MeshIteration
-        Before this one.
-    """
-    limits, before = program.limits(meshes.parameters), iterations_of(rounds)
-    iterations, seconds = first.iterations, first.seconds
-    for solver, point in attempts:
-        if meshes.budget.spent(before + iterations):
-            return
-        patient = meshes.budget.within(solver.within(PATIENCE, inf), before + iterations)
-        result = meshes.run(program, patient, point, limits, len(rounds) + 1)
-        iterations, seconds = iterations + result.iterations, seconds + result.seconds
-        yield replace(result, iterations=iterations, seconds=seconds)
