@@ -89,8 +89,9 @@ def _measured(
 
 def result_of(chosen: Sequence[Benchmark], measurements: Sequence[Measurement]) -> Result:
     """The result of the measurements of chosen problems, which an interruption leaves out."""
+    from studies.common.comparison_table import TableRow
     from studies.common.folder import provenance
-    from studies.common.result import Criterion, Result, TableRow, Verdict
+    from studies.common.result import Criterion, Result, Verdict
 
     table = tuple(
         TableRow(m.name, m.name, "1", {"value": _or_nan(m.value), "trusted optimum": m.optimum})

@@ -38,10 +38,11 @@ from studies.check.judgement import PROFILE, judged
 from studies.check.reading.profile import MeasuredProfile
 from studies.check.reading.raw_table import refusal, refuse
 from studies.check.smoothing.recovery import Recovered, how_smoothed, recover
+from studies.common.comparison_table import TableRow
 from studies.common.configuration import as_number, choice, nearest
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.common.result import Criterion, Result, Series, TableRow, outcome
+from studies.common.result import Criterion, Result, Series, outcome
 
 OPTIMUM = "optimum"
 LAWS = ("Step5", "Bezier")

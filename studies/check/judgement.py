@@ -6,16 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from studies.check.reading.profile import MeasuredProfile
+from studies.common.comparison_table import TableRow, costs_elsewhere
 from studies.common.folder import provenance
-from studies.common.result import (
-    Criterion,
-    Result,
-    Series,
-    TableRow,
-    Verdict,
-    costs_elsewhere,
-    outcome,
-)
+from studies.common.result import Criterion, Result, Series, Verdict, outcome
 
 PROFILE = "profile"  # name of the profile as a law among others
 

@@ -21,8 +21,9 @@ from studies.check.optimum import OPTIMUM, optimum_of
 from studies.check.reading.profile import MeasuredProfile
 from studies.check.smoothing.recovery import how_smoothed, sure
 from studies.check.truss_profile import TrussProfile, recover_truss
+from studies.common.comparison_table import TableRow
 from studies.common.console import Console, number
-from studies.common.result import Criterion, Result, Series, TableRow, outcome
+from studies.common.result import Criterion, Result, Series, outcome
 from studies.truss.checks import cap_of, table_rows
 from studies.truss.config import DEPLOYED, TrussStudy, as_dictionary
 from studies.truss.limits.bounds import lower_bounds

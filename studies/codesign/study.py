@@ -17,9 +17,10 @@ from studies.codesign.config import UNITS, CodesignStudy, as_dictionary
 from studies.codesign.prices import Price, prices
 from studies.codesign.requirements import Requirement, check_some_design, requirements
 from studies.codesign.search import STATED, Found, designed, search
+from studies.common.comparison_table import TableRow, costs_elsewhere
 from studies.common.console import Console, silent
 from studies.common.folder import provenance
-from studies.common.result import Criterion, Result, Series, TableRow, Verdict, costs_elsewhere
+from studies.common.result import Criterion, Result, Series, Verdict
 from studies.truss.checks import criteria, engine_criterion, table_rows, tolerated
 from studies.truss.config import TrussStudy
 from studies.truss.config import as_dictionary as truss_dictionary

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from studies.common.columns import flat, stored_columns, write_csv, write_json
+from studies.common.comparison_table import OUTSTANDING, WORSE, Cost, TableRow
 from studies.common.console import Table, number
 from studies.common.exit_codes import ExitCode
 from studies.common.folder import ResultsFolder
-from studies.common.result import OUTSTANDING, WORSE, Cost, Result, TableRow
+from studies.common.result import Result
 
 CASES = "case"  # axis of a sweep, whose table is no profile of one motion
 

@@ -13,9 +13,10 @@ from pathlib import Path
 import numpy as np
 
 from ocp.arrays import Array
+from studies.common.comparison_table import TableRow
 from studies.common.console import Console, silent
 from studies.common.folder import provenance
-from studies.common.result import Criterion, Result, Series, TableRow, Verdict
+from studies.common.result import Criterion, Result, Series, Verdict
 from studies.flex.build import FlexChain, build, variants
 from studies.flex.config import FlexStudy, as_dictionary
 from studies.flex.drives import with_tables

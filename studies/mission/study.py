@@ -15,9 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocp.arrays import Array
+from studies.common.comparison_table import TableRow
 from studies.common.console import Console, silent
 from studies.common.folder import provenance
-from studies.common.result import Criterion, Result, Series, TableRow, Verdict
+from studies.common.result import Criterion, Result, Series, Verdict
 from studies.mission.config import MissionStudy, as_dictionary
 from studies.mission.split import EQUAL, StageCurve, duration_at_the_cap, equal_split
 from studies.mission.stages import (

@@ -8,9 +8,10 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from studies.common.comparison_table import TableRow
 from studies.common.console import Console, silent
 from studies.common.folder import provenance
-from studies.common.result import Criterion, Result, Series, TableRow, Verdict
+from studies.common.result import Criterion, Result, Series, Verdict
 from studies.paper.cases import Cases
 from studies.paper.config import PaperStudy, as_dictionary
 from studies.paper.entries import Entry, PaperVerdict

@@ -11,10 +11,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from studies.common.comparison_table import costs_elsewhere
 from studies.common.console import Console, silent
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.folder import provenance
-from studies.common.result import Result, costs_elsewhere
+from studies.common.result import Result
 from studies.pareto.both_ways import Walked, both_ways
 from studies.pareto.columns import front_details, front_series, law_series
 from studies.pareto.config import ParetoStudy, configuration_of

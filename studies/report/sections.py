@@ -7,9 +7,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from studies.common.columns import flat
+from studies.common.comparison_table import TableRow
 from studies.common.console import number
 from studies.common.parameters import parameter_lines
-from studies.common.result import Result, TableRow
+from studies.common.result import Result
 from studies.report import words
 from studies.report.charts import Chart
 from studies.report.html import Content, Element, element, identifier, table

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from studies.common.comparison_table import OUTSTANDING, WORSE, TableRow
 from studies.common.console import number
-from studies.common.result import OUTSTANDING, WORSE, Result, TableRow
+from studies.common.result import Result
 
 # kind of study: what it is about, where its name does not say so
 _ABOUT = {

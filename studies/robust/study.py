@@ -13,10 +13,11 @@ from typing import Any
 
 import numpy as np
 
+from studies.common.comparison_table import TableRow
 from studies.common.console import Console, silent
 from studies.common.folder import provenance
 from studies.common.rates import Rate, rate
-from studies.common.result import Criterion, Result, Series, TableRow, Verdict
+from studies.common.result import Criterion, Result, Series, Verdict
 from studies.margin.schema import MarginRequirements
 from studies.robust.config import NOMINAL, RobustTrussStudy, as_dictionary
 from studies.robust.ranges import WorstTruss, extremes
@@ -146,15 +147,17 @@ def _result(found: _Found) -> Result:
 def _details(found: _Found) -> dict[str, Any]:
     """What each scenario asks, how often limits are broken, and what the starts came to."""
     study = found.study
+    scenarios = {
+        name: {
+            law: {"peak": float(r.peak[place]), "least": float(r.least[place])}
+            for law, r in found.scenarios.items()
+        }
+        for place, name in enumerate(study.scenarios)
+    }
+
     return {
         "study": truss_dictionary(study.deployment),
-        "scenarios": {
-            name: {
-                law: {"peak": float(r.peak[place]), "least": float(r.least[place])}
-                for law, r in found.scenarios.items()
-            }
-            for place, name in enumerate(study.scenarios)
-        },
+        "scenarios": scenarios,
         "corners": study.corners,
         "ranges": {
             law: {"largest force": asdict(largest), "least tension": asdict(least)}

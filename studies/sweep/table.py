@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 
 from ocp.arrays import Array
+from studies.common.comparison_table import TableRow
 from studies.common.folder import provenance
-from studies.common.result import Criterion, Result, Series, TableRow, Verdict
+from studies.common.result import Criterion, Result, Series, Verdict
 from studies.sweep.cases.plan import Plan
 from studies.sweep.cases.store import CaseStore, DamagedCase
 from studies.sweep.config import as_dictionary

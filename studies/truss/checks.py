@@ -8,7 +8,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ocp import Solution
-from studies.common.result import Criterion, TableRow
+from studies.common.comparison_table import TableRow
+from studies.common.result import Criterion
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.limits.caps import cap_on
 from studies.truss.limits.tolerances import ANGLE_MISS, CAPS, IMBALANCE, LONGER, REST, TENSION

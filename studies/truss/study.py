@@ -10,9 +10,10 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
+from studies.common.comparison_table import costs_elsewhere
 from studies.common.console import Console, silent
 from studies.common.folder import provenance
-from studies.common.result import Result, Series, costs_elsewhere
+from studies.common.result import Result, Series
 from studies.truss.checks import criteria, engine_criterion, table_rows, tolerated
 from studies.truss.config import TrussStudy, as_dictionary
 from studies.truss.limits.bounds import lower_bounds

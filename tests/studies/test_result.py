@@ -9,19 +9,17 @@ import numpy as np
 import pytest
 
 from studies.common import writers
+from studies.common.comparison_table import Cost, TableRow, costs_elsewhere
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.folder import open_results, provenance
 from studies.common.result import (
     ARRAYS_FILE,
     PARTS,
     RESULT_FILE,
-    Cost,
     Criterion,
     Result,
     Series,
-    TableRow,
     Verdict,
-    costs_elsewhere,
 )
 from studies.report.words import compared
 

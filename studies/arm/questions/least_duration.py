@@ -44,10 +44,11 @@ from studies.arm.search_limits import (
     SHORTEST_SCANNED,
 )
 from studies.arm.stage import Stage
+from studies.common.comparison_table import costs_elsewhere
 from studies.common.console import Console, number
 from studies.common.exit_codes import StudyError
 from studies.common.folder import provenance
-from studies.common.result import Result, Verdict, costs_elsewhere
+from studies.common.result import Result, Verdict
 
 Say = Callable[[str], None]
 RESIDUAL = 1e-6  # [J] that a motion of least duration may leave

@@ -56,11 +56,12 @@ from studies.arm.report.quantities import (
 from studies.arm.report.traces import Trace, snapshot_series, snapshots_of
 from studies.arm.search_limits import SHAPER
 from studies.arm.stage import Stage, TorqueCaps
+from studies.common.comparison_table import costs_elsewhere
 from studies.common.console import Console
 from studies.common.exit_codes import StudyError
 from studies.common.finished import FinishedStarts
 from studies.common.folder import provenance
-from studies.common.result import Result, Verdict, costs_elsewhere
+from studies.common.result import Result, Verdict
 from studies.common.scene.chain_shapes import shape_series
 
 OPTIMUM = "optimum"

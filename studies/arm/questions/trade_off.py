@@ -19,10 +19,11 @@ from studies.arm.report.quantities import Metric, table_rows
 from studies.arm.search_limits import SHAPER, TRADE_OFF_RATIOS, TRADE_OFF_REDUCED
 from studies.arm.stage import Stage
 from studies.arm.trade_off import TradeOffStudy
+from studies.common.comparison_table import costs_elsewhere
 from studies.common.console import Console
 from studies.common.exit_codes import StudyError
 from studies.common.folder import provenance
-from studies.common.result import Result, Series, Verdict, costs_elsewhere
+from studies.common.result import Result, Series, Verdict
 
 Say = Callable[[str], None]
 Curves = dict[str, tuple[list[float], list[float]]]

@@ -28,7 +28,8 @@ from studies.arm.replay.loads import (
 from studies.arm.replay.model_error import LAW, compare_models
 from studies.arm.replay.satellite import FreeSatellite
 from studies.arm.stage import JOINT_NAMES
-from studies.common.result import Better, Criterion, TableRow
+from studies.common.comparison_table import Better, TableRow
+from studies.common.result import Criterion
 
 DAMPING = 0.005  # modal ratio of the settling time where the study states none: an assumption
 BALANCE = 1e-3  # of the peak momentum; the trapezoidal rule over 2000 instants of a quick torque

@@ -6,8 +6,9 @@ import dataclasses
 
 import numpy as np
 
+from studies.common.comparison_table import costs_elsewhere
 from studies.common.folder import provenance
-from studies.common.result import Result, costs_elsewhere
+from studies.common.result import Result
 from studies.pareto.config import configuration_of
 from studies.pareto.laws import axis_of, broken_titles, laws_in
 from studies.pareto.motions import motion_series

@@ -22,9 +22,10 @@ from studies.arm.report.traces import Trace, read_snapshots, snapshot_series, sn
 from studies.arm.stage import big_arm
 from studies.arm.trade_off import TradeOffStudy
 from studies.cli import COMMANDS, build_parser
+from studies.common.comparison_table import costs_elsewhere
 from studies.common.configuration import key_lines
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.common.result import Result, Series, costs_elsewhere
+from studies.common.result import Result, Series
 from studies.common.scene.chain_shapes import read_shapes, shape_series
 from studies.common.writers import outcome_text
 

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from models.laws import JerkLimited
-from studies.common.result import Result, TableRow, Verdict
+from studies.common.comparison_table import TableRow
+from studies.common.result import Result, Verdict
 from studies.truss.config import DEPLOYED, TrussStudy, as_dictionary
 from studies.truss.motions.deployment import Deployment
 from studies.truss.study import series_of

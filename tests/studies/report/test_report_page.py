@@ -13,9 +13,10 @@ import pytest
 
 from models.truss import ring_positions, rope_length
 from models.truss.wireframe import path_lengths
+from studies.common.comparison_table import TableRow
 from studies.common.console import number
 from studies.common.exit_codes import StudyError
-from studies.common.result import Criterion, Result, Series, TableRow, Verdict
+from studies.common.result import Criterion, Result, Series, Verdict
 from studies.common.scene.chain_shapes import read_shapes
 from studies.common.scene.moving_picture import hermite
 from studies.report import assets

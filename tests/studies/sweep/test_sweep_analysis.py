@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from studies.cli import main
+from studies.common.comparison_table import TableRow
 from studies.common.configuration import toml_text
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.common.result import Result, Series, TableRow, Verdict
+from studies.common.result import Result, Series, Verdict
 from studies.report import words
 from studies.sweep.figures import draw, shown
 from studies.sweep.indices import saltelli_points, sobol_indices

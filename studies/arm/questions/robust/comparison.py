@@ -30,9 +30,10 @@ from studies.arm.replay.sampled import SampledProfile, sampled_to
 from studies.arm.report.profile import exported_motions, profile_check, profile_series
 from studies.arm.report.quantities import Metric, table_rows
 from studies.arm.stage import JOINT_NAMES, Stage
+from studies.common.comparison_table import costs_elsewhere
 from studies.common.console import Console
 from studies.common.folder import provenance
-from studies.common.result import Criterion, Result, Series, Verdict, costs_elsewhere
+from studies.common.result import Criterion, Result, Series, Verdict
 
 Say = Callable[[str], None]
 SHARES = (1.1, 1.0)  # peak torques of the robust motions over the nominal's; the first is judged
