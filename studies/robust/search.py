@@ -29,7 +29,8 @@ from studies.truss.motions.laws import law_of, pinned_bezier
 from studies.truss.motions.starts import starting_motion
 from studies.truss.problem import ROPE_FORCE, Statement, bound_names, settings_of, state
 from studies.truss.quantities import QUANTITIES
-from studies.truss.search.motion_search import RELAXED, Search
+from studies.truss.search.motion_search import Search
+from studies.truss.search.relaxation import RELAXED
 from studies.truss.search.smoothness import first_price
 
 SAME = 1e-4  # relative: optima closer than this are one

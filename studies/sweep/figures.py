@@ -257,17 +257,20 @@ def tornado(result: Result, quantities: Sequence[str]) -> Figure:
         if not math.isfinite(values[0]):
             _say_no_middle(panel, _label(result, name))
             continue
+
         bars = []
         for place, key in enumerate(rows):
             own = [n for n, point in enumerate(cases) if point[place] is not None]
             known = [(values[n], _text(_short(cases[n][place]))) for n in own]
             bars.append((key, [item for item in known if math.isfinite(item[0])]))
+        # the longest bar is at the top, which gives the figure its name
         bars.sort(key=lambda bar: _reach(bar[1], values[0]))
         for height, (_, known) in enumerate(bars):
             for value, _ in known:
                 colour = COLOURS[0] if value <= values[0] else COLOURS[1]
                 panel.barh(height, value - values[0], left=values[0], height=0.55, color=colour)
             _name_ends(panel, height, values[0], known)
+
         panel.axvline(values[0], color="k", lw=0.8)
         units = result.details["units"]
         names = [f"{key} [{units[key]}]" if key in units else key for key, _ in bars]

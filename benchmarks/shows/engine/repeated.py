@@ -61,6 +61,8 @@ def heated_rod() -> dict[str, Any]:
     """The heat equation on points in a row, warmed at both ends, above a moving limit."""
     width = math.pi / (POINTS + 1)
     states, rates, path, squares = {}, {}, [], []
+
+    # the controls are the temperatures beyond both ends
     for i in range(1, POINTS + 1):
         left = f"y{i - 1}" if i > 1 else "u0"
         right = f"y{i + 1}" if i < POINTS else "u1"
@@ -69,6 +71,7 @@ def heated_rod() -> dict[str, Any]:
         limit = f"({math.sin(i * width)!r}*sin(pi*t/5) - 0.5) - 0.2"
         path.append({"expression": f"y{i} - ({limit})", "lower": 0})
         squares.append(f"y{i}**2")
+
     cost = f"{width!r}*({' + '.join(squares)}) + 1e-3*(u0**2 + u1**2)"
     return {
         "source": "J. T. Betts, S. L. Campbell, Discretize then optimize, in Mathematics in "
@@ -97,6 +100,8 @@ def distillation() -> dict[str, Any]:
         f"y{i}": f"{volatility}*x{i}/(1 + {volatility - 1!r}*x{i})" for i in range(1, TRAYS + 1)
     }
     let = {"liquid": "reflux*0.2", "vapour": "liquid + 0.2", "below": f"liquid + {feed}", **names}
+
+    # from the condenser at the top down to the reboiler
     rates = {"x1": "vapour*(y2 - x1)/0.5"}
     for i in range(2, TRAYS):
         flow = "liquid" if i < at_feed else "below"
@@ -106,6 +111,7 @@ def distillation() -> dict[str, Any]:
         rates[f"x{i}"] = f"({inflow} - vapour*(y{i} - y{i + 1}))/{tray}"
     last = TRAYS
     rates[f"x{last}"] = f"below*x{last - 1} - {feed - 0.2!r}*x{last} - vapour*y{last}"
+
     states = {
         f"x{i}": {"lower": 0, "upper": 1, "first": x, "guess": repr(x)}
         for i, x in enumerate(_steady_column(1.5), start=1)
@@ -227,12 +233,15 @@ def launch() -> dict[str, Any]:
     masses.append(masses[1] - 3 * 17010 - burn_first - 3 * 2280)
     masses.append(4164.0 + 19300.0)
     times = [t * _PER_SECOND for t in (0.0, 75.2, 150.4, 261.0, 961.0)]
+
     phases = []
     for k, boosters in enumerate((6, 3, 0, 0)):
         stage = _FIRST if k < 3 else _SECOND
         thrust = stage[0] + boosters * _BOOSTER[0]
         flow = stage[1] + boosters * _BOOSTER[1]
         phases.append(_burn(k, times, masses[k], thrust, flow))
+
+    # the orbit's angular momentum, and two components of its vector of eccentricity
     h = ("y*vz - z*vy", "z*vx - x*vz", "x*vy - y*vx")
     momentum = (-0.6365358031704023, 0.00222193813898483, 1.1723602526170225)
     radius = "sqrt(x**2 + y**2 + z**2)"

@@ -12,16 +12,13 @@ from models.errors import ModelError
 from models.laws import Law
 from ocp import (
     Audit,
-    FixedMesh,
     Interrupted,
     OcpError,
     Optimum,
     Problem,
-    Settings,
     Solution,
     Trial,
     audit,
-    relaxed,
     solve_lexicographic,
 )
 from studies.common.console import Console
@@ -44,6 +41,7 @@ from studies.truss.motions.starts import (
 from studies.truss.problem import Statement, control_of, needs_forces, settings_of, state
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
 from studies.truss.search.best_motion import BestMotion
+from studies.truss.search.relaxation import relaxation_in_words
 from studies.truss.search.smoothness import (
     SHARE,
     at_a_light_price,
@@ -69,8 +67,6 @@ if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
 SAME_BASIN = 1e-4  # relative: optima closer than this are one basin, solved to different meshes
 STOPPED = "interrupted before a motion was found; the inputs are kept"
 LEAST_LEFT = 0.1  # of the seconds, for what has to follow the starts
-RELAXING = 30.0  # [s] that may be spent on what to relax where no motion was found
-RELAXED = Settings(intervals=40, refinement=FixedMesh())  # as `ocp.relaxed` has it by default
 OTHER_START = "without a cap"  # the motion that was found with the least of what the cap is on
 
 
@@ -445,22 +441,13 @@ class Search:
                 except (OcpError, NoMotionError):
                     needed = f"a motion with a {name} of {value:.6g} {quantity.unit} meets the caps"
         elif not key:
-            needed = self._relaxation() or needed
+            self.console.progress("no motion was found: looking for the least relaxation")
+            needed = relaxation_in_words(self._stated("bezier"), self.console.live) or needed
         raise StudyError(
             f"no motion was found from {len(names)} start{'s' * (len(names) > 1)}; the least "
             f"relaxation found: {needed}; from {names[0]}: {error}",
             ExitCode.INTERRUPTED if self.interrupted else ExitCode.NOT_SOLVED,
         ) from error
-
-    def _relaxation(self) -> str:
-        """The limits that a relaxed problem changes, in words; empty if it was not solved."""
-        self.console.progress("no motion was found: looking for the least relaxation")
-        settings = replace(RELAXED, seconds=RELAXING)
-        try:
-            found = relaxed(self._stated("bezier"), settings=settings, progress=self.console.live)
-        except (OcpError, KeyboardInterrupt):
-            return ""
-        return "; ".join(map(str, found.items)) or "none: on one mesh a motion meets all limits"
 
     def _least_found(self, key: str) -> Deployment | None:
         """The motion with the least of a capped quantity under the other caps, from one start.
