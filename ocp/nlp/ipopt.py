@@ -246,9 +246,9 @@ class Ipopt:
             iterations=count,
             seconds=clock.perf_counter() - begin,
         )
-        if result.outcome in ("solved", "interrupted") and not watch.stood_still:
-            return result
-        return _at_best(result, standstill, stopped=interrupts.asked)
+        if result.outcome not in ("solved", "interrupted") or watch.stood_still:
+            result = _at_best(result, standstill, stopped=interrupts.asked)
+        return replace(result, x=_within(result.x, limits))
 
     def _options(self) -> dict[str, Any]:
         """IPOPT's own options."""
@@ -313,6 +313,15 @@ def _casadi_options(program: Program) -> dict[str, Any]:
 
 def _vector(value: Any) -> Array:
     return np.array(value).ravel()
+
+
+def _within(x: Array, limits: ProgramLimits) -> Array:
+    """Unknowns that are nowhere beyond their limits.
+
+    IPOPT moves a limit by some 1e-12 where an unknown comes too close to it, and leaves it there.
+    Beside a large multiplier this much is more than complementarity allows.
+    """
+    return np.clip(x, *limits.columns)
 
 
 def _at_best(result: NlpResult, standstill: Standstill | None, *, stopped: bool) -> NlpResult:

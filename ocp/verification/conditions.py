@@ -32,6 +32,10 @@ from ocp.verification.verify import boundary_excesses, verify
 # Fraction of a phase within which a jump is on a breakpoint
 _ON_BREAKPOINT = 1e-9
 
+# Part of its terms that is left of a sum where they cancel, from rounding alone. Multipliers of
+# limits that hold one another have no size of their own, and may be millions.
+_ROUNDING = 1e-13
+
 # Against a division by zero: a peak of zero, and a peak that nothing depends on
 _LEAST_SIZE = 1e-300
 _LEAST_WEIGHT = 1e-12
@@ -233,9 +237,9 @@ def program_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Cond
     )
     yield Condition(
         "stationarity",
-        float(np.abs(_lagrangian_slope(iterate, multipliers)).max()),
+        float(_lagrangian_slope(iterate, multipliers).max()),
         allowed.stationary,
-        "the largest slope of the scaled Lagrangian",
+        "the largest slope of the scaled Lagrangian, beyond what rounding leaves of its terms",
     )
 
     # a multiplier at a side without a limit counts by its own size, one of an equation not at all:
@@ -286,13 +290,20 @@ def _numbers(multipliers: Multipliers) -> Iterator[Array]:
 
 
 def _lagrangian_slope(iterate: Iterate, multipliers: Array) -> Array:
-    """Scaled slope of the Lagrangian by each unknown, (n,)."""
+    """Size of the scaled Lagrangian's slope by each unknown, beyond rounding, (n,)."""
     program, constants = iterate.transcription.program, iterate.parameters.vector
     gradient = np.array(program.objective_gradient(iterate.x, constants)[1]).ravel()
     jacobian = program.constraint_jacobian(iterate.x, constants)[1]
-    rows = iterate.row_multipliers.size
-    of_rows = np.array(ca.mtimes(jacobian.T, ca.DM(multipliers[:rows]))).ravel()
-    return np.asarray(gradient + of_rows + multipliers[rows:])
+    of_rows, of_bounds = np.split(multipliers, [iterate.row_multipliers.size])
+
+    slope = gradient + _vector(ca.mtimes(jacobian.T, ca.DM(of_rows))) + of_bounds
+    sizes = _vector(ca.mtimes(ca.fabs(jacobian).T, ca.DM(np.abs(of_rows))))
+    terms = np.abs(gradient) + sizes + np.abs(of_bounds)
+    return np.asarray(np.maximum(np.abs(slope) - _ROUNDING * terms, 0.0))
+
+
+def _vector(values: ca.DM) -> Array:
+    return np.array(values).ravel()
 
 
 def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condition]:

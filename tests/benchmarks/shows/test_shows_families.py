@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks.shows.engine.comparison import Reference, _kind, compared
+from benchmarks.shows.engine.comparison import Reference, _kind, by_engine, compared
 from benchmarks.shows.engine.engine_problem import problem_of
 from benchmarks.shows.engine.families import question
 from benchmarks.shows.engine.plain import DEGREE, Plain, crude_start, radau
 from benchmarks.shows.engine.variant import Variant, catalogue
-from ocp import solve
+from ocp import Settings, solve
 from studies.benchmarks.problems import CATALOGUE
 
 # what 200 plain intervals of degree 3 are off by: hardly anything where all is smooth, a part of a
@@ -69,6 +69,21 @@ def test_no_draw_of_any_family_is_wrong_and_called_right(index: int) -> None:
     # another optimum than the best is no mistake of a solve from one start
     allowed = ("right", "other optimum", "none exists")
     assert all(own["kind"] in allowed for own in row["answers"].values())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("seed", "index", "guess"), [(302, 59, "none"), (401, 44, "crude")])
+def test_limits_that_hold_one_another_are_no_false_alarm(seed: int, index: int, guess: str) -> None:
+    # the dry mass and a thrust that is not negative: multipliers are millions, differences 1e-12
+    random = np.random.default_rng([seed, index])
+    found, solution = by_engine(Variant.drawn("goddard_betts_3ph", random), guess, Settings())
+    assert found["open"] == ""
+
+    assert solution is not None
+    iterate = solution.kept_iterate
+    lower, upper = iterate.limits.columns
+    assert (lower <= iterate.x).all()
+    assert (iterate.x <= upper).all()
 
 
 def test_an_answer_is_judged_by_what_the_plain_collocation_finds() -> None:
