@@ -18,6 +18,10 @@ from ocp.refinement.switch_detection import control_errors, saturated
 # finer smooth control would gain is the square of it, a tenth of the tolerance on the objective
 _SMOOTH = 3e-4
 
+# Of the objective: what a certificate lets finer controls promise. It is ten times the default of a
+# solve, because the promise is of first order, and often ten times what they give.
+CERTIFIED_GAIN = 1e-5
+
 
 @dataclass(frozen=True, eq=False)
 class PhaseGains:

@@ -146,6 +146,19 @@ def test_the_best_round_is_the_answer_and_not_the_last():
     assert best_of([coarse, nearly, leaks_less], ACCURACY) is leaks_less
 
 
+def test_a_round_that_a_certificate_passes_is_the_better_of_equal_ones():
+    promising = mesh_round(2.0, gain=3e-5)
+    certified = mesh_round(2.0 + 1e-7, excess=5e-7, gain=5e-6)
+    assert best_of([promising, certified], ACCURACY) is certified
+    assert best_of([certified, promising], ACCURACY) is certified
+    # within what it allows the tolerances decide
+    holds = mesh_round(2.0 + 1e-7, gain=6e-6)
+    assert best_of([holds, certified], ACCURACY) is holds
+    # and where none passes, too
+    worse = mesh_round(2.0 + 1e-7, excess=5e-7, gain=2e-5)
+    assert best_of([worse, promising], ACCURACY) is promising
+
+
 def test_an_audit_ends_where_its_starts_are_enough():
     k = Unknown("k", lower=-2, upper=2, guess=0.5)
     x, u = State("x", "m"), Control("u", "m/s")
