@@ -13,21 +13,17 @@ from ocp.arrays import Array, Flags, Integers
 from ocp.mesh.mesh import ExtraPoints
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
 from ocp.numerics.schemes import Collocation, Gauss
-from ocp.optimality.active_set import acting_intervals, saturated_constraints
-from ocp.optimality.hamiltonian import gains
+from ocp.optimality.active_set import acting_intervals
 from ocp.optimality.iterate import Iterate
 from ocp.problem.functionals import Integral, Peak
 from ocp.problem.parameters import Parameters
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.constrained_arcs import arc_gains
 from ocp.refinement.missed_switches import missed_switches
-from ocp.refinement.switch_detection import Jump, control_errors, control_jumps, saturated
+from ocp.refinement.promised_gain import PhaseGains
+from ocp.refinement.switch_detection import Jump, control_jumps
 from ocp.transcription.path_constraints import PathConstraint
 from ocp.transcription.transcribe import Transcription
-
-# part of a control's range that its shape may be off by before the control counts as rough: what a
-# finer smooth control would gain is the square of it, a tenth of the tolerance on the objective
-_SMOOTH = 3e-4
 
 # Added points that an interval may hold before it is split instead. Where the control is smooth a
 # leak is closed by more points: each split would open new leaks.
@@ -314,7 +310,7 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
 
     for index, motion in enumerate(iterate.trajectory.phases):
         jumps = tuple(control_jumps(motion))
-        gain, rough = _relative_gains(iterate, evaluator, index), _telling(iterate, index, acting)
+        gains = PhaseGains.of(iterate, evaluator, index, acting)
         missed = missed_switches(iterate, evaluator, index, jumps)
         on_arcs = arc_gains(iterate, evaluator, index, acting[index]) / iterate.objective_size
         excess = motion_errors.excess[index]
@@ -323,12 +319,13 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
         phases.append(
             PhaseErrors(
                 dynamics=motion_errors.dynamics[index],
-                gain=np.where(rough, gain, 0.0) + missed + on_arcs,
-                switching=gain + missed,
+                gain=gains.told + missed + on_arcs,
+                switching=gains.anywhere + missed,
                 excess=excess,
                 jumps=jumps,
-                crowded=_crowded(iterate.mesh.extra[index], excess, rough, accuracy.path) & wide,
-                coarse=np.any([np.zeros_like(rough), *over], axis=0) & wide,
+                crowded=wide
+                & _crowded(iterate.mesh.extra[index], excess, gains.telling, accuracy.path),
+                coarse=wide & np.any([np.zeros_like(wide), *over], axis=0),
             )
         )
     return MeshErrors(
@@ -337,29 +334,6 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
         excess=motion_errors.worst_excess,
         gain=sum(float(phase.gain.sum()) for phase in phases),
     )
-
-
-def promised_gain(iterate: Iterate, evaluator: Evaluator) -> float:
-    """What finer controls could still gain, relative to the objective, to first order."""
-    acting = acting_intervals(iterate)
-    return sum(
-        float(_relative_gains(iterate, evaluator, index)[_telling(iterate, index, acting)].sum())
-        for index in range(len(iterate.trajectory.phases))
-    )
-
-
-def _relative_gains(iterate: Iterate, evaluator: Evaluator, index: int) -> Array:
-    """What finer controls could gain in each interval, relative to the objective, (N,)."""
-    return gains(iterate, evaluator, index) / iterate.objective_size
-
-
-def _telling(iterate: Iterate, index: int, acting: Sequence[Flags]) -> Flags:
-    """Intervals in which a promised gain says something, (N,).
-
-    Where a control is smooth and a constraint acts, the gain is noise: multipliers of the
-    constraint sit at points, so that the costates between them say little of the controls.
-    """
-    return _rough(iterate, index) | ~acting[index]
 
 
 def dense_peak(evaluator: Evaluator, trajectory: Trajectory, peak: Peak) -> float:
@@ -381,14 +355,6 @@ def dense_peak(evaluator: Evaluator, trajectory: Trajectory, peak: Peak) -> floa
         extremes = maxima(sampled, sized(samples), _grid(motion))
         highest = max(highest, float(extremes.values.max()))
     return highest
-
-
-def _rough(iterate: Iterate, index: int) -> Flags:
-    """Intervals in which a control is not resolved, or stays on a bound that it should leave."""
-    motion, mesh = iterate.trajectory.phases[index], iterate.mesh.phases[index]
-    on_bound = saturated(motion, iterate.parameters.signal_limits)
-    on_bound |= saturated_constraints(iterate, index)
-    return (control_errors(motion, mesh) >= _SMOOTH) | on_bound
 
 
 def _crowded(

@@ -46,8 +46,15 @@ _TURNING = 3
 # Times that a mesh without errors is solved again because its objective was far from its size.
 _SIZINGS = 4
 
-# Rounds in a row over which the objective stands still where nothing more is to be gained.
-_STILL = 3
+# Rounds in a row over which the objective stands still where nothing more is to be gained. It takes
+# one more where only a promised gain is open or much is promised, as a mesh may have been finer at
+# the wrong place, and where the next round only closes leaks, which costs little.
+_STILL = 2
+_STILL_IN_DOUBT = 3
+
+# Times the tolerance, up to which a promised gain is little: it is of first order, and often ten
+# times what is gained.
+_LITTLE = 10.0
 
 # Part of the last leak that the next round may have, where a leak is about to be closed.
 _FALLING = 0.3
@@ -149,7 +156,8 @@ def _refine(
 
             following = policy.next_mesh(solved, accuracy)
             # points that close a leak step by step cost little, and are no finer mesh
-            most = min(most + _closes_leaks(solved, following), last_of_all)
+            closes_leaks = _closes_leaks(solved, following)
+            most = min(most + closes_leaks, last_of_all)
             loose = following is not None and _worst(last.errors) >= _FAR
             if _once_more(meshes, solved, following, over=len(rounds) >= most):
                 following, loose = program.mesh, False
@@ -162,13 +170,14 @@ def _refine(
             recovery = policy.after_failure(solved, program.mesh, accuracy)
             if recovery is None:
                 return "failure"
-            policy, following = recovery
+            (policy, following), closes_leaks = recovery, False
 
         if following is None:
             return "tolerances"
         again = following is program.mesh
+        over = len(rounds) >= most
         if ending := _ending(
-            meshes, solved, rounds, accuracy, over=len(rounds) >= most, again=again
+            meshes, solved, rounds, accuracy, over=over, again=again, closes_leaks=closes_leaks
         ):
             return ending
 
@@ -229,6 +238,7 @@ def _ending(
     *,
     over: bool,
     again: bool,
+    closes_leaks: bool,
 ) -> Ending | None:
     """What ends a refinement that has a next mesh, if anything does; an error for lost angles.
 
@@ -238,35 +248,49 @@ def _ending(
         Whether the policy allows no further mesh.
     again : bool
         Whether the next mesh is the last one, to be solved to the tolerance asked for.
+    closes_leaks : bool
+        Whether it only imposes limits at more points, and has left less over them each time.
     """
     _check_angles(solved)
     if over and not again:
         return "rounds"
     if meshes.spent(rounds):
         return "budget"
-    return "standstill" if not again and stands_still(solved, accuracy) else None
+    if again or not stands_still(solved, accuracy, closes_leaks=closes_leaks):
+        return None
+    return "standstill"
 
 
-def stands_still(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> bool:
+def stands_still(
+    solved: Sequence[SolvedMesh], accuracy: Accuracy, *, closes_leaks: bool = False
+) -> bool:
     """Whether further rounds would change nothing but last digits of the constraints' tolerance.
 
-    The objective has stayed within its tolerance for several rounds, a finer mesh among them unless
-    no gain is promised, and one of them is good enough to be verified.
+    The objective has stayed within its tolerance for several rounds, and one of them is good enough
+    to be verified. What the last of them promises to gain is below the tolerance, too, or refuted:
+    a finer mesh has gained nothing, and the promise is about what it was.
+
+    Parameters
+    ----------
+    closes_leaks : bool
+        Whether the next round would only impose limits at more points: then one more is waited for.
     """
-    latest = solved[-_STILL:]
-    if len(latest) < _STILL or not latest[-1].tight:
+    last, promised = solved[-1], solved[-1].errors.gain
+    leaks, much = last.leak > accuracy.path, promised > _LITTLE * accuracy.objective
+    count = _STILL if leaks and not (much or closes_leaks) else _STILL_IN_DOUBT
+    latest = solved[-count:]
+    if len(latest) < count or not last.tight:
         return False
 
     # what leaks of the looser tolerance may be worth, however loosely the optimum is asked for
     objectives = [s.iterate.objective for s in latest]
-    slack = min(accuracy.objective, LOOSER * accuracy.path) * latest[-1].iterate.objective_size
+    slack = min(accuracy.objective, LOOSER * accuracy.path) * last.iterate.objective_size
     if max(objectives) - min(objectives) > slack:
         return False
-    if all(s.errors.gain > accuracy.objective and not s.finer for s in latest):
+    refuted = any(s.finer for s in latest[1:]) and not gain_falls(latest, len(latest) - 1)
+    if promised > accuracy.objective and not refuted:
         return False
-    if latest[-1].errors.gain > accuracy.objective and gain_falls(latest, len(latest) - 1):
-        return False
-    if _leaks_fall(latest):
+    if leaks and _leaks_fall(latest):
         return False
     return any(s.tight and s.holds(accuracy, LOOSER) for s in latest)
 

@@ -25,6 +25,7 @@ from ocp.problem.problem import Problem
 from ocp.progress import Progress
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.error_estimate import MeshErrors, estimate_errors
+from ocp.refinement.promised_gain import CERTIFIED_GAIN
 from ocp.refinement.unwrapping import unwrapped
 from ocp.settings import Settings
 from ocp.transcription.packing import decision_vector, trajectory_of
@@ -153,8 +154,9 @@ class SolvedMesh:
 def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
     """The best round that holds between the points, if need be to the slack of a verification.
 
-    A round that meets its tolerances comes first where its objective is as good: one that leaks
-    less is no answer if it lies on a mesh that was too coarse. Without any it is the last round.
+    Of rounds whose objectives are as good, those come first whose controls promise no more than a
+    certificate allows, then those that meet their tolerances. One that leaks less is no answer if
+    it lies on a mesh that was too coarse. Without any that holds it is the last round.
     """
     good = [s for s in solved if s.holds(accuracy, LOOSER)]
     # values of those that are not solved to the tolerance asked for err by theirs
@@ -164,6 +166,7 @@ def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
 
     slack = accuracy.objective * best.iterate.objective_size
     as_good = [s for s in good if abs(s.iterate.objective - best.iterate.objective) <= slack]
+    as_good = [s for s in as_good if s.errors.gain <= CERTIFIED_GAIN] or as_good
     strict = [s for s in as_good if s.holds(accuracy)]
     # of answers that are as good, one whose controls promise nothing more is proven better
     strict = [s for s in strict if s.errors.gain <= accuracy.objective] or strict

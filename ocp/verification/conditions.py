@@ -23,7 +23,7 @@ from ocp.optimality.multipliers import multipliers as recovered
 from ocp.problem.functionals import BoundaryValue, End, Functional, Peak, PhaseTime
 from ocp.problem.symbols import TIME, Between
 from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.error_estimate import promised_gain
+from ocp.refinement.promised_gain import CERTIFIED_GAIN, promised_gain
 from ocp.refinement.switch_detection import control_jumps
 from ocp.verification.minimum_principle import MinimumPrinciple, minimum_principle
 from ocp.verification.simulation import SimulatedMotion, replayed, simulate
@@ -84,8 +84,8 @@ class Tolerances:
         Negative curvature of the Hamiltonian by a free control: rounding of a few products.
     gain : float
         What finer controls promise, or other breakpoints where a path constraint acts, relative
-        to the objective: ten times the default of a solve,
-        because the promise is of first order, and often ten times what they give.
+        to the objective: ten times the default of a solve, because the promise is of first order,
+        and often ten times what they give.
     peak : float
         Sum and sign of a peak's multipliers: ten times what the solver leaves of the slope of the
         Lagrangian by the peak.
@@ -105,7 +105,7 @@ class Tolerances:
     strict: float = 1e-4
     changes: float = 0.5
     concave: float = 1e-6
-    gain: float = 1e-5
+    gain: float = CERTIFIED_GAIN
     peak: float = 1e-5
 
 

@@ -100,8 +100,34 @@ def mesh_round(objective, *, excess=0.0, dynamics=1e-9, gain=0.0, tight=True, fi
 
 def test_a_refinement_stands_still_where_only_last_digits_are_missing():
     still = [mesh_round(2.0 + 1e-7 * i, excess=5e-7) for i in range(3)]
-    assert stands_still(still, ACCURACY)
-    assert not stands_still(still[:2], ACCURACY)
+    assert stands_still(still[:2], ACCURACY)
+    assert not stands_still(still[:1], ACCURACY)
+
+
+def test_a_refinement_goes_on_once_more_where_that_only_closes_leaks():
+    closing = [mesh_round(2.0, excess=e, finer=False) for e in (9e-7, 7e-7, 5e-7)]
+    assert not stands_still(closing[:2], ACCURACY, closes_leaks=True)
+    assert stands_still(closing, ACCURACY, closes_leaks=True)
+
+
+def promising(*gains, finer=True, excess=5e-7):
+    return [mesh_round(2.0, gain=gain, finer=finer, excess=excess) for gain in gains]
+
+
+def test_a_promised_gain_is_refuted_by_a_finer_mesh_that_promises_as_much():
+    assert stands_still(promising(2.7e-6, 2.0e-6), ACCURACY)
+    assert not stands_still(promising(2.7e-6, 2.0e-6, finer=False), ACCURACY)
+    assert not stands_still(promising(4e-5, 2.7e-6), ACCURACY)
+    # what promises less than the tolerance needs no finer mesh
+    assert stands_still(promising(2.7e-6, 2.0e-7, finer=False), ACCURACY)
+
+
+@pytest.mark.parametrize(
+    ("gain", "excess"), [(2e-5, 5e-7), (2e-6, 0.0)], ids=["much", "all that is open"]
+)
+def test_two_finer_meshes_refute_a_promised_gain_that_is_much_or_all_that_is_open(gain, excess):
+    assert not stands_still(promising(gain, gain, excess=excess), ACCURACY)
+    assert stands_still(promising(gain, gain, gain, excess=excess), ACCURACY)
 
 
 def test_a_refinement_goes_on_while_what_leaks_falls_fast():
@@ -144,6 +170,19 @@ def test_the_best_round_is_the_answer_and_not_the_last():
     coarse, leaks_less = mesh_round(2.1), mesh_round(2.0 + 1e-7, excess=2e-7)
     assert best_of([coarse, nearly, worse], ACCURACY) is nearly
     assert best_of([coarse, nearly, leaks_less], ACCURACY) is leaks_less
+
+
+def test_a_round_that_a_certificate_passes_is_the_better_of_equal_ones():
+    promising = mesh_round(2.0, gain=3e-5)
+    certified = mesh_round(2.0 + 1e-7, excess=5e-7, gain=5e-6)
+    assert best_of([promising, certified], ACCURACY) is certified
+    assert best_of([certified, promising], ACCURACY) is certified
+    # within what it allows the tolerances decide
+    holds = mesh_round(2.0 + 1e-7, gain=6e-6)
+    assert best_of([holds, certified], ACCURACY) is holds
+    # and where none passes, too
+    worse = mesh_round(2.0 + 1e-7, excess=5e-7, gain=2e-5)
+    assert best_of([worse, promising], ACCURACY) is promising
 
 
 def test_an_audit_ends_where_its_starts_are_enough():

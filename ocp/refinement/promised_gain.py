@@ -1,0 +1,75 @@
+"""What finer controls promise to gain, to first order, and where that promise says something."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocp.arrays import Array, Flags
+from ocp.mesh.trajectory import Evaluator
+from ocp.optimality.active_set import acting_intervals, saturated_constraints
+from ocp.optimality.hamiltonian import gains
+from ocp.optimality.iterate import Iterate
+from ocp.refinement.switch_detection import control_errors, saturated
+
+# part of a control's range that its shape may be off by before the control counts as rough: what a
+# finer smooth control would gain is the square of it, a tenth of the tolerance on the objective
+_SMOOTH = 3e-4
+
+# Of the objective: what a certificate lets finer controls promise. It is ten times the default of a
+# solve, because the promise is of first order, and often ten times what they give.
+CERTIFIED_GAIN = 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class PhaseGains:
+    """What finer controls promise in each interval of a phase, (N,) each.
+
+    Attributes
+    ----------
+    anywhere : (N,)
+        To gain, relative to the objective, wherever it is.
+    telling : (N,)
+        Whether that says something. Where a control is smooth and a constraint acts, the gain is
+        noise: multipliers of the constraint sit at points, so that the costates between them say
+        little of the controls.
+    """
+
+    anywhere: Array
+    telling: Flags
+
+    @classmethod
+    def of(
+        cls, iterate: Iterate, evaluator: Evaluator, index: int, acting: Sequence[Flags]
+    ) -> PhaseGains:
+        """Those of phase number `index`.
+
+        Parameters
+        ----------
+        acting : sequence of (N,)
+            Of each phase, the intervals in which a path constraint, a peak or a state's bound acts.
+        """
+        anywhere = gains(iterate, evaluator, index) / iterate.objective_size
+        return cls(anywhere, _rough(iterate, index) | ~acting[index])
+
+    @property
+    def told(self) -> Array:
+        """The gain where it says something, zero elsewhere, (N,)."""
+        return np.where(self.telling, self.anywhere, 0.0)
+
+
+def promised_gain(iterate: Iterate, evaluator: Evaluator) -> float:
+    """What finer controls could still gain, relative to the objective, to first order."""
+    acting = acting_intervals(iterate)
+    phases = range(len(iterate.trajectory.phases))
+    return sum(float(PhaseGains.of(iterate, evaluator, k, acting).told.sum()) for k in phases)
+
+
+def _rough(iterate: Iterate, index: int) -> Flags:
+    """Intervals in which a control is not resolved, or stays on a bound that it should leave."""
+    motion, mesh = iterate.trajectory.phases[index], iterate.mesh.phases[index]
+    on_bound = saturated(motion, iterate.parameters.signal_limits)
+    on_bound |= saturated_constraints(iterate, index)
+    return (control_errors(motion, mesh) >= _SMOOTH) | on_bound
