@@ -318,8 +318,9 @@ def _vector(value: Any) -> Array:
 def _within(x: Array, limits: ProgramLimits) -> Array:
     """Unknowns that are nowhere beyond their limits.
 
-    IPOPT moves a limit by some 1e-12 where an unknown comes too close to it, and leaves it there.
-    Beside a large multiplier this much is more than complementarity allows.
+    Where a slack vanishes in rounding, because its multiplier is large, IPOPT moves the limit by
+    2e-12 (its option `slack_move`) and leaves it there. Times a multiplier of 1e6 this is more than
+    a certificate takes for complementary.
     """
     return np.clip(x, *limits.columns)
 
