@@ -8,6 +8,7 @@ other optimum       the plain collocation stays there, but knows a better one
 honest failure      an error, where the plain collocation found a motion
 none found          an error, and the plain collocation found no motion either
 none exists         an error, and it is proven that there is no motion
+not compared        an answer that was verified, where no run of the plain one ended
 wrong               an answer that was verified, and with which no run of the plain one agrees
 """
 
@@ -36,7 +37,15 @@ AUDITED = 8  # starts where another optimum was found
 SAME, COARSER, MOST = 1e-5, 3.0, 2e-2
 FINER = 4  # times as many plain intervals before an answer is called wrong
 GUESSES = ("crude", "none")
-KINDS = ("right", "other optimum", "honest failure", "none found", "none exists", "wrong")
+KINDS = (
+    "right",
+    "other optimum",
+    "honest failure",
+    "none found",
+    "none exists",
+    "not compared",
+    "wrong",
+)
 HEAD = ("guess", "kind", "value", "plain", "rounds", "its", "CPU [s]", "not certified", "words")
 
 
@@ -75,7 +84,7 @@ def compared(variant: Variant, reference: Reference) -> dict[str, Any]:
             coarse[name] = half.solve(start, close=True).objective
 
     found = judged(variant, answers, values, coarse)
-    if ends and any(own["kind"] == "wrong" for own in answers.values()):
+    if ends and any(own["kind"] in ("not compared", "wrong") for own in answers.values()):
         # a mesh may err by more than its half tells: nothing is wrong before a finer one says so
         near, fine = (Plain(variant, reference.intervals * part) for part in (FINER // 2, FINER))
         finer = {name: fine.solve(start).objective for name, start in starts.items()}
@@ -162,8 +171,11 @@ def _kind(
         if variant.proven_without_motion:
             return "none exists"
         return "none found" if math.isnan(best) else "honest failure"
-    agrees = any(abs(value - v) <= same for v in values)
-    if variant.proven_without_motion or not agrees:
+    if variant.proven_without_motion:
+        return "wrong"
+    if not values:
+        return "not compared"
+    if not any(abs(value - v) <= same for v in values):
         return "wrong"
     return "right" if value <= best + same else "other optimum"
 

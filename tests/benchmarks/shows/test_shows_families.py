@@ -101,5 +101,7 @@ def test_an_answer_is_judged_by_what_the_plain_collocation_finds() -> None:
     assert kind(jerk, 0.9, 1.0, 2.0) == "wrong"
     assert kind(jerk, None, 1.0) == "honest failure"
     assert kind(jerk, None) == "none found"
+    assert kind(jerk, 1.0) == "not compared"
     assert kind(far, None) == "none exists"
     assert kind(far, 1.0, 1.0) == "wrong"
+    assert kind(far, 1.0) == "wrong"
