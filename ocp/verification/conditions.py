@@ -32,8 +32,9 @@ from ocp.verification.verify import boundary_excesses, verify
 # Fraction of a phase within which a jump is on a breakpoint
 _ON_BREAKPOINT = 1e-9
 
-# Part of its terms that is left of a sum where they cancel, from rounding alone. Multipliers of
-# limits that hold one another have no size of their own, and may be millions.
+# Part of its terms that is left of a sum where they cancel, from rounding alone. Where two limits
+# ask for the same, as a dry mass and a thrust of zero do, multipliers are not unique and may be
+# millions.
 _ROUNDING = 1e-13
 
 # Against a division by zero: a peak of zero, and a peak that nothing depends on

@@ -443,6 +443,7 @@ class Search:
         elif not key:
             self.console.progress("no motion was found: looking for the least relaxation")
             needed = relaxation_in_words(self._stated("bezier"), self.console.live) or needed
+
         raise StudyError(
             f"no motion was found from {len(names)} start{'s' * (len(names) > 1)}; the least "
             f"relaxation found: {needed}; from {names[0]}: {error}",
