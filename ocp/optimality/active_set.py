@@ -119,13 +119,24 @@ def path_forces(iterate: Iterate, index: int) -> dict[int, Array]:
     Returns
     -------
     dict of int to (N,)
-        Sums of the absolute scaled multipliers, by the number of the path constraint.
+        Sums of the absolute scaled multipliers, by the number of the path constraint; those of the
+        bounds of states and algebraic signals are multipliers of unknowns that are not fixed.
     """
-    intervals = iterate.transcription.columns.phases[index].intervals
+    transcription = iterate.transcription
+    columns = transcription.columns.phases[index]
     forces: dict[int, Array] = {}
-    for path in iterate.transcription.rows.phases[index].path:
-        force = forces.setdefault(path.constraint, np.zeros(intervals))
+    for path in transcription.rows.phases[index].path:
+        force = forces.setdefault(path.constraint, np.zeros(columns.intervals))
         np.add.at(force, path.intervals, np.abs(iterate.row_multipliers[path.rows]))
+
+    lower, upper = iterate.limits.columns
+    pushes = np.where(lower < upper, np.abs(iterate.bound_multipliers), 0.0)
+    for number, constraint in enumerate(transcription.constraints[index]):
+        if constraint.sampled:
+            continue
+        force = forces.setdefault(number, np.zeros(columns.intervals))
+        for intervals, points in columns.at_points(constraint.name):
+            force[intervals] += pushes[points].sum(axis=1)
     return forces
 
 

@@ -7,17 +7,19 @@ between them. It costs the objective something, and is kept only where that does
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ocp.arrays import Array, Flags
+from ocp.arrays import Array, Flags, Integers
 from ocp.optimality.active_set import PRESSING, path_forces
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.error_estimate import NARROW, PhaseErrors
+from ocp.transcription.path_constraints import PathConstraint
 
 if TYPE_CHECKING:
     from ocp.refinement.mesh_iteration import SolvedMesh
@@ -30,12 +32,28 @@ _LARGEST_BACK_OFF_IF_NARROW = 0.3
 _AMPLE = 1.02
 _BACK_OFF_COST = 0.5
 
+# Nor above this part of what lies between the two limits.
+_SHARE = 0.25
 
-def held_back(last: SolvedMesh, accuracy: Accuracy) -> list[dict[int, Array]]:
+# The bound of a state is given up to a back-off only in an interval below this part of a phase that
+# holds more added points than this: most of its leaks are closed by a few points or by a cut, which
+# cost nothing.
+_SHORT = 1e-2
+_TRIED = 3
+
+
+def held_back(
+    last: SolvedMesh, accuracy: Accuracy, *, everywhere: bool = False
+) -> list[dict[int, Array]]:
     """Back-offs that close leaks at a cost that the objective does not notice.
 
     To first order a back-off costs its product with the multipliers of the limit. Those of earlier
     rounds are counted. Of the new ones the cheapest are taken, as far as what is allowed goes.
+
+    Parameters
+    ----------
+    everywhere : bool
+        Whether also where points or a cut have not been tried yet.
 
     Returns
     -------
@@ -50,7 +68,7 @@ def held_back(last: SolvedMesh, accuracy: Accuracy) -> list[dict[int, Array]]:
         constraints = iterate.transcription.constraints[index]
         pressed = path_forces(iterate, index)
         price = {number: force / constraints[number].scale for number, force in pressed.items()}
-        closable = _closable(iterate, index, errors, pressed, accuracy.path)
+        closable = _closable(iterate, index, errors, pressed, accuracy.path, everywhere)
         held.append(
             {
                 number: np.where(leaks, _AMPLE * errors.excess[number].values, 0.0)
@@ -93,9 +111,11 @@ def _closable(
     errors: PhaseErrors,
     pressed: Mapping[int, Array],
     tolerance: float,
+    everywhere: bool,
 ) -> dict[int, Flags]:
     """Where a limit of a phase leaks and a back-off would close it, by path constraint, (N,)."""
-    narrow = np.diff(iterate.trajectory.phases[index].fractions) < NARROW
+    widths = np.diff(iterate.trajectory.phases[index].fractions)
+    narrow, short = widths < NARROW, widths < _SHORT
     largest_back_off = np.where(narrow, _LARGEST_BACK_OFF_IF_NARROW, _LARGEST_BACK_OFF)
     most = max((float(force.max()) for force in pressed.values()), default=0.0)
 
@@ -103,22 +123,34 @@ def _closable(
     for number, constraint in enumerate(iterate.transcription.constraints[index]):
         excess = errors.excess[number].values
         leaks = (excess > tolerance) & (excess < largest_back_off)
-        if not constraint.sampled or number not in pressed or not leaks.any():
+        if constraint.of_controls or number not in pressed or not leaks.any():
             continue
 
-        # a limit that does not press would not notice; elsewhere points are tried first
-        tried = narrow | _has_points(iterate, index, number)
-        closable[number] = leaks & tried & (pressed[number] > PRESSING * most)
+        # elsewhere points are tried first
+        points = _points(iterate, index, number)
+        tried = points > 0 if constraint.sampled else short & (points > _TRIED)
+        leaks &= narrow | tried | everywhere
+        leaks &= _AMPLE * excess * errors.excess[number].size < _SHARE * _range(constraint, iterate)
+        # a limit that does not press would not notice
+        closable[number] = leaks & (pressed[number] > PRESSING * most)
     return closable
 
 
-def _has_points(iterate: Iterate, index: int, constraint: int) -> Flags:
-    """Intervals of a phase in which points were added for a constraint already, (N,)."""
-    has = np.zeros(iterate.mesh.phases[index].intervals, dtype=bool)
+def _points(iterate: Iterate, index: int, constraint: int) -> Integers:
+    """Points that were added for a constraint in each interval of a phase, (N,)."""
+    counts = np.zeros(iterate.mesh.phases[index].intervals, dtype=np.int64)
     for points in iterate.mesh.extra[index]:
         if points.constraint == constraint:
-            has[points.intervals] = True
-    return has
+            np.add.at(counts, points.intervals, 1)
+    return counts
+
+
+def _range(constraint: PathConstraint, iterate: Iterate) -> float:
+    """What lies between the two limits of a constraint; infinite where there is but one."""
+    if constraint.peak is not None:
+        return math.inf
+    lower, upper = constraint.limits(iterate.parameters, {})
+    return upper - lower
 
 
 def without_held(errors: PhaseErrors, held: Mapping[int, Array], tolerance: float) -> PhaseErrors:

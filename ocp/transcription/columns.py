@@ -145,6 +145,28 @@ class PhaseColumns:
         """The group that an interval belongs to."""
         return next(group for group in self.groups if interval in group.intervals)
 
+    def at_points(self, name: str) -> list[tuple[Integers, Integers]]:
+        """Columns of a state or an algebraic signal at the points of each group of intervals.
+
+        Returns
+        -------
+        list of ((m,), (m, p))
+            The intervals of a group, and the columns in each. A state at a breakpoint is found in
+            both intervals that meet there.
+
+        Raises
+        ------
+        KeyError
+            Where the phase has no such signal.
+        """
+        for j, state in enumerate(self.states):
+            if state.name == name:
+                return [(group.intervals, group.support[:, :, j]) for group in self.groups]
+        for j, algebraic in enumerate(self.algebraics):
+            if algebraic.name == name:
+                return [(group.intervals, group.algebraics[:, :, j]) for group in self.groups]
+        raise KeyError(name)
+
 
 @dataclass(frozen=True, eq=False)
 class Columns:

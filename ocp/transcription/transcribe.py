@@ -104,11 +104,9 @@ def transcribe(
     constraints = tuple(path_constraints(problem, phase, scales) for phase in columns.phases)
 
     blocks, rows = blocks_of(context, mesh.extra, constraints)
-    for phase_rows, back_off, of_phase in zip(rows.phases, mesh.back_off, constraints, strict=True):
-        for path in phase_rows.path:
-            if path.constraint in back_off:
-                scaled = back_off[path.constraint] / of_phase[path.constraint].scale
-                rows.limits.keep_inside(path.rows, scaled[path.intervals])
+    for index, back_off in enumerate(mesh.back_off):
+        for number, distances in back_off.items():
+            _keep_inside(columns, rows, index, constraints[index][number], number, distances)
     program = Program(blocks, columns.count, rows.limits.count, len(problem.constants))
     return Transcription(
         problem=problem,
@@ -122,6 +120,32 @@ def transcribe(
         program=program,
         kernels=kernels,
     )
+
+
+def _keep_inside(
+    columns: Columns,
+    rows: Rows,
+    index: int,
+    constraint: PathConstraint,
+    number: int,
+    back_off: Array,
+) -> None:
+    """Keep the points of one path constraint inside its limits, by a back-off (N,) each."""
+    scaled = back_off / constraint.scale
+    for path in rows.of_constraint(index, number):
+        rows.limits.keep_inside(path.rows, scaled[path.intervals])
+    if constraint.sampled:
+        return
+
+    # a breakpoint keeps the larger distance of the two intervals that meet there
+    phase = columns.phases[index]
+    distances = np.zeros(columns.count)
+    for intervals, points in phase.at_points(constraint.name):
+        np.maximum.at(distances, points, scaled[intervals][:, None])
+    # a boundary value may lie on the limit
+    distances[phase.nodes[[0, -1]]] = 0.0
+    held = np.flatnonzero(distances)
+    columns.limits.keep_inside(held, distances[held])
 
 
 def _usable_kernels(

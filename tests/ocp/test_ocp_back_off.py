@@ -39,6 +39,13 @@ def under_a_roof(roof):
     return Problem("roof", [phase], minimise=phase.integral(0.5 * u**2))
 
 
+def under_a_bound(roof):
+    """The same with the roof as the upper bound of the state."""
+    x, v, u = State("x", "m", upper=roof), State("v", "m/s"), Control("u", "m/s^2")
+    phase = Phase("move", {x: v, v: u}, {x: 0, v: 1}, {x: 0, v: -1}, end=1.0)
+    return Problem("bound", [phase], minimise=phase.integral(0.5 * u**2))
+
+
 def stiffening():
     """Least peak of a force whose factor grows along the way, under a cap on the jerk."""
     x, v, a = State("x", "m"), State("v", "m/s"), State("a", "m/s^2")
@@ -48,14 +55,27 @@ def stiffening():
     return Problem("stiffening", [phase], minimise=peak((phase, force)))
 
 
-def test_a_back_off_moves_the_limit_at_the_points():
+@pytest.mark.parametrize("problem", [under_a_roof, under_a_bound])
+def test_a_back_off_moves_the_limit_at_the_points(problem):
     intervals, distance = 12, 0.01
     settings = Settings(refinement=FixedMesh())
     plain = Mesh((uniform(intervals, 4),))
     inside = Mesh(plain.phases, back_off=({0: np.full(intervals, distance)},))
-    moved = solve(under_a_roof(0.12), settings=settings, mesh=inside)
-    lower = solve(under_a_roof(0.12 - distance), settings=settings, mesh=plain)
+    moved = solve(problem(0.12), settings=settings, mesh=inside)
+    lower = solve(problem(0.12 - distance), settings=settings, mesh=plain)
     assert moved.objective == pytest.approx(lower.objective, rel=1e-9)
+
+
+def test_the_ends_of_a_phase_keep_their_values_on_a_bound():
+    """Both ends of the motion lie on a bound that its points keep away from."""
+    x, v, u = State("x", "m", lower=0.0), State("v", "m/s"), Control("u", "m/s^2")
+    phase = Phase("hop", {x: v, v: u}, {x: 0, v: 1}, {x: 0, v: -1}, end=1.0)
+    problem = Problem("hop", [phase], minimise=phase.integral(0.5 * u**2))
+    mesh = Mesh((uniform(8, 4),), back_off=({0: np.full(8, 1e-3)},))
+    moved = solve(problem, settings=Settings(refinement=FixedMesh()), mesh=mesh)
+    heights = moved.sample(x, np.linspace(0, 1, 9))
+    assert heights[[0, -1]] == pytest.approx(0.0, abs=1e-12)
+    assert heights[1:-1].min() >= 1e-3
 
 
 def test_leaks_that_points_do_not_close_are_closed_by_back_offs(monkeypatch, tmp_path):
@@ -70,7 +90,7 @@ def test_leaks_that_points_do_not_close_are_closed_by_back_offs(monkeypatch, tmp
     assert all(np.array_equal(loaded[number], kept[number]) for number in kept)
 
     # what they cost is below the tolerance on the objective
-    monkeypatch.setattr(policy, "held_back", lambda last, accuracy: [{}])
+    monkeypatch.setattr(policy, "held_back", lambda *_, **__: [{}])
     with_points = solve(stiffening())
     assert not any(values.any() for values in with_points.mesh.back_off[0].values())
     tolerance = Settings().accuracy.objective
