@@ -236,7 +236,8 @@ def _once_more(
 def _check_angles(solved: Sequence[SolvedMesh]) -> None:
     """NumericalTrouble where an angle without bounds is one that no finer mesh makes smooth."""
     last = solved[-1]
-    if len(solved) < _TURNING or last.errors.dynamics < _FAR:
+    # dynamics may hold while neighbouring intervals are whole turns apart, and much is promised
+    if len(solved) < _TURNING or max(last.errors.dynamics, last.errors.gain) < _FAR:
         return
     if lost := lost_angle(last.iterate):
         phase, control = lost
