@@ -27,7 +27,7 @@ RACE_ROWS = ROOT / "benchmarks" / "race" / "rows"  # scripts that import each ot
 MAIN_STUDY = ROOT / "studies" / "truss" / "main.toml"
 ROUND_SOLVER = "with_retries"  # the engine's function that solves one mesh iteration
 
-ENGINE_TOLERANCE = 1e-5  # the default objective tolerance of a refined solve
+ENGINE_TOLERANCE = 1e-5  # ten times the default tolerance on the objective
 TRUSS_TOLERANCE = 1e-4  # within it the truss study counts two optima as one
 ARM_TOLERANCE = 1e-4  # of one stated mesh; its error is judged by replays, not by the objective
 

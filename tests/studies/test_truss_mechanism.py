@@ -124,6 +124,10 @@ def test_a_cap_on_the_rope_is_kept_and_active_between_the_points() -> None:
     assert values["peak-rope-acceleration"] == pytest.approx(cap, rel=1e-6)
 
 
+THICK_ROPE = dataclasses.replace(DRUM, rope_diameter=0.003, layer_turns=10)
+WEAK_WHEN_FAST = dataclasses.replace(DRUM, torque_speed=[[0, 0.04], [1000, 0.02], [1600, 0]])
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("minimise", "caps", "drive", "active"),
@@ -131,14 +135,10 @@ def test_a_cap_on_the_rope_is_kept_and_active_between_the_points() -> None:
         ("peak-force", {"power": 14.0, "rope_jerk": 1.0}, DRUM, "peak-power"),
         ("peak-rope-jerk", {}, None, "peak-rope-jerk"),
         ("peak-rope-speed", {"rope_acceleration": 0.5}, None, "peak-rope-acceleration"),
-        ("peak-motor-torque", {"jerk": "200/T^3"}, dataclasses.replace(
-            DRUM, rope_diameter=0.003, layer_turns=10
-        ), "peak-motor-torque"),
-        ("energy", {"rope_jerk": 0.5}, dataclasses.replace(
-            DRUM, torque_speed=[[0, 0.04], [1000, 0.02], [1600, 0]]
-        ), "peak-motor-load"),
+        ("peak-motor-torque", {"jerk": "200/T^3"}, THICK_ROPE, "peak-motor-torque"),
+        ("energy", {"rope_jerk": 0.5}, WEAK_WHEN_FAST, "peak-motor-load"),
     ],
-)  # fmt: skip
+)
 def test_mechanisms_are_solved_and_verified(minimise, caps, drive, active) -> None:
     study = stated(drive, minimise, **caps)
     solver = dataclasses.replace(study.solver, starts=("bezier",))

@@ -1,7 +1,7 @@
 """Our row: the plain statement and default settings.
 
 Where a size k is asked for, the objective's tolerance is 10^-k and those of dynamics and path are
-a hundred times less, as they are by default (k = 5).
+a hundred times less.
 """
 
 import casadi as ca

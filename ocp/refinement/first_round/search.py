@@ -53,7 +53,7 @@ _AGREE_IF_OTHERS = 3
 _COMPARABLE = 1e-2
 _NO_MOTION = 1.0
 # answers after which a mesh is judged by that
-_JUDGED = 3
+_ENOUGH = 3
 
 # Answers that are refined where values cannot be compared, those among them that come from a mesh
 # that was too coarse, and the rounds that each may take.
@@ -108,11 +108,11 @@ def best_of_several(first_round: FirstRound, program: Transcription, first: NlpR
     answers = [_examined(first_round.meshes, program, first)] if first.outcome == "solved" else []
     mesh = finer_mesh(first_round.meshes, program.mesh)
     search, coarse = _Search(program, tuple(answers), first, 1), tuple[_Answer, ...]()
-    search = _searched(first_round, search, judged=mesh is not None)
-    if search.too_coarse and mesh is not None:
+    search = _searched(first_round, search, may_refine=mesh is not None)
+    if search.no_motion and mesh is not None:
         again = first_round.meshes.first_program(None, mesh)
         finer = _Search(again, (), search.last, search.starts)
-        search, coarse = _searched(first_round, finer, judged=False), search.answers
+        search, coarse = _searched(first_round, finer, may_refine=False), search.answers
 
     last, starts = search.last, search.starts
     if last.outcome == "interrupted":
@@ -139,24 +139,25 @@ class _Search:
         The last run; it counts what all took.
     starts : int
         Until now, those on other meshes included.
-    too_coarse : bool
-        Whether the best answer may be of another kind than any motion.
+    no_motion : bool
+        Whether the best of several answers misses its dynamics by so much that it may be of another
+        kind than any motion.
     """
 
     program: Transcription
     answers: tuple[_Answer, ...]
     last: NlpResult
     starts: int
-    too_coarse: bool = False
+    no_motion: bool = False
 
 
-def _searched(first_round: FirstRound, before: _Search, *, judged: bool) -> _Search:
+def _searched(first_round: FirstRound, before: _Search, *, may_refine: bool) -> _Search:
     """The search gone on with, until it has found or done enough.
 
     Parameters
     ----------
-    judged : bool
-        Whether it ends, too, where the mesh is too coarse for the motion.
+    may_refine : bool
+        Whether a finer mesh may follow. Then it ends, too, where the best answer is no motion yet.
     """
     program, search = before.program, before
     limit = _Limit.of(first_round, program, before.last)
@@ -165,11 +166,10 @@ def _searched(first_round: FirstRound, before: _Search, *, judged: bool) -> _Sea
         answers = search.answers
         if last.outcome == "solved":
             answers = (*answers, _examined(first_round.meshes, program, last))
-        too_coarse = judged and len(answers) >= _JUDGED
-        too_coarse = too_coarse and min(answers, key=_value).dynamics > _NO_MOTION
-        search = _Search(program, answers, last, search.starts + 1, too_coarse)
+        no_motion = len(answers) >= _ENOUGH and min(answers, key=_value).dynamics > _NO_MOTION
+        search = _Search(program, answers, last, search.starts + 1, no_motion)
 
-        if last.outcome == "interrupted" or too_coarse or _settled(answers):
+        if last.outcome == "interrupted" or _settled(answers) or (may_refine and no_motion):
             break
         if limit.reached(last.iterations, search.starts):
             break

@@ -73,7 +73,9 @@ def test_no_draw_of_any_family_is_wrong_and_called_right(index: int) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("seed", "index", "guess"), [(302, 59, "none"), (401, 44, "crude")])
-def test_limits_that_hold_one_another_are_no_false_alarm(seed: int, index: int, guess: str) -> None:
+def test_a_limit_that_another_one_implies_is_no_false_alarm(
+    seed: int, index: int, guess: str
+) -> None:
     # the dry mass and a thrust that is not negative: multipliers are millions, differences 1e-12
     random = np.random.default_rng([seed, index])
     found, solution = by_engine(Variant.drawn("goddard_betts_3ph", random), guess, Settings())
