@@ -300,10 +300,7 @@ class Ipopt:
 
 def _ordering(program: Program) -> int:
     """Which ordering MUMPS is asked for, by how often the most frequent unknown is used."""
-    uses = np.zeros(program.variables, dtype=np.int64)
-    for block in program.blocks:
-        uses += np.bincount(block.columns.ravel(), minlength=program.variables)
-    return _DENSE_ROWS_APART if uses.max(initial=0) > _DENSE else _MINIMUM_FILL
+    return _DENSE_ROWS_APART if program.most_uses > _DENSE else _MINIMUM_FILL
 
 
 def _vector(value: Any) -> Array:

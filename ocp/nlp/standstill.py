@@ -9,11 +9,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array
-from ocp.transcription.kernels import Program
+from ocp.transcription.kernels import Program, nonzero_places
 from ocp.transcription.transcribe import ProgramLimits
 
 # A point is near the optimum from this multiple of the solver's tolerance on, but never beyond the
@@ -84,6 +83,7 @@ class Standstill:
         self._near = max(tolerance, min(_NEAR_FACTOR * tolerance, _NEAR))
         self._best: NearPoint | None = None
         self._waiting: list[NearPoint] = []
+        self._stationarity: _Stationarity | None = None
 
     @property
     def best(self) -> NearPoint | None:
@@ -137,9 +137,9 @@ class Standstill:
     def _error(self, point: NearPoint) -> float:
         """Larger of dual infeasibility and a part of the duality gap."""
         on_columns, on_rows = point.bound_multipliers, point.row_multipliers
-        _, gradient = self._program.objective_gradient(point.x, self._parameters)
-        _, jacobian = self._program.constraint_jacobian(point.x, self._parameters)
-        stationarity = np.array(gradient + ca.mtimes(jacobian.T, on_rows)).ravel() + on_columns
+        if self._stationarity is None:
+            self._stationarity = _Stationarity(self._program, self._parameters)
+        stationarity = self._stationarity(point.x, on_rows) + on_columns
 
         # a positive multiplier belongs to the upper limit, a negative one to the lower
         values = np.concatenate([point.x, point.rows])
@@ -154,6 +154,37 @@ class Standstill:
         # neighbour, the start itself meets all else
         gap = _GAP * float(products.sum()) / max(abs(point.objective), _SMALLEST)
         return max(_STATIONARITY * dual, gap)
+
+
+class _Stationarity:
+    """Gradient of ``f + lam^T g`` by the unknowns at given constants.
+
+    CasADi's buffers are read and written in place. Matrices made of arrays would take ten times as
+    long as the functions of a small program.
+    """
+
+    def __init__(self, program: Program, parameters: Array) -> None:
+        functions = (program.objective_gradient, program.constraint_jacobian)
+        self._rows, self._columns = nonzero_places(functions[1].sparsity_out(1))
+        self._x, self._p = np.empty(program.variables), np.array(parameters, dtype=float)
+        self._results = [np.zeros(function.nnz_out(1)) for function in functions]
+        self._evaluate = []
+        for function, result in zip(functions, self._results, strict=True):
+            buffer, evaluate = function.buffer()
+            for number, argument in enumerate((self._x, self._p)):
+                buffer.set_arg(number, argument.data)
+            buffer.set_res(1, result.data)
+            self._evaluate.append((buffer, evaluate))
+
+    def __call__(self, x: Array, multipliers: Array) -> Array:
+        """At unknowns (n,) and multipliers of the rows (m,)."""
+        self._x[:] = x
+        for _, evaluate in self._evaluate:
+            evaluate()
+        gradient, jacobian = self._results
+        weighted = jacobian * multipliers[self._rows]
+        total = gradient + np.bincount(self._columns, weighted, self._x.size)
+        return np.asarray(total)
 
 
 class Divergence:

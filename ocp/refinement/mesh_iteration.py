@@ -312,6 +312,11 @@ class MeshSolver:
             self.problem, mesh, start.scheme, start.controls, start.scales, start.transcription
         )
 
+    def at(self, parameters: Parameters) -> MeshSolver:
+        """The same for other values of the constants, with a budget of its own."""
+        budget = Budget(self.budget.iterations, self.budget.seconds)
+        return replace(self, parameters=parameters, budget=budget)
+
     def next_program(self, last: Iterate, mesh: Mesh) -> Transcription:
         """The program of a mesh after a solved one, its objective sized by what was found."""
         scales = self.scales_after(last)
@@ -330,9 +335,11 @@ class MeshSolver:
         return resized(last.scales, last.objective, least)
 
     def starting_point(
-        self, program: Transcription, start: Start, limits: ProgramLimits
+        self, program: Transcription, start: Start | StartingPoint, limits: ProgramLimits
     ) -> StartingPoint:
         """A start of the program: unknowns, and multipliers where an iterate brings them."""
+        if isinstance(start, StartingPoint):
+            return start
         if not isinstance(start, Iterate):
             return StartingPoint(self._packed(program, start, limits))
         if start.transcription is program:
@@ -344,7 +351,7 @@ class MeshSolver:
     def solve(
         self,
         program: Transcription,
-        start: Start,
+        start: Start | StartingPoint,
         solver: NlpSolver,
         before: Sequence[MeshIteration] = (),
         *,

@@ -25,6 +25,9 @@ from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.error_estimate import MotionErrors
 from ocp.refinement.policy import AdaptiveMesh, RefinementPolicy
+from ocp.transcription.blocks import SHORTEST
+from ocp.transcription.packing import fractions_of
+from ocp.transcription.transcribe import Transcription
 
 if TYPE_CHECKING:
     from ocp.refinement.mesh_iteration import SolvedMesh
@@ -36,6 +39,10 @@ _LONGEST = 1.5
 # Parts of its width, within which an interval still leaves its neighbours of the family room: if
 # not, the limits of all widths are set anew from where the breakpoints are.
 _ROOM = (0.5, 1.2)
+
+# Of the longest width that an interval may grow to: this wide it is held back. So is one as near to
+# its shortest.
+_HELD = 0.99
 
 # Of the phase: an interval this narrow stands for nothing.
 _VANISHED = 1e-5
@@ -110,12 +117,38 @@ def moving_mesh(iterate: Iterate, evaluator: Evaluator, tolerance: float) -> Mes
     """
     mesh, trajectory = iterate.mesh, iterate.trajectory
     if not any(phase.movable for phase in mesh.phases):
-        return merged_mesh(iterate, evaluator, tolerance).freed(_LONGEST)
+        return movable_mesh(iterate, evaluator, tolerance)
     ratios = _ratios(mesh, trajectory)
     narrowest = min(float(np.diff(motion.fractions).min()) for motion in trajectory.phases)
     if narrowest >= _VANISHED and _ROOM[0] <= ratios.min() and ratios.max() <= _ROOM[1]:
         return mesh
     return _where_it_is(mesh, trajectory).freed(_LONGEST)
+
+
+def hinders(program: Transcription, x: Array) -> bool:
+    """Whether the limits of a mesh hold breakpoints back, or an interval has vanished.
+
+    The motion would be another one on a mesh made of where its breakpoints are.
+
+    Parameters
+    ----------
+    x : (n,)
+        Scaled unknowns.
+    """
+    values = x * program.columns.sizes
+    for columns in program.columns.phases:
+        mesh, widths = columns.mesh, np.diff(fractions_of(columns, values))
+        relative = (widths / np.diff(mesh.breakpoints))[mesh.moving]
+        longest = relative.max(initial=0.0) >= _HELD * mesh.longest
+        shortest = relative.min(initial=1.0) <= SHORTEST / _HELD
+        if longest or shortest or widths.min() < _VANISHED:
+            return True
+    return False
+
+
+def movable_mesh(iterate: Iterate, evaluator: Evaluator, tolerance: float) -> Mesh:
+    """A mesh of as few intervals as a motion needs, whose breakpoints all move, made anew."""
+    return merged_mesh(iterate, evaluator, tolerance).freed(_LONGEST)
 
 
 def merged_mesh(iterate: Iterate, evaluator: Evaluator, tolerance: float) -> Mesh:
