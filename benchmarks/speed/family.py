@@ -12,7 +12,7 @@ import contextlib
 import functools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from time import process_time
 from typing import TYPE_CHECKING, Any
 from unittest import mock
@@ -123,37 +123,34 @@ def measure(setup: Setup, members: int = MEMBERS) -> Iterator[Record]:
 
 @contextlib.contextmanager
 def timed_inside() -> Iterator[Inside]:
-    """Time what runs inside IPOPT in the block, by the clocks of CasADi."""
+    """Time what runs inside IPOPT in the block, without our watch over its iterations."""
     from ocp.nlp.kept import KeptSolver
+    from ocp.nlp.watch import Watch
 
-    inside, make = Inside(), KeptSolver.of
+    inside, make, watch = Inside(), KeptSolver.of, Watch.eval_buffer
+
+    def watched(self: Watch, arguments: Any, results: Any) -> int:
+        begin = process_time()
+        answer = watch(self, arguments, results)
+        inside.seconds -= process_time() - begin
+        return answer
 
     def timed(program: Any, options: Mapping[str, Any]) -> KeptSolver:
-        made = make(program, {**options, "record_time": True})
-        return replace(made, options=options, solver=_Timed(made.solver, inside))
+        made = make(program, options)
 
-    with mock.patch.object(KeptSolver, "of", timed):
+        def evaluate() -> None:
+            begin = process_time()
+            made.evaluate()
+            inside.seconds += process_time() - begin
+            inside.iterations += made.statistics()["iter_count"]
+
+        return replace(made, evaluate=evaluate)
+
+    with (
+        mock.patch.object(KeptSolver, "of", timed),
+        mock.patch.object(Watch, "eval_buffer", watched),
+    ):
         yield inside
-
-
-@dataclass
-class _Timed:
-    """An IPOPT object whose runs are timed."""
-
-    solver: Any
-    inside: Inside
-    last: Mapping[str, Any] = field(default_factory=dict)
-
-    def __call__(self, **arguments: Any) -> Any:
-        result = self.solver(**arguments)
-        self.last = statistics = self.solver.stats()
-        own = statistics["t_proc_total"] - statistics["t_proc_callback_fun"]
-        self.inside.seconds += own
-        self.inside.iterations += statistics["iter_count"]
-        return result
-
-    def stats(self) -> Any:
-        return self.last
 
 
 def overhead(record: Record) -> float:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -29,8 +28,14 @@ from ocp.problem.symbols import Constant
 from ocp.problem.validation import check_values
 from ocp.progress import Progress, shown
 from ocp.refinement.loop import refine
-from ocp.refinement.mesh_iteration import MeshSolver, iterations_of
-from ocp.refinement.moving_mesh import MovingMesh, hinders, movable_mesh, moving_mesh
+from ocp.refinement.mesh_iteration import LOOSE, MeshSolver, iterations_of
+from ocp.refinement.moving_mesh import (
+    KeptWhileGood,
+    MovingMesh,
+    movable_mesh,
+    moving_mesh,
+    price_of_widths,
+)
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
 from ocp.solve import solve, solve_from
@@ -159,9 +164,10 @@ class Family:
             As `ocp.solve`.
         """
         member = self.members[number]
+        settings = replace(self.settings, refinement=KeptWhileGood(self.settings.refinement))
         with shown(progress) as say:
             meshes = MeshSolver.of(
-                self.problem, self.settings, member.parameters, say, evaluator=self.evaluator
+                self.problem, settings, member.parameters, say, evaluator=self.evaluator
             )
             return solve_from(meshes, member.iterate, member.iterate.mesh)
 
@@ -223,9 +229,11 @@ def family(
         )
     settings, others = settings or Settings(), dict(constants or {})
     unchecked = replace(settings, verify=False)
+    # digits of the first one are lost with its mesh, if that may change
+    rough = settings.solver.loosened(LOOSE) if settings.refinement.adapts else settings.solver
     first = solve(
         problem,
-        settings=unchecked,
+        settings=replace(unchecked, solver=rough),
         guess=guess,
         constants={**others, constant: places[0]},
         progress=progress,
@@ -289,7 +297,7 @@ class _Walk:
         for _ in range(_RENEWALS):
             if found is None:
                 break
-            if not (self._moves(found.program) and hinders(found.program, found.start.x)):
+            if not self._held_back(found):
                 return replace(found, iterations=iterations)
             # the limits of all widths are set anew, from where the breakpoints are
             mesh = moving_mesh(found.iterate, base.evaluator, _MERGED)
@@ -338,12 +346,14 @@ class _Walk:
         """
         settings = self.base.settings
         if settings.refinement.adapts:
-            mesh = movable_mesh(iterate, self.base.evaluator, _MERGED)
-            moving = replace(settings, refinement=MovingMesh(rounds=_ROUNDS))
-            meshes = replace(self.base.at(parameters), settings=moving)
-            with suppress(SolveFailed):
-                found = refine(meshes, iterate, mesh, settings.accuracy)
-                iterate, iterations = found.best.iterate, iterations + iterations_of(found.rounds)
+            meshes = self.base.at(parameters)
+            moving = replace(meshes, settings=replace(settings, refinement=MovingMesh(_ROUNDS)))
+            mesh = movable_mesh(iterate, meshes.evaluator, _MERGED)
+            try:
+                found = refine(moving, iterate, mesh, settings.accuracy)
+            except SolveFailed:
+                found = refine(meshes, iterate, iterate.mesh, settings.accuracy)
+            iterate, iterations = found.best.iterate, iterations + iterations_of(found.rounds)
         return Member(
             value=parameters.values[self.constant.name],
             objective=iterate.objective,
@@ -354,12 +364,16 @@ class _Walk:
             answer=iterate,
         )
 
-    def _moves(self, program: Transcription) -> bool:
-        """Whether the mesh of a program is one whose breakpoints all move."""
-        phases = program.mesh.phases
+    def _held_back(self, member: Member) -> bool:
+        """Whether breakpoints that all move would move further than their mesh lets them."""
+        phases = member.program.mesh.phases
         free = all(len(phase.movable) == phase.intervals - 1 for phase in phases)
-        adapts = self.base.settings.refinement.adapts
-        return adapts and free and any(phase.movable for phase in phases)
+        settings, iterate = self.base.settings, member.answer
+        if not (settings.refinement.adapts and free):
+            return False
+        price = price_of_widths(member.program, iterate.row_multipliers)
+        size = abs(member.objective) / member.program.scales.objective
+        return price > settings.accuracy.objective * size
 
     def _place(self, parameters: Parameters) -> str:
         value = parameters.values[self.constant.name]

@@ -208,7 +208,7 @@ class Ipopt:
         options = _CASADI | self._options()
         if self.linear_solver == "mumps":
             options["ipopt.mumps_pivot_order"] = _ordering(program)
-        multipliers: dict[str, Any] = {}
+        multipliers: dict[str, Array] = {}
         if start.multipliers is not None:
             options |= _WARM_START
             multipliers = dict(zip(("lam_x0", "lam_g0"), start.multipliers, strict=True))
@@ -220,7 +220,7 @@ class Ipopt:
         with noted_interrupts() as interrupts, kept_solver(program, options) as kept:
             run = WatchedRun(interrupts, Divergence(limits), standstill, listener)
             with kept.watch.over(run):
-                solution = kept.solver(
+                solution = kept.run(
                     x0=start.x,
                     **multipliers,
                     p=parameters,
@@ -229,7 +229,7 @@ class Ipopt:
                     lbg=limits.rows[0],
                     ubg=limits.rows[1],
                 )
-            statistics = kept.solver.stats()
+            statistics = kept.statistics()
         if run.error is not None:
             raise run.error
 
@@ -247,11 +247,11 @@ class Ipopt:
         result = NlpResult(
             outcome="interrupted" if interrupts.asked else _OUTCOMES.get(status, "failed"),
             status=status,
-            x=_vector(solution["x"]),
-            objective=float(solution["f"]),
-            rows=_vector(solution["g"]),
-            bound_multipliers=_vector(solution["lam_x"]),
-            row_multipliers=_vector(solution["lam_g"]),
+            x=solution["x"],
+            objective=float(solution["f"][0]),
+            rows=solution["g"],
+            bound_multipliers=solution["lam_x"],
+            row_multipliers=solution["lam_g"],
             iterations=count,
             seconds=clock.perf_counter() - begin,
         )
@@ -301,10 +301,6 @@ class Ipopt:
 def _ordering(program: Program) -> int:
     """Which ordering MUMPS is asked for, by how often the most frequent unknown is used."""
     return _DENSE_ROWS_APART if program.most_uses > _DENSE else _MINIMUM_FILL
-
-
-def _vector(value: Any) -> Array:
-    return np.array(value).ravel()
 
 
 def _within(x: Array, limits: ProgramLimits) -> Array:

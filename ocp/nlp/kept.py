@@ -6,14 +6,16 @@ patterns and sets IPOPT up. Along a family of motions the program stays, and onl
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 from weakref import WeakKeyDictionary
 
 import casadi as ca
+import numpy as np
 
+from ocp.arrays import Array
 from ocp.nlp.watch import Watch
 from ocp.transcription.kernels import Program
 
@@ -28,12 +30,21 @@ class KeptSolver:
         That it was made with.
     watch : Watch
         Its callback.
-    solver : ca.Function
+    arguments, results : mapping of str to (n,)
+        What it reads and writes, by CasADi's names, in place: matrices made of arrays and back
+        would take as long as an iteration of a small program.
+    evaluate : callable
+        Runs it.
+    statistics : callable
+        Those of the last run, by name.
     """
 
     options: Mapping[str, Any]
     watch: Watch
-    solver: Any
+    arguments: Mapping[str, Array]
+    results: Mapping[str, Array]
+    evaluate: Callable[[], None]
+    statistics: Callable[[], Mapping[str, Any]]
 
     @classmethod
     def of(cls, program: Program, options: Mapping[str, Any]) -> KeptSolver:
@@ -46,7 +57,24 @@ class KeptSolver:
             "iteration_callback": watch,
         }
         solver = ca.nlpsol("solver", "ipopt", program.oracle, {**options, **functions})
-        return cls(options, watch, solver)
+
+        buffer, evaluate = solver.buffer()
+        arguments = {name: np.zeros(solver.nnz_in(name)) for name in solver.name_in()}
+        results = {name: np.zeros(solver.nnz_out(name)) for name in solver.name_out()}
+        for number, values in enumerate(arguments.values()):
+            if values.size:
+                buffer.set_arg(number, values.data)
+        for number, values in enumerate(results.values()):
+            if values.size:
+                buffer.set_res(number, values.data)
+        return cls(options, watch, arguments, results, evaluate, buffer.stats)
+
+    def run(self, **given: Array) -> dict[str, Array]:
+        """Results by CasADi's names, for arguments by its names; zero where they are left out."""
+        for name, values in self.arguments.items():
+            values[:] = given.get(name, 0.0)
+        self.evaluate()
+        return {name: values.copy() for name, values in self.results.items()}
 
 
 # The last one of each program, which goes with the program. IPOPT frees its factors after a run.

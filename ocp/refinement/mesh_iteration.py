@@ -41,7 +41,7 @@ LOOSER = 10.0
 
 # A mesh that is about to be replaced is solved to this tolerance: the digits beyond are lost with
 # the next mesh. The mesh that meets all tolerances is solved to the tolerance asked for.
-_LOOSE = 1e-7
+LOOSE = 1e-7
 
 # A warm start from the mesh iteration before takes some dozens of iterations. Near a degenerate
 # optimum it can wander from there for a thousand, where another line search or a start without
@@ -290,7 +290,7 @@ class MeshSolver:
         An evaluator of the same problem lends what it has compiled.
         """
         budget = Budget(settings.iterations or float("inf"), settings.seconds or float("inf"))
-        rough = settings.solver.loosened(_LOOSE)
+        rough = settings.solver.loosened(LOOSE)
         if evaluator is None or evaluator.problem is not problem:
             evaluator = Evaluator(problem)
         return cls(problem, settings, parameters, evaluator, budget, rough, progress, prepared)

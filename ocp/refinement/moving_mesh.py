@@ -25,8 +25,6 @@ from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.error_estimate import MotionErrors
 from ocp.refinement.policy import AdaptiveMesh, RefinementPolicy
-from ocp.transcription.blocks import SHORTEST
-from ocp.transcription.packing import fractions_of
 from ocp.transcription.transcribe import Transcription
 
 if TYPE_CHECKING:
@@ -39,10 +37,6 @@ _LONGEST = 1.5
 # Parts of its width, within which an interval still leaves its neighbours of the family room: if
 # not, the limits of all widths are set anew from where the breakpoints are.
 _ROOM = (0.5, 1.2)
-
-# Of the longest width that an interval may grow to: this wide it is held back. So is one as near to
-# its shortest.
-_HELD = 0.99
 
 # Of the phase: an interval this narrow stands for nothing.
 _VANISHED = 1e-5
@@ -102,6 +96,46 @@ class MovingMesh:
         return None
 
 
+@dataclass(frozen=True)
+class KeptWhileGood:
+    """Another policy, but a first mesh that meets all tolerances is kept as it is.
+
+    Breakpoints that move would otherwise be settled where they are, on a mesh that is solved again.
+
+    Parameters
+    ----------
+    policy : RefinementPolicy
+        Of all meshes after the first.
+    """
+
+    policy: RefinementPolicy
+
+    @property
+    def adapts(self) -> bool:
+        return self.policy.adapts
+
+    @property
+    def rounds(self) -> int:
+        return self.policy.rounds
+
+    @property
+    def highest_degree(self) -> int:
+        return self.policy.highest_degree
+
+    def next_mesh(self, solved: Sequence[SolvedMesh], accuracy: Accuracy) -> Mesh | None:
+        """None after a first mesh that is good enough; else that of the policy."""
+        first = len(solved) == 1 and solved[0].holds(accuracy)
+        if first and solved[0].errors.gain <= accuracy.objective:
+            return None
+        return self.policy.next_mesh(solved, accuracy)
+
+    def after_failure(
+        self, solved: Sequence[SolvedMesh], failed: Mesh, accuracy: Accuracy
+    ) -> tuple[RefinementPolicy, Mesh] | None:
+        """That of the policy."""
+        return self.policy.after_failure(solved, failed, accuracy)
+
+
 def moving_mesh(iterate: Iterate, evaluator: Evaluator, tolerance: float) -> Mesh:
     """A mesh that follows a motion to its neighbours: the very mesh that it has if that will do.
 
@@ -125,25 +159,23 @@ def moving_mesh(iterate: Iterate, evaluator: Evaluator, tolerance: float) -> Mes
     return _where_it_is(mesh, trajectory).freed(_LONGEST)
 
 
-def hinders(program: Transcription, x: Array) -> bool:
-    """Whether the limits of a mesh hold breakpoints back, or an interval has vanished.
+def price_of_widths(program: Transcription, row_multipliers: Array) -> float:
+    """What the limits of all widths cost, were each wider by its width on the mesh, to first order.
 
-    The motion would be another one on a mesh made of where its breakpoints are.
+    Where they cost something the motion is another one on a mesh made of where its breakpoints are.
 
     Parameters
     ----------
-    x : (n,)
-        Scaled unknowns.
+    row_multipliers : (m,)
+        Scaled.
+
+    Returns
+    -------
+    float
+        Of the objective, scaled.
     """
-    values = x * program.columns.sizes
-    for columns in program.columns.phases:
-        mesh, widths = columns.mesh, np.diff(fractions_of(columns, values))
-        relative = (widths / np.diff(mesh.breakpoints))[mesh.moving]
-        longest = relative.max(initial=0.0) >= _HELD * mesh.longest
-        shortest = relative.min(initial=1.0) <= SHORTEST / _HELD
-        if longest or shortest or widths.min() < _VANISHED:
-            return True
-    return False
+    parts = [row_multipliers[own.breakpoints] for own in program.rows.phases]
+    return float(np.abs(np.concatenate(parts)).sum())
 
 
 def movable_mesh(iterate: Iterate, evaluator: Evaluator, tolerance: float) -> Mesh:

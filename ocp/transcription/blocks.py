@@ -41,7 +41,7 @@ from ocp.transcription.kernels import Block
 from ocp.transcription.path_constraints import PathConstraint
 from ocp.transcription.rows import PathRows, PhaseRows, Rows
 
-SHORTEST = 0.02  # of its width on the mesh: the least length of an interval whose ends move
+_SHORTEST = 0.02  # of its width on the mesh: the least length of an interval whose ends move
 
 
 def blocks_of(
@@ -258,7 +258,7 @@ class PhaseBlocks:
         sides = builder.variables(ids, [1.0, 1.0])
         width = builder.data(np.diff(columns.mesh.breakpoints)[moving][:, None])
 
-        rows = self.rows.limits.take(moving.size, [(SHORTEST, columns.mesh.longest, 1.0)])
+        rows = self.rows.limits.take(moving.size, [(_SHORTEST, columns.mesh.longest, 1.0)])
         own.breakpoints = rows.ravel()
         return self._joint(builder, "breakpoints", (), (sides[1] - sides[0]) / width, rows)
 

@@ -142,17 +142,12 @@ def trajectory_of(transcription: Transcription, x: Array, parameters: Parameters
     return Trajectory(phases, unknowns, dict(parameters.values), peaks)
 
 
-def fractions_of(columns: PhaseColumns, values: Array) -> Array:
-    """Breakpoints of a phase as fractions, (N + 1,), for unscaled values of all unknowns (n,)."""
-    fractions, here = columns.mesh.breakpoints.copy(), columns.moved >= 0
-    fractions[here] = values[columns.moved[here]]
-    return fractions
-
-
 def _phase_trajectory(
     columns: PhaseColumns, values: Array, transcription: Transcription
 ) -> PhaseTrajectory:
-    mesh, fractions = columns.mesh, fractions_of(columns, values)
+    mesh = columns.mesh
+    fractions, here = mesh.breakpoints.copy(), columns.moved >= 0
+    fractions[here] = values[columns.moved[here]]
     begin, end = columns.fixed_times if columns.ends is None else values[columns.ends]
     breakpoints = begin + fractions * (end - begin)
 
