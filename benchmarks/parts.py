@@ -42,6 +42,7 @@ PARTS = {
     "elements": Listed("benchmarks.speed.elements", "a pendulum of 4 to 64 ANCF elements"),
     "states": Listed("benchmarks.speed.size:STATES", "a heated rod of 10 to 100 states"),
     "phases": Listed("benchmarks.speed.size:PHASES", "a run through gates in 2 to 20 phases"),
+    "family": Listed("benchmarks.speed.family", "problem A for 100 jerk caps, each from the last"),
     "imports": Listed("benchmarks.speed.imports", "what loads, and how long it takes"),
     "instructions": Listed(
         "benchmarks.speed.instructions", "instructions of A and B: solver, model, the rest"

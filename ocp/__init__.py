@@ -62,6 +62,7 @@ from ocp.solve import collocate, solve
 from ocp.verification.verify import Verification
 
 if TYPE_CHECKING:
+    from ocp.analysis.family import Family, Member, family
     from ocp.analysis.homotopy import Homotopy, homotopy
     from ocp.analysis.lexicographic import Lexicographic, PriorityLevel, solve_lexicographic
     from ocp.analysis.multistart import Audit, audit
@@ -77,6 +78,7 @@ if TYPE_CHECKING:
 
 # what a solve does not need is loaded when it is asked for: a third of the time of `import ocp`
 _LATER = {
+    "analysis.family": ("Family", "Member", "family"),
     "analysis.homotopy": ("Homotopy", "homotopy"),
     "analysis.lexicographic": ("Lexicographic", "PriorityLevel", "solve_lexicographic"),
     "analysis.multistart": ("Audit", "audit"),
@@ -114,6 +116,7 @@ __all__ = [
     "Collapsed",
     "Constant",
     "Control",
+    "Family",
     "FileError",
     "FixedMesh",
     "Functional",
@@ -128,6 +131,7 @@ __all__ = [
     "IterationLimit",
     "Lexicographic",
     "Lobatto",
+    "Member",
     "Mesh",
     "MeshIteration",
     "MovingMesh",
@@ -164,6 +168,7 @@ __all__ = [
     "certify",
     "coarsened",
     "collocate",
+    "family",
     "homotopy",
     "joined",
     "load",

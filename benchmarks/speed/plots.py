@@ -40,6 +40,19 @@ def panels(title: str, along: str, quantities: Mapping[str, Mapping[str, Curve]]
     return figure
 
 
+def points(title: str, along: str, quantity: str, curves: Mapping[str, Curve]) -> Figure:
+    """Draw curves (x, y) by name in one panel, as points: many of them, and noisy."""
+    figure = Figure(figsize=(6.4, 3.8), dpi=110, layout="constrained")
+    panel = figure.subplots()
+    for (name, (x, y)), colour in zip(curves.items(), COLOURS, strict=False):
+        panel.plot(x[: len(y)], np.array(y, dtype=float), ".", ms=5, color=colour, label=name)
+    panel.legend(frameon=False, fontsize=8)
+    _scale_values(panel)
+    label_axes(panel, along, quantity, fit=False)
+    panel.set_title(title, fontsize=11, loc="left")
+    return figure
+
+
 def _scale_values(panel: Axes) -> None:
     """Logarithmic where the values span more than a decade, from zero otherwise."""
     values = np.concatenate([np.asarray(line.get_ydata(), float) for line in panel.get_lines()])

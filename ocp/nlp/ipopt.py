@@ -8,16 +8,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
-import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array
 from ocp.errors import StatementError
 from ocp.keywords import as_written, checked_keywords
-from ocp.nlp.interrupts import Interrupts, noted_interrupts
+from ocp.nlp.interrupts import noted_interrupts
+from ocp.nlp.kept import kept_solver
 from ocp.nlp.result import NlpResult, Outcome
 from ocp.nlp.solver import Listener, StartingPoint
 from ocp.nlp.standstill import Divergence, Standstill
+from ocp.nlp.watch import WatchedRun
 from ocp.transcription.kernels import Program
 from ocp.transcription.transcribe import ProgramLimits
 
@@ -57,6 +58,15 @@ _WARM_START = {
     "ipopt.warm_start_slack_bound_push": _PUSH,
     "ipopt.warm_start_slack_bound_frac": _PUSH,
     "ipopt.warm_start_mult_bound_push": _PUSH,
+}
+
+# CasADi's own: nothing that nobody reads
+_CASADI: dict[str, Any] = {
+    "print_time": False,
+    "calc_lam_p": False,
+    # built for multipliers of parameters alone, dearer than the rest
+    "no_nlp_grad": True,
+    "show_eval_warnings": False,
 }
 
 # status of a run that ended at the best point it had come by
@@ -195,35 +205,34 @@ class Ipopt:
             There is no such linear solver here.
         """
         begin = clock.perf_counter()
-        options = _casadi_options(program) | self._options()
+        options = _CASADI | self._options()
         if self.linear_solver == "mumps":
             options["ipopt.mumps_pivot_order"] = _ordering(program)
-        multipliers: dict[str, Any] = {}
+        multipliers: dict[str, Array] = {}
         if start.multipliers is not None:
             options |= _WARM_START
             multipliers = dict(zip(("lam_x0", "lam_g0"), start.multipliers, strict=True))
 
-        with noted_interrupts() as interrupts:
-            # a loose run ends soon enough by itself
-            standstill = None
-            if self.stall:
-                standstill = Standstill(program, limits, parameters, self.tolerance)
-            watch = _Watch(program, interrupts, listener, standstill, Divergence(limits))
-            options["iteration_callback"] = watch
-            solver = ca.nlpsol("solver", "ipopt", program.oracle, options)
-            solution = solver(
-                x0=start.x,
-                **multipliers,
-                p=parameters,
-                lbx=limits.columns[0],
-                ubx=limits.columns[1],
-                lbg=limits.rows[0],
-                ubg=limits.rows[1],
-            )
-        if watch.error is not None:
-            raise watch.error
+        # a loose run ends soon enough by itself
+        standstill = None
+        if self.stall:
+            standstill = Standstill(program, limits, parameters, self.tolerance)
+        with noted_interrupts() as interrupts, kept_solver(program, options) as kept:
+            run = WatchedRun(interrupts, Divergence(limits), standstill, listener)
+            with kept.watch.over(run):
+                solution = kept.run(
+                    x0=start.x,
+                    **multipliers,
+                    p=parameters,
+                    lbx=limits.columns[0],
+                    ubx=limits.columns[1],
+                    lbg=limits.rows[0],
+                    ubg=limits.rows[1],
+                )
+            statistics = kept.statistics()
+        if run.error is not None:
+            raise run.error
 
-        statistics = solver.stats()
         status, count = str(statistics["return_status"]), int(statistics["iter_count"])
         if status == "Invalid_Option":
             # all other options are typed: the library cannot be loaded
@@ -233,20 +242,20 @@ class Ipopt:
             )
         log.debug("IPOPT: %s after %d iterations", status, count)
 
-        if watch.diverged:
+        if run.diverged:
             status = _DIVERGED
         result = NlpResult(
             outcome="interrupted" if interrupts.asked else _OUTCOMES.get(status, "failed"),
             status=status,
-            x=_vector(solution["x"]),
-            objective=float(solution["f"]),
-            rows=_vector(solution["g"]),
-            bound_multipliers=_vector(solution["lam_x"]),
-            row_multipliers=_vector(solution["lam_g"]),
+            x=solution["x"],
+            objective=float(solution["f"][0]),
+            rows=solution["g"],
+            bound_multipliers=solution["lam_x"],
+            row_multipliers=solution["lam_g"],
             iterations=count,
             seconds=clock.perf_counter() - begin,
         )
-        if result.outcome not in ("solved", "interrupted") or watch.stood_still:
+        if result.outcome not in ("solved", "interrupted") or run.stood_still:
             result = _at_best(result, standstill, stopped=interrupts.asked)
         return replace(result, x=_within(result.x, limits))
 
@@ -291,28 +300,7 @@ class Ipopt:
 
 def _ordering(program: Program) -> int:
     """Which ordering MUMPS is asked for, by how often the most frequent unknown is used."""
-    uses = np.zeros(program.variables, dtype=np.int64)
-    for block in program.blocks:
-        uses += np.bincount(block.columns.ravel(), minlength=program.variables)
-    return _DENSE_ROWS_APART if uses.max(initial=0) > _DENSE else _MINIMUM_FILL
-
-
-def _casadi_options(program: Program) -> dict[str, Any]:
-    """CasADi's options: derivatives from the kernels, and nothing that nobody reads."""
-    return {
-        "grad_f": program.objective_gradient,
-        "jac_g": program.constraint_jacobian,
-        "hess_lag": program.lagrangian_hessian,
-        "print_time": False,
-        "calc_lam_p": False,
-        # built for multipliers of parameters alone, dearer than the rest
-        "no_nlp_grad": True,
-        "show_eval_warnings": False,
-    }
-
-
-def _vector(value: Any) -> Array:
-    return np.array(value).ravel()
+    return _DENSE_ROWS_APART if program.most_uses > _DENSE else _MINIMUM_FILL
 
 
 def _within(x: Array, limits: ProgramLimits) -> Array:
@@ -340,66 +328,3 @@ def _at_best(result: NlpResult, standstill: Standstill | None, *, stopped: bool)
         bound_multipliers=best.bound_multipliers,
         row_multipliers=best.row_multipliers,
     )
-
-
-class _Watch(ca.Callback):
-    """Called at every iteration: stops when the user asks to or where nothing is gained any more.
-
-    Every iteration is passed to a listener.
-    """
-
-    def __init__(
-        self,
-        program: Program,
-        interrupts: Interrupts,
-        listener: Listener | None,
-        standstill: Standstill | None,
-        divergence: Divergence,
-    ) -> None:
-        ca.Callback.__init__(self)
-        self.program, self.interrupts, self.listener = program, interrupts, listener
-        self.standstill, self.stood_still = standstill, False
-        self.divergence, self.diverged = divergence, False
-        self.count = 0
-        self.error: BaseException | None = None
-        self.construct("watch", {})
-
-    def get_n_in(self) -> int:
-        return int(ca.nlpsol_n_out())
-
-    def get_n_out(self) -> int:
-        return 1
-
-    def get_sparsity_in(self, i: int) -> Any:
-        sizes = {
-            "x": self.program.variables,
-            "f": 1,
-            "g": self.program.rows,
-            "lam_x": self.program.variables,
-            "lam_g": self.program.rows,
-            "lam_p": self.program.constants,
-        }
-        return ca.Sparsity.dense(sizes[ca.nlpsol_out(i)], 1)
-
-    def eval(self, arg: Any) -> list[float]:
-        stop = False
-        try:
-            x, objective, rows, on_columns, on_rows = (_vector(arg[i]) for i in range(5))
-            if self.listener is not None:
-                stop = self.listener(self.count, float(objective[0]), x, rows)
-            if (
-                not stop
-                and self.standstill
-                and self.standstill.seen(
-                    self.count, x, float(objective[0]), rows, on_columns, on_rows
-                )
-            ):
-                self.stood_still = stop = True
-            if not stop and self.divergence.seen(rows):
-                self.diverged = stop = True
-        except BaseException as error:
-            # raised after the solver has ended: CasADi would take it for a failure
-            self.error, stop = error, True
-
-        self.count += 1
-        return [1.0 if stop or self.interrupts.asked else 0.0]

@@ -7,13 +7,12 @@ still meanwhile.  The point that it came by is the answer, and what follows is n
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array
-from ocp.transcription.kernels import Program
+from ocp.transcription.kernels import Program, nonzero_places
 from ocp.transcription.transcribe import ProgramLimits
 
 # A point is near the optimum from this multiple of the solver's tolerance on, but never beyond the
@@ -26,6 +25,9 @@ _NEAR = 1e-8
 _PATIENCE = 15
 _BETTER = 0.5
 _FLAT = 1e-8
+
+# Numbers that points may take up until they are judged.
+_WAITING = 10**6
 
 # A run has diverged where rows are missed by so many of their sizes, or of the start's violation,
 # for so many iterations in a row.
@@ -49,7 +51,7 @@ class NearPoint:
     Attributes
     ----------
     number : of its iteration.
-    error : of the optimality conditions.
+    error : of the optimality conditions; of the limits alone until it is judged.
     x, rows, bound_multipliers, row_multipliers : arrays of the program.
     objective : scaled.
     """
@@ -79,7 +81,15 @@ class Standstill:
         self._lower = np.concatenate([limits.columns[0], limits.rows[0]])
         self._upper = np.concatenate([limits.columns[1], limits.rows[1]])
         self._near = max(tolerance, min(_NEAR_FACTOR * tolerance, _NEAR))
-        self.best: NearPoint | None = None
+        self._best: NearPoint | None = None
+        self._waiting: list[NearPoint] = []
+        self._stationarity: _Stationarity | None = None
+
+    @property
+    def best(self) -> NearPoint | None:
+        """The best point near the optimum so far, if there is one."""
+        self._judge()
+        return self._best
 
     def seen(
         self,
@@ -90,38 +100,49 @@ class Standstill:
         bound_multipliers: Array,
         row_multipliers: Array,
     ) -> bool:
-        """Take note of an iterate; whether the run has stood still for long enough."""
+        """Take note of an iterate; whether the run has stood still for long enough.
+
+        The arrays are kept. Errors cost as much as the solver's own functions, so that they are
+        worked out only once the run is old enough to be ended by one of its points.
+        """
         values = np.concatenate([x, rows])
         excess = np.maximum(self._lower - values, values - self._upper)
-        if float(excess.max(initial=0.0)) <= self._near:
-            error = self._error(objective, values, excess, x, bound_multipliers, row_multipliers)
-            if error <= self._near and self._is_better(error, objective):
-                self.best = NearPoint(
-                    number, error, objective, x, rows, bound_multipliers, row_multipliers
-                )
-        return self.best is not None and number >= self.best.number + _PATIENCE
+        violation = float(excess.max(initial=0.0))
+        if violation <= self._near:
+            point = NearPoint(
+                number, violation, objective, x, rows, bound_multipliers, row_multipliers
+            )
+            self._waiting.append(point)
+
+        oldest = self._best or next(iter(self._waiting), None)
+        old_enough = oldest is not None and number >= oldest.number + _PATIENCE
+        if old_enough or len(self._waiting) * values.size > _WAITING:
+            self._judge()
+        return self._best is not None and number >= self._best.number + _PATIENCE
+
+    def _judge(self) -> None:
+        """Find the best of the points that wait."""
+        for point in self._waiting:
+            error = max(point.error, self._error(point))
+            if error <= self._near and self._is_better(error, point.objective):
+                self._best = replace(point, error=error)
+        self._waiting.clear()
 
     def _is_better(self, error: float, objective: float) -> bool:
-        if self.best is None:
+        if self._best is None:
             return True
-        gained = self.best.objective - objective
-        return error < _BETTER * self.best.error or gained > _FLAT * abs(objective)
+        gained = self._best.objective - objective
+        return error < _BETTER * self._best.error or gained > _FLAT * abs(objective)
 
-    def _error(
-        self,
-        objective: float,
-        values: Array,
-        excess: Array,
-        x: Array,
-        on_columns: Array,
-        on_rows: Array,
-    ) -> float:
-        """Largest of violation, dual infeasibility and a part of the duality gap."""
-        _, gradient = self._program.objective_gradient(x, self._parameters)
-        _, jacobian = self._program.constraint_jacobian(x, self._parameters)
-        stationarity = np.array(gradient + ca.mtimes(jacobian.T, on_rows)).ravel() + on_columns
+    def _error(self, point: NearPoint) -> float:
+        """Larger of dual infeasibility and a part of the duality gap."""
+        on_columns, on_rows = point.bound_multipliers, point.row_multipliers
+        if self._stationarity is None:
+            self._stationarity = _Stationarity(self._program, self._parameters)
+        stationarity = self._stationarity(point.x, on_rows) + on_columns
 
         # a positive multiplier belongs to the upper limit, a negative one to the lower
+        values = np.concatenate([point.x, point.rows])
         multipliers = np.concatenate([on_columns, on_rows])
         slack = np.where(multipliers > 0, self._upper - values, values - self._lower)
         products = np.abs(multipliers) * np.where(np.isfinite(slack), np.abs(slack), 1.0)
@@ -131,8 +152,39 @@ class Standstill:
         dual = float(np.abs(stationarity).max()) / size
         # a part of the objective, however small its scale makes it: after a warm start from a
         # neighbour, the start itself meets all else
-        gap = _GAP * float(products.sum()) / max(abs(objective), _SMALLEST)
-        return max(float(excess.max(initial=0.0)), _STATIONARITY * dual, gap)
+        gap = _GAP * float(products.sum()) / max(abs(point.objective), _SMALLEST)
+        return max(_STATIONARITY * dual, gap)
+
+
+class _Stationarity:
+    """Gradient of ``f + lam^T g`` by the unknowns at given constants.
+
+    CasADi's buffers are read and written in place. Matrices made of arrays would take ten times as
+    long as the functions of a small program.
+    """
+
+    def __init__(self, program: Program, parameters: Array) -> None:
+        functions = (program.objective_gradient, program.constraint_jacobian)
+        self._rows, self._columns = nonzero_places(functions[1].sparsity_out(1))
+        self._x, self._p = np.empty(program.variables), np.array(parameters, dtype=float)
+        self._results = [np.zeros(function.nnz_out(1)) for function in functions]
+        self._evaluate = []
+        for function, result in zip(functions, self._results, strict=True):
+            buffer, evaluate = function.buffer()
+            for number, argument in enumerate((self._x, self._p)):
+                buffer.set_arg(number, argument.data)
+            buffer.set_res(1, result.data)
+            self._evaluate.append((buffer, evaluate))
+
+    def __call__(self, x: Array, multipliers: Array) -> Array:
+        """At unknowns (n,) and multipliers of the rows (m,)."""
+        self._x[:] = x
+        for _, evaluate in self._evaluate:
+            evaluate()
+        gradient, jacobian = self._results
+        weighted = jacobian * multipliers[self._rows]
+        total = gradient + np.bincount(self._columns, weighted, self._x.size)
+        return np.asarray(total)
 
 
 class Divergence:

@@ -39,8 +39,6 @@ class Iterate:
         Multipliers of the rows, likewise.
     built : Transcription or None
         The program, if it is there already. It is built on first use otherwise.
-    parameters : Parameters
-        The constants of the problem, and its limits at their values.
     """
 
     problem: Problem
@@ -54,16 +52,11 @@ class Iterate:
     bound_multipliers: Array
     row_multipliers: Array
     built: Transcription | None = field(default=None, repr=False)
-    parameters: Parameters = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        parameters = parameters_of(self.problem, self.trajectory.constants)
-        object.__setattr__(self, "parameters", parameters)
-
         # a program that is there already is not built again
         if self.built is not None:
             object.__setattr__(self, "transcription", self.built)
-            object.__setattr__(self, "limits", self.built.limits(parameters))
 
     def __repr__(self) -> str:
         return (
@@ -80,6 +73,11 @@ class Iterate:
     def transcription(self) -> Transcription:
         """The program."""
         return transcribe(self.problem, self.mesh, self.scheme, self.controls, self.scales)
+
+    @cached_property
+    def parameters(self) -> Parameters:
+        """The constants of the problem, and its limits at their values."""
+        return parameters_of(self.problem, self.trajectory.constants)
 
     @cached_property
     def limits(self) -> ProgramLimits:

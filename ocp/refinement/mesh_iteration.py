@@ -41,7 +41,7 @@ LOOSER = 10.0
 
 # A mesh that is about to be replaced is solved to this tolerance: the digits beyond are lost with
 # the next mesh. The mesh that meets all tolerances is solved to the tolerance asked for.
-_LOOSE = 1e-7
+LOOSE = 1e-7
 
 # A warm start from the mesh iteration before takes some dozens of iterations. Near a degenerate
 # optimum it can wander from there for a thousand, where another line search or a start without
@@ -290,7 +290,7 @@ class MeshSolver:
         An evaluator of the same problem lends what it has compiled.
         """
         budget = Budget(settings.iterations or float("inf"), settings.seconds or float("inf"))
-        rough = settings.solver.loosened(_LOOSE)
+        rough = settings.solver.loosened(LOOSE)
         if evaluator is None or evaluator.problem is not problem:
             evaluator = Evaluator(problem)
         return cls(problem, settings, parameters, evaluator, budget, rough, progress, prepared)
@@ -312,6 +312,11 @@ class MeshSolver:
             self.problem, mesh, start.scheme, start.controls, start.scales, start.transcription
         )
 
+    def at(self, parameters: Parameters) -> MeshSolver:
+        """The same for other values of the constants, with a budget of its own."""
+        budget = Budget(self.budget.iterations, self.budget.seconds)
+        return replace(self, parameters=parameters, budget=budget)
+
     def next_program(self, last: Iterate, mesh: Mesh) -> Transcription:
         """The program of a mesh after a solved one, its objective sized by what was found."""
         scales = self.scales_after(last)
@@ -330,9 +335,11 @@ class MeshSolver:
         return resized(last.scales, last.objective, least)
 
     def starting_point(
-        self, program: Transcription, start: Start, limits: ProgramLimits
+        self, program: Transcription, start: Start | StartingPoint, limits: ProgramLimits
     ) -> StartingPoint:
         """A start of the program: unknowns, and multipliers where an iterate brings them."""
+        if isinstance(start, StartingPoint):
+            return start
         if not isinstance(start, Iterate):
             return StartingPoint(self._packed(program, start, limits))
         if start.transcription is program:
@@ -344,7 +351,7 @@ class MeshSolver:
     def solve(
         self,
         program: Transcription,
-        start: Start,
+        start: Start | StartingPoint,
         solver: NlpSolver,
         before: Sequence[MeshIteration] = (),
         *,

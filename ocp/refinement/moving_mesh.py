@@ -25,6 +25,7 @@ from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.error_estimate import MotionErrors
 from ocp.refinement.policy import AdaptiveMesh, RefinementPolicy
+from ocp.transcription.transcribe import Transcription
 
 if TYPE_CHECKING:
     from ocp.refinement.mesh_iteration import SolvedMesh
@@ -95,6 +96,46 @@ class MovingMesh:
         return None
 
 
+@dataclass(frozen=True)
+class KeptWhileGood:
+    """Another policy, but a first mesh that meets all tolerances is kept as it is.
+
+    Breakpoints that move would otherwise be settled where they are, on a mesh that is solved again.
+
+    Parameters
+    ----------
+    policy : RefinementPolicy
+        Of all meshes after the first.
+    """
+
+    policy: RefinementPolicy
+
+    @property
+    def adapts(self) -> bool:
+        return self.policy.adapts
+
+    @property
+    def rounds(self) -> int:
+        return self.policy.rounds
+
+    @property
+    def highest_degree(self) -> int:
+        return self.policy.highest_degree
+
+    def next_mesh(self, solved: Sequence[SolvedMesh], accuracy: Accuracy) -> Mesh | None:
+        """None after a first mesh that is good enough; else that of the policy."""
+        first = len(solved) == 1 and solved[0].holds(accuracy)
+        if first and solved[0].errors.gain <= accuracy.objective:
+            return None
+        return self.policy.next_mesh(solved, accuracy)
+
+    def after_failure(
+        self, solved: Sequence[SolvedMesh], failed: Mesh, accuracy: Accuracy
+    ) -> tuple[RefinementPolicy, Mesh] | None:
+        """That of the policy."""
+        return self.policy.after_failure(solved, failed, accuracy)
+
+
 def moving_mesh(iterate: Iterate, evaluator: Evaluator, tolerance: float) -> Mesh:
     """A mesh that follows a motion to its neighbours: the very mesh that it has if that will do.
 
@@ -110,12 +151,36 @@ def moving_mesh(iterate: Iterate, evaluator: Evaluator, tolerance: float) -> Mes
     """
     mesh, trajectory = iterate.mesh, iterate.trajectory
     if not any(phase.movable for phase in mesh.phases):
-        return merged_mesh(iterate, evaluator, tolerance).freed(_LONGEST)
+        return movable_mesh(iterate, evaluator, tolerance)
     ratios = _ratios(mesh, trajectory)
     narrowest = min(float(np.diff(motion.fractions).min()) for motion in trajectory.phases)
     if narrowest >= _VANISHED and _ROOM[0] <= ratios.min() and ratios.max() <= _ROOM[1]:
         return mesh
     return _where_it_is(mesh, trajectory).freed(_LONGEST)
+
+
+def price_of_widths(program: Transcription, row_multipliers: Array) -> float:
+    """What the limits of all widths cost, were each wider by its width on the mesh, to first order.
+
+    Where they cost something the motion is another one on a mesh made of where its breakpoints are.
+
+    Parameters
+    ----------
+    row_multipliers : (m,)
+        Scaled.
+
+    Returns
+    -------
+    float
+        Of the objective, scaled.
+    """
+    parts = [row_multipliers[own.breakpoints] for own in program.rows.phases]
+    return float(np.abs(np.concatenate(parts)).sum())
+
+
+def movable_mesh(iterate: Iterate, evaluator: Evaluator, tolerance: float) -> Mesh:
+    """A mesh of as few intervals as a motion needs, whose breakpoints all move, made anew."""
+    return merged_mesh(iterate, evaluator, tolerance).freed(_LONGEST)
 
 
 def merged_mesh(iterate: Iterate, evaluator: Evaluator, tolerance: float) -> Mesh:

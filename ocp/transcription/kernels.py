@@ -45,7 +45,7 @@ class Kernel:
     @cached_property
     def pattern(self) -> tuple[Integers, Integers]:
         """Rows and local variables of the non-zeros of the rows' Jacobian."""
-        return _places(self.whole.jac_sparsity(1, 0))
+        return nonzero_places(self.whole.jac_sparsity(1, 0))
 
     @cached_property
     def costs(self) -> bool:
@@ -135,11 +135,11 @@ def differentiate(kernel: Kernel) -> KernelDerivatives:
         objective=ca.Function("objective", inputs, [f]),
         rows=ca.Function("rows", inputs, [g]),
         gradient=_function("gradient", inputs, [f, gradient]),
-        gradient_at=_places(gradient.sparsity())[1],
+        gradient_at=nonzero_places(gradient.sparsity())[1],
         jacobian=_function("jacobian", inputs, [g, jacobian]),
-        jacobian_at=_places(jacobian.sparsity()),
+        jacobian_at=nonzero_places(jacobian.sparsity()),
         hessian=_function("hessian", [*inputs, sigma, lam], [hessian]),
-        hessian_at=_places(hessian.sparsity()),
+        hessian_at=nonzero_places(hessian.sparsity()),
     )
 
 
@@ -149,7 +149,8 @@ def _function(name: str, inputs: list[Any], outputs: list[Any]) -> ca.Function:
     return ca.Function(name, inputs, [*values, nonzeros])
 
 
-def _places(pattern: ca.Sparsity) -> tuple[Integers, Integers]:
+def nonzero_places(pattern: ca.Sparsity) -> tuple[Integers, Integers]:
+    """Rows and columns of the non-zeros of a pattern, in their order."""
     rows, columns = pattern.get_triplet()
     return np.array(rows, dtype=np.int64), np.array(columns, dtype=np.int64)
 
@@ -169,6 +170,14 @@ class Program:
     variables: int
     rows: int
     constants: int
+
+    @cached_property
+    def most_uses(self) -> int:
+        """How often the unknown that is used most is used."""
+        uses = np.zeros(self.variables, dtype=np.int64)
+        for block in self.blocks:
+            uses += np.bincount(block.columns.ravel(), minlength=self.variables)
+        return int(uses.max(initial=0))
 
     @cached_property
     def oracle(self) -> ca.Function:

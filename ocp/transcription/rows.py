@@ -13,6 +13,7 @@ import numpy as np
 
 from ocp.arrays import Array, Integers
 from ocp.problem.parameters import Parameters
+from ocp.problem.symbols import is_number
 
 
 class Limits:
@@ -41,11 +42,16 @@ class Limits:
 
     def bound(self, ids: Any, lower: Any, upper: Any, scale: float) -> None:
         """Set (and override) the limits of some entries."""
-        self._statements.append((np.asarray(ids).ravel(), lower, upper, scale, False))
+        self._state(ids, lower, upper, scale, narrows=False)
 
     def narrow(self, ids: Any, lower: Any, upper: Any, scale: float) -> None:
         """Limits in addition to those set before."""
-        self._statements.append((np.asarray(ids).ravel(), lower, upper, scale, True))
+        self._state(ids, lower, upper, scale, narrows=True)
+
+    def _state(self, ids: Any, lower: Any, upper: Any, scale: float, *, narrows: bool) -> None:
+        # numbers are told from expressions once, and not for all values of the constants
+        low, high = (float(v) if is_number(v) else v for v in (lower, upper))
+        self._statements.append((np.asarray(ids).ravel(), low, high, scale, narrows))
 
     def keep_inside(self, ids: Integers, back_off: Array) -> None:
         """Keep some entries inside their limits, by a scaled back-off each."""
@@ -55,7 +61,8 @@ class Limits:
         """Scaled lower and upper limits, shape (count,) each, at values of the constants."""
         lower, upper = np.full(self.count, -np.inf), np.full(self.count, np.inf)
         for ids, low, high, scale, narrows in self._statements:
-            least, largest = parameters.limit(low) / scale, parameters.limit(high) / scale
+            least = (low if isinstance(low, float) else parameters.limit(low)) / scale
+            largest = (high if isinstance(high, float) else parameters.limit(high)) / scale
             lower[ids] = np.maximum(lower[ids], least) if narrows else least
             upper[ids] = np.minimum(upper[ids], largest) if narrows else largest
         for ids, back_off in self._back_offs:

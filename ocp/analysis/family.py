@@ -1,0 +1,380 @@
+"""A family of motions: one problem for many values of a constant, each warm from the one before.
+
+Along a family the nonlinear program stays, and with it everything that was built for it. The
+breakpoints move with the ends of the arcs, see `ocp.refinement.moving_mesh`. A member then costs
+little more than the iterations of its solver. Errors between the points, further refinement and the
+replay cost several times as much, and wait until they are asked for.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from ocp.arrays import Array
+from ocp.errors import Interrupted, SolveFailed, StatementError
+from ocp.keywords import checked_keywords
+from ocp.mesh.trajectory import Evaluator, Trajectory
+from ocp.nlp.result import NlpResult
+from ocp.nlp.solver import StartingPoint
+from ocp.optimality.iterate import Iterate, iterate_of
+from ocp.problem.parameters import Parameters, parameters_of
+from ocp.problem.problem import Problem
+from ocp.problem.symbols import Constant
+from ocp.problem.validation import check_values
+from ocp.progress import Progress, shown
+from ocp.refinement.loop import refine
+from ocp.refinement.mesh_iteration import LOOSE, MeshSolver, iterations_of
+from ocp.refinement.moving_mesh import (
+    KeptWhileGood,
+    MovingMesh,
+    movable_mesh,
+    moving_mesh,
+    price_of_widths,
+)
+from ocp.settings import Settings
+from ocp.solution.solution import Solution
+from ocp.solve import solve, solve_from
+from ocp.transcription.packing import trajectory_of
+from ocp.transcription.transcribe import Transcription
+
+# Of a signal's range, that merging intervals may cost: what it spoils is refined again at once.
+_MERGED = 5e-4
+
+# Times that the limits of all widths are set anew for one member. Each time an interval may grow by
+# a half: what takes more is far from its neighbour.
+_RENEWALS = 4
+
+# Meshes on which a mesh that was merged is refined again.
+_ROUNDS = 5
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Member:
+    """A motion of a family, as its mesh gives it: neither refined nor verified.
+
+    Attributes
+    ----------
+    value : float
+        Of the constant [its unit].
+    objective : float
+        As it was stated, minimised or maximised [unit of the objective].
+    iterations : int
+        Of the solver.
+    alone : bool
+        Whether it was refined on a mesh of its own: the first one, and any to which the mesh of the
+        one before did not lead.
+    program : Transcription
+        Its nonlinear program, which neighbours share.
+    parameters : Parameters
+        Values of the constants.
+    answer : NlpResult or Iterate
+        What was found: unknowns and multipliers.
+    """
+
+    value: float
+    objective: float
+    iterations: int
+    alone: bool
+    program: Transcription = field(repr=False)
+    parameters: Parameters = field(repr=False)
+    answer: NlpResult | Iterate = field(repr=False)
+
+    def __repr__(self) -> str:
+        return f"Member({self.value:.6g}: objective {self.objective:.8g})"
+
+    @cached_property
+    def iterate(self) -> Iterate:
+        """The point of the nonlinear program, made when it is asked for."""
+        if isinstance(self.answer, Iterate):
+            return self.answer
+        trajectory = trajectory_of(self.program, self.answer.x, self.parameters)
+        return iterate_of(self.program, self.answer, trajectory)
+
+    @property
+    def start(self) -> StartingPoint:
+        """Where a neighbour starts on the same mesh."""
+        answer = self.answer
+        return StartingPoint(answer.x, (answer.bound_multipliers, answer.row_multipliers))
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """The motion."""
+        return self.iterate.trajectory
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Family:
+    """Motions of one problem along the values of a constant.
+
+    Attributes
+    ----------
+    problem : Problem
+    constant : Constant
+    settings : Settings
+        By which members are refined and verified.
+    evaluator : Evaluator
+        Of the problem.
+    members : tuple of Member
+        In the order of the values.
+    """
+
+    problem: Problem
+    constant: Constant
+    settings: Settings
+    evaluator: Evaluator = field(repr=False)
+    members: tuple[Member, ...]
+
+    def __repr__(self) -> str:
+        first, last = self.members[0], self.members[-1]
+        return (
+            f"Family of '{self.problem.name}': {len(self.members)} members, '{self.constant.name}' "
+            f"{first.value:.6g} to {last.value:.6g} {self.constant.unit}, objectives "
+            f"{first.objective:.8g} to {last.objective:.8g}"
+        )
+
+    @property
+    def values(self) -> Array:
+        """Of the constant, (n,) [its unit]."""
+        return np.array([member.value for member in self.members])
+
+    @property
+    def objectives(self) -> Array:
+        """Neither refined nor verified, (n,) [unit of the objective]."""
+        return np.array([member.objective for member in self.members])
+
+    @checked_keywords()
+    def solution(self, number: int, *, progress: Progress | bool | None = None) -> Solution:
+        """A member refined and verified, as `ocp.solve` does it.
+
+        Parameters
+        ----------
+        number : int
+            Of the member, from 0.
+        progress : bool or callable, optional
+            As of `ocp.solve`.
+
+        Raises
+        ------
+        SolveFailed, Unverified, Interrupted
+            As `ocp.solve`.
+        """
+        member = self.members[number]
+        settings = replace(self.settings, refinement=KeptWhileGood(self.settings.refinement))
+        with shown(progress) as say:
+            meshes = MeshSolver.of(
+                self.problem, settings, member.parameters, say, evaluator=self.evaluator
+            )
+            return solve_from(meshes, member.iterate, member.iterate.mesh)
+
+    @checked_keywords()
+    def solutions(self, *, progress: Progress | bool | None = None) -> tuple[Solution, ...]:
+        """All members refined and verified; raises as `solution` does."""
+        return tuple(self.solution(i, progress=progress) for i in range(len(self.members)))
+
+
+@checked_keywords()
+def family(
+    problem: Problem,
+    constant: Constant,
+    values: Sequence[float],
+    *,
+    settings: Settings | None = None,
+    guess: Solution | Trajectory | None = None,
+    constants: Mapping[Constant, float] | None = None,
+    progress: Progress | bool | None = None,
+) -> Family:
+    """Solve a problem for many neighbouring values of a constant.
+
+    The first value is solved and refined. Every further one starts from the primal and dual
+    variables of the one before, on few intervals whose breakpoints move, or on a mesh that stays if
+    the settings say so. Where this fails a member is refined on a mesh of its own.
+
+    Members are what their meshes give. `Family.solution` refines and verifies one of them,
+    `Family.solutions` all.
+
+    Parameters
+    ----------
+    problem : Problem
+    constant : Constant
+        The one that changes.
+    values : sequence of numbers
+        In an order in which neighbours are near each other [unit of the constant].
+    settings : Settings, optional
+        As of `ocp.solve`; their budget is that of each member.
+    guess : Solution or Trajectory, optional
+        As of `ocp.solve`, for the first value.
+    constants : mapping of Constant to number, optional
+        Values of other constants.
+    progress : bool or callable, optional
+        As of `ocp.solve`.
+
+    Raises
+    ------
+    StatementError
+        The statement contradicts itself, or there are no values.
+    SolveFailed
+        A member was not found, on a mesh of its own either; a note says which.
+    Interrupted
+        The user stopped it.
+    """
+    places = [float(value) for value in values]
+    if not places or not all(map(math.isfinite, places)):
+        raise StatementError(
+            f"the family in '{constant.name}' has the values {values!r}; give one number or more"
+        )
+    settings, others = settings or Settings(), dict(constants or {})
+    unchecked = replace(settings, verify=False)
+    # digits of the first one are lost with its mesh, if that may change
+    rough = settings.solver.loosened(LOOSE) if settings.refinement.adapts else settings.solver
+    first = solve(
+        problem,
+        settings=replace(unchecked, solver=rough),
+        guess=guess,
+        constants={**others, constant: places[0]},
+        progress=progress,
+    )
+
+    with shown(progress) as say:
+        walk = _Walk.of(first, constant, unchecked, others, say)
+        members = [walk.first(first)]
+        for value in places[1:]:
+            members.append(walk.next(members[-1], value))
+    return Family(problem, constant, settings, first.evaluator, tuple(members))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class _Walk:
+    """What all members have in common.
+
+    Attributes
+    ----------
+    constant : Constant
+        The one that changes.
+    others : mapping of Constant to number
+        Values of other constants.
+    base : MeshSolver
+        At the first value.
+    """
+
+    constant: Constant
+    others: Mapping[Constant, float]
+    base: MeshSolver
+
+    @classmethod
+    def of(
+        cls,
+        first: Solution,
+        constant: Constant,
+        settings: Settings,
+        others: Mapping[Constant, float],
+        progress: Progress | None,
+    ) -> _Walk:
+        """A walk that begins at a solution."""
+        parameters = parameters_of(first.problem, first.trajectory.constants)
+        base = MeshSolver.of(
+            first.problem, settings, parameters, progress, evaluator=first.evaluator
+        )
+        return cls(constant, others, base)
+
+    def first(self, solution: Solution) -> Member:
+        """The first member, on the mesh that the others follow."""
+        return self._followable(solution.kept_iterate, self.base.parameters, solution.iterations)
+
+    def next(self, last: Member, value: float) -> Member:
+        """The member after another one."""
+        base = self.base
+        parameters = parameters_of(base.problem, {**self.others, self.constant: value})
+        check_values(base.problem, parameters)
+        meshes = base.at(parameters)
+        found = self._solved(meshes, last.program, last.start)
+        iterations = found.iterations if found else 0
+
+        for _ in range(_RENEWALS):
+            if found is None:
+                break
+            if not self._held_back(found):
+                return replace(found, iterations=iterations)
+            # the limits of all widths are set anew, from where the breakpoints are
+            mesh = moving_mesh(found.iterate, base.evaluator, _MERGED)
+            program = meshes.first_program(found.iterate, mesh)
+            found = self._solved(meshes, program, found.iterate)
+            iterations += found.iterations if found else 0
+        return self._alone(meshes, last)
+
+    def _solved(
+        self, meshes: MeshSolver, program: Transcription, start: StartingPoint | Iterate
+    ) -> Member | None:
+        """The member on a mesh, from a neighbour; None where there is none."""
+        result = meshes.solve(program, start, meshes.settings.solver)
+        if result.outcome == "interrupted":
+            raise Interrupted(
+                f"the family of '{meshes.problem.name}' was stopped at "
+                f"{self._place(meshes.parameters)}",
+                trajectory_of(program, result.x, meshes.parameters),
+            )
+        if result.outcome != "solved":
+            return None
+        return Member(
+            value=meshes.parameters.values[self.constant.name],
+            objective=meshes.problem.sense * result.objective * program.scales.objective,
+            iterations=result.iterations,
+            alone=False,
+            program=program,
+            parameters=meshes.parameters,
+            answer=result,
+        )
+
+    def _alone(self, meshes: MeshSolver, last: Member) -> Member:
+        """A member refined on a mesh of its own, from the one before as far as it leads."""
+        start = last.iterate
+        try:
+            found = refine(meshes, start.trajectory, start.mesh, meshes.settings.accuracy)
+        except SolveFailed as error:
+            error.add_note(f"at {self._place(meshes.parameters)}")
+            raise
+        return self._followable(found.best.iterate, meshes.parameters, iterations_of(found.rounds))
+
+    def _followable(self, iterate: Iterate, parameters: Parameters, iterations: int) -> Member:
+        """A refined motion on few intervals that move, where the mesh may change and that is found.
+
+        It holds to the tolerances that were asked for.
+        """
+        settings = self.base.settings
+        if settings.refinement.adapts:
+            meshes = self.base.at(parameters)
+            moving = replace(meshes, settings=replace(settings, refinement=MovingMesh(_ROUNDS)))
+            mesh = movable_mesh(iterate, meshes.evaluator, _MERGED)
+            try:
+                found = refine(moving, iterate, mesh, settings.accuracy)
+            except SolveFailed:
+                found = refine(meshes, iterate, iterate.mesh, settings.accuracy)
+            iterate, iterations = found.best.iterate, iterations + iterations_of(found.rounds)
+        return Member(
+            value=parameters.values[self.constant.name],
+            objective=iterate.objective,
+            iterations=iterations,
+            alone=True,
+            program=iterate.transcription,
+            parameters=parameters,
+            answer=iterate,
+        )
+
+    def _held_back(self, member: Member) -> bool:
+        """Whether breakpoints that all move would move further than their mesh lets them."""
+        phases = member.program.mesh.phases
+        free = all(len(phase.movable) == phase.intervals - 1 for phase in phases)
+        settings, iterate = self.base.settings, member.answer
+        if not (settings.refinement.adapts and free):
+            return False
+        price = price_of_widths(member.program, iterate.row_multipliers)
+        size = abs(member.objective) / member.program.scales.objective
+        return price > settings.accuracy.objective * size
+
+    def _place(self, parameters: Parameters) -> str:
+        value = parameters.values[self.constant.name]
+        return f"'{self.constant.name}' = {value:.6g} {self.constant.unit}"

@@ -1,0 +1,100 @@
+"""IPOPT's objects, kept for the next run of the same program.
+
+Making one takes as long as several iterations of a small program: CasADi works out sparsity
+patterns and sets IPOPT up. Along a family of motions the program stays, and only numbers change.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import casadi as ca
+import numpy as np
+
+from ocp.arrays import Array
+from ocp.nlp.watch import Watch
+from ocp.transcription.kernels import Program
+
+
+@dataclass(frozen=True, eq=False)
+class KeptSolver:
+    """An IPOPT object of a program.
+
+    Attributes
+    ----------
+    options : dict
+        That it was made with.
+    watch : Watch
+        Its callback.
+    arguments, results : mapping of str to (n,)
+        What it reads and writes, by CasADi's names, in place: matrices made of arrays and back
+        would take as long as an iteration of a small program.
+    evaluate : callable
+        Runs it.
+    statistics : callable
+        Those of the last run, by name.
+    """
+
+    options: Mapping[str, Any]
+    watch: Watch
+    arguments: Mapping[str, Array]
+    results: Mapping[str, Array]
+    evaluate: Callable[[], None]
+    statistics: Callable[[], Mapping[str, Any]]
+
+    @classmethod
+    def of(cls, program: Program, options: Mapping[str, Any]) -> KeptSolver:
+        """A new one."""
+        watch = Watch(program.variables, program.rows, program.constants)
+        functions = {
+            "grad_f": program.objective_gradient,
+            "jac_g": program.constraint_jacobian,
+            "hess_lag": program.lagrangian_hessian,
+            "iteration_callback": watch,
+        }
+        solver = ca.nlpsol("solver", "ipopt", program.oracle, {**options, **functions})
+
+        buffer, evaluate = solver.buffer()
+        arguments = {name: np.zeros(solver.nnz_in(name)) for name in solver.name_in()}
+        results = {name: np.zeros(solver.nnz_out(name)) for name in solver.name_out()}
+        for number, values in enumerate(arguments.values()):
+            if values.size:
+                buffer.set_arg(number, values.data)
+        for number, values in enumerate(results.values()):
+            if values.size:
+                buffer.set_res(number, values.data)
+        return cls(options, watch, arguments, results, evaluate, buffer.stats)
+
+    def run(self, **given: Array) -> dict[str, Array]:
+        """Results by CasADi's names, for arguments by its names; zero where they are left out."""
+        for name, values in self.arguments.items():
+            values[:] = given.get(name, 0.0)
+        self.evaluate()
+        return {name: values.copy() for name, values in self.results.items()}
+
+
+# The last one of each program, which goes with the program. IPOPT frees its factors after a run.
+_KEPT: WeakKeyDictionary[Program, KeptSolver] = WeakKeyDictionary()
+
+
+@contextmanager
+def kept_solver(program: Program, options: Mapping[str, Any]) -> Iterator[KeptSolver]:
+    """Lend the IPOPT object of a program: the last one if it has the same options, or a new one.
+
+    It is nobody else's inside the block: a run within a run, or in another thread, finds none and
+    makes its own. One that an error came out of is not kept.
+
+    Parameters
+    ----------
+    options : mapping
+        Numbers and texts, of CasADi and of IPOPT.
+    """
+    kept = _KEPT.pop(program, None)
+    if kept is None or kept.options != options:
+        kept = KeptSolver.of(program, options)
+    yield kept
+    _KEPT[program] = kept

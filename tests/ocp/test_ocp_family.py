@@ -1,0 +1,133 @@
+"""Families of motions: each member from the one before, refined and verified when asked."""
+
+import dataclasses
+import math
+import signal
+
+import numpy as np
+import pytest
+
+from ocp import (
+    AdaptiveMesh,
+    Between,
+    Constant,
+    Control,
+    FixedMesh,
+    Interrupted,
+    Ipopt,
+    Phase,
+    Problem,
+    Settings,
+    SolveFailed,
+    State,
+    StatementError,
+    family,
+    solve,
+)
+from ocp.refinement.moving_mesh import KeptWhileGood
+
+STRONGEST = Constant("strongest", "m/s^2", 1.0)
+FEW = Settings(intervals=8)
+
+
+def race() -> Problem:
+    """Least time over 1 m from rest to rest, with another cap on the drive than on the brake."""
+    x, v = State("x", "m"), State("v", "m/s")
+    u = Control("u", "m/s^2", lower=-1.0, upper=STRONGEST, shape="constant")
+    phase = Phase("race", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=Between(0.1, 20, guess=2))
+    return Problem("race", phase, minimise=phase.end_time)
+
+
+def least_time(strongest: float) -> float:
+    """Drive, then brake: the areas of both halves of the speed's triangle make 1 m."""
+    return math.sqrt(2.0 * (1.0 + 1.0 / strongest))
+
+
+def test_members_follow_their_switch_on_one_mesh_and_few_meshes_are_made() -> None:
+    values = np.linspace(1.0, 6.0, 26)
+    found = family(race(), STRONGEST, values, settings=FEW)
+    assert found.values == pytest.approx(values)
+    # the tolerance of a solve with default settings, which the members need not be refined for
+    assert found.objectives == pytest.approx([least_time(value) for value in values], rel=1e-5)
+    assert not any(member.alone for member in found.members[1:])
+    assert len({id(member.program) for member in found.members}) <= 5
+
+    # the switch lies where the speed is highest
+    motion = found.members[-1].trajectory.phases[0]
+    assert np.abs(motion.fractions - 1 / 7).min() < 1e-5
+    assert "26 members" in repr(found)
+    assert "6: objective" in repr(found.members[-1])
+
+
+def test_a_member_refined_and_verified_is_what_a_solve_finds() -> None:
+    problem = race()
+    found = family(problem, STRONGEST, [1.0, 1.5, 2.0], settings=FEW)
+    solutions = found.solutions()
+    for value, solution in zip(found.values, solutions, strict=True):
+        assert solution.verdict.startswith("local")
+        assert solution.verification.passed
+        assert solution.trajectory.constants["strongest"] == value
+    alone = solve(problem, settings=FEW, constants={STRONGEST: 2.0})
+    assert solutions[-1].objective == pytest.approx(alone.objective, rel=1e-5)
+    assert solutions[-1].iterations < alone.iterations
+
+
+def test_a_mesh_that_stays_is_everybodys() -> None:
+    fixed = dataclasses.replace(FEW, refinement=FixedMesh())
+    found = family(race(), STRONGEST, [1.0, 1.02, 1.04], settings=fixed)
+    assert len({id(member.program) for member in found.members}) == 1
+    # the switch of the second lies within an interval of eight
+    assert found.objectives == pytest.approx([least_time(v) for v in found.values], rel=1e-2)
+
+
+def test_a_member_far_from_its_neighbour_is_refined_on_a_mesh_of_its_own() -> None:
+    short = dataclasses.replace(FEW, solver=Ipopt(max_iterations=40))
+    found = family(race(), STRONGEST, [1.0, 1.01, 1e3], settings=short)
+    assert found.objectives[-1] == pytest.approx(least_time(1e3), rel=1e-5)
+
+
+def test_a_member_that_is_not_found_is_named() -> None:
+    with pytest.raises(SolveFailed) as caught:
+        family(race(), STRONGEST, [1.0, 1e-3], settings=FEW)
+    assert caught.value.__notes__ == ["at 'strongest' = 0.001 m/s^2"]
+
+
+@pytest.mark.parametrize("values", [[], [1.0, math.nan]])
+def test_a_family_needs_values(values: list[float]) -> None:
+    with pytest.raises(StatementError, match=r"family in 'strongest' has the values .* give one"):
+        family(race(), STRONGEST, values)
+
+
+def test_values_are_checked_like_those_of_a_solve() -> None:
+    with pytest.raises(StatementError, match="cross"):
+        family(race(), STRONGEST, [1.0, -2.0], settings=FEW)
+
+
+def test_other_constants_keep_their_values() -> None:
+    way = Constant("way", "m", 1.0)
+    x, v = State("x", "m"), State("v", "m/s")
+    u = Control("u", "m/s^2", lower=-1.0, upper=STRONGEST, shape="constant")
+    phase = Phase("race", {x: v, v: u}, {x: 0, v: 0}, {x: way, v: 0}, end=Between(0.1, 20, 2))
+    problem = Problem("race", phase, minimise=phase.end_time)
+    found = family(problem, STRONGEST, [1.0, 1.2], settings=FEW, constants={way: 4.0})
+    assert found.objectives == pytest.approx([2 * least_time(v) for v in (1.0, 1.2)], rel=1e-5)
+    assert found.solution(1).objective == pytest.approx(2 * least_time(1.2), rel=1e-5)
+
+
+def test_a_family_that_is_stopped_says_where() -> None:
+    count = 0
+
+    def stopping(line: str) -> None:
+        nonlocal count
+        count += 1
+        if count == 200:  # the first member takes less than half of these iterations
+            signal.raise_signal(signal.SIGINT)
+
+    with pytest.raises(Interrupted, match=r"the family of 'race' was stopped at 'strongest' = "):
+        family(race(), STRONGEST, np.linspace(1.0, 6.0, 200), settings=FEW, progress=stopping)
+
+
+def test_a_policy_that_keeps_a_good_mesh_has_the_numbers_of_the_one_it_holds() -> None:
+    policy = AdaptiveMesh(rounds=7, highest_degree=6)
+    kept = KeptWhileGood(policy)
+    assert (kept.adapts, kept.rounds, kept.highest_degree) == (True, 7, 6)
