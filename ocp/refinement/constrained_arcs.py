@@ -5,6 +5,9 @@ interval means are off by an error that falls with the square of the interval. T
 objective changes with the time of a breakpoint by the difference of the Hamiltonian on both sides
 (Bryson and Ho, "Applied Optimal Control", ch. 3.7). Means that differ therefore tell what is lost
 to the mesh, where costates at single points say nothing of the controls.
+
+At the ends of an arc the means say nothing, as the active set changes there. What is lost there is
+taken from inside of the arc: it falls with the cube of the interval.
 """
 
 from __future__ import annotations
@@ -44,7 +47,29 @@ def arc_gains(iterate: Iterate, evaluator: Evaluator, index: int, acting: Flags)
         evaluator, iterate.trajectory, costates, points.intervals, points.tau
     )
     steps, stretches = np.diff(phase.breakpoints), stretches_of(iterate, phase)
-    return shift_gains(points.means(values.value), steps, stretches, arcs)
+    inside = shift_gains(points.means(values.value), steps, stretches, arcs)
+    return with_ends(inside, steps, acting, arcs)
+
+
+def with_ends(gains: Array, steps: Array, acting: Flags, arcs: Flags) -> Array:
+    """Gains inside of arcs continued to the ends of these arcs, (N,).
+
+    Parameters
+    ----------
+    gains, steps, arcs : (N,)
+        As of `shift_gains`.
+    acting : (N,)
+        Intervals in which a path acts.
+    """
+    continued = gains.copy()
+    for end in np.flatnonzero(acting & ~arcs):
+        for beside in (end - 1, end + 1, end - 2, end + 2):
+            if not 0 <= beside < arcs.size or not (arcs[beside] and gains[beside] > 0.0):
+                continue
+            if acting[min(end, beside) : max(end, beside)].all():
+                continued[end] = gains[beside] * (steps[end] / steps[beside]) ** 3
+                break
+    return continued
 
 
 def shift_gains(means: Array, steps: Array, stretches: Integers, arcs: Flags) -> Array:

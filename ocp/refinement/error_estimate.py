@@ -268,6 +268,8 @@ class PhaseErrors:
         Whether a constraint is exceeded although several added points hold it already.
     coarse : (N,)
         Whether one is exceeded by so much that the interval is too long for it.
+    parts : (N,)
+        In how many a smooth control is resolved, a real number.
     """
 
     dynamics: Array
@@ -277,6 +279,7 @@ class PhaseErrors:
     jumps: tuple[Jump, ...]
     crowded: Flags
     coarse: Flags
+    parts: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -326,6 +329,7 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
                 crowded=wide
                 & _crowded(iterate.mesh.extra[index], excess, gains.telling, accuracy.path),
                 coarse=wide & np.any([np.zeros_like(wide), *over], axis=0),
+                parts=gains.parts,
             )
         )
     return MeshErrors(

@@ -12,6 +12,9 @@ from ocp.refinement.error_estimate import PhaseErrors
 
 # times the tolerance on the dynamics, beyond which an interval is cut in four and not in two
 _FAR = 1e4
+# Parts into which an interval is cut at once at most: what a coarse interval tells of its controls
+# is not worth more.
+_MOST_PARTS = 3
 # An interval that keeps this part of its width beside a new bracket still stands for itself.
 WHOLE = 0.8
 # of the phase: narrower intervals are not cut for their controls or constraints
@@ -28,14 +31,16 @@ class Marks:
     Attributes
     ----------
     split : whether it is cut.
+    parts : into how many it is cut then.
     forced : whether it is cut whatever the breakpoints do: for its dynamics, because it holds
         enough added points, because it is too long for a constraint, or because a breakpoint beside
         it has missed its switch.
-    far : whether it is cut in four.
+    far : whether it is cut in four for its dynamics.
     degrees : to which its degree is raised.
     """
 
     split: Flags
+    parts: Integers
     forced: Flags
     far: Flags
     degrees: Integers
@@ -50,11 +55,13 @@ class Marks:
         highest: int,
         least_gain: float,
         missed: float,
+        halve: bool,
     ) -> Marks:
         """Marks from the errors; degrees are not raised above `highest`.
 
-        An interval that gains more than `missed` beside a breakpoint that came to rest holds a
-        switch that the breakpoint has missed.
+        Their errors tell into how many parts intervals are to be cut, as if controls were smooth;
+        with `halve` that is two. An interval that gains more than `missed` beside a breakpoint that
+        came to rest holds a switch that the breakpoint has missed.
         """
         ratio = errors.dynamics / tolerance
         degrees = mesh.degrees.astype(float)
@@ -71,6 +78,7 @@ class Marks:
         wide, inexact = width > _NARROWEST, inexact & (width > _ROUNDED * mesh.breakpoints[1:])
         return cls(
             split=inexact | ((forced | (errors.gain >= least_gain)) & wide),
+            parts=np.full(mesh.intervals, 2) if halve else _parts(errors, least_gain),
             forced=inexact | (forced & wide),
             far=inexact & (ratio > _FAR),
             degrees=raised,
@@ -92,15 +100,35 @@ class Marks:
         whole = width >= WHOLE * np.diff(base.breakpoints)[parent]
         untouched = (old[:-1] & old[1:]) | (whole & (old[:-1] | old[1:]))
 
-        # beside a movable breakpoint only what has to be cut
-        split = self.split[parent] & untouched & ~(mesh.moving & ~self.forced[parent])
+        # beside a breakpoint that has not moved yet only what has to be cut
+        split = self.split[parent] & untouched & ~(_beside_new(mesh, base) & ~self.forced[parent])
         if mesh.intervals + 3 * split.sum() > most_intervals:
             split[:] = False
-        far = split & self.far[parent]
+        parts = np.where(self.far[parent], 4, self.parts[parent])
 
-        quarters = [points[:-1][far] + part * width[far] for part in (0.25, 0.75)]
-        refined = np.sort(np.concatenate([points, middle[split], *quarters]))
+        cuts = [
+            points[k] + width[k] * np.arange(1, parts[k]) / parts[k] for k in np.flatnonzero(split)
+        ]
+        refined = np.sort(np.concatenate([points, *cuts]))
         parents = np.searchsorted(points, refined[:-1], side="right") - 1
         degrees = np.where(untouched, self.degrees[parent], mesh.degrees)[parents]
         movable = tuple(int(np.searchsorted(refined, points[i])) for i in mesh.movable)
         return PhaseMesh(refined, degrees, movable)
+
+
+def _beside_new(mesh: PhaseMesh, base: PhaseMesh) -> Flags:
+    """Intervals of a mesh that begin or end at a movable breakpoint that `base` lacks, (N,)."""
+    new = np.zeros(mesh.intervals + 1, dtype=bool)
+    movable = list(mesh.movable)
+    new[movable] = ~np.isin(mesh.breakpoints[movable], base.breakpoints)
+    return new[:-1] | new[1:]
+
+
+def _parts(errors: PhaseErrors, least_gain: float) -> Integers:
+    """Into how many parts intervals are cut: until controls are smooth, and what is gained little.
+
+    What other breakpoints gain along an arc falls with the cube of the width, and what finer
+    controls gain elsewhere falls faster.
+    """
+    wanted = np.maximum(errors.parts, np.cbrt(errors.gain / least_gain))
+    return np.clip(np.ceil(wanted), 2, _MOST_PARTS).astype(np.int64)

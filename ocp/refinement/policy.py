@@ -38,8 +38,9 @@ _A_MOTION = 1e-2
 _AROUND = np.array([-0.15, 0.0, 0.15])
 # Intervals that share this part of the tolerance on the objective need no finer control.
 _LEFT_ALONE = 0.25
-# nor does one that gains less than this part of what the worst one gains
-_LEAST_GAIN = 1e-3
+# Nor does one that gains less than this part of what the worst one gains. It is small, because what
+# a rough control promises is often a thousand times what it gains.
+_LEAST_GAIN = 1e-5
 # finer meshes in a row on which nothing was gained, after which a promised gain counts as noise
 _REFUTED = 2
 # of an interval: points closer than this are one
@@ -312,7 +313,16 @@ class _PhaseStep:
         motion = last.iterate.trajectory.phases[index]
         base, pressed = settled(mesh, motion) if mesh.movable else (mesh, False)
 
-        # While a breakpoint is still on its way, gains are those of a control that will change.
+        worth = _worthwhile_jumps(mesh, errors, accuracy.objective)
+        if last.errors.dynamics > _A_MOTION:
+            worth = []
+        phase = last.iterate.problem.phases[index]
+        instants = np.array(last.iterate.problem.instants[phase.name])
+        known = (instants - motion.start) / (motion.end - motion.start)
+        bracketed = with_jumps(base, worth, policy.move_breakpoints, known)
+
+        # While a breakpoint is still on its way, gains are those of a control that will change, and
+        # so are the errors of controls before each jump has its bracket.
         marks = Marks.of(
             base,
             _gathered(errors, motion, base),
@@ -320,15 +330,9 @@ class _PhaseStep:
             highest=0 if last.iterate.scheme.fixed_degree else policy.highest_degree,
             least_gain=np.inf if pressed else least,
             missed=max(least, accuracy.objective),
+            halve=bracketed is not None,
         )
-        worth = _worthwhile_jumps(mesh, errors, accuracy.objective)
-        if last.errors.dynamics > _A_MOTION:
-            worth = []
-        phase = last.iterate.problem.phases[index]
-        instants = np.array(last.iterate.problem.instants[phase.name])
-        known = (instants - motion.start) / (motion.end - motion.start)
-        bracketed = with_jumps(base, worth, policy.move_breakpoints, known) or base
-        refined = marks.refine(bracketed, base, policy.most_intervals)
+        refined = marks.refine(bracketed or base, base, policy.most_intervals)
         extra, before = last.iterate.mesh.extra[index], last.iterate.mesh.back_off[index]
         return cls(mesh, base, pressed, refined, errors, extra, before, held, accuracy.path)
 
@@ -430,4 +434,5 @@ def _gathered(errors: PhaseErrors, motion: PhaseTrajectory, base: PhaseMesh) -> 
         gain=gathered(errors.gain, np.add),
         crowded=gathered(errors.crowded, np.maximum) > 0,
         coarse=gathered(errors.coarse, np.maximum) > 0,
+        parts=gathered(errors.parts, np.maximum),
     )

@@ -12,7 +12,7 @@ from ocp.mesh.trajectory import Evaluator
 from ocp.optimality.active_set import acting_intervals, saturated_constraints
 from ocp.optimality.hamiltonian import gains
 from ocp.optimality.iterate import Iterate
-from ocp.refinement.switch_detection import control_errors, saturated
+from ocp.refinement.switch_detection import control_errors, parts_to_resolve, saturated
 
 # part of a control's range that its shape may be off by before the control counts as rough: what a
 # finer smooth control would gain is the square of it, a tenth of the tolerance on the objective
@@ -35,10 +35,13 @@ class PhaseGains:
         Whether that says something. Where a control is smooth and a constraint acts, the gain is
         noise: multipliers of the constraint sit at points, so that the costates between them say
         little of the controls.
+    parts : (N,)
+        In how many a smooth control is resolved, a real number.
     """
 
     anywhere: Array
     telling: Flags
+    parts: Array
 
     @classmethod
     def of(
@@ -52,7 +55,9 @@ class PhaseGains:
             Of each phase, the intervals in which a path constraint, a peak or a state's bound acts.
         """
         anywhere = gains(iterate, evaluator, index) / iterate.objective_size
-        return cls(anywhere, _rough(iterate, index) | ~acting[index])
+        motion, mesh = iterate.trajectory.phases[index], iterate.mesh.phases[index]
+        parts = parts_to_resolve(motion, mesh, _SMOOTH)
+        return cls(anywhere, _rough(iterate, index) | ~acting[index], parts)
 
     @property
     def told(self) -> Array:

@@ -3,13 +3,14 @@
 A switch of a control inside an interval shows as a steep step between two samples of the control.
 It is located by the area under the control, which the optimiser gets right before the switch is
 resolved, and put in a bracket of fixed breakpoints with a movable one between them. In a bracket a
-breakpoint cannot wander, nor drag others along.
+breakpoint cannot wander, nor drag others along. Where the switch may lie anywhere in an interval,
+that interval is the bracket.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from math import comb
 
 import numpy as np
@@ -32,6 +33,8 @@ _NEIGHBOUR = 0.25
 # Half the width of a bracket as a part of the width within which the jump may lie: narrow enough
 # that its ends need not move, wide enough that the optimum is inside.
 _BRACKET = 0.15
+# Of an interval: a jump in it is put at least so far from its ends.
+_INSIDE = 0.05
 # A breakpoint moves on only while the control jumps at it by this part of its range.
 _FLAT = 0.02
 # Of its width before: an interval this narrow is pressed together by a movable breakpoint.
@@ -125,7 +128,10 @@ def jumps(times: Array, values: Array, breakpoints: Array) -> list[Jump]:
         total = abs(values[last + 1] - values[first]) / size
         if last - first < _MOST_STEPS and _stands_out(steps, first, last, total):
             around = slice(first, last + 2)
-            located.append(_located(times[around], values[around], breakpoints, total))
+            if _is_one_line(times, first, last, breakpoints):
+                located += _within_line(times, values, first, total)
+            else:
+                located.append(_located(times[around], values[around], breakpoints, total))
         first = last + 1
     return located
 
@@ -151,6 +157,33 @@ def _stands_out(steps: Array, first: int, last: int, total: float) -> bool:
     return all(step <= _NEIGHBOUR * total for step in beside)
 
 
+def _is_one_line(times: Array, first: int, last: int, breakpoints: Array) -> bool:
+    """Whether a rise is the slope of one interval, of a control that is linear in each of them."""
+    if times.size != 2 * (breakpoints.size - 1) or last > first or first % 2:
+        return False
+    ends = breakpoints[first // 2 : first // 2 + 2]
+    return bool(np.abs(times[first : first + 2] - ends).max() <= _SAME)
+
+
+def _within_line(times: Array, values: Array, first: int, size: float) -> list[Jump]:
+    """The jump that a sloping line stands for, between the levels beside it; none if none fits.
+
+    The levels are the means of the neighbours, and at an end of the phase the end of the control's
+    range. The line's own mean tells the place of the jump, its slope says nothing.
+    """
+    mean, falls = values[first : first + 2].mean(), values[first] > values[first + 1]
+    highest, lowest = values.max(), values.min()
+    outer = (highest, lowest) if falls else (lowest, highest)
+    before = values[first - 2 : first].mean() if first > 0 else outer[0]
+    after = values[first + 2 : first + 4].mean() if first + 2 < values.size else outer[1]
+
+    if not min(before, after) < mean < max(before, after):
+        return []
+    part = float(np.clip((mean - after) / (before - after), _INSIDE, 1.0 - _INSIDE))
+    begin, end = float(times[first]), float(times[first + 1])
+    return [Jump(begin, end, begin + part * (end - begin), size)]
+
+
 def _located(times: Array, values: Array, breakpoints: Array, size: float) -> Jump:
     first, last = float(times[0]), float(times[-1])
 
@@ -170,8 +203,9 @@ def with_jumps(
     """The mesh with every jump in a bracket; None if there is nothing new.
 
     A bracket is a pair of breakpoints close on both sides of the located jump. With `move`, a
-    breakpoint that the optimiser may move between them stands at the jump. A jump at an instant
-    that is `known` (m,), as a fraction of the phase, needs no bracket: a breakpoint stands there.
+    breakpoint that the optimiser may move between them stands at the jump. A jump that may lie
+    anywhere in an interval has that for its bracket then. A jump at an instant that is `known`
+    (m,), as a fraction of the phase, needs no bracket: a breakpoint stands there.
     """
     points = mesh.breakpoints
     movable = {float(points[i]) for i in mesh.movable}
@@ -182,6 +216,11 @@ def with_jumps(
         if followed or not 1e-9 < jump.at < 1 - 1e-9:
             continue
         if np.any(np.abs(known - jump.at) <= SAME_POINT):
+            continue
+        if move and _is_interval(points, jump):
+            points = distinct(np.append(points, jump.at))
+            movable.add(jump.at)
+            new = True
             continue
         reach = _BRACKET * _uncertainty(points, jump)
         sides = np.array([jump.at - reach, jump.at + reach])
@@ -205,6 +244,13 @@ def with_jumps(
     parents = np.clip(parents, 0, mesh.intervals - 1)
     indices = tuple(int(np.searchsorted(points, p)) for p in sorted(movable))
     return PhaseMesh(points, mesh.degrees[parents], indices)
+
+
+def _is_interval(points: Array, jump: Jump) -> bool:
+    """Whether a jump may lie anywhere in one interval, and in no other."""
+    k = int(np.clip(np.searchsorted(points, jump.at) - 1, 0, points.size - 2))
+    off = max(abs(points[k] - jump.first), abs(points[k + 1] - jump.last))
+    return bool(points[k] < jump.at < points[k + 1] and off <= SAME_POINT)
 
 
 def _uncertainty(points: Array, jump: Jump) -> float:
@@ -265,6 +311,28 @@ def control_errors(motion: PhaseTrajectory, mesh: PhaseMesh) -> Array:
     is. Of a polynomial of a higher order it is its last Legendre coefficient.
     """
     worst = np.zeros(mesh.intervals)
+    for _, error in _errors_by_control(motion, mesh):
+        worst = np.maximum(worst, error)
+    return worst
+
+
+def parts_to_resolve(motion: PhaseTrajectory, mesh: PhaseMesh, allowed: float) -> Array:
+    """In how many parts each interval is cut until its control shapes err by what is allowed, (N,).
+
+    The error of a shape of order p falls with the power p + 1 of the width.
+    """
+    most = np.zeros(mesh.intervals)
+    for orders, error in _errors_by_control(motion, mesh):
+        most = np.maximum(most, (error / allowed) ** (1.0 / (orders + 1.0)))
+    return most
+
+
+def _errors_by_control(
+    motion: PhaseTrajectory, mesh: PhaseMesh
+) -> Iterator[tuple[Integers, Array]]:
+    """Orders and estimated errors of each control that varies, (N,) each."""
+    # a breakpoint at which nothing jumps separates no levels
+    mesh = replace(mesh, movable=tuple(i for i in mesh.movable if _jumps_at(motion, i)))
     for name in motion.controls:
         size = float(np.ptp(control_samples(motion, name)[1]))
         if size == 0.0:
@@ -280,8 +348,7 @@ def control_errors(motion: PhaseTrajectory, mesh: PhaseMesh) -> Array:
         by_slopes = width * _smaller_difference(slope, mesh) / 8.0
         error = np.where(control.orders == 0, by_levels, by_slopes)
         error = np.where(control.orders > 1, _legendre_tail(control), error)
-        worst = np.maximum(worst, error / size)
-    return worst
+        yield control.orders, error / size
 
 
 def saturated(motion: PhaseTrajectory, limits: Mapping[str, tuple[float, float]]) -> Flags:

@@ -23,6 +23,7 @@ from ocp.refinement.switch_detection import (
     control_errors,
     control_jumps,
     control_samples,
+    parts_to_resolve,
     saturated,
     settled,
     with_jumps,
@@ -105,10 +106,43 @@ def test_a_slope_is_no_jump(count) -> None:
     assert control_jumps(fitted(lambda s: np.sin(3 * s), 20, count)) == []
 
 
+def test_a_jump_in_a_line_is_located_by_the_levels_beside_it() -> None:
+    # the line swings over both levels, its mean is a tenth below their middle
+    (jump,) = control_jumps(motion([[1.0, 1.0], [1.1, -1.3], [-1.0, -1.0], [-1.0, -1.0]]))
+    assert (jump.first, jump.last) == (0.25, 0.5)
+    assert jump.at == pytest.approx(0.25 + 0.25 * 0.45, abs=1e-15)
+
+    # at the begin of the phase its range stands for the level before
+    (jump,) = control_jumps(motion([[1.4, -0.9], [-0.6, -0.6], [-0.6, -0.6]]))
+    assert jump.at == pytest.approx((0.25 + 0.6) / 2.0 / 3.0, abs=1e-15)
+
+
+def test_a_line_between_like_levels_holds_no_jump() -> None:
+    levels = [[0.0, 0.0], [0.14, -0.02], [0.0, 0.0], [0.0, 0.0], [1.0, 1.0]]
+    assert [jump.at for jump in control_jumps(motion(levels))] == pytest.approx([0.8])
+
+
 def test_the_error_of_a_line_is_that_of_its_interpolation() -> None:
     # between the ends of an interval of length h the line is h^2 / 8 u'' off at most
     found = control_errors(fitted(lambda s: s**2, 10, 2), uniform(10, 4))
     np.testing.assert_allclose(found, 0.1**2 / 4, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("count", "power"), [(1, 1), (2, 2)])
+def test_parts_that_resolve_a_control(count, power) -> None:
+    # thirds err by a third where the shape is a level, and by a ninth where it is a line
+    slope = fitted(lambda s: s**power, 10, count)
+    error = control_errors(slope, uniform(10, 4))[5]
+    parts = parts_to_resolve(slope, uniform(10, 4), error / 3**power)
+    np.testing.assert_allclose(parts, 3.0, rtol=1e-12)
+
+
+def test_a_movable_breakpoint_without_a_jump_hides_no_error() -> None:
+    control = fitted(lambda s: s**2, 10, 2)
+    moved = PhaseMesh(np.linspace(0, 1, 11), 4, (5,))
+    np.testing.assert_array_equal(
+        control_errors(control, moved), control_errors(control, uniform(10, 4))
+    )
 
 
 def test_the_error_of_a_level_is_its_mean_error() -> None:
@@ -149,6 +183,13 @@ def test_a_jump_gets_a_bracket_with_a_breakpoint_that_moves() -> None:
     # it stands in a bracket of 0.15 of where the jump may be, 0.4, on either side
     np.testing.assert_allclose(moved.breakpoints[index + np.array([-1, 1])], [0.46, 0.58])
     assert with_jumps(moved, [jump], move=True) is None
+
+
+def test_an_interval_in_which_a_jump_may_lie_anywhere_is_its_bracket() -> None:
+    moved = with_jumps(uniform(5, 4), [Jump(0.4, 0.6, 0.45, 1.0)], move=True)
+    assert moved is not None
+    np.testing.assert_allclose(moved.breakpoints, [0, 0.2, 0.4, 0.45, 0.6, 0.8, 1.0])
+    assert moved.movable == (3,)
 
 
 def test_a_bracket_without_a_moving_breakpoint_is_not_replaced_by_one_of_its_width() -> None:
