@@ -42,18 +42,11 @@ _SHORT = 1e-2
 _TRIED = 3
 
 
-def held_back(
-    last: SolvedMesh, accuracy: Accuracy, *, everywhere: bool = False
-) -> list[dict[int, Array]]:
+def held_back(last: SolvedMesh, accuracy: Accuracy) -> list[dict[int, Array]]:
     """Back-offs that close leaks at a cost that the objective does not notice.
 
     To first order a back-off costs its product with the multipliers of the limit. Those of earlier
     rounds are counted. Of the new ones the cheapest are taken, as far as what is allowed goes.
-
-    Parameters
-    ----------
-    everywhere : bool
-        Whether also where points or a cut have not been tried yet.
 
     Returns
     -------
@@ -68,7 +61,7 @@ def held_back(
         constraints = iterate.transcription.constraints[index]
         pressed = path_forces(iterate, index)
         price = {number: force / constraints[number].scale for number, force in pressed.items()}
-        closable = _closable(iterate, index, errors, pressed, accuracy.path, everywhere)
+        closable = _closable(iterate, index, errors, pressed, accuracy.path)
         held.append(
             {
                 number: np.where(leaks, _AMPLE * errors.excess[number].values, 0.0)
@@ -111,7 +104,6 @@ def _closable(
     errors: PhaseErrors,
     pressed: Mapping[int, Array],
     tolerance: float,
-    everywhere: bool,
 ) -> dict[int, Flags]:
     """Where a limit of a phase leaks and a back-off would close it, by path constraint, (N,)."""
     widths = np.diff(iterate.trajectory.phases[index].fractions)
@@ -129,7 +121,7 @@ def _closable(
         # elsewhere points are tried first
         points = _points(iterate, index, number)
         tried = points > 0 if constraint.sampled else short & (points > _TRIED)
-        leaks &= narrow | tried | everywhere
+        leaks &= narrow | tried
         leaks &= _AMPLE * excess * errors.excess[number].size < _SHARE * _range(constraint, iterate)
         # a limit that does not press would not notice
         closable[number] = leaks & (pressed[number] > PRESSING * most)

@@ -30,7 +30,7 @@ from ocp.refinement.mesh_iteration import (
     record_of,
 )
 from ocp.refinement.movable import most_iterations
-from ocp.refinement.policy import AdaptiveMesh, RefinementPolicy, gain_falls, same_intervals
+from ocp.refinement.policy import gain_falls, same_intervals
 from ocp.refinement.unwrapping import lost_angle
 from ocp.transcription.packing import trajectory_of
 from ocp.transcription.transcribe import Transcription
@@ -55,9 +55,6 @@ _STILL_IN_DOUBT = 3
 # Times the tolerance, up to which a promised gain is little: it is of first order, and often ten
 # times what is gained.
 _LITTLE = 10.0
-
-# Times that back-offs alone are tried where a refinement would end with a leak, and with that only.
-_CLOSINGS = 3
 
 # Part of the last leak that the next round may have, where a leak is about to be closed.
 _FALLING = 0.3
@@ -138,7 +135,7 @@ def _refine(
     """The loop; appends to `solved` and `rounds`."""
     asked, policy = meshes.settings.solver, meshes.settings.refinement
     most, last_of_all = len(rounds) + policy.rounds, len(rounds) + 2 * policy.rounds
-    program, finer, closings = meshes.first_program(start, mesh), False, 0
+    program, finer = meshes.first_program(start, mesh), False
 
     # without multipliers the first mesh is a rough one, and its digits are lost with it
     loose = policy.adapts and not isinstance(start, Iterate)
@@ -178,16 +175,9 @@ def _refine(
             return "tolerances"
         again = following is program.mesh
         over = len(rounds) >= most
-        ending = _ending(
+        if ending := _ending(
             meshes, solved, rounds, accuracy, over=over, again=again, closes_leaks=closes_leaks
-        )
-        if (
-            ending == "standstill"
-            and closings < _CLOSINGS
-            and (closing := _closing_mesh(policy, solved[-1], accuracy))
         ):
-            following, ending, closings = closing, None, closings + 1
-        if ending:
             return ending
 
         finer = following.intervals > program.mesh.intervals
@@ -204,16 +194,6 @@ def _closes_leaks(solved: Sequence[SolvedMesh], following: Mesh | None) -> bool:
         return False
     pairs = zip(following.phases, last.iterate.mesh.phases, strict=True)
     return all(same_intervals(new, old) for new, old in pairs)
-
-
-def _closing_mesh(policy: RefinementPolicy, last: SolvedMesh, accuracy: Accuracy) -> Mesh | None:
-    """A mesh that closes the leaks of a standing refinement, where nothing else is open."""
-    if last.leak <= accuracy.path or last.errors.gain > accuracy.objective:
-        return None
-    # meshes of somebody else's policy are its own to choose
-    if not isinstance(policy, AdaptiveMesh):
-        return None
-    return policy.closing_mesh(last, accuracy)
 
 
 def _once_more(

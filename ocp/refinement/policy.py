@@ -184,25 +184,16 @@ class AdaptiveMesh:
         """The same policy with breakpoints that stay where they are."""
         return replace(self, move_breakpoints=False)
 
-    def closing_mesh(self, last: SolvedMesh, accuracy: Accuracy) -> Mesh | None:
-        """Back-offs wherever a limit leaks, whether points were tried there or not."""
-        held = held_back(last, accuracy, everywhere=True)
-        if not any(values.any() for of_phase in held for values in of_phase.values()):
-            return None
-        following = self._adapted(last, accuracy, resolve_controls=False, everywhere=True)
-        return None if following is None else _frozen(following)
-
     def _adapted(
         self,
         last: SolvedMesh,
         accuracy: Accuracy,
         *,
         resolve_controls: bool,
-        everywhere: bool = False,
     ) -> Mesh | None:
         """A better mesh, or None when the errors meet all tolerances."""
         least = _least_gain(last.errors, accuracy.objective) if resolve_controls else np.inf
-        held = held_back(last, accuracy, everywhere=everywhere)
+        held = held_back(last, accuracy)
         steps = [
             _PhaseStep.of(last, index, self, accuracy, least, held[index])
             for index in range(len(last.iterate.mesh.phases))

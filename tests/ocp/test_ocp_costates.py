@@ -167,15 +167,15 @@ def test_bryson_denham_with_breakpoints_where_the_roof_is_met():
 
 
 @pytest.mark.parametrize(
-    ("objective", "barrier", "share", "most"),
-    [(1e-6, 1e-10, 0.25, 2e-4), (1e-9, 1e-13, 0.25, 5e-5)],  # the defaults; stricter ones
+    ("objective", "barrier", "uneven", "share", "most"),
+    # the defaults; stricter ones; the same where thirds of equal intervals end at the jumps
+    [(1e-6, 1e-10, 1.1, 0.25, 2e-4), (1e-9, 1e-13, 1.1, 0.25, 5e-5), (1e-9, 1e-13, 1, 0.35, 1e-5)],
 )
-def test_bryson_denham_on_a_mesh_that_finds_the_jumps(objective, barrier, share, most):
+def test_bryson_denham_on_a_mesh_that_finds_the_jumps(objective, barrier, uneven, share, most):
     # where the objective may be 1e-6 off a switch may, too; the barrier's parameter acts as above
     settings = Settings(accuracy=Accuracy(objective=objective), solver=Ipopt(tolerance=barrier))
-    # thirds of equal intervals would end at the jumps
-    uneven = Mesh((PhaseMesh(np.linspace(0.0, 1.0, 21) ** 1.1, 4),))
-    found, errors, _ = bryson_denham(settings, uneven)
+    first = Mesh((PhaseMesh(np.linspace(0.0, 1.0, 21) ** uneven, 4),))
+    found, errors, _ = bryson_denham(settings, first)
     np.testing.assert_allclose(jumps(found), 18.0, rtol=1e-4)
     own = found.trajectory.phases[0]
     k, holding = own.locate(np.linspace(0, 1, 1001))[0], own.locate(np.array([1 / 3, 2 / 3]))[0]
