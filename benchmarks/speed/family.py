@@ -201,6 +201,7 @@ def tables(record: Record) -> list[Table]:
         ("cold solves [s]", number(_total(record["cold"]), 3)),
         (f"times faster (at least {FASTER:g})", number(faster(record), 3)),
     ]
+
     rows += [(f"apart: {what}", f"{apart:.0e}") for what, apart in differences(record).items()]
     unverified = sum(
         not row["verdict"].startswith(("local", "global"))
@@ -208,6 +209,7 @@ def tables(record: Record) -> list[Table]:
         for row in record[what]
     )
     rows.append(("answers that were not verified", str(unverified)))
+
     notes = (
         "seconds of processor time; the family: without final refinement and verification.",
         "inside IPOPT: its own time and that of the functions that it evaluates.",

@@ -132,26 +132,19 @@ def solve_lexicographic(
     """
     count = len(objectives)
     slacks, all_settings, terms = _for_each_objective(count, slack, settings, beside)
-    levels: list[PriorityLevel] = []
-    held: list[Held] = []
+    levels, held = list[PriorityLevel](), list[Held]()
     solution = first
     with shown(progress) as say, noted_interrupts() as interrupts:
         for i, objective in enumerate(objectives):
-            options = SolveOptions(
-                all_settings[i],
-                constants or {},
-                say and _prefixed(say, f"objective {i + 1} of {count}: "),
-            )
-            room = 0.0
+            told = say and _prefixed(say, f"objective {i + 1} of {count}: ")
+            options = SolveOptions(all_settings[i], constants or {}, told)
             try:
-                if i > 0:
-                    assert solution is not None
+                if solution is None:
+                    stated = with_objective(problem, objective + terms[i])
+                    solution, room = options.solved(stated, guess, mesh=mesh), 0.0
+                else:
                     solution, room = _next_level(
                         problem, objective, terms[i], held, solution, options
-                    )
-                elif solution is None:
-                    solution = options.solved(
-                        with_objective(problem, objective + terms[i]), guess, mesh=mesh
                     )
             except (SolveFailed, Interrupted) as error:
                 if solution is None:
@@ -170,7 +163,7 @@ def solve_lexicographic(
                 return Lexicographic(solution, tuple(levels), not is_last)
 
     assert solution is not None
-    return Lexicographic(solution, tuple(levels), False)
+    return Lexicographic(solution, tuple(levels))
 
 
 def _next_level(
@@ -183,11 +176,16 @@ def _next_level(
 ) -> tuple[Solution, float]:
     """The least of an objective while all before keep their limits, and what room it leaves.
 
+    With nothing held yet it is the solution that was given.
+
     Raises
     ------
     SolveFailed, Interrupted
         As `ocp.solve`.
     """
+    if not held:
+        return solution, 0.0
+
     limits = [
         Bound(f"objective {number}", level.objective, upper=level.limit)
         for number, level in enumerate(held, start=1)

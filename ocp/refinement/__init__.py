@@ -1,7 +1,7 @@
 """Mesh refinement: solve, estimate the errors between the points, choose the next mesh.
 
 `loop` is the algorithm. `mesh_iteration` solves one mesh in as many attempts as it takes, and
-records it. `error_estimate` says what is wrong with a mesh, `promised_gain` what finer controls
-could bring, `switch_detection` finds the jumps of controls, and `policy` makes the next mesh. A
-refinement rule of one's own is a `policy.RefinementPolicy`. `accuracy` is what is asked for.
+records it. `estimates` say what is wrong with a mesh and where controls jump, and `policy` makes
+the next mesh. A refinement rule of one's own is a `policy.RefinementPolicy`. `accuracy` is what is
+asked for.
 """

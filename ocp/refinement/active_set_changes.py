@@ -10,7 +10,7 @@ from ocp.arrays import Array, Flags
 from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.optimality.active_set import AT, PRESSING, path_forces, pressing, share_at_limit
 from ocp.optimality.iterate import Iterate
-from ocp.refinement.switch_detection import control_samples, jumps
+from ocp.refinement.estimates.switch_detection import control_samples, jumps
 
 # Fraction of a phase within which a jump touches an interval: round-off of fractions
 _ROUND_OFF = 1e-12

@@ -18,7 +18,7 @@ from ocp.arrays import Array, Flags, Integers
 from ocp.optimality.active_set import PRESSING, path_forces
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.error_estimate import NARROW, PhaseErrors
+from ocp.refinement.estimates.error_estimate import NARROW, PhaseErrors
 from ocp.transcription.path_constraints import PathConstraint
 
 if TYPE_CHECKING:

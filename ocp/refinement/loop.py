@@ -16,7 +16,7 @@ from ocp.nlp.result import NlpResult
 from ocp.optimality.iterate import Iterate
 from ocp.problem.problem import Problem
 from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.error_estimate import MeshErrors
+from ocp.refinement.estimates.error_estimate import MeshErrors
 from ocp.refinement.first_round.first_answer import first_answer
 from ocp.refinement.first_round.starts import FirstRound
 from ocp.refinement.mesh_iteration import (

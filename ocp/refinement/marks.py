@@ -8,7 +8,7 @@ import numpy as np
 
 from ocp.arrays import Flags, Integers
 from ocp.mesh.mesh import PhaseMesh
-from ocp.refinement.error_estimate import PhaseErrors
+from ocp.refinement.estimates.error_estimate import PhaseErrors
 
 # times the tolerance on the dynamics, beyond which an interval is cut in four and not in two
 _FAR = 1e4

@@ -24,8 +24,8 @@ from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
 from ocp.progress import Progress
 from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.error_estimate import MeshErrors, estimate_errors
-from ocp.refinement.promised_gain import CERTIFIED_GAIN
+from ocp.refinement.estimates.error_estimate import MeshErrors, estimate_errors
+from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.refinement.unwrapping import unwrapped
 from ocp.settings import Settings
 from ocp.transcription.packing import decision_vector, trajectory_of

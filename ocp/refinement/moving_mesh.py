@@ -23,7 +23,7 @@ from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.numerics.schemes import Scheme
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.error_estimate import MotionErrors
+from ocp.refinement.estimates.error_estimate import MotionErrors
 from ocp.refinement.policy import AdaptiveMesh, RefinementPolicy
 from ocp.transcription.transcribe import Transcription
 

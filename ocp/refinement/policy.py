@@ -22,10 +22,10 @@ from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.back_off import held_back, without_held
-from ocp.refinement.error_estimate import MeshErrors, PhaseErrors
+from ocp.refinement.estimates.error_estimate import MeshErrors, PhaseErrors
+from ocp.refinement.estimates.switch_detection import settled, with_jumps
 from ocp.refinement.marks import WHOLE, Marks
 from ocp.refinement.movable import hindered
-from ocp.refinement.switch_detection import settled, with_jumps
 
 if TYPE_CHECKING:
     from ocp.refinement.mesh_iteration import SolvedMesh

@@ -23,8 +23,8 @@ from ocp.optimality.multipliers import multipliers as recovered
 from ocp.problem.functionals import BoundaryValue, End, Functional, Peak, PhaseTime
 from ocp.problem.symbols import TIME, Between
 from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.promised_gain import CERTIFIED_GAIN, promised_gain
-from ocp.refinement.switch_detection import control_jumps
+from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN, promised_gain
+from ocp.refinement.estimates.switch_detection import control_jumps
 from ocp.verification.minimum_principle import MinimumPrinciple, minimum_principle
 from ocp.verification.simulation import SimulatedMotion, replayed, simulate
 from ocp.verification.verify import boundary_excesses, verify

@@ -13,7 +13,7 @@ judged strictly in all other intervals.
 
 Where a path constraint, a peak or a state's bound acts, multipliers are masses at points, and
 costates jump there, too. The principle is judged there by what moving breakpoints promises
-(`ocp.refinement.constrained_arcs`).
+(`ocp.refinement.estimates.constrained_arcs`).
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from ocp.optimality.interval_means import CollocationPoints, collocation_points
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import PhaseCostates
 from ocp.refinement.active_set_changes import active_set_changes
-from ocp.refinement.constrained_arcs import shift_gains, stretches_of
+from ocp.refinement.estimates.constrained_arcs import shift_gains, stretches_of
 
 # Samples of an interval in which a control has to stay off its bounds to be called free
 _SAMPLES = 9

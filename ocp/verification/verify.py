@@ -24,7 +24,7 @@ from ocp.optimality.iterate import Iterate
 from ocp.problem.functionals import Peak
 from ocp.problem.symbols import TIME
 from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.error_estimate import MotionErrors, dense_peak
+from ocp.refinement.estimates.error_estimate import MotionErrors, dense_peak
 from ocp.transcription.path_constraints import PathConstraint
 from ocp.verification.simulation import SimulatedMotion
 

@@ -28,7 +28,12 @@ from ocp.optimality.iterate import iterate_of
 from ocp.optimality.multipliers import phase_costates
 from ocp.problem.parameters import parameters_of
 from ocp.refinement.active_set_changes import active_set_changes
-from ocp.refinement.constrained_arcs import arc_gains, shift_gains, stretches_of, with_ends
+from ocp.refinement.estimates.constrained_arcs import (
+    arc_gains,
+    shift_gains,
+    stretches_of,
+    with_ends,
+)
 from ocp.transcription.packing import decision_vector, trajectory_of
 from ocp.transcription.scaling import scales_of
 from ocp.transcription.transcribe import transcribe

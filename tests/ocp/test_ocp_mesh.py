@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ocp.mesh.mesh import PhaseMesh, uniform, with_points
-from ocp.refinement.switch_detection import Jump, jumps, with_jumps
+from ocp.refinement.estimates.switch_detection import Jump, jumps, with_jumps
 
 
 @st.composite

@@ -15,8 +15,8 @@ from ocp import (
     solve,
 )
 from ocp.mesh.mesh import Mesh, PhaseMesh
-from ocp.refinement.missed_switches import missed_switches
-from ocp.refinement.switch_detection import control_jumps
+from ocp.refinement.estimates.missed_switches import missed_switches
+from ocp.refinement.estimates.switch_detection import control_jumps
 
 # A mass waits at 0 m, as long as it can, and swings to 1 m at the end of the time, by 100 m/s^2 for
 # 0.1 s and as much against it for 0.1 s. The least area under its position is 0.1 m s.

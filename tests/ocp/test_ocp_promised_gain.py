@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ocp import Between, Control, FixedMesh, Phase, Problem, Settings, State, solve
-from ocp.refinement.promised_gain import PhaseGains, promised_gain
+from ocp.refinement.estimates.promised_gain import PhaseGains, promised_gain
 
 
 def moved(minimise, end):

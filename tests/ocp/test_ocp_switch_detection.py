@@ -17,8 +17,7 @@ from ocp.numerics.piecewise_polynomial import (
     PiecewisePolynomial,
     bernstein,
 )
-from ocp.refinement.movable import hindered, most_iterations
-from ocp.refinement.switch_detection import (
+from ocp.refinement.estimates.switch_detection import (
     Jump,
     control_errors,
     control_jumps,
@@ -28,6 +27,7 @@ from ocp.refinement.switch_detection import (
     settled,
     with_jumps,
 )
+from ocp.refinement.movable import hindered, most_iterations
 
 
 def motion(coefficients, breakpoints=None, degree=4) -> PhaseTrajectory:

@@ -19,7 +19,7 @@ from math import inf
 
 from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import StartingPoint
-from ocp.refinement.error_estimate import MotionErrors
+from ocp.refinement.estimates.error_estimate import MotionErrors
 from ocp.refinement.first_round.starts import PATIENCE, FirstRound, finer_mesh, simulated, wavy
 from ocp.refinement.mesh_iteration import (
     MeshSolver,

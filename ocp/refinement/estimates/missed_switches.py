@@ -17,7 +17,7 @@ from ocp.mesh.mesh import SAME_POINT
 from ocp.mesh.trajectory import Evaluator
 from ocp.optimality.hamiltonian import shifts
 from ocp.optimality.iterate import Iterate
-from ocp.refinement.switch_detection import Jump
+from ocp.refinement.estimates.switch_detection import Jump
 
 # Of the objective: what a shift by the shorter interval beside it has to promise. At the optima of
 # the benchmarks the costates' errors promise up to 3e-5, and a switch that was missed 1.

@@ -18,10 +18,10 @@ from ocp.optimality.iterate import Iterate
 from ocp.problem.functionals import Integral, Peak
 from ocp.problem.parameters import Parameters
 from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.constrained_arcs import arc_gains
-from ocp.refinement.missed_switches import missed_switches
-from ocp.refinement.promised_gain import PhaseGains
-from ocp.refinement.switch_detection import Jump, control_jumps
+from ocp.refinement.estimates.constrained_arcs import arc_gains
+from ocp.refinement.estimates.missed_switches import missed_switches
+from ocp.refinement.estimates.promised_gain import PhaseGains
+from ocp.refinement.estimates.switch_detection import Jump, control_jumps
 from ocp.transcription.path_constraints import PathConstraint
 from ocp.transcription.transcribe import Transcription
 

@@ -1,0 +1,6 @@
+"""What is wrong with a solved mesh, and what a better one could gain.
+
+`error_estimate` puts it together: dynamics and limits between the points. `promised_gain` says what
+finer controls could bring, `constrained_arcs` what is lost where a path acts, `missed_switches`
+what a breakpoint at the wrong place costs. `switch_detection` finds the jumps of controls.
+"""
