@@ -329,7 +329,7 @@ def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:
     ending, best, accuracy = endings[refinement.ending], refinement.best, meshes.settings.accuracy
 
     open_tolerances = [
-        f"{what} hold to {value:.0e}; asked for were {allowed:.0e}"
+        f"{what} hold to {value:.1e}; asked for were {allowed:.0e}"
         for what, value, allowed in (
             ("the constraints", best.leak, accuracy.path),
             ("the dynamics", best.errors.dynamics, accuracy.dynamics),

@@ -279,7 +279,8 @@ def stands_still(
     leaks, much = last.leak > accuracy.path, promised > _LITTLE * accuracy.objective
     count = _STILL if leaks and not (much or closes_leaks) else _STILL_IN_DOUBT
     latest = solved[-count:]
-    if len(latest) < count or not last.tight:
+    # a rough solve that is made again to the tolerance asked for is no second mesh
+    if len(latest) < count or not all(s.tight for s in latest):
         return False
 
     # what leaks of the looser tolerance may be worth, however loosely the optimum is asked for
@@ -292,7 +293,7 @@ def stands_still(
         return False
     if leaks and _leaks_fall(latest):
         return False
-    return any(s.tight and s.holds(accuracy, LOOSER) for s in latest)
+    return any(s.holds(accuracy, LOOSER) for s in latest)
 
 
 def _leaks_fall(latest: Sequence[SolvedMesh]) -> bool:
