@@ -30,7 +30,7 @@ from ocp.solve import solve
 
 # Part of what is conceded that may remain unused: the limit is met to the tolerance of the
 # objectives, which is itself some part of a small concession.
-_UNUSED = 0.05
+_UNUSED = 0.03
 
 # Part of the way down to the least of the later objective that the first step takes, and by how
 # much a step that keeps the limit may be longer than the way until then.
