@@ -42,11 +42,16 @@ _SHORT = 1e-2
 _TRIED = 3
 
 
-def held_back(last: SolvedMesh, accuracy: Accuracy) -> list[dict[int, Array]]:
+def held_back(last: SolvedMesh, accuracy: Accuracy, closed: float) -> list[dict[int, Array]]:
     """Back-offs that close leaks at a cost that the objective does not notice.
 
     To first order a back-off costs its product with the multipliers of the limit. Those of earlier
     rounds are counted. Of the new ones the cheapest are taken, as far as what is allowed goes.
+
+    Parameters
+    ----------
+    closed : float
+        Relative excess from which on a leak is closed.
 
     Returns
     -------
@@ -61,7 +66,7 @@ def held_back(last: SolvedMesh, accuracy: Accuracy) -> list[dict[int, Array]]:
         constraints = iterate.transcription.constraints[index]
         pressed = path_forces(iterate, index)
         price = {number: force / constraints[number].scale for number, force in pressed.items()}
-        closable = _closable(iterate, index, errors, pressed, accuracy.path)
+        closable = _closable(iterate, index, errors, pressed, closed)
         held.append(
             {
                 number: np.where(leaks, _AMPLE * errors.excess[number].values, 0.0)
@@ -103,9 +108,15 @@ def _closable(
     index: int,
     errors: PhaseErrors,
     pressed: Mapping[int, Array],
-    tolerance: float,
+    least: float,
 ) -> dict[int, Flags]:
-    """Where a limit of a phase leaks and a back-off would close it, by path constraint, (N,)."""
+    """Where a limit of a phase leaks and a back-off would close it, by path constraint, (N,).
+
+    Parameters
+    ----------
+    least : float
+        Relative excess from which on a leak counts.
+    """
     widths = np.diff(iterate.trajectory.phases[index].fractions)
     narrow, short = widths < NARROW, widths < _SHORT
     largest_back_off = np.where(narrow, _LARGEST_BACK_OFF_IF_NARROW, _LARGEST_BACK_OFF)
@@ -114,7 +125,7 @@ def _closable(
     closable = {}
     for number, constraint in enumerate(iterate.transcription.constraints[index]):
         excess = errors.excess[number].values
-        leaks = (excess > tolerance) & (excess < largest_back_off)
+        leaks = (excess > least) & (excess < largest_back_off)
         if constraint.of_controls or number not in pressed or not leaks.any():
             continue
 

@@ -302,8 +302,8 @@ def _leaks_fall(latest: Sequence[SolvedMesh]) -> bool:
 
 
 def _worst(errors: MeshErrors) -> float:
-    """What is wrong with a mesh, or what a better one gains, whichever is more."""
-    return max(errors.gain, errors.excess, errors.dynamics)
+    """What is wrong with a mesh, or what a better one may gain, whichever is more."""
+    return max(errors.gain / _LITTLE, errors.excess, errors.dynamics)
 
 
 def _check_failure(

@@ -36,6 +36,9 @@ _A_MOTION = 1e-2
 # Where a constraint leaks it is held at the leak and at both sides of it, in parts of the interval:
 # a leak that is held at one point only moves to the side.
 _AROUND = np.array([-0.15, 0.0, 0.15])
+# Where any leak is to be closed, so are those above this part of the tolerance: where a motion is
+# pushed back, its neighbours are the next ones.
+_NEARLY = 0.3
 # Intervals that share this part of the tolerance on the objective need no finer control.
 _LEFT_ALONE = 0.25
 # Nor does one that gains less than this part of what the worst one gains. It is small, because what
@@ -193,9 +196,11 @@ class AdaptiveMesh:
     ) -> Mesh | None:
         """A better mesh, or None when the errors meet all tolerances."""
         least = _least_gain(last.errors, accuracy.objective) if resolve_controls else np.inf
-        held = held_back(last, accuracy)
+        leaks = last.errors.excess > accuracy.path
+        closed = _NEARLY * accuracy.path if leaks else accuracy.path
+        held = held_back(last, accuracy, closed)
         steps = [
-            _PhaseStep.of(last, index, self, accuracy, least, held[index])
+            _PhaseStep.of(last, index, self, accuracy, least, held[index], closed)
             for index in range(len(last.iterate.mesh.phases))
         ]
         if not any(step.changes for step in steps):
@@ -276,6 +281,8 @@ class _PhaseStep:
         On `mesh`.
     tolerance : float
         On the excess of constraints.
+    closed : float
+        Excess from which on a leak is closed where the phase is solved again anyway.
     """
 
     mesh: PhaseMesh
@@ -287,6 +294,7 @@ class _PhaseStep:
     before: Mapping[int, Array]
     held: Mapping[int, Array]
     tolerance: float
+    closed: float
 
     @classmethod
     def of(
@@ -297,6 +305,7 @@ class _PhaseStep:
         accuracy: Accuracy,
         least: float,
         held: Mapping[int, Array],
+        closed: float,
     ) -> _PhaseStep:
         """The step of phase number `index`; `least` is the gain that an interval is refined for."""
         mesh = last.iterate.mesh.phases[index]
@@ -325,7 +334,8 @@ class _PhaseStep:
         )
         refined = marks.refine(bracketed or base, base, policy.most_intervals)
         extra, before = last.iterate.mesh.extra[index], last.iterate.mesh.back_off[index]
-        return cls(mesh, base, pressed, refined, errors, extra, before, held, accuracy.path)
+        path = accuracy.path
+        return cls(mesh, base, pressed, refined, errors, extra, before, held, path, closed)
 
     @property
     def changes(self) -> bool:
@@ -362,7 +372,7 @@ class _PhaseStep:
             fractions.setdefault(points.constraint, []).extend(places)
         for constraint, excess in enumerate(self.errors.excess):
             # a crowded interval is split instead
-            leaks = np.flatnonzero((excess.values > self.tolerance) & ~self.errors.crowded)
+            leaks = np.flatnonzero((excess.values > self.closed) & ~self.errors.crowded)
             if leaks.size:
                 tau = np.clip(excess.tau[leaks][:, None] + _AROUND, 0.0, 1.0)
                 places = (before[leaks][:, None] + tau * width[leaks][:, None]).ravel()
