@@ -57,7 +57,7 @@ _STILL_IN_DOUBT = 3
 _LITTLE = 10.0
 
 # Part of the last leak that the next round may have, where a leak is about to be closed.
-_FALLING = 0.3
+_FALLING = 0.5
 
 log = logging.getLogger(__name__)
 
