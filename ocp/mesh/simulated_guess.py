@@ -16,6 +16,7 @@ import numpy as np
 
 from ocp.arrays import Array
 from ocp.mesh.initial_guess import InitialGuess, PhaseGuess
+from ocp.numerics.columnwise import columnwise
 from ocp.problem.parameters import Parameters
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
@@ -107,8 +108,8 @@ def simulated_guesses(
     """
     if any(problem.algebraics.values()):
         return []
-    numbers = [stated.unknowns[u.name] for u in problem.unknowns]
-    numbers += list(parameters.values.values())
+    unknowns = [stated.unknowns[u.name] for u in problem.unknowns]
+    numbers = np.array([*unknowns, *parameters.values.values()], dtype=float)
 
     phases: list[_Draws] = []
     for phase in problem.phases:
@@ -148,7 +149,7 @@ def _drawn(
     parameters: Parameters,
     stated: InitialGuess,
     sizes: Mapping[str, float],
-    numbers: Sequence[float],
+    numbers: Array,
     before: Sequence[_Draws],
     random: np.random.Generator,
 ) -> _Draws:
@@ -266,13 +267,12 @@ def _rate(problem: Problem, phase: Phase) -> ca.Function:
     return ca.Function("rate", inputs, ca.cse([rates]))
 
 
-def _step(
-    rate: ca.Function, x: Array, u: Array, t: Array, h: Array, numbers: Sequence[float]
-) -> Array:
+def _step(rate: ca.Function, x: Array, u: Array, t: Array, h: Array, numbers: Array) -> Array:
     """One step of the classical Runge-Kutta method for all draws."""
 
     def slope(state: Array, time: Array) -> Array:
-        return np.asarray(rate(state, u, time[None, :], ca.DM(numbers)).full())
+        (rates,) = columnwise(rate, state.T, u.T, time[:, None], numbers)
+        return rates.T
 
     k1 = slope(x, t)
     k2 = slope(x + 0.5 * h * k1, t + 0.5 * h)

@@ -16,6 +16,7 @@ import numpy as np
 
 from ocp.arrays import Array, Integers
 from ocp.errors import StatementError
+from ocp.numerics.columnwise import columnwise
 from ocp.numerics.piecewise_polynomial import PiecewisePolynomial, located
 from ocp.numerics.schemes import Scheme
 from ocp.problem.functionals import (
@@ -239,14 +240,16 @@ class Evaluator:
     ) -> Array:
         """Expressions of given signal values (m, n) and times (m,), (m, len(expressions))."""
         function = self._function(trajectory.phase(phase), phase, expressions)
-        out = function(signals.T, np.asarray(times)[None, :], self.numbers(trajectory))
-        return out.full().reshape(len(expressions), len(times)).T
+        (values,) = columnwise(
+            function, signals, np.asarray(times)[:, None], self.numbers(trajectory)
+        )
+        return values
 
-    def numbers(self, trajectory: Trajectory) -> ca.DM:
-        """Values of the unknowns, then of the constants, as a column."""
+    def numbers(self, trajectory: Trajectory) -> Array:
+        """Values of the unknowns, then of the constants, (n,)."""
         values = [trajectory.unknowns[u.name] for u in self.problem.unknowns]
         values += [trajectory.constants[c.name] for c in self.problem.constants]
-        return ca.DM(values) if values else ca.DM(0, 1)
+        return np.array(values, dtype=float)
 
     def _function(
         self, motion: PhaseTrajectory, phase: str, expressions: Sequence[Any]

@@ -21,6 +21,7 @@ import numpy as np
 
 from ocp.arrays import Array, Flags, Integers
 from ocp.mesh.trajectory import Evaluator, Trajectory
+from ocp.numerics.columnwise import columnwise
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import PhaseCostates, phase_costates
 from ocp.problem.symbols import TIME, Control
@@ -102,18 +103,14 @@ class Hamiltonian:
         """Values at local times of intervals, both (m,)."""
         phase = trajectory.phase(self.phase)
         times = evaluator.times(phase, intervals, tau)
-        outputs = self.function(
-            phase.local(intervals, tau).T,
-            times[None, :],
+        value, terms, slope, slope_size, curvature, path, path_slope = columnwise(
+            self.function,
+            phase.local(intervals, tau),
+            times[:, None],
             evaluator.numbers(trajectory),
-            costates.local(intervals, tau).T,
+            costates.local(intervals, tau),
         )
-
-        # CasADi lays matrices out column by column and puts the instants side by side
         instants, n_u, n_c = tau.size, len(self.controls), len(self.paths)
-        value, terms, slope, slope_size, curvature, path, path_slope = (
-            output.full().reshape(-1, instants).T for output in outputs
-        )
         return HamiltonianValues(
             value=value[:, 0],
             terms=terms,

@@ -17,6 +17,7 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array, Integers
+from ocp.numerics.columnwise import columnwise
 
 
 @dataclass(frozen=True, eq=False)
@@ -267,10 +268,10 @@ def evaluated(
     """Objective and rows (rows,) of some blocks, from their kernels alone."""
     objective, values = 0.0, np.zeros(rows)
     for block in blocks:
-        f, g = block.kernel.whole(x[block.columns].T, block.data.T, constants)
-        objective += float(ca.sum2(f))
+        f, g = columnwise(block.kernel.whole, x[block.columns], block.data, constants)
+        objective += float(f.sum())
         if block.rows.size:
-            np.add.at(values, block.rows, g.full().T)
+            np.add.at(values, block.rows, g)
     return objective, values
 
 

@@ -23,6 +23,7 @@ import numpy as np
 
 from ocp.arrays import Array, Integers
 from ocp.mesh.trajectory import PhaseTrajectory, SignalGroup, Trajectory
+from ocp.numerics.columnwise import called, columnwise
 from ocp.numerics.extrapolation import accumulated, driven_step
 from ocp.numerics.piecewise_polynomial import Lagrange, Piece, PiecewisePolynomial
 from ocp.numerics.stiff_integrator import backward_differences
@@ -351,8 +352,7 @@ def _march(
         ]
     )
     with np.errstate(all="ignore"):
-        ends, errors = accumulated(step, count * steps)(start, data.T)
-    ends, errors = np.array(ends).T, np.array(errors).T
+        ends, errors = called(accumulated(step, count * steps), start, data)
 
     # an interval's last state is the first one of the next
     joints = np.vstack([start, ends])
@@ -407,10 +407,10 @@ def transitions(rate: ca.Function, phase: PhaseTrajectory, sizes: Array) -> Arra
     steps = np.diff(phase.breakpoints)[intervals]
     signals, times = phase.local(intervals, tau), phase.breakpoints[intervals] + tau * steps
 
-    # CasADi puts the Jacobians of all instants side by side
     jacobian = _state_jacobian(rate)
-    slopes = jacobian(signals[:, :n_x].T, signals[:, n_x:].T, times[None, :]).full()
-    slopes = slopes.reshape(n_x, intervals.size, n_x).transpose(1, 0, 2) * sizes / sizes[:, None]
+    (slopes,) = columnwise(jacobian, signals[:, :n_x], signals[:, n_x:], times[:, None])
+    # CasADi lays a Jacobian out column by column
+    slopes = slopes.reshape(-1, n_x, n_x).transpose(0, 2, 1) * sizes / sizes[:, None]
 
     # at an instant without a derivative, such as a corner of the model, nothing is known of growth
     exponents = slopes * (steps / _PARTS)[:, None, None]
@@ -423,9 +423,10 @@ def transitions(rate: ca.Function, phase: PhaseTrajectory, sizes: Array) -> Arra
 
 
 def _state_jacobian(rate: ca.Function) -> ca.Function:
-    """``(x, u, t) -> df/dx``, dense."""
+    """``(x, u, t) -> df/dx``, column by column."""
     x, u, t = (ca.SX.sym(name, rate.sparsity_in(i)) for i, name in enumerate("xut"))
-    return ca.Function("slope", [x, u, t], ca.cse([ca.densify(ca.jacobian(rate(x, u, t), x))]))
+    jacobian = ca.densify(ca.vec(ca.jacobian(rate(x, u, t), x)))
+    return ca.Function("slope", [x, u, t], ca.cse([jacobian]))
 
 
 def exponential(matrices: Array) -> Array:
