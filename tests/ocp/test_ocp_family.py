@@ -25,22 +25,9 @@ from ocp import (
     solve,
 )
 from ocp.refinement.moving_mesh import KeptWhileGood
+from tests.ocp.drive_and_brake import STRONGEST, least_time, race
 
-STRONGEST = Constant("strongest", "m/s^2", 1.0)
 FEW = Settings(intervals=8)
-
-
-def race() -> Problem:
-    """Least time over 1 m from rest to rest, with another cap on the drive than on the brake."""
-    x, v = State("x", "m"), State("v", "m/s")
-    u = Control("u", "m/s^2", lower=-1.0, upper=STRONGEST, shape="constant")
-    phase = Phase("race", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=Between(0.1, 20, guess=2))
-    return Problem("race", phase, minimise=phase.end_time)
-
-
-def least_time(strongest: float) -> float:
-    """Drive, then brake: the areas of both halves of the speed's triangle make 1 m."""
-    return math.sqrt(2.0 * (1.0 + 1.0 / strongest))
 
 
 def test_members_follow_their_switch_on_one_mesh_and_few_meshes_are_made() -> None:

@@ -1,7 +1,6 @@
 """Few intervals whose breakpoints move: what a mesh is merged to, and how it follows a switch."""
 
 import dataclasses
-import math
 
 import numpy as np
 import pytest
@@ -11,7 +10,6 @@ from ocp import (
     AdaptiveMesh,
     Between,
     Bound,
-    Constant,
     Control,
     FixedMesh,
     Mesh,
@@ -25,24 +23,11 @@ from ocp import (
     solve,
 )
 from ocp.refinement.moving_mesh import merged_mesh, moving_mesh
+from tests.ocp.drive_and_brake import STRONGEST, least_time, race
 
-STRONGEST = Constant("strongest", "m/s^2", 2.0)
 ACCURACY = Accuracy(objective=1e-5, path=1e-5)
 STILL = Settings(intervals=40, accuracy=ACCURACY, refinement=AdaptiveMesh(move_breakpoints=False))
 MOVING = dataclasses.replace(STILL, refinement=MovingMesh())
-
-
-def race() -> Problem:
-    """Least time over 1 m from rest to rest, with another cap on the drive than on the brake."""
-    x, v = State("x", "m"), State("v", "m/s")
-    u = Control("u", "m/s^2", lower=-1.0, upper=STRONGEST, shape="constant")
-    phase = Phase("race", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=Between(0.1, 20, guess=2))
-    return Problem("race", phase, minimise=phase.end_time)
-
-
-def least_time(strongest: float) -> float:
-    """Drive, then brake: the areas of both halves of the speed's triangle make 1 m."""
-    return math.sqrt(2.0 * (1.0 + 1.0 / strongest))
 
 
 def switch(solution: Solution) -> float:
