@@ -145,6 +145,14 @@ class SolvedMesh:
         dynamics = self.errors.dynamics <= accuracy.dynamics
         return dynamics and self.leak <= slack * accuracy.path
 
+    def open(self, accuracy: Accuracy) -> float:
+        """The worst of dynamics, constraints and promised gain, in tolerances; one is enough."""
+        return max(
+            self.errors.dynamics / accuracy.dynamics,
+            self.leak / accuracy.path,
+            self.errors.gain / accuracy.objective,
+        )
+
     @property
     def leak(self) -> float:
         """Largest excess of a constraint at the points or between them, relative."""

@@ -1,7 +1,7 @@
-"""What movable breakpoints may cost, in iterations of the solver.
+"""When movable breakpoints are in the way.
 
-They make a program less convex. Where many limits act that can cost more than switches in their
-places gain.
+They make a program less convex. Where many limits act that can cost more iterations than switches
+in their places gain. They may also move to where limits leak, mesh after mesh, because that pays.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ocp.mesh.mesh import Mesh
+from ocp.refinement.accuracy import Accuracy
 
 if TYPE_CHECKING:
     from ocp.refinement.mesh_iteration import SolvedMesh
@@ -19,6 +20,10 @@ if TYPE_CHECKING:
 # which on movable breakpoints are in the way.
 _DOZENS = 50
 _FAR_MORE = 2
+
+# Meshes in a row after which what is open has to have fallen to this part of what it was.
+_PATIENCE = 3
+_FALLING = 0.5
 
 
 def most_iterations(solved: Sequence[SolvedMesh], mesh: Mesh) -> float:
@@ -37,12 +42,24 @@ def most_iterations(solved: Sequence[SolvedMesh], mesh: Mesh) -> float:
     return _FAR_MORE * max(_DOZENS, *still, 0)
 
 
-def hindered(solved: Sequence[SolvedMesh]) -> bool:
-    """Whether movable breakpoints have cost far more iterations than meshes that stay still."""
+def hindered(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> bool:
+    """Whether movable breakpoints have cost far more iterations than they gain, or led nowhere."""
     still, moving = [_DOZENS], [0]
     for each in solved:
         (moving if _moves(each.iterate.mesh) else still).append(each.iterations)
-    return max(moving) > _FAR_MORE * max(still)
+    return max(moving) > _FAR_MORE * max(still) or _led_nowhere(solved, accuracy)
+
+
+def _led_nowhere(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> bool:
+    """Whether some meshes in a row, all with movable breakpoints, left open what was open."""
+    for first in range(len(solved) - _PATIENCE + 1):
+        row = solved[first : first + _PATIENCE]
+        if not all(_moves(each.iterate.mesh) for each in row):
+            continue
+        before, after = row[0].open(accuracy), row[-1].open(accuracy)
+        if after > max(1.0, _FALLING * before):
+            return True
+    return False
 
 
 def _moves(mesh: Mesh) -> bool:

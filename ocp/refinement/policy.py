@@ -159,7 +159,7 @@ class AdaptiveMesh:
 
     def next_mesh(self, solved: Sequence[SolvedMesh], accuracy: Accuracy) -> Mesh | None:
         """A better mesh, or None when the last one meets all tolerances."""
-        if self.move_breakpoints and hindered(solved):
+        if self.move_breakpoints and hindered(solved, accuracy):
             return self._held_still().next_mesh(solved, accuracy)
         last = solved[-1]
         informative = last.iterate.scheme.informative_multipliers

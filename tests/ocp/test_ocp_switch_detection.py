@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ocp import PhaseTrajectory, Radau
+from ocp import Accuracy, Control, Phase, PhaseTrajectory, Problem, Radau, Settings, State, solve
 from ocp.mesh.mesh import PhaseMesh, uniform
 from ocp.mesh.trajectory import SignalGroup
 from ocp.numerics.piecewise_polynomial import (
@@ -17,6 +17,7 @@ from ocp.numerics.piecewise_polynomial import (
     PiecewisePolynomial,
     bernstein,
 )
+from ocp.refinement.estimates.error_estimate import MeshErrors
 from ocp.refinement.estimates.switch_detection import (
     Jump,
     control_errors,
@@ -27,6 +28,7 @@ from ocp.refinement.estimates.switch_detection import (
     settled,
     with_jumps,
 )
+from ocp.refinement.mesh_iteration import SolvedMesh
 from ocp.refinement.movable import hindered, most_iterations
 
 
@@ -219,26 +221,59 @@ def test_a_breakpoint_without_a_jump_stays_put() -> None:
     np.testing.assert_allclose(after.breakpoints, [0, 0.4, 0.55, 0.6, 1.0])
 
 
-def solved_meshes(*pairs):
-    """Meshes with movable breakpoints and the iterations that they took."""
-    meshes = [SimpleNamespace(phases=[SimpleNamespace(movable=movable)]) for movable, _ in pairs]
-    return [
-        SimpleNamespace(iterate=SimpleNamespace(mesh=mesh), iterations=count)
-        for mesh, (_, count) in zip(meshes, pairs, strict=True)
-    ]
+def solved_mesh(movable, iterations=10, leak=0.0):
+    """A mesh with movable breakpoints, the iterations that it took and what it left open."""
+    mesh = SimpleNamespace(phases=[SimpleNamespace(movable=movable)])
+    errors = MeshErrors(phases=(), dynamics=0.0, excess=leak, gain=0.0)
+    return SolvedMesh(
+        iterate=SimpleNamespace(mesh=mesh),
+        errors=errors,
+        violation=0.0,
+        tight=True,
+        finer=True,
+        iterations=iterations,
+    )
 
 
 def test_breakpoints_that_cost_far_more_iterations_are_held_still():
-    assert not hindered(solved_meshes(((), 30)))
-    assert not hindered(solved_meshes(((), 30), ((3,), 100)))  # a hundred is not too many
-    assert hindered(solved_meshes(((), 30), ((3,), 101)))
+    def held(*iterations):
+        still, *moving = iterations
+        meshes = [solved_mesh((), still), *(solved_mesh((3,), count) for count in moving)]
+        return hindered(meshes, Accuracy())
+
+    assert not held(30)
+    assert not held(30, 100)  # a hundred is not too many
+    assert held(30, 101)
     # a hard problem without them, too
-    assert not hindered(solved_meshes(((), 60), ((3,), 101)))
+    assert not held(60, 101)
+
+
+def test_breakpoints_that_lead_nowhere_are_held_still():
+    def held(*leaks, movable=(3,)):
+        return hindered([solved_mesh(movable, leak=leak) for leak in leaks], Accuracy(path=1e-7))
+
+    assert held(4e-5, 4e-5, 3e-5)
+    assert held(4e-5, 4e-5, 3e-5, 5e-8)  # once and for all
+    assert not held(4e-5, 4e-5)
+    assert not held(4e-5, 4e-5, 1e-5)
+    assert not held(9e-8, 9e-8, 9e-8)  # nothing is open
+    assert not held(4e-5, 4e-5, 3e-5, movable=())
+
+
+@pytest.mark.parametrize("intervals", [5, 8, 11, 14])
+def test_an_arc_is_entered_where_it_begins_whatever_the_first_mesh_is(intervals):
+    """Bryson, Denham and Dreyfus 1963: the entry moved to where the roof leaks, for 40 meshes."""
+    x, v, u = State("x", "m", upper=1 / 9), State("v", "m/s"), Control("u", "m/s^2")
+    phase = Phase("move", {x: v, v: u}, {x: 0, v: 1}, {x: 0, v: -1}, end=1.0)
+    problem = Problem("roof", phase, minimise=phase.integral(0.5 * u**2))
+    found = solve(problem, settings=Settings(intervals=intervals))
+    assert found.objective == pytest.approx(4.0, rel=1e-6)
+    assert len(found.mesh_iterations) <= 8
 
 
 def test_a_mesh_whose_breakpoints_move_is_given_up_where_the_next_ones_would_be_held_still():
     still, moving = (SimpleNamespace(phases=[SimpleNamespace(movable=m)]) for m in ((), (3,)))
-    assert most_iterations(solved_meshes(((), 30)), moving) == 100
-    assert most_iterations(solved_meshes(((), 60), ((3,), 90)), moving) == 120
-    assert most_iterations(solved_meshes(((), 30)), still) == np.inf
+    assert most_iterations([solved_mesh((), 30)], moving) == 100
+    assert most_iterations([solved_mesh((), 60), solved_mesh((3,), 90)], moving) == 120
+    assert most_iterations([solved_mesh((), 30)], still) == np.inf
     assert most_iterations([], moving) == np.inf  # there is nothing to go back to
