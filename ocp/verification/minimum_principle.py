@@ -18,6 +18,7 @@ costates jump there, too. The principle is judged there by what moving breakpoin
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,7 +52,8 @@ class MinimumPrinciple:
     ends : (2,)
         Its values at the first and last instant.
     size : float
-        Mean of ``|L| + sum |lambda_i f_i|``, to which the following are relative.
+        Root mean square over time of ``|L| + sum |lambda_i f_i|``, to which the following are
+        relative.
     drift : float
         Mean over time of how far its interval means are from their own mean. At instants that
         `Phase.at` names it may jump, so that each stretch between them has a mean of its own.
@@ -148,7 +150,9 @@ def minimum_principle(
     points = collocation_points(iterate.transcription.columns.phases[index])
     values = tested.values(points.intervals, points.tau)
     means = points.means(values.value)
-    size = float(points.means(np.abs(values.terms)).sum(axis=1) @ steps / duration) or 1.0
+    # of squares: a mean is no typical size where a long rest lies between a start and an end
+    sizes = points.means(np.abs(values.terms)).sum(axis=1)
+    size = math.sqrt(float(sizes**2 @ steps / duration)) or 1.0
     slopes = _projected(tested, *_slopes(tested, points, values))
 
     first_and_last = np.array([0, phase.intervals - 1])

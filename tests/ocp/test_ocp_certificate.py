@@ -167,6 +167,28 @@ def dash(intervals, lower=-2.0):
     return solve(problem, settings=Settings(intervals=intervals, refinement=FixedMesh()))
 
 
+@pytest.mark.parametrize(
+    ("first", "last", "duration", "weight"),
+    [(1.03344, 0.517014, 78.8332, 0.646559), (1.1565, 0.840328, 72.2738, 0.553894)],
+)
+def test_a_long_rest_between_a_start_and_an_end_is_certified(first, last, duration, weight):
+    """Hypersensitive (Rao and Mease 2000): H is 0 on the ways to the rest and from it."""
+    x, u = State("x", ""), Control("u", "")
+    phase = Phase("run", {x: -(x**3) + u}, {x: first}, {x: last}, end=duration)
+    problem = Problem("rest", phase, minimise=phase.integral((x**2 + weight * u**2) / 2))
+    found = solve(problem)
+
+    def cost(end, sign):
+        """Of the way from `end` to the rest, or back, where H = 0 gives the costate."""
+        places, weights = np.polynomial.legendre.leggauss(40)
+        at = end * (places + 1) / 2
+        costates = weight * (sign * at**3 + np.sqrt(at**6 + at**2 / weight))
+        return end / 2 * weights @ costates
+
+    assert found.objective == pytest.approx(cost(first, -1) + cost(last, 1), rel=1e-6)
+    assert certify(found).passed
+
+
 def test_intervals_at_a_change_that_are_exact_count_as_tested():
     # two of three intervals are next to the switch, which is on the breakpoint between them
     found = dash(3)
