@@ -23,6 +23,11 @@ def called(function: ca.Function, *arguments: Array) -> list[Array]:
         Its inputs are dense.
     arguments : array
         One for each input, with a row for each column of it.
+
+    Raises
+    ------
+    ValueError
+        An argument has not as many numbers as its input.
     """
     inputs = [np.ascontiguousarray(argument, dtype=float) for argument in arguments]
     outputs = [np.empty(function.nnz_out(i)) for i in range(function.n_out())]
