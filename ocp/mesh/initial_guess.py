@@ -12,7 +12,7 @@ import numpy as np
 
 from ocp.arrays import Array
 from ocp.errors import StatementError
-from ocp.mesh.trajectory import Trajectory
+from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
 from ocp.problem.parameters import Parameters
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
@@ -57,9 +57,11 @@ def initial_guess(
     known = {phase.name: phase for phase in trajectory.phases} if trajectory else {}
     phases: dict[str, PhaseGuess] = {}
     for phase in problem.phases:
-        stated = StatedGuess(phase, problem.signals[phase.name], parameters)
-        overlaid = phase.name in known
-        phases[phase.name] = _Overlay(stated, known[phase.name]) if overlaid else stated
+        motion, signals = known.get(phase.name), problem.signals[phase.name]
+        if motion is not None:
+            signals = tuple(signal for signal in signals if signal.name not in motion.signals)
+        stated = StatedGuess(phase, signals, parameters)
+        phases[phase.name] = stated if motion is None else _Overlay(stated, motion)
 
     unknowns = {u.name: _unknown_guess(u) for u in problem.unknowns}
     if trajectory:
@@ -171,7 +173,7 @@ class _Overlay:
     """A trajectory, and the stated guess of the signals that it lacks."""
 
     stated: StatedGuess
-    known: PhaseGuess
+    known: PhaseTrajectory
 
     @property
     def start(self) -> float:
@@ -182,7 +184,7 @@ class _Overlay:
         return float(self.known.end)
 
     def at_fractions(self, fractions: Array) -> Mapping[str, Array]:
-        return {**self.stated.at_fractions(fractions), **self.known.at_fractions(fractions)}
+        return {**self.known.at_fractions(fractions), **self.stated.at_fractions(fractions)}
 
 
 def _boundary_value(stated: Any, values: tuple[float, float] | None) -> float | None:

@@ -74,11 +74,11 @@ _STOOD_STILL = "Stood_Still_Near_Optimum"
 # and of one that left all motions behind
 _DIVERGED = "Diverged"
 
-# Orderings of MUMPS. A peak, a free time or a parameter touches every interval. Minimum degree that
-# sets such dense rows apart stays linear in the intervals, where minimum fill does not. Up to some
-# thousands of rows that share a column minimum fill is no slower, and with dozens of states it
-# takes a third of the time.
-_MINIMUM_FILL, _DENSE_ROWS_APART = 2, 6
+# Orderings of MUMPS. Approximate minimum degree leaves less to factorize than minimum fill where a few
+# states are used on hundreds of intervals, by half with eight states in five phases, and about as
+# much elsewhere. A peak, a free time or a parameter touches every interval: minimum degree that sets
+# such dense rows apart stays linear in the intervals, and is dearer until there are thousands.
+_MINIMUM_DEGREE, _DENSE_ROWS_APART = 0, 6
 _DENSE = 10_000
 
 # Per cent of memory beyond what MUMPS expects. IPOPT's own 1000 is given back to the system and
@@ -300,7 +300,7 @@ class Ipopt:
 
 def _ordering(program: Program) -> int:
     """Which ordering MUMPS is asked for, by how often the most frequent unknown is used."""
-    return _DENSE_ROWS_APART if program.most_uses > _DENSE else _MINIMUM_FILL
+    return _DENSE_ROWS_APART if program.most_uses > _DENSE else _MINIMUM_DEGREE
 
 
 def _within(x: Array, limits: ProgramLimits) -> Array:
