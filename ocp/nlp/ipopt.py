@@ -74,12 +74,14 @@ _STOOD_STILL = "Stood_Still_Near_Optimum"
 # and of one that left all motions behind
 _DIVERGED = "Diverged"
 
-# Orderings of MUMPS. Approximate minimum degree leaves less to factorize than minimum fill where a few
-# states are used on hundreds of intervals, by half with eight states in five phases, and about as
-# much elsewhere. A peak, a free time or a parameter touches every interval: minimum degree that sets
-# such dense rows apart stays linear in the intervals, and is dearer until there are thousands.
-_MINIMUM_DEGREE, _DENSE_ROWS_APART = 0, 6
-_DENSE = 10_000
+# Orderings of MUMPS. Minimum fill is grown superlinearly by a few states on hundreds of intervals:
+# with eight of them in five phases approximate minimum degree takes half of its time. On small
+# programs the two take the same, and after minimum fill fewer starts from multipliers need added
+# curvature. A peak, a free time or a parameter touches every interval: minimum degree that sets such
+# dense rows apart stays linear in the intervals, and is dearer until there are thousands.
+_MINIMUM_DEGREE, _MINIMUM_FILL, _DENSE_ROWS_APART = 0, 2, 6
+_LARGE = 5_000  # unknowns
+_DENSE = 10_000  # uses of one unknown
 
 # Per cent of memory beyond what MUMPS expects. IPOPT's own 1000 is given back to the system and
 # fetched anew for each matrix. Where it is too little IPOPT raises it.
@@ -299,8 +301,10 @@ class Ipopt:
 
 
 def _ordering(program: Program) -> int:
-    """Which ordering MUMPS is asked for, by how often the most frequent unknown is used."""
-    return _DENSE_ROWS_APART if program.most_uses > _DENSE else _MINIMUM_DEGREE
+    """Which ordering MUMPS is asked for, by the size and the most frequent unknown of a program."""
+    if program.most_uses > _DENSE:
+        return _DENSE_ROWS_APART
+    return _MINIMUM_DEGREE if program.variables > _LARGE else _MINIMUM_FILL
 
 
 def _within(x: Array, limits: ProgramLimits) -> Array:

@@ -98,6 +98,23 @@ def test_another_solution_on_another_mesh_is_a_good_start():
     assert solve(problem, guess=first).mesh.phases[0].intervals == 7  # its own mesh by default
 
 
+def test_a_motion_that_has_all_signals_leaves_nothing_to_the_stated_guess():
+    asked = []
+
+    def watched(times):
+        asked.append(times.size)
+        return times
+
+    problem = guessed({"v": watched})
+    motion = solve(problem).trajectory
+    asked.clear()
+    guess = initial_guess(problem, parameters_of(problem), motion).phases["move"]
+    np.testing.assert_allclose(
+        guess.at_fractions(FRACTIONS)["v"], motion.phases[0].at_fractions(FRACTIONS)["v"]
+    )
+    assert not asked
+
+
 def test_a_guess_for_another_duration_is_stretched():
     first = solve(transfer(), settings=Settings(intervals=7))
     longer = solve(transfer(2.0), guess=first)
