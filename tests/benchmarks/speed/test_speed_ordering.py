@@ -6,13 +6,10 @@ from benchmarks.speed.program import build, force_problem
 from ocp import Phase, Problem, State
 from ocp.nlp.ipopt import _ordering
 
-
 MINIMUM_DEGREE, MINIMUM_FILL, DENSE_ROWS_APART = 0, 2, 6  # numbers of MUMPS
 
 
-@pytest.mark.parametrize(
-    ("intervals", "ordering"), [(20, MINIMUM_FILL), (3000, DENSE_ROWS_APART)]
-)
+@pytest.mark.parametrize(("intervals", "ordering"), [(20, MINIMUM_FILL), (3000, DENSE_ROWS_APART)])
 def test_an_unknown_that_very_many_rows_share_is_set_apart(intervals: int, ordering: int) -> None:
     # each of four points an interval bounds the force by its peak
     assert _ordering(build(force_problem(), intervals).program) == ordering
