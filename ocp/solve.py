@@ -25,7 +25,9 @@ from ocp.problem.symbols import Constant
 from ocp.problem.validation import check_values
 from ocp.progress import Progress, shown
 from ocp.refinement.loop import Refinement, refine
-from ocp.refinement.mesh_iteration import LOOSER, MeshIteration, MeshSolver, Start
+from ocp.refinement.mesh_iteration import MeshIteration
+from ocp.refinement.mesh_solver import MeshSolver, Start
+from ocp.refinement.solved_mesh import LOOSER
 from ocp.settings import Settings, first_intervals
 from ocp.solution.solution import Solution
 from ocp.transcription.packing import trajectory_of

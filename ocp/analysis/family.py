@@ -28,7 +28,8 @@ from ocp.problem.symbols import Constant
 from ocp.problem.validation import check_values
 from ocp.progress import Progress, shown
 from ocp.refinement.loop import refine
-from ocp.refinement.mesh_iteration import LOOSE, MeshSolver, iterations_of
+from ocp.refinement.mesh_iteration import iterations_of
+from ocp.refinement.mesh_solver import LOOSE, MeshSolver
 from ocp.refinement.moving_mesh import (
     KeptWhileGood,
     MovingMesh,

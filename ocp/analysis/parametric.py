@@ -12,7 +12,7 @@ from ocp.problem.parameters import parameters_of
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
 from ocp.progress import Progress, shown
-from ocp.refinement.mesh_iteration import MeshSolver
+from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.policy import FixedMesh
 from ocp.settings import Settings
 from ocp.solution.solution import Solution

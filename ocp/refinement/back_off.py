@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,10 +18,8 @@ from ocp.optimality.active_set import PRESSING, path_forces
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.error_estimate import NARROW, PhaseErrors
+from ocp.refinement.solved_mesh import SolvedMesh
 from ocp.transcription.path_constraints import PathConstraint
-
-if TYPE_CHECKING:
-    from ocp.refinement.mesh_iteration import SolvedMesh
 
 # A leak is closed by a back-off only below this part of the constraint's size, with so much to
 # spare, and where all back-offs together cost at most this part of the tolerance on the objective.

@@ -19,18 +19,11 @@ from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.error_estimate import MeshErrors
 from ocp.refinement.first_round.first_answer import first_answer
 from ocp.refinement.first_round.starts import FirstRound
-from ocp.refinement.mesh_iteration import (
-    LOOSER,
-    MeshIteration,
-    MeshSolver,
-    SolvedMesh,
-    Start,
-    best_of,
-    iterations_of,
-    record_of,
-)
+from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_of
+from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.movable import most_iterations
 from ocp.refinement.policy import gain_falls, same_intervals
+from ocp.refinement.solved_mesh import LOOSER, SolvedMesh, best_of
 from ocp.refinement.unwrapping import lost_angle
 from ocp.transcription.packing import trajectory_of
 from ocp.transcription.transcribe import Transcription

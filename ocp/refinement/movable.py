@@ -8,13 +8,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from ocp.mesh.mesh import Mesh
 from ocp.refinement.accuracy import Accuracy
-
-if TYPE_CHECKING:
-    from ocp.refinement.mesh_iteration import SolvedMesh
+from ocp.refinement.solved_mesh import SolvedMesh
 
 # Iterations that any mesh may take, and times as many as meshes that stay still have taken, from
 # which on movable breakpoints are in the way.

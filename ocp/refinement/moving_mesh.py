@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -25,10 +25,8 @@ from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.error_estimate import MotionErrors
 from ocp.refinement.policy import AdaptiveMesh, RefinementPolicy
+from ocp.refinement.solved_mesh import SolvedMesh
 from ocp.transcription.transcribe import Transcription
-
-if TYPE_CHECKING:
-    from ocp.refinement.mesh_iteration import SolvedMesh
 
 # Of its width, that an interval may grow to at once: on a longer one a constraint would leak
 # between its points, which an optimiser uses.

@@ -10,7 +10,7 @@ import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from numbers import Integral
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, runtime_checkable
+from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -26,9 +26,7 @@ from ocp.refinement.estimates.error_estimate import MeshErrors, PhaseErrors
 from ocp.refinement.estimates.switch_detection import settled, with_jumps
 from ocp.refinement.marks import WHOLE, Marks
 from ocp.refinement.movable import hindered
-
-if TYPE_CHECKING:
-    from ocp.refinement.mesh_iteration import SolvedMesh
+from ocp.refinement.solved_mesh import SolvedMesh
 
 # Relative error of the dynamics above which switches are as imaginary as the motion: breakpoints
 # that move onto them lead the solver astray.

@@ -20,7 +20,7 @@ from ocp import (
 )
 from ocp.mesh.mesh import Mesh, uniform
 from ocp.problem.parameters import parameters_of
-from ocp.refinement.mesh_iteration import MeshSolver
+from ocp.refinement.mesh_solver import MeshSolver
 
 # A mass of 1 kg moves 1 m from rest to rest in 3 s and brakes by at most 1 m/s^2. At full power P
 # its speed is sqrt(2 P t), so that the force begins with a pole, beside which each point that is

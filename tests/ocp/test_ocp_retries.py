@@ -9,7 +9,9 @@ import pytest
 from ocp import Ipopt
 from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import StartingPoint
-from ocp.refinement.mesh_iteration import Budget, MeshIteration, with_retries
+from ocp.refinement.attempts import with_retries
+from ocp.refinement.budget import Budget
+from ocp.refinement.mesh_iteration import MeshIteration
 
 COLD = StartingPoint(np.zeros(2))
 WARM = StartingPoint(np.zeros(2), (np.ones(2), np.ones(1)))

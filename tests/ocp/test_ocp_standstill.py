@@ -10,7 +10,8 @@ from ocp.mesh.mesh import Mesh, uniform
 from ocp.nlp.standstill import Standstill
 from ocp.problem.parameters import parameters_of
 from ocp.refinement.loop import stands_still
-from ocp.refinement.mesh_iteration import MeshSolver, SolvedMesh, best_of
+from ocp.refinement.mesh_solver import MeshSolver
+from ocp.refinement.solved_mesh import SolvedMesh, best_of
 
 ACCURACY = Accuracy()
 

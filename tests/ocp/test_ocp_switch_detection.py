@@ -28,8 +28,8 @@ from ocp.refinement.estimates.switch_detection import (
     settled,
     with_jumps,
 )
-from ocp.refinement.mesh_iteration import SolvedMesh
 from ocp.refinement.movable import hindered, most_iterations
+from ocp.refinement.solved_mesh import SolvedMesh
 
 
 def motion(coefficients, breakpoints=None, degree=4) -> PhaseTrajectory:

@@ -32,7 +32,7 @@ from ocp.errors import OcpError, StatementWarning
 from ocp.mesh.mesh import Mesh, PhaseMesh, uniform
 from ocp.optimality.iterate import iterate_of
 from ocp.optimality.multipliers import multipliers
-from ocp.refinement.mesh_iteration import MeshSolver
+from ocp.refinement.mesh_solver import MeshSolver
 from ocp.transcription.packing import trajectory_of
 from ocp.transcription.transcribe import ProgramLimits
 from studies.common.console import Table, number

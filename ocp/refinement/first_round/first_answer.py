@@ -31,7 +31,7 @@ from ocp.nlp.solver import NlpSolver, StartingPoint
 from ocp.problem.problem import Problem
 from ocp.refinement.first_round.search import Found, best_of_several
 from ocp.refinement.first_round.starts import PATIENCE, FirstRound, finer_mesh, simulated
-from ocp.refinement.mesh_iteration import MeshSolver
+from ocp.refinement.mesh_solver import MeshSolver
 from ocp.transcription.transcribe import Transcription
 
 # Guesses that are simulated at most, answers that are compared, and guesses on a finer mesh, where

@@ -21,12 +21,9 @@ from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import StartingPoint
 from ocp.refinement.estimates.error_estimate import MotionErrors
 from ocp.refinement.first_round.starts import PATIENCE, FirstRound, finer_mesh, simulated, wavy
-from ocp.refinement.mesh_iteration import (
-    MeshSolver,
-    SolvedMesh,
-    iterations_of,
-    record_of,
-)
+from ocp.refinement.mesh_iteration import iterations_of, record_of
+from ocp.refinement.mesh_solver import MeshSolver
+from ocp.refinement.solved_mesh import SolvedMesh
 from ocp.transcription.packing import trajectory_of
 from ocp.transcription.transcribe import Transcription
 

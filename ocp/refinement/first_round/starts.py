@@ -14,7 +14,8 @@ from ocp.mesh.simulated_guess import simulated_guesses
 from ocp.mesh.wavy_guess import wavy_guess
 from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import NlpSolver, StartingPoint
-from ocp.refinement.mesh_iteration import MeshIteration, MeshSolver, iterations_of
+from ocp.refinement.mesh_iteration import MeshIteration, iterations_of
+from ocp.refinement.mesh_solver import MeshSolver
 from ocp.transcription.packing import decision_vector
 from ocp.transcription.transcribe import Transcription
 

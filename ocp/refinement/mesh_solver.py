@@ -1,0 +1,216 @@
+"""Solves a problem on one mesh after another, within one budget."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ocp.arrays import Array
+from ocp.mesh.initial_guess import initial_guess
+from ocp.mesh.mesh import Mesh
+from ocp.mesh.trajectory import Evaluator, Trajectory
+from ocp.nlp.result import NlpResult
+from ocp.nlp.solver import Listener, NlpSolver, StartingPoint
+from ocp.optimality.iterate import Iterate, iterate_of
+from ocp.optimality.warm_start import carried_multipliers
+from ocp.problem.parameters import Parameters
+from ocp.problem.problem import Problem
+from ocp.progress import Progress
+from ocp.refinement.attempts import with_retries
+from ocp.refinement.budget import Budget
+from ocp.refinement.estimates.error_estimate import estimate_errors
+from ocp.refinement.mesh_iteration import MeshIteration, iterations_of
+from ocp.refinement.solved_mesh import SolvedMesh
+from ocp.refinement.unwrapping import unwrapped
+from ocp.settings import Settings
+from ocp.transcription.packing import decision_vector, trajectory_of
+from ocp.transcription.scaling import Scales, oversized, resized, scales_of
+from ocp.transcription.transcribe import ProgramLimits, Transcription, transcribe
+
+Start = Iterate | Trajectory | None
+
+# A mesh that is about to be replaced is solved to this tolerance: the digits beyond are lost with
+# the next mesh. The mesh that meets all tolerances is solved to the tolerance asked for.
+LOOSE = 1e-7
+
+
+@dataclass(frozen=True, eq=False)
+class MeshSolver:
+    """Solves a problem on one mesh after another; what stays the same in all mesh iterations.
+
+    Attributes
+    ----------
+    problem : Problem
+    settings : Settings
+    parameters : Parameters
+        Values of the problem's constants.
+    evaluator : Evaluator
+        Of the problem.
+    budget : Budget
+        Of all mesh iterations together.
+    rough_solver : NlpSolver
+        For meshes that are about to be replaced.
+    progress : callable or None
+        Receives a line of text per iteration.
+    prepared : Transcription or None
+        A program to use for its own mesh.
+    """
+
+    problem: Problem
+    settings: Settings
+    parameters: Parameters
+    evaluator: Evaluator
+    budget: Budget
+    rough_solver: NlpSolver
+    progress: Progress | None = None
+    prepared: Transcription | None = None
+
+    @classmethod
+    def of(
+        cls,
+        problem: Problem,
+        settings: Settings,
+        parameters: Parameters,
+        progress: Progress | None = None,
+        prepared: Transcription | None = None,
+        evaluator: Evaluator | None = None,
+    ) -> MeshSolver:
+        """With the budget of the settings, whose clock begins to run.
+
+        An evaluator of the same problem lends what it has compiled.
+        """
+        budget = Budget(settings.iterations or float("inf"), settings.seconds or float("inf"))
+        rough = settings.solver.loosened(LOOSE)
+        if evaluator is None or evaluator.problem is not problem:
+            evaluator = Evaluator(problem)
+        return cls(problem, settings, parameters, evaluator, budget, rough, progress, prepared)
+
+    def first_program(self, start: Start, mesh: Mesh) -> Transcription:
+        """The program of the first mesh; one that is there already where it fits."""
+        if self.prepared is not None and mesh is self.prepared.mesh:
+            return self.prepared
+
+        if not isinstance(start, Iterate):
+            guess = initial_guess(self.problem, self.parameters, start)
+            scales = scales_of(self.problem, guess, self.parameters)
+            settings = self.settings
+            return transcribe(self.problem, mesh, settings.scheme, settings.controls, scales)
+
+        if mesh is start.mesh:
+            return start.transcription
+        return transcribe(
+            self.problem, mesh, start.scheme, start.controls, start.scales, start.transcription
+        )
+
+    def at(self, parameters: Parameters) -> MeshSolver:
+        """The same for other values of the constants, with a budget of its own."""
+        budget = Budget(self.budget.iterations, self.budget.seconds)
+        return replace(self, parameters=parameters, budget=budget)
+
+    def next_program(self, last: Iterate, mesh: Mesh) -> Transcription:
+        """The program of a mesh after a solved one, its objective sized by what was found."""
+        scales = self.scales_after(last)
+        if mesh is last.mesh and scales is last.scales:
+            return last.transcription
+        return transcribe(
+            self.problem, mesh, last.scheme, last.controls, scales, last.transcription
+        )
+
+    def scales_after(self, last: Iterate) -> Scales:
+        """Those of a solved mesh, its objective sized by its value; the same if it is near."""
+        least = 0.0
+        if oversized(last.scales, last.objective):
+            guess = initial_guess(self.problem, self.parameters, last.trajectory)
+            least = scales_of(self.problem, guess, self.parameters).objective
+        return resized(last.scales, last.objective, least)
+
+    def starting_point(
+        self, program: Transcription, start: Start | StartingPoint, limits: ProgramLimits
+    ) -> StartingPoint:
+        """A start of the program: unknowns, and multipliers where an iterate brings them."""
+        if isinstance(start, StartingPoint):
+            return start
+        if not isinstance(start, Iterate):
+            return StartingPoint(self._packed(program, start, limits))
+        if start.transcription is program:
+            # to the last digit, which its multipliers belong to
+            return StartingPoint(start.x, (start.bound_multipliers, start.row_multipliers))
+        multipliers = carried_multipliers(start, program)
+        return StartingPoint(self._packed(program, start.trajectory, limits), multipliers)
+
+    def solve(
+        self,
+        program: Transcription,
+        start: Start | StartingPoint,
+        solver: NlpSolver,
+        before: Sequence[MeshIteration] = (),
+        *,
+        most: float = math.inf,
+    ) -> NlpResult:
+        """Solve one program from a start, in at most so many iterations.
+
+        Parameters
+        ----------
+        before : sequence of MeshIteration
+            The mesh iterations until then.
+        most : float
+            Iterations of all attempts together.
+        """
+        limits = program.limits(self.parameters)
+
+        def run(solver: NlpSolver, point: StartingPoint) -> NlpResult:
+            return self.run(program, solver, point, limits, len(before) + 1)
+
+        point = self.starting_point(program, start, limits)
+        return with_retries(run, solver, point, self.budget, before, most=most)
+
+    def run(
+        self,
+        program: Transcription,
+        solver: NlpSolver,
+        point: StartingPoint,
+        limits: ProgramLimits,
+        number: int,
+    ) -> NlpResult:
+        """One run of a solver in mesh iteration `number`."""
+        listener = self._listener(program, number)
+        return solver.solve(program.program, point, limits, self.parameters.vector, listener)
+
+    def examined(
+        self, program: Transcription, result: NlpResult, *, tight: bool, finer: bool
+    ) -> SolvedMesh:
+        """A solved program with its errors between the points."""
+        trajectory = trajectory_of(program, result.x, self.parameters)
+        iterate = unwrapped(iterate_of(program, result, trajectory), self.evaluator)
+        errors = estimate_errors(iterate, self.evaluator, self.settings.accuracy)
+        lower, upper = iterate.limits.rows
+        excess = np.maximum(lower - result.rows, result.rows - upper)
+        violation = float(excess.max(initial=0.0))
+        return SolvedMesh(iterate, errors, violation, tight, finer, result.iterations)
+
+    def spent(self, rounds: Sequence[MeshIteration]) -> bool:
+        """Whether the budget is used up after some mesh iterations."""
+        return self.budget.spent(iterations_of(rounds))
+
+    def _packed(
+        self, program: Transcription, motion: Trajectory | None, limits: ProgramLimits
+    ) -> Array:
+        guess = initial_guess(self.problem, self.parameters, motion)
+        return decision_vector(program, guess, limits, self.parameters.vector)
+
+    def _listener(self, program: Transcription, number: int) -> Listener | None:
+        """What passes the solver's progress on, if anybody wants to know."""
+        progress = self.progress
+        if progress is None:
+            return None
+        unit = program.scales.objective * self.problem.sense
+        begin = f"{self.problem.name}: mesh iteration {number} ({program.mesh.intervals} intervals)"
+
+        def listen(iteration: int, objective: float, x: Array, rows: Array) -> bool:
+            progress(f"{begin}, iteration {iteration}, objective {objective * unit:.6g}")
+            return False
+
+        return listen

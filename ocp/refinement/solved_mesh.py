@@ -1,0 +1,91 @@
+"""A mesh iteration that the solver finished, and the best one of several."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ocp.optimality.iterate import Iterate
+from ocp.refinement.accuracy import Accuracy
+from ocp.refinement.estimates.error_estimate import MeshErrors
+from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
+
+# Factor by which constraints may miss their tolerance in a round that is good enough to be verified
+# where no better one was found: the slack that the verification has, too.
+LOOSER = 10.0
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedMesh:
+    """A mesh iteration that the solver finished, as the next one and the refinement policy see it.
+
+    Attributes
+    ----------
+    iterate : Iterate
+        The motion found, with its multipliers.
+    errors : MeshErrors
+        What is wrong with it between its points.
+    violation : float
+        Largest violation of the program's rows, scaled.
+    tight : bool
+        Whether it was solved to the tolerance asked for.
+    finer : bool
+        Whether its mesh has more intervals than the one before.
+    iterations : int
+        Of the solver.
+    """
+
+    iterate: Iterate
+    errors: MeshErrors
+    violation: float
+    tight: bool
+    finer: bool
+    iterations: int = 0
+
+    def holds(self, accuracy: Accuracy, slack: float = 1.0) -> bool:
+        """Whether the motion meets the dynamics and all constraints, between its points too.
+
+        Parameters
+        ----------
+        slack : float
+            Factor by which the constraints may miss their tolerance.
+        """
+        dynamics = self.errors.dynamics <= accuracy.dynamics
+        return dynamics and self.leak <= slack * accuracy.path
+
+    def open(self, accuracy: Accuracy) -> float:
+        """The worst of dynamics, constraints and promised gain, in tolerances; one is enough."""
+        return max(
+            self.errors.dynamics / accuracy.dynamics,
+            self.leak / accuracy.path,
+            self.errors.gain / accuracy.objective,
+        )
+
+    @property
+    def leak(self) -> float:
+        """Largest excess of a constraint at the points or between them, relative."""
+        return max(self.errors.excess, self.violation)
+
+
+def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
+    """The best round that holds between the points, if need be to the slack of a verification.
+
+    Of rounds whose objectives are as good, those come first whose controls promise no more than a
+    certificate allows, then those that meet their tolerances. One that leaks less is no answer if
+    it lies on a mesh that was too coarse. Without any that holds it is the last round.
+    """
+    good = [s for s in solved if s.holds(accuracy, LOOSER)]
+    # values of those that are not solved to the tolerance asked for err by theirs
+    good = [s for s in good if s.tight] or good
+    sense = solved[-1].iterate.problem.sense
+    best = min(good, key=lambda s: sense * s.iterate.objective, default=solved[-1])
+
+    slack = accuracy.objective * best.iterate.objective_size
+    as_good = [s for s in good if abs(s.iterate.objective - best.iterate.objective) <= slack]
+    as_good = [s for s in as_good if s.errors.gain <= CERTIFIED_GAIN] or as_good
+    strict = [s for s in as_good if s.holds(accuracy)]
+    # of answers that are as good, one whose controls promise nothing more is proven better
+    strict = [s for s in strict if s.errors.gain <= accuracy.objective] or strict
+    if strict:
+        return min(strict, key=lambda s: sense * s.iterate.objective)
+    return min(as_good, key=lambda s: s.leak, default=best)
