@@ -36,7 +36,7 @@ class PhaseGuess(Protocol):
     def at_fractions(self, fractions: Array) -> Mapping[str, Array]: ...
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class InitialGuess:
     """A guess for every phase and unknown of a problem."""
 
@@ -115,7 +115,7 @@ def _stays(guess: StatedGuess, state: Signal) -> bool:
     return bool(np.ptp(guess.at_fractions(_LOOKED_AT)[state.name]) == 0.0)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class StatedGuess:
     """The guess in the statement of a phase; a signal left out joins its boundary values.
 

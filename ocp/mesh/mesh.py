@@ -70,7 +70,7 @@ class PhaseMesh:
         return replace(self, movable=tuple(range(1, self.intervals)), longest=longest)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ExtraPoints:
     """Points between the collocation points at which a continuous constraint is imposed too.
 

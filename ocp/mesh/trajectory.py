@@ -35,7 +35,7 @@ from ocp.problem.symbols import TIME, Constant, Signal, Time, Unknown, resolve, 
 SignalKind = Literal["state", "control", "algebraic"]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SignalGroup:
     """Signals of one kind whose polynomials have the same bases.
 
@@ -192,7 +192,7 @@ class Trajectory:
         raise StatementError(f"there is no phase {name!r}; give one of {names}")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Evaluator:
     """Evaluates expressions of one problem; keeps the compiled functions.
 

@@ -20,7 +20,7 @@ from ocp.nlp.watch import Watch
 from ocp.transcription.kernels import Program
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class KeptSolver:
     """An IPOPT object of a program.
 

@@ -19,7 +19,7 @@ Outcome = Literal[
 ]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class NlpResult:
     """The end of a run.
 

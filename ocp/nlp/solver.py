@@ -22,7 +22,7 @@ Returns whether the solver is to stop.
 """
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class StartingPoint:
     """Where a solver starts.
 

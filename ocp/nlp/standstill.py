@@ -44,7 +44,7 @@ _SMALLEST = 1e-300  # of an objective: at zero nothing but a gap of zero is near
 _LARGE_MULTIPLIERS = 100.0
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class NearPoint:
     """An iterate that meets the optimality conditions nearly.
 

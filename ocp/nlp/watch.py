@@ -23,7 +23,7 @@ from ocp.nlp.standstill import Divergence, Standstill
 _GIVEN = ("x", "f", "g", "lam_x", "lam_g")
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, repr=False)
 class WatchedRun:
     """What one run looks after, and what became of it.
 

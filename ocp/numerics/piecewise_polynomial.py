@@ -80,7 +80,7 @@ def _chebyshev(count: int) -> Array:
     return np.asarray(0.5 - 0.5 * np.cos(np.pi * np.arange(count) / max(count - 1, 1)))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Piece:
     """The intervals that share a basis.
 

@@ -36,7 +36,7 @@ from ocp.errors import StatementError
 from ocp.numerics.piecewise_polynomial import derivative_matrix, lagrange, quadrature_weights
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Collocation:
     """The numbers of one scheme at one degree.
 

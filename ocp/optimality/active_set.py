@@ -74,7 +74,7 @@ def share_at_limit(polynomial: PiecewisePolynomial, limit: float, margin: float)
     return shares
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class LimitDistances:
     """Scaled distances of a program's rows and unknowns from their limits.
 

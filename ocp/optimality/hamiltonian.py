@@ -35,7 +35,7 @@ _POINTS = 8
 _LEAST_REACH = 1e-3
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class HamiltonianValues:
     """The Hamiltonian of a phase at `m` instants.
 
@@ -66,7 +66,7 @@ class HamiltonianValues:
     path_slope: Array
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Hamiltonian:
     """The compiled Hamiltonian of one phase.
 

@@ -29,7 +29,7 @@ _NOTHING = 1e-300  # so that nothing is divided by zero
 _SAME = 1e-9
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SwitchSlopes:
     """Derivatives of the Lagrangian by breakpoints: ``direct + by_multiplier @ multipliers``.
 

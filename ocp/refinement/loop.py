@@ -55,7 +55,7 @@ _FALLING = 0.5
 log = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Refinement:
     """The end of a refinement.
 

@@ -37,7 +37,7 @@ Start = Iterate | Trajectory | None
 LOOSE = 1e-7
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class MeshSolver:
     """Solves a problem on one mesh after another; what stays the same in all mesh iterations.
 

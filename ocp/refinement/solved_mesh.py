@@ -15,7 +15,7 @@ from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 LOOSER = 10.0
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SolvedMesh:
     """A mesh iteration that the solver finished, as the next one and the refinement policy see it.
 

@@ -67,7 +67,7 @@ def blocks_of(
     return tuple(blocks), rows
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PhaseBlocks:
     """Makes the blocks of one phase.
 

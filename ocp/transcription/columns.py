@@ -30,7 +30,7 @@ from ocp.transcription.scaling import Scales
 _ORDERS = {"constant": 0, "linear": 1, "polynomial": None}
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ControlSet:
     """Controls that are polynomials of the same order in an interval.
 
@@ -44,7 +44,7 @@ class ControlSet:
     order: int | None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class IntervalGroup:
     """The intervals of one degree whose breakpoints all stay, or all have a movable end.
 
@@ -72,7 +72,7 @@ class IntervalGroup:
     algebraics: Integers
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PhaseColumns:
     """The unknowns of one phase.
 
@@ -168,7 +168,7 @@ class PhaseColumns:
         raise KeyError(name)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Columns:
     """All unknowns of a program.
 

@@ -23,7 +23,7 @@ from ocp.transcription.kernels import Block, Kernel
 from ocp.transcription.scaling import Scales
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class KernelContext:
     """What every kernel of a problem shares.
 
@@ -138,7 +138,7 @@ class KernelBuilder:
         return Kernel(outer, ca.Function("inner", [w, d], [combined]))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Point:
     """Signals, time and interval length at one point of an interval, as local expressions."""
 
@@ -148,7 +148,7 @@ class Point:
     unknowns: ca.SX
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class CollocationPoint(Point):
     """A collocation point.
 

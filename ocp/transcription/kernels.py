@@ -20,7 +20,7 @@ from ocp.arrays import Array, Integers
 from ocp.numerics.columnwise import columnwise
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Kernel:
     """An SX function ``(w, d, c) -> (f, g)``, stated as ``outer(w, inner(w, d), d, c)``.
 
@@ -59,7 +59,7 @@ class Kernel:
         return [ca.SX.sym(s, self.outer.sparsity_in(i)) for i, s in enumerate("wydc")]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Block:
     """One kernel and the places it is applied to.
 
@@ -88,7 +88,7 @@ class Block:
         return differentiate(self.kernel)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class KernelDerivatives:
     """Parts of a kernel, and the non-zeros of their derivatives with their places.
 
@@ -156,7 +156,7 @@ def nonzero_places(pattern: ca.Sparsity) -> tuple[Integers, Integers]:
     return np.array(rows, dtype=np.int64), np.array(columns, dtype=np.int64)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Program:
     """A nonlinear program, the sum of its blocks, as CasADi's solvers take it.
 

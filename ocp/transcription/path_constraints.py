@@ -17,7 +17,7 @@ from ocp.transcription.columns import PhaseColumns
 from ocp.transcription.scaling import Scales
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PathConstraint:
     """``lower <= sign * expression - peak <= upper`` at all times of a phase.
 

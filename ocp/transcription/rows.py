@@ -71,7 +71,7 @@ class Limits:
         return lower, upper
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PathRows:
     """Rows of one path constraint: points of intervals at which it is imposed.
 
@@ -100,7 +100,7 @@ class PathRows:
         object.__setattr__(self, "at_collocation_points", bool(np.isfinite(self.weights).all()))
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, repr=False)
 class PhaseRows:
     """Rows of one phase.
 
@@ -127,7 +127,7 @@ class PhaseRows:
     breakpoints: Integers = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, repr=False)
 class Rows:
     """All rows of a program.
 

@@ -22,7 +22,7 @@ from ocp.transcription.rows import Rows
 from ocp.transcription.scaling import Scales
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ProgramLimits:
     """Scaled lower and upper limits of a program, at values of the constants.
 

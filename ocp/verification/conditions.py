@@ -131,7 +131,7 @@ class Condition:
         )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Evidence:
     """What the conditions are tested on.
 

@@ -37,7 +37,7 @@ from ocp.refinement.estimates.constrained_arcs import shift_gains, stretches_of
 _SAMPLES = 9
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class MinimumPrinciple:
     """What the Hamiltonian of one phase does, in numbers.
 

@@ -289,7 +289,7 @@ def _dynamics(
     return ca.Function("dynamics", inputs, ca.cse([rates]))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class _Drive:
     """What drives the dynamics in some intervals that follow each other.
 

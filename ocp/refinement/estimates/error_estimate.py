@@ -50,7 +50,7 @@ _ZOOM_SAMPLES = 9
 _PEAKS = 3  # of the samples in an interval, that are looked at
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class MotionErrors:
     """How far a motion is off between its points, whether it is a solution or its replay.
 
@@ -247,7 +247,7 @@ class MotionErrors:
         return values.ravel()
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PhaseErrors:
     """Errors of one phase of a solved mesh, per interval.
 
@@ -282,7 +282,7 @@ class PhaseErrors:
     parts: Array
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class MeshErrors:
     """Errors of a solved mesh between its points.
 
@@ -401,7 +401,7 @@ def _finite_or_infinite(error: Array) -> Array:
     return np.where(np.isfinite(error), error, np.inf)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Extremes:
     """The largest value of a function in each interval.
 

@@ -23,7 +23,7 @@ _SMOOTH = 3e-4
 CERTIFIED_GAIN = 1e-5
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PhaseGains:
     """What finer controls promise in each interval of a phase, (N,) each.
 

@@ -59,7 +59,7 @@ _COARSE = 2
 _ROUNDS = 4
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Found:
     """What came of the first mesh.
 
@@ -78,7 +78,7 @@ class Found:
     starts: int = 1
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class _Answer:
     """An answer of a mesh.
 
@@ -124,7 +124,7 @@ def best_of_several(first_round: FirstRound, program: Transcription, first: NlpR
     return Found(best.program, result, starts)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class _Search:
     """A search on one mesh.
 

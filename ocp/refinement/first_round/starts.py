@@ -30,7 +30,7 @@ _FINER = 4
 _FINEST = 400
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class FirstRound:
     """What all starts of the first mesh share.
 
