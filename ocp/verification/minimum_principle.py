@@ -54,6 +54,9 @@ class MinimumPrinciple:
     size : float
         Root mean square over time of ``|L| + sum |lambda_i f_i|``, to which the following are
         relative.
+    sizes : (N,)
+        The terms' own size in each interval where it is more than that, relative; else one. A stiff
+        beginning has terms of a million times their size later, and leaves as much more of them.
     drift : float
         Mean over time of how far its interval means are from their own mean. At instants that
         `Phase.at` names it may jump, so that each stretch between them has a mean of its own.
@@ -82,6 +85,7 @@ class MinimumPrinciple:
     mean: float
     ends: Array
     size: float
+    sizes: Array
     drift: float
     means: Array
     steps: Array
@@ -99,11 +103,20 @@ class MinimumPrinciple:
 
     @property
     def drift_between_changes(self) -> float:
-        """Largest range of its interval means over runs without changes, where no path acts."""
+        """Largest difference of two interval means in a run without changes, where no path acts.
+
+        It is relative to the larger one of their `sizes`.
+        """
         strict = ~self.changes & ~self.acting
         runs = (np.cumsum(~strict) + self.stretches * (strict.size + 1))[strict]
-        kept = self.means[strict]
-        return max((float(np.ptp(kept[runs == run])) for run in set(runs.tolist())), default=0.0)
+        means, sizes = self.means[strict], self.sizes[strict]
+        return max(
+            (
+                _largest_difference(means[runs == run], sizes[runs == run])
+                for run in set(runs.tolist())
+            ),
+            default=0.0,
+        )
 
     @property
     def gain_on_arcs(self) -> float:
@@ -123,7 +136,9 @@ class MinimumPrinciple:
         strict : float
             Largest of ``|slopes|`` in an interval.
         """
-        same = (np.abs(np.diff(self.means)) <= within) & (np.diff(self.stretches) == 0)
+        larger = np.maximum(self.sizes[1:], self.sizes[:-1])
+        same = np.abs(np.diff(self.means)) <= within * larger
+        same &= np.diff(self.stretches) == 0
         as_beside = np.append(same, False) | np.append(False, same)
         if not self.autonomous:
             as_beside[:] = True
@@ -164,6 +179,7 @@ def minimum_principle(
         mean=float(means @ steps / duration),
         ends=tested.values(first_and_last, np.array([0.0, 1.0])).value,
         size=size,
+        sizes=np.maximum(sizes / size, 1.0),
         drift=drift / size,
         means=means / size,
         steps=steps,
@@ -174,6 +190,14 @@ def minimum_principle(
         acting=acting_intervals(iterate)[index],
         concavity=_concavity(values, hamiltonian, _free(tested)[points.intervals]),
     )
+
+
+def _largest_difference(means: Array, sizes: Array) -> float:
+    """Largest ``|m_i - m_j| / max(s_i, s_j)`` over all pairs."""
+    rising = np.argsort(sizes)
+    means, sizes = means[rising], sizes[rising]
+    below, above = np.minimum.accumulate(means), np.maximum.accumulate(means)
+    return float((np.maximum(means - below, above - means) / sizes).max(initial=0.0))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

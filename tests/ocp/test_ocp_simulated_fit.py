@@ -6,7 +6,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
-from ocp import Control, Phase, Problem, Settings, State, Unknown, solve
+from ocp import Control, Phase, Problem, Settings, State, Unknown, certify, solve
 from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.simulated_fit import determined_motion
 from ocp.problem.parameters import parameters_of
@@ -86,6 +86,9 @@ def test_a_stiff_fit_is_found() -> None:
     solution = solve(fit())
     assert solution.objective == pytest.approx(best.fun, rel=1e-5)  # the default tolerance
     assert solution.trajectory.unknowns["log"] == pytest.approx(best.x, abs=1e-4)
+
+    # terms of H are a million times larger in the first microseconds than in the mean over a day
+    assert certify(solution).passed
 
 
 def test_what_is_steered_or_begins_anywhere_is_not_simulated() -> None:
