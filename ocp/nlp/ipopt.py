@@ -74,12 +74,11 @@ _STOOD_STILL = "Stood_Still_Near_Optimum"
 # and of one that left all motions behind
 _DIVERGED = "Diverged"
 
-# Orderings of MUMPS. Minimum fill grows faster than the program where a few states are used on
-# hundreds of intervals: with eight of them in five phases approximate minimum degree takes half of
-# its time. On small programs the two take the same, and after minimum fill fewer starts from
-# multipliers need added curvature. A peak, a free time or a parameter touches every interval:
-# minimum degree that sets such dense rows apart stays linear in the intervals, and is dearer until
-# there are thousands.
+# Orderings of MUMPS. Where a few states are used on hundreds of intervals, approximate minimum
+# degree leaves far less to factorize than minimum fill. On small programs the two take the same,
+# and after minimum fill fewer starts from multipliers need added curvature. A peak, a free time or
+# a parameter touches every interval: minimum degree that sets such dense rows apart stays linear in
+# the intervals, and is dearer until there are thousands.
 _MINIMUM_DEGREE, _MINIMUM_FILL, _DENSE_ROWS_APART = 0, 2, 6
 _LARGE = 5_000  # unknowns
 _DENSE = 10_000  # uses of one unknown
