@@ -352,8 +352,8 @@ def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterat
             f"between changes of '{name}': Hamiltonian",
             principle.drift_between_changes,
             allowed.within,
-            "its largest range over a run of intervals without changes of the active set, "
-            "where no path constraint or state's bound acts",
+            "its largest difference, relative to its terms, between two intervals of a run without "
+            "changes of the active set, where no path constraint or state's bound acts",
         )
     # there is no slope where all intervals hold a change, and no curvature at the bounds
     if principle.slopes.size:
