@@ -55,8 +55,8 @@ class MinimumPrinciple:
         Root mean square over time of ``|L| + sum |lambda_i f_i|``, to which the following are
         relative.
     sizes : (N,)
-        The terms' own size in each interval where it is more than that, relative; else one. A stiff
-        beginning has terms of a million times their size later, and leaves as much more of them.
+        Size of the terms in each interval, relative to `size`, and one where it is less. In stiff
+        kinetics it may be hundreds, and the errors are as much larger there.
     drift : float
         Mean over time of how far its interval means are from their own mean. At instants that
         `Phase.at` names it may jump, so that each stretch between them has a mean of its own.
