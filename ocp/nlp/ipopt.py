@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import time as clock
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -69,6 +70,8 @@ _CASADI: dict[str, Any] = {
     "show_eval_warnings": False,
 }
 
+_TOLERANCES = ("tolerance", "dual_tolerance", "constraint_violation", "complementarity", "gap")
+
 # status of a run that ended at the best point it had come by
 _STOOD_STILL = "Stood_Still_Near_Optimum"
 # and of one that left all motions behind
@@ -86,6 +89,9 @@ _DENSE = 10_000  # uses of one unknown
 # Per cent of memory beyond what MUMPS expects. IPOPT's own 1000 is given back to the system and
 # fetched anew for each matrix. Where it is too little IPOPT raises it.
 _SPARE_MEMORY = 50
+
+# Rounding allows no less complementarity, and the barrier goes no lower than a tenth of this.
+_LEAST_COMPLEMENTARITY = 1e-11
 
 # Progress can stall just above the tolerance where an optimum is flat.
 _STALL_FACTOR = 100.0
@@ -107,6 +113,8 @@ class Ipopt:
         Of the scaled constraints.
     complementarity : float
         Largest product of a limit's slack and its multiplier, scaled.
+    gap : float
+        Largest sum of these products, which is what they all keep from the scaled objective.
     max_iterations : int
         Of one run.
     seconds : float
@@ -136,6 +144,7 @@ class Ipopt:
     dual_tolerance: float = 1e-6
     constraint_violation: float = 1e-10
     complementarity: float = 1e-10
+    gap: float = math.inf
     max_iterations: int = 1000
     seconds: float = 1e6
     linear_solver: LinearSolver = "mumps"
@@ -157,7 +166,7 @@ class Ipopt:
             if value not in known:
                 raise StatementError(f"the {what} is {value!r}; choose one of {', '.join(known)}")
 
-        for name in ("tolerance", "dual_tolerance", "constraint_violation", "complementarity"):
+        for name in _TOLERANCES:
             number = getattr(self, name)
             if not (isinstance(number, (int, float)) and number > 0):
                 raise StatementError(f"IPOPT's {name} is {number!r}; give a positive number")
@@ -183,6 +192,10 @@ class Ipopt:
             complementarity=max(self.complementarity, tolerance),
         )
 
+    def within_gap(self, gap: float) -> Ipopt:
+        """All limits together keep no more than this from the scaled objective."""
+        return replace(self, gap=min(self.gap, gap))
+
     def alternatives(self, *, warm: bool) -> Sequence[Ipopt]:
         """Another line search from multipliers, a barrier that strays less without them."""
         if warm:
@@ -207,7 +220,7 @@ class Ipopt:
             There is no such linear solver here.
         """
         begin = clock.perf_counter()
-        options = _CASADI | self._options()
+        options = _CASADI | self._options(self._complementarity(limits))
         if self.linear_solver == "mumps":
             options["ipopt.mumps_pivot_order"] = _ordering(program)
         multipliers: dict[str, Array] = {}
@@ -261,7 +274,15 @@ class Ipopt:
             result = _at_best(result, standstill, stopped=interrupts.asked)
         return replace(result, x=_within(result.x, limits))
 
-    def _options(self) -> dict[str, Any]:
+    def _complementarity(self, limits: ProgramLimits) -> float:
+        """The largest product of a slack and its multiplier with which the gap is small enough.
+
+        The barrier makes all products equal, so that thousands of limits add up.
+        """
+        least = min(self.complementarity, _LEAST_COMPLEMENTARITY)
+        return max(min(self.complementarity, self.gap / max(limits.sides, 1)), least)
+
+    def _options(self, complementarity: float) -> dict[str, Any]:
         """IPOPT's own options."""
         options = {
             "ipopt.sb": "yes",
@@ -272,7 +293,7 @@ class Ipopt:
             # A limit that acts at many points has small multipliers there. What the barrier leaves
             # of it, mu over the multiplier, is ripple, the more the finer the mesh.
             "ipopt.mu_min": min(1e-12, 1e-2 * self.tolerance),
-            "ipopt.compl_inf_tol": self.complementarity,
+            "ipopt.compl_inf_tol": complementarity,
             "ipopt.acceptable_iter": self.stall,
             "ipopt.acceptable_tol": _STALL_FACTOR * self.tolerance,
             "ipopt.acceptable_constr_viol_tol": self.constraint_violation,

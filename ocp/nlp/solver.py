@@ -1,6 +1,6 @@
 """What `ocp.solve` asks of a solver of nonlinear programs.
 
-A solver of one's own is an object with these four methods, handed over as
+A solver of one's own is an object with these five methods, handed over as
 ``Settings(solver=...)``. `ocp.nlp.ipopt.Ipopt` is the one that comes with the package.
 """
 
@@ -76,6 +76,10 @@ class NlpSolver(Protocol):
 
     def loosened(self, tolerance: float) -> NlpSolver:
         """The same solver for a mesh that is about to be replaced; itself if that gains nothing."""
+        ...
+
+    def within_gap(self, gap: float) -> NlpSolver:
+        """The same solver that ends this near the least scaled objective of its mesh, at most."""
         ...
 
     def alternatives(self, *, warm: bool) -> Sequence[NlpSolver]:

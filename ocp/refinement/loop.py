@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import logging
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -48,6 +49,10 @@ _STILL_IN_DOUBT = 3
 # Times the tolerance, up to which a promised gain is little: it is of first order, and often ten
 # times what is gained.
 _LITTLE = 10.0
+
+# A round may end above the least objective of its mesh by this part of what finer controls promise,
+# or of the tolerance on the objective. A motion further from it is not the one to be refined.
+_NEAR = 0.1
 
 # Part of the last leak that the next round may have, where a leak is about to be closed.
 _FALLING = 0.5
@@ -134,7 +139,9 @@ def _refine(
     loose = policy.adapts and not isinstance(start, Iterate)
 
     while True:
-        solver = meshes.rough_solver if loose else asked
+        loose = loose and meshes.rough_solver is not asked
+        gap = _gap(solved, accuracy, loose=loose)
+        solver = (meshes.rough_solver if loose else asked).within_gap(gap)
         most_of_round = most_iterations(solved, program.mesh)
         result, starts = meshes.solve(program, start, solver, rounds, most=most_of_round), 1
         if start is None and not solved:
@@ -142,7 +149,7 @@ def _refine(
             program, result, starts = found.program, found.result, found.starts
 
         if result.outcome == "solved":
-            last = meshes.examined(program, result, tight=solver is asked, finer=finer)
+            last = meshes.examined(program, result, tight=not loose, finer=finer)
             solved.append(last)
             rounds.append(record_of(program.mesh, result, last, starts))
             log.info("round %d: %s", len(rounds), rounds[-1])
@@ -176,6 +183,15 @@ def _refine(
         finer = following.intervals > program.mesh.intervals
         start = solved[-1].iterate
         program = meshes.next_program(start, following)
+
+
+def _gap(solved: Sequence[SolvedMesh], accuracy: Accuracy, *, loose: bool) -> float:
+    """How far above the least objective of its mesh the next round may end, relative."""
+    if not loose:
+        return _NEAR * accuracy.objective
+    if not solved:
+        return math.inf
+    return _NEAR * max(accuracy.objective, solved[-1].errors.gain)
 
 
 def _closes_leaks(solved: Sequence[SolvedMesh], following: Mesh | None) -> bool:

@@ -35,6 +35,15 @@ class ProgramLimits:
     columns: tuple[Array, Array]
     rows: tuple[Array, Array]
 
+    @property
+    def sides(self) -> int:
+        """How many limits there are, both sides counted; an equation has none."""
+        return sum(
+            int(np.count_nonzero(np.isfinite(side) & (lower < upper)))
+            for lower, upper in (self.columns, self.rows)
+            for side in (lower, upper)
+        )
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Transcription:

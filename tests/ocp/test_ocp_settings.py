@@ -157,6 +157,9 @@ class Counting:
     def loosened(self, tolerance):
         return self
 
+    def within_gap(self, gap):
+        return self
+
     def alternatives(self, *, warm):
         return ()
 
