@@ -14,7 +14,7 @@ from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.solved_mesh import SolvedMesh
 
 # Iterations that any mesh may take, and times as many as meshes that stay still have taken, from
-# which on movable breakpoints are in the way.
+# which on movable breakpoints are in the way. The first mesh starts from afar, and does not count.
 _DOZENS = 50
 _FAR_MORE = 2
 
@@ -35,16 +35,22 @@ def most_iterations(solved: Sequence[SolvedMesh], mesh: Mesh) -> float:
     """
     if not solved or not _moves(mesh):
         return math.inf
-    still = [each.iterations for each in solved if not _moves(each.iterate.mesh)]
-    return _FAR_MORE * max(_DOZENS, *still, 0)
+    still, _ = _iterations(solved)
+    return _FAR_MORE * still
 
 
 def hindered(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> bool:
     """Whether movable breakpoints have cost far more iterations than they gain, or led nowhere."""
+    still, moving = _iterations(solved)
+    return moving > _FAR_MORE * still or _led_nowhere(solved, accuracy)
+
+
+def _iterations(solved: Sequence[SolvedMesh]) -> tuple[int, int]:
+    """Most iterations of a mesh that stays still, some dozens at least, and of one that moves."""
     still, moving = [_DOZENS], [0]
-    for each in solved:
+    for each in solved[1:]:
         (moving if _moves(each.iterate.mesh) else still).append(each.iterations)
-    return max(moving) > _FAR_MORE * max(still) or _led_nowhere(solved, accuracy)
+    return max(still), max(moving)
 
 
 def _led_nowhere(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> bool:
