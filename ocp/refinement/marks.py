@@ -15,6 +15,10 @@ _FAR = 1e4
 # Parts into which an interval is cut at once at most: what a coarse interval tells of its controls
 # is not worth more.
 _MOST_PARTS = 3
+# Parts of an interval from which on its control is not smooth, but turns quickly or jumps. There a
+# polynomial of a higher degree swings, and its swings exceed limits. Few points cannot tell.
+_TURNS = 2.0
+_TELLING_DEGREE = 4
 # An interval that keeps this part of its width beside a new bracket still stands for itself.
 WHOLE = 0.8
 # of the phase: narrower intervals are not cut for their controls or constraints
@@ -68,7 +72,8 @@ class Marks:
 
         # the error falls by about the degree with every point more
         wanted = np.ceil(degrees + np.log(np.maximum(ratio, 1.0)) / np.log(degrees + 1.0))
-        too_high = wanted > highest
+        turns = (errors.parts > _TURNS) & (mesh.degrees >= _TELLING_DEGREE)
+        too_high = (wanted > highest) | turns
         inexact = (ratio > 1.0) & too_high
         forced = errors.crowded | errors.coarse
         forced |= (errors.gain >= least_gain) & (errors.gain > missed)

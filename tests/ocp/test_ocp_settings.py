@@ -25,9 +25,11 @@ from ocp import (
     collocate,
     solve,
 )
-from ocp.mesh.mesh import bisected
+from ocp.mesh.mesh import bisected, uniform
 from ocp.nlp.solver import NlpSolver
+from ocp.problem.parameters import parameters_of
 from ocp.progress import LiveLine
+from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.policy import RefinementPolicy
 
 
@@ -162,6 +164,44 @@ class Counting:
 
     def alternatives(self, *, warm):
         return ()
+
+
+def kept_from_the_objective(program, result, parameters) -> float:
+    """Slacks of all limits times their multipliers."""
+    limits = program.limits(parameters)
+    pairs = (
+        (limits.columns, result.x, result.bound_multipliers),
+        (limits.rows, result.rows, result.row_multipliers),
+    )
+    total = 0.0
+    for (lower, upper), values, multipliers in pairs:
+        sided = lower < upper  # an equation keeps nothing
+        slack = np.where(multipliers > 0, upper - values, values - lower)[sided]
+        total += float(np.abs(slack * multipliers[sided]).sum())
+    return total
+
+
+def test_all_limits_together_keep_no_more_than_the_gap_from_the_objective() -> None:
+    """Least effort with a force that limits hold at its ends, at 400 points."""
+    x, v = State("x", "m", lower=-1, upper=2), State("v", "m/s", lower=-1, upper=3)
+    u = Control("u", "m/s^2", lower=-5, upper=5)
+    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
+    problem = Problem("effort", phase, minimise=phase.integral(u**2))
+    meshes = MeshSolver.of(problem, Settings(), parameters_of(problem, None))
+    program = meshes.first_program(None, Mesh((uniform(100, 4),)))
+
+    rough = Ipopt().loosened(1e-6)
+    kept = [
+        kept_from_the_objective(program, meshes.solve(program, None, solver), meshes.parameters)
+        for solver in (rough, rough.within_gap(1e-7))
+    ]
+    assert kept[0] > 1e-6  # each limit keeps less than that, all together more
+    assert kept[1] <= 1e-7
+
+
+def test_a_gap_is_never_made_wider() -> None:
+    assert Ipopt(gap=1e-9).within_gap(1e-6).gap == 1e-9
+    assert Ipopt().loosened(1e-6).within_gap(1e-6).gap == 1e-6
 
 
 def test_a_solver_of_ones_own_is_used() -> None:

@@ -236,16 +236,18 @@ def solved_mesh(movable, iterations=10, leak=0.0):
 
 
 def test_breakpoints_that_cost_far_more_iterations_are_held_still():
-    def held(*iterations):
-        still, *moving = iterations
-        meshes = [solved_mesh((), still), *(solved_mesh((3,), count) for count in moving)]
+    def held(first, still, *moving):
+        meshes = [solved_mesh((), first), solved_mesh((), still)]
+        meshes += [solved_mesh((3,), count) for count in moving]
         return hindered(meshes, Accuracy())
 
-    assert not held(30)
-    assert not held(30, 100)  # a hundred is not too many
-    assert held(30, 101)
+    assert not held(30, 30)
+    assert not held(30, 30, 100)  # a hundred is not too many
+    assert held(30, 30, 101)
     # a hard problem without them, too
-    assert not held(60, 101)
+    assert not held(30, 60, 101)
+    # the first mesh starts from afar
+    assert held(400, 30, 101)
 
 
 def test_breakpoints_that_lead_nowhere_are_held_still():
@@ -274,6 +276,8 @@ def test_an_arc_is_entered_where_it_begins_whatever_the_first_mesh_is(intervals)
 def test_a_mesh_whose_breakpoints_move_is_given_up_where_the_next_ones_would_be_held_still():
     still, moving = (SimpleNamespace(phases=[SimpleNamespace(movable=m)]) for m in ((), (3,)))
     assert most_iterations([solved_mesh((), 30)], moving) == 100
-    assert most_iterations([solved_mesh((), 60), solved_mesh((3,), 90)], moving) == 120
+    assert most_iterations([solved_mesh((), 400)], moving) == 100
+    later = [solved_mesh((), 30), solved_mesh((), 60), solved_mesh((3,), 90)]
+    assert most_iterations(later, moving) == 120
     assert most_iterations([solved_mesh((), 30)], still) == np.inf
     assert most_iterations([], moving) == np.inf  # there is nothing to go back to

@@ -1,7 +1,9 @@
 """The show "engine-large": twelve larger problems beside the plain collocation of an expert.
 
-Case i is problem i of `problems/large.toml` and of `repeated.py`; the seed changes nothing. Each is
-solved from its crude guess by `ocp.solve` with default settings, in a process of its own that has
+Case i is problem i of `problems/large.toml` and of `repeated.py`. Seed 0 takes the numbers of the
+files; another seed draws those that have a range, case by case, so that further cases are further
+draws. Single runs say little of the seconds, because last digits decide over rounds. Each is solved
+from its crude guess by `ocp.solve` with default settings, in a process of its own that has
 `SECONDS`, and by the plain collocation (`plain.py`) on as many intervals as an expert would take.
 That one shares no code with the engine. It starts from the same guess, and once more where the
 engine ended, which tells another optimum from a wrong answer. An optimum that the source states is
@@ -26,8 +28,11 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from benchmarks.processes import FreshProcess
 from benchmarks.records import ROOT
@@ -51,7 +56,7 @@ _LOOSER = "asked for were"
 
 
 def variants() -> dict[str, Variant]:
-    """The problems by name, in the order of the cases."""
+    """The problems with their own numbers by name, in the order of the cases."""
     stated = {**catalogue("large"), **{name: make() for name, make in REPEATED.items()}}
     made = {}
     for name, entry in stated.items():
@@ -61,16 +66,26 @@ def variants() -> dict[str, Variant]:
 
 
 def question(seed: int, index: int) -> Question:
-    """Name a problem and where it comes from."""
-    del seed
+    """Name a problem, its numbers and where it comes from."""
     known = variants()
     name = list(known)[index % len(known)]
-    return {"problem": name, "source": known[name].stated["source"]}
+    numbers = dict(known[name].numbers)
+    if seed:
+        random = np.random.default_rng([seed, index])
+        for key, (_, *ends) in known[name].stated.get("vary", {}).items():
+            if ends:
+                numbers[key] = float(f"{random.uniform(*ends):.6g}")
+    return {"problem": name, "numbers": numbers, "source": known[name].stated["source"]}
+
+
+def _variant(question: Question) -> Variant:
+    """The problem of a question, with its numbers."""
+    return replace(variants()[question["problem"]], numbers=question["numbers"])
 
 
 def answer(question: Question, folder: Path) -> Row:
     """Solve it by both and compare."""
-    variant = variants()[question["problem"]]
+    variant = _variant(question)
     intervals = variant.stated["intervals"]
 
     begin = time.process_time()
@@ -83,7 +98,7 @@ def answer(question: Question, folder: Path) -> Row:
         values["stated"] = optimum
     coarse = {"crude": half.solve(crude_start(variant)).objective}
 
-    row, start = _by_process(question["problem"], folder)
+    row, start = _by_process(question, folder)
     if start is not None:
         values["engine"] = plain.solve(start, close=True).objective
         coarse["engine"] = half.solve(start, close=True).objective
@@ -108,11 +123,12 @@ def answer(question: Question, folder: Path) -> Row:
     }
 
 
-def _by_process(name: str, folder: Path) -> tuple[dict[str, Any], Start | None]:
+def _by_process(question: Question, folder: Path) -> tuple[dict[str, Any], Start | None]:
     """What the engine says in a process of its own, and where it ended."""
     file = folder.resolve() / "solution.ocp"
     folder.mkdir(parents=True, exist_ok=True)
-    command = (sys.executable, "-m", "benchmarks.shows.engine.large", name, str(file))
+    asked = json.dumps({key: question[key] for key in ("problem", "numbers")})
+    command = (sys.executable, "-m", "benchmarks.shows.engine.large", asked, str(file))
     answered = FreshProcess(command, {"PYTHONPATH": str(ROOT)}).run(limit=SECONDS)
     if answered.answer is None:
         nothing = {"value": None, "rounds": 0, "iterations": 0, "open": ""}
@@ -121,9 +137,9 @@ def _by_process(name: str, folder: Path) -> tuple[dict[str, Any], Start | None]:
 
 
 def main() -> None:
-    """Solve a problem by the engine: `large NAME SOLUTION ANSWER`."""
-    name, file, path = sys.argv[1:]
-    row, solution = by_engine(variants()[name], "crude", Settings())
+    """Solve a problem by the engine: `large QUESTION SOLUTION ANSWER`."""
+    asked, file, path = sys.argv[1:]
+    row, solution = by_engine(_variant(json.loads(asked)), "crude", Settings())
     if solution is not None:
         save(solution, file)
     Path(path).write_text(json.dumps(row), "utf-8")

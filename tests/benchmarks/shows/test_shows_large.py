@@ -24,6 +24,17 @@ def test_twelve_problems_name_their_sources() -> None:
     assert all(len(question(0, index)["source"]) > 20 for index in range(12))
 
 
+def test_seeds_draw_the_numbers_that_have_a_range() -> None:
+    names = list(variants())
+    lap, landing = names.index("racing_lap"), names.index("powered_landing")
+    own, drawn, further = (question(*asked) for asked in ((0, lap), (7, lap), (7, lap + 12)))
+    assert own["numbers"] == variants()["racing_lap"].numbers
+    assert own["numbers"]["grip"] == 12 != drawn["numbers"]["grip"] != further["numbers"]["grip"]
+    assert 11.8 <= drawn["numbers"]["grip"] <= 12.2
+    assert question(7, lap) == drawn
+    assert question(7, landing) == question(0, landing)  # its numbers have none
+
+
 @pytest.mark.parametrize("name", STATES)
 def test_the_engine_reads_them(name: str) -> None:
     problem = problem_of(variants()[name], True)
