@@ -17,6 +17,7 @@ from ocp.arrays import Array, Flags, Integers
 from ocp.optimality.active_set import PRESSING, path_forces
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
+from ocp.refinement.estimates.back_off_cost import prices, spent
 from ocp.refinement.estimates.error_estimate import NARROW, PhaseErrors
 from ocp.refinement.solved_mesh import SolvedMesh
 from ocp.transcription.path_constraints import PathConstraint
@@ -43,7 +44,8 @@ def held_back(last: SolvedMesh, accuracy: Accuracy, closed: float) -> list[dict[
     """Back-offs that close leaks at a cost that the objective does not notice.
 
     To first order a back-off costs its product with the multipliers of the limit. Those of earlier
-    rounds are counted. Of the new ones the cheapest are taken, as far as what is allowed goes.
+    rounds are counted. Of the new ones the cheapest are taken, as far as what is allowed goes. One
+    that turns out dearer counts as a gain of finer controls: the interval is cut, and loses it.
 
     Parameters
     ----------
@@ -56,13 +58,11 @@ def held_back(last: SolvedMesh, accuracy: Accuracy, closed: float) -> list[dict[
         By phase and number of the path constraint [unit of the constraint].
     """
     iterate = last.iterate
-    held, prices = [], []
-    spent = 0.0
+    held, paid = [], []
+    before = 0.0
 
     for index, errors in enumerate(last.errors.phases):
-        constraints = iterate.transcription.constraints[index]
-        pressed = path_forces(iterate, index)
-        price = {number: force / constraints[number].scale for number, force in pressed.items()}
+        pressed, price = path_forces(iterate, index), prices(iterate, index)
         closable = _closable(iterate, index, errors, pressed, closed)
         held.append(
             {
@@ -71,28 +71,29 @@ def held_back(last: SolvedMesh, accuracy: Accuracy, closed: float) -> list[dict[
                 for number, leaks in closable.items()
             }
         )
-        prices.append(price)
-        for number, back_off in iterate.mesh.back_off[index].items():
-            spent += float(price[number] @ back_off) if number in price else 0.0
+        paid.append(price)
+        before += float(
+            spent(price, iterate.mesh.back_off[index], iterate.mesh.phases[index].intervals).sum()
+        )
 
     objective = max(abs(iterate.objective) / iterate.scales.objective, 1e-3)
-    dearest = _dearest(held, prices, _BACK_OFF_COST * accuracy.objective * objective - spent)
+    dearest = _dearest(held, paid, _BACK_OFF_COST * accuracy.objective * objective - before)
     return [
         {
             number: np.where(price[number] * back_off <= dearest, back_off, 0.0)
             for number, back_off in of_phase.items()
         }
-        for of_phase, price in zip(held, prices, strict=True)
+        for of_phase, price in zip(held, paid, strict=True)
     ]
 
 
 def _dearest(
-    held: Sequence[Mapping[int, Array]], prices: Sequence[Mapping[int, Array]], left: float
+    held: Sequence[Mapping[int, Array]], paid: Sequence[Mapping[int, Array]], left: float
 ) -> float:
     """Cost of a single back-off up to which all together cost no more than what is left."""
     costs = [
         price[number] * back_off
-        for of_phase, price in zip(held, prices, strict=True)
+        for of_phase, price in zip(held, paid, strict=True)
         for number, back_off in of_phase.items()
     ]
     rising = np.sort(np.concatenate([*costs, np.zeros(0)]))

@@ -13,6 +13,7 @@ from ocp import (
     Problem,
     Settings,
     State,
+    certify,
     load,
     peak,
     save,
@@ -20,6 +21,7 @@ from ocp import (
 )
 from ocp.mesh.mesh import Mesh, uniform
 from ocp.refinement import back_off, policy
+from ocp.refinement.estimates.back_off_cost import back_off_costs
 
 
 def under_a_roof(roof):
@@ -102,3 +104,31 @@ def test_a_back_off_that_costs_too_much_is_not_taken(monkeypatch):
     solution = solve(stiffening(), settings=Settings(refinement=AdaptiveMesh()))
     assert not any(values.any() for values in solution.mesh.back_off[0].values())
     assert solution.verification.passed
+
+
+def held_below_a_roof(distance):
+    """A mesh whose points keep that far below the roof of 0.12, and the motion on it."""
+    plain = uniform(24, 4)
+    mesh = Mesh((plain,), back_off=({0: np.full(plain.intervals, distance)},))
+    return mesh, solve(under_a_roof(0.12), settings=Settings(refinement=FixedMesh()), mesh=mesh)
+
+
+def test_what_a_back_off_costs_is_promised_as_a_gain():
+    """The optimum is 4 / (9 roof): its slope times the back-off, relative to it, is closed form."""
+    distance = 1e-4
+    _, moved = held_below_a_roof(distance)
+    costs = back_off_costs(moved.iterate, 0)
+    assert costs.sum() == pytest.approx(distance / (0.12 - distance), rel=1e-2)
+
+    (check,) = (c for c in certify(moved).checks if "finer controls" in c.name)
+    assert not check.passed
+    assert check.value >= costs.sum()
+
+
+def test_a_back_off_that_turned_out_dear_is_given_up():
+    """It is 8e-4 of the objective, eight hundred times the tolerance."""
+    mesh, moved = held_below_a_roof(1e-4)
+    assert moved.objective > 4 / (9 * 0.12) * (1 + 8e-4)
+    found = solve(under_a_roof(0.12), mesh=mesh)
+    assert found.objective == pytest.approx(4 / (9 * 0.12), rel=1e-6)
+    assert certify(found).passed

@@ -12,6 +12,7 @@ from ocp.mesh.trajectory import Evaluator
 from ocp.optimality.active_set import acting_intervals, saturated_constraints
 from ocp.optimality.hamiltonian import gains
 from ocp.optimality.iterate import Iterate
+from ocp.refinement.estimates.back_off_cost import back_off_costs
 from ocp.refinement.estimates.switch_detection import control_errors, parts_to_resolve, saturated
 
 # part of a control's range that its shape may be off by before the control counts as rough: what a
@@ -35,12 +36,15 @@ class PhaseGains:
         Whether that says something. Where a control is smooth and a constraint acts, the gain is
         noise: multipliers of the constraint sit at points, so that the costates between them say
         little of the controls.
+    held : (N,)
+        To gain from limits that are backed off, which finer intervals do without.
     parts : (N,)
         In how many a smooth control is resolved, a real number.
     """
 
     anywhere: Array
     telling: Flags
+    held: Array
     parts: Array
 
     @classmethod
@@ -57,12 +61,13 @@ class PhaseGains:
         anywhere = gains(iterate, evaluator, index) / iterate.objective_size
         motion, mesh = iterate.trajectory.phases[index], iterate.mesh.phases[index]
         parts = parts_to_resolve(motion, mesh, _SMOOTH)
-        return cls(anywhere, _rough(iterate, index) | ~acting[index], parts)
+        held = back_off_costs(iterate, index)
+        return cls(anywhere, _rough(iterate, index) | ~acting[index], held, parts)
 
     @property
     def told(self) -> Array:
-        """The gain where it says something, zero elsewhere, (N,)."""
-        return np.where(self.telling, self.anywhere, 0.0)
+        """The gain where it says something, with that of limits backed off, (N,)."""
+        return np.where(self.telling, self.anywhere, 0.0) + self.held
 
 
 def promised_gain(iterate: Iterate, evaluator: Evaluator) -> float:
