@@ -114,7 +114,8 @@ class Ipopt:
     complementarity : float
         Largest product of a limit's slack and its multiplier, scaled.
     gap : float
-        Largest sum of these products, which is what they all keep from the scaled objective.
+        Largest sum of these products, which is what they all keep from the scaled objective. A
+        refinement asks for a tenth of the tolerance on the objective, where this is more.
     max_iterations : int
         Of one run.
     seconds : float

@@ -1,6 +1,6 @@
 """The show "engine-spoilt": right answers made wrong, each of which a certificate has to refuse.
 
-Case `4 k + i` draws a variant of one of the fifteen benchmarks (`problems/families.toml`), solves
+Case `5 k + i` draws a variant of one of the fifteen benchmarks (`problems/families.toml`), solves
 it, has the answer certified, and spoils it in way i of `WAYS`:
 
 switch       a breakpoint on a switch is moved by 1 % of its phase, and all else is solved anew
@@ -8,6 +8,8 @@ mesh         the problem is solved once on a mesh of a few intervals
 multiplier   a multiplier of a row or of a bound, or the costates of a phase, are negated; those
              of fixed unknowns follow from the others, so they stay
 leak         the program is solved with limits that are 1e-4 of their size wider
+held         a limit of a state, a path or a peak is backed off in a few intervals in which it acts,
+             and all else is solved anew
 
 What is spoilt so may still be as good as the right answer: a limit that never acts, a switch that
 hardly matters. Such a case is harmless, and the next of the problems is drawn.
@@ -32,17 +34,20 @@ from ocp.errors import OcpError, StatementWarning
 from ocp.mesh.mesh import Mesh, PhaseMesh, uniform
 from ocp.optimality.iterate import iterate_of
 from ocp.optimality.multipliers import multipliers
+from ocp.refinement.estimates.back_off_cost import prices
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.transcription.packing import trajectory_of
 from ocp.transcription.transcribe import ProgramLimits
 from studies.common.console import Table, number
 
-LINE = "right answers made wrong in four ways: which check of the certificate refuses them"
+LINE = "right answers made wrong in five ways: which check of the certificate refuses them"
 LIMIT = 900.0  # [s]
 
-WAYS = ("switch", "mesh", "multiplier", "leak")
+WAYS = ("switch", "mesh", "multiplier", "leak", "held")
 SHIFT = 0.01  # of a phase, by which a switch is moved
 LEAK = 1e-4  # of a limit's size
+HELD = (3, 2e-4)  # intervals with a back-off, and what they cost together, of the objective
+FARTHEST = 0.1  # back-off, of a limit's size
 COARSE = (2, 6)  # intervals of a mesh that is too coarse
 WORSE = 3e-5  # relative change of the objective from which an answer is spoilt
 LEAST_GAIN = 1e-6  # of the objective, by wider limits: with less, none of them acts
@@ -66,6 +71,7 @@ EXPECTED: Mapping[str, tuple[str, ...]] = {
     "mesh": (*MOTION, *MINIMUM),
     "multiplier": ("stationarity", "complementarity", "costates", *MINIMUM),
     "leak": ("constraint residuals", "path constraints", "problem bounds"),
+    "held": ("finer controls",),
 }
 
 
@@ -242,6 +248,39 @@ def _leak(right: Solution, random: np.random.Generator) -> Spoilt | None:
     return Spoilt(found, f"limits wider by {LEAK:g}") if gained > LEAST_GAIN else None
 
 
+def _held(right: Solution, random: np.random.Generator) -> Spoilt | None:
+    """An answer that keeps away from a limit where it would be on it."""
+    iterate, mesh = right.kept_iterate, right.mesh
+    count, cost = HELD
+    for index in random.permutation(len(mesh.phases)):
+        constraints = iterate.transcription.constraints[index]
+        acting = {
+            number: price
+            for number, price in prices(iterate, index).items()
+            if not constraints[number].of_controls and price.max() > 0.0
+        }
+        if not acting:
+            continue
+        number = int(random.choice(sorted(acting)))
+        price = acting[number]
+        dear = np.flatnonzero(price > LARGE * price.max())
+        chosen = random.choice(dear, min(count, dear.size), replace=False)
+
+        distance = np.zeros(price.size)
+        scaled = cost * iterate.objective_size / iterate.scales.objective
+        distance[chosen] = scaled / (chosen.size * price[chosen])
+        distance = np.minimum(distance, FARTHEST * constraints[number].scale)
+        back_off = [dict(of_phase) for of_phase in mesh.back_off]
+        back_off[index][number] = back_off[index].get(number, 0.0) + distance
+        points = [phase.fractions for phase in right.trajectory.phases]
+        phases = tuple(PhaseMesh(p, m.degrees) for p, m in zip(points, mesh.phases, strict=True))
+        found = _solved_on(right, Mesh(phases, mesh.extra, tuple(back_off)))
+        if found is not None:
+            what = f"path constraint {number} of '{right.trajectory.phases[index].name}'"
+            return Spoilt(found, f"{what} backed off in {chosen.size} intervals")
+    return None
+
+
 def _wider(limits: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """Limits that are no equations, wider by a part of the larger of each pair."""
     lower, upper = limits
@@ -255,6 +294,7 @@ _SPOILERS: Mapping[str, Callable[[Solution, np.random.Generator], Spoilt | None]
     "mesh": _mesh,
     "multiplier": _multiplier,
     "leak": _leak,
+    "held": _held,
 }
 
 
