@@ -257,7 +257,8 @@ class PhaseErrors:
         Relative errors of the dynamics, the integrals and the equations.
     gain : (N,)
         What a finer control could gain, relative to the objective, to first order, where the
-        control is rough, and what other breakpoints could where a path acts.
+        control is rough, what other breakpoints could where a path acts, and what limits that are
+        backed off keep from the objective.
     switching : (N,)
         What a finer control could gain wherever it is.
     excess : tuple of Extremes
@@ -294,7 +295,8 @@ class MeshErrors:
     excess : float
         Largest excess of a path constraint; 0 where there is none.
     gain : float
-        What finer controls could still gain, relative to the objective, to first order.
+        What finer controls could still gain, relative to the objective, to first order, the cost of
+        back-offs included.
     """
 
     phases: tuple[PhaseErrors, ...] = field(repr=False)

@@ -71,7 +71,7 @@ class PhaseGains:
 
 
 def promised_gain(iterate: Iterate, evaluator: Evaluator) -> float:
-    """What finer controls could still gain, relative to the objective, to first order."""
+    """What finer controls could still gain, of the objective, the cost of back-offs included."""
     acting = acting_intervals(iterate)
     phases = range(len(iterate.trajectory.phases))
     return sum(float(PhaseGains.of(iterate, evaluator, k, acting).told.sum()) for k in phases)
