@@ -17,7 +17,7 @@ from ocp.arrays import Array, Flags, Integers
 from ocp.optimality.active_set import PRESSING, path_forces
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.estimates.back_off_cost import prices, spent
+from ocp.refinement.estimates.back_off_cost import spent, unit_costs
 from ocp.refinement.estimates.error_estimate import NARROW, PhaseErrors
 from ocp.refinement.solved_mesh import SolvedMesh
 from ocp.transcription.path_constraints import PathConstraint
@@ -58,11 +58,11 @@ def held_back(last: SolvedMesh, accuracy: Accuracy, closed: float) -> list[dict[
         By phase and number of the path constraint [unit of the constraint].
     """
     iterate = last.iterate
-    held, paid = [], []
+    held, prices = [], []
     before = 0.0
 
     for index, errors in enumerate(last.errors.phases):
-        pressed, price = path_forces(iterate, index), prices(iterate, index)
+        pressed, price = path_forces(iterate, index), unit_costs(iterate, index)
         closable = _closable(iterate, index, errors, pressed, closed)
         held.append(
             {
@@ -71,29 +71,29 @@ def held_back(last: SolvedMesh, accuracy: Accuracy, closed: float) -> list[dict[
                 for number, leaks in closable.items()
             }
         )
-        paid.append(price)
+        prices.append(price)
         before += float(
             spent(price, iterate.mesh.back_off[index], iterate.mesh.phases[index].intervals).sum()
         )
 
     objective = max(abs(iterate.objective) / iterate.scales.objective, 1e-3)
-    dearest = _dearest(held, paid, _BACK_OFF_COST * accuracy.objective * objective - before)
+    dearest = _dearest(held, prices, _BACK_OFF_COST * accuracy.objective * objective - before)
     return [
         {
             number: np.where(price[number] * back_off <= dearest, back_off, 0.0)
             for number, back_off in of_phase.items()
         }
-        for of_phase, price in zip(held, paid, strict=True)
+        for of_phase, price in zip(held, prices, strict=True)
     ]
 
 
 def _dearest(
-    held: Sequence[Mapping[int, Array]], paid: Sequence[Mapping[int, Array]], left: float
+    held: Sequence[Mapping[int, Array]], prices: Sequence[Mapping[int, Array]], left: float
 ) -> float:
     """Cost of a single back-off up to which all together cost no more than what is left."""
     costs = [
         price[number] * back_off
-        for of_phase, price in zip(held, paid, strict=True)
+        for of_phase, price in zip(held, prices, strict=True)
         for number, back_off in of_phase.items()
     ]
     rising = np.sort(np.concatenate([*costs, np.zeros(0)]))

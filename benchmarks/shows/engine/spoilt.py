@@ -34,7 +34,7 @@ from ocp.errors import OcpError, StatementWarning
 from ocp.mesh.mesh import Mesh, PhaseMesh, uniform
 from ocp.optimality.iterate import iterate_of
 from ocp.optimality.multipliers import multipliers
-from ocp.refinement.estimates.back_off_cost import prices
+from ocp.refinement.estimates.back_off_cost import unit_costs
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.transcription.packing import trajectory_of
 from ocp.transcription.transcribe import ProgramLimits
@@ -256,7 +256,7 @@ def _held(right: Solution, random: np.random.Generator) -> Spoilt | None:
         constraints = iterate.transcription.constraints[index]
         acting = {
             number: price
-            for number, price in prices(iterate, index).items()
+            for number, price in unit_costs(iterate, index).items()
             if not constraints[number].of_controls and price.max() > 0.0
         }
         if not acting:

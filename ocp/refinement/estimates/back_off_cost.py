@@ -15,7 +15,7 @@ from ocp.optimality.active_set import path_forces
 from ocp.optimality.iterate import Iterate
 
 
-def prices(iterate: Iterate, index: int) -> dict[int, Array]:
+def unit_costs(iterate: Iterate, index: int) -> dict[int, Array]:
     """What a unit of back-off costs in each interval of phase number `index`, scaled.
 
     Returns
@@ -44,5 +44,5 @@ def back_off_costs(iterate: Iterate, index: int) -> Array:
     mesh, back_off = iterate.mesh.phases[index], iterate.mesh.back_off[index]
     if not back_off:
         return np.zeros(mesh.intervals)
-    scaled = spent(prices(iterate, index), back_off, mesh.intervals)
+    scaled = spent(unit_costs(iterate, index), back_off, mesh.intervals)
     return scaled * (iterate.scales.objective / iterate.objective_size)
