@@ -177,7 +177,9 @@ def _mesh(right: Solution, random: np.random.Generator) -> Spoilt | None:
 def _solved_on(right: Solution, mesh: Mesh) -> Solution | None:
     """The answer on a mesh that stays; None if there is none, or if it is as good."""
     try:
-        found = solve(right.problem, settings=FIXED, guess=right.trajectory, mesh=mesh)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", StatementWarning)
+            found = solve(right.problem, settings=FIXED, guess=right.trajectory, mesh=mesh)
     except OcpError:
         return None
     return found if _differs(found, right) else None
