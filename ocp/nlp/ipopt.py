@@ -114,8 +114,9 @@ class Ipopt:
     complementarity : float
         Largest product of a limit's slack and its multiplier, scaled.
     gap : float
-        Largest sum of these products, which is what they all keep from the scaled objective. A
-        refinement asks for a tenth of the tolerance on the objective, where this is more.
+        Largest sum of these products: the distance of the scaled objective from its optimum. It
+        is not met with more than about ten thousand limits, where each product would have to be
+        below 1e-11. A refinement lowers it to a tenth of the tolerance on the objective.
     max_iterations : int
         Of one run.
     seconds : float
@@ -194,7 +195,7 @@ class Ipopt:
         )
 
     def within_gap(self, gap: float) -> Ipopt:
-        """All limits together keep no more than this from the scaled objective."""
+        """The same options, ending at most this far above the least scaled objective."""
         return replace(self, gap=min(self.gap, gap))
 
     def alternatives(self, *, warm: bool) -> Sequence[Ipopt]:

@@ -79,7 +79,7 @@ class NlpSolver(Protocol):
         ...
 
     def within_gap(self, gap: float) -> NlpSolver:
-        """The same solver that ends this near the least scaled objective of its mesh, at most."""
+        """The same solver, ending at most this far above the least scaled objective."""
         ...
 
     def alternatives(self, *, warm: bool) -> Sequence[NlpSolver]:
