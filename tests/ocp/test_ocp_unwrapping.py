@@ -124,6 +124,7 @@ def test_shifted_points_are_shifted_back_and_rows_stay():
     assert unwrapped(iterate, Evaluator(iterate.problem)) is iterate
 
 
+@pytest.mark.slow
 def test_an_angle_with_a_small_cost_that_is_lost_is_said_to_need_bounds():
     # Zermelo's crossing; a turn of the heading costs a little, so that it is never unwrapped
     def priced(**bounds):

@@ -42,6 +42,7 @@ def test_known_optima_are_above_the_bound(duration: float, optimum: float, gap: 
     assert optimum * (1 - gap) < bound.force < optimum
 
 
+@pytest.mark.slow
 @given(
     duration=st.floats(2.0, 300.0),
     friction=st.floats(0.0, 0.05),

@@ -23,6 +23,7 @@ def stated():
     return problem, search._statements[problem]
 
 
+@pytest.mark.slow
 def test_a_step_that_leads_astray_is_followed_by_a_smaller_one(monkeypatch):
     problem, statement = stated()
     first = solve(problem, settings=COARSE)
@@ -48,6 +49,7 @@ def test_a_step_that_leads_astray_is_followed_by_a_smaller_one(monkeypatch):
     assert found.solution.value(peak, replayed=True) < first.value(peak, replayed=True)
 
 
+@pytest.mark.slow
 def test_a_price_that_is_left_is_said():
     problem, statement = stated()
     first = solve(problem, settings=COARSE)

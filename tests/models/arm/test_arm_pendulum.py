@@ -88,6 +88,7 @@ def test_rigid_limit_is_reached_as_one_over_stiffness():
     assert misses[0] / misses[1] == pytest.approx(10.0, rel=0.15)
 
 
+@pytest.mark.slow
 def test_forms_agree_on_the_single_pendulum():
     times = np.linspace(0.0, 1.3, 27)
     runs = [

@@ -233,6 +233,7 @@ def test_the_nominal_scenario_alone_gives_the_optimum_of_the_truss() -> None:
     assert peak == pytest.approx(own, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_a_coarse_law_meets_the_bound_of_the_worst_scenario(tmp_path: Path) -> None:
     study = slow()
     result = run(study)
