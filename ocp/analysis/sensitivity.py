@@ -11,7 +11,7 @@ differ:
 
 (Gauvin and Tolle, "Differential stability in nonlinear programming", SIAM J. Control Optim. 15,
 1977, for a single minimiser).  Multipliers fit if the Lagrangian is stationary, their signs are
-right and they belong to limits that are touched.  That is a linear program, whose feasible set is a
+right and they belong to active limits.  That is a linear program, whose feasible set is a
 single point at ordinary optima.  Where two limits change places its two ends differ.
 
 The names are those of the statement: a constant's own; ``"x upper"`` for a bound of a signal,
@@ -32,7 +32,7 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array, Integers
-from ocp.optimality.active_set import TOUCHED, LimitDistances, limit_distances
+from ocp.optimality.active_set import ACTIVE, LimitDistances, limit_distances
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multiplier_sets import MULTIPLIER_SPREAD, MultiplierChanges
 from ocp.optimality.multipliers import all_multipliers
@@ -45,12 +45,14 @@ from ocp.transcription.transcribe import Transcription, transcribe
 if TYPE_CHECKING:
     from ocp.solution.solution import Solution
 
-# Sum of scaled multipliers, below which a limit that is touched does not press.
+# Sum of scaled multipliers, below which an active limit has none.
 _IDLE = 1e-4
 
 _KINK = "several limits hold the optimum at once: the active set is about to change"
 _UNKNOWN = "several limits hold the optimum at once, and the range of its slope was not found"
-_TOUCHES = "the limit is touched but does not press: the active set is about to change"
+_WEAKLY_ACTIVE = (
+    "the solution lies at the limit, whose multiplier is zero: the active set is about to change"
+)
 
 
 class ActiveSetWarning(UserWarning):
@@ -143,7 +145,7 @@ def one_sided_sensitivities(solution: Solution) -> dict[str, Sided]:
             sided[slope.name] = Sided(sense * value, sense * value, _UNKNOWN)
         elif up - down <= spread < math.inf:
             idle = np.abs(multipliers[slope.by_multiplier != 0]).sum() <= _IDLE
-            note = _TOUCHES if slope.touching and idle else ""
+            note = _WEAKLY_ACTIVE if slope.active and idle else ""
             sided[slope.name] = Sided(sense * value, sense * value, note)
         else:
             sided[slope.name] = Sided(sense * (value + down), sense * (value + up), _KINK)
@@ -179,14 +181,14 @@ class Slope:
     ----------
     by_multiplier : (rows + unknowns,)
         Factors of the scaled multipliers of rows and of the unknowns' bounds.
-    touching : bool
-        Whether it is a limit that the solution touches.
+    active : bool
+        Whether it is a limit at which the solution lies.
     """
 
     name: str
     direct: float
     by_multiplier: Array
-    touching: bool = False
+    active: bool = False
 
 
 def lagrangian_slopes(
@@ -203,7 +205,7 @@ def lagrangian_slopes(
         Scaled, see `ocp.optimality.multipliers.all_multipliers`.
     """
     parameters, units = iterate.parameters, _multiplier_units(iterate)
-    near_lower, near_upper = distances.touching(TOUCHED)
+    near_lower, near_upper = distances.active(ACTIVE)
     through_functions = {s.name: s for s in _constant_slopes(iterate)}
 
     slopes: list[Slope] = []
@@ -211,22 +213,22 @@ def lagrangian_slopes(
         if parameters.limit(item.lower) == parameters.limit(item.upper):
             sides = [("", item.upper, item.at_upper, False)]
         else:
-            # of the two limits of an entry, the sign of the multiplier says which one presses
-            pressing_lower = item.at_lower[multipliers[item.at_lower] < 0]
-            pressing_upper = item.at_upper[multipliers[item.at_upper] > 0]
-            touches_lower = bool(near_lower[item.at_lower].any())
-            touches_upper = bool(near_upper[item.at_upper].any())
+            # the sign of the multiplier says which of the two limits is strongly active
+            strong_lower = item.at_lower[multipliers[item.at_lower] < 0]
+            strong_upper = item.at_upper[multipliers[item.at_upper] > 0]
+            active_lower = bool(near_lower[item.at_lower].any())
+            active_upper = bool(near_upper[item.at_upper].any())
             sides = [
-                (" lower", item.lower, pressing_lower, touches_lower),
-                (" upper", item.upper, pressing_upper, touches_upper),
+                (" lower", item.lower, strong_lower, active_lower),
+                (" upper", item.upper, strong_upper, active_upper),
             ]
 
-        for suffix, limit, entries, touching in sides:
+        for suffix, limit, entries, active in sides:
             if not math.isfinite(parameters.limit(limit)):
                 continue
             by_multiplier = np.zeros(units.size)
             by_multiplier[entries] = -units[entries]
-            slopes.append(Slope(item.name + suffix, 0.0, by_multiplier, touching))
+            slopes.append(Slope(item.name + suffix, 0.0, by_multiplier, active))
 
             # a limit that depends on constants passes its slope on to them
             for name, share in _limit_slopes(limit, parameters).items():

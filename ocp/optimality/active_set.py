@@ -1,8 +1,8 @@
-"""The active set: which limits a solution touches, and which of them press.
+"""The active set: which limits a solution lies at, and which of them hold it there.
 
-A limit is *touched* where a value is close to it. It *presses* where its multiplier is more than
-what the solver's barrier leaves everywhere. At an ordinary optimum the two are the same. They
-differ where a limit is about to enter or to leave the active set.
+A limit is *active* where a value is close to it. It is *strongly active* where its multiplier is
+more than what the solver's barrier leaves everywhere. At an ordinary optimum the two are the same.
+They differ where a limit is about to enter or to leave the active set.
 
 How close is close depends on what is concluded from it. The constants below are all that the engine
 uses, each with its reason. They count on a barrier parameter of about 1e-10 to 1e-12, which IPOPT
@@ -20,18 +20,18 @@ from ocp.arrays import Array, Flags
 from ocp.numerics.piecewise_polynomial import PiecewisePolynomial
 from ocp.optimality.iterate import Iterate
 
-# Part of a signal's size, or of its range, within which a value is at its bound. A bound that
-# presses is met to 1e-8 or better. One that is touched without pressing is met to the square root
-# of the barrier parameter. What stays farther away than that stays away on purpose.
+# Part of a signal's size, or of its range, within which a value is at its bound. A strongly active
+# bound is met to 1e-8 or better, another active one to the square root of the barrier parameter.
+# What stays farther away than that stays away on purpose.
 AT = 1e-5
 
 # Part of a signal's size, or of its range, within which a value may be at its bound between
 # samples. For conclusions that only hold off the bounds, so that a false alarm costs nothing.
 CLOSE = 1e-3
 
-# Scaled distance of a row or an unknown from a limit that is touched, whether it presses or not.
-# It is ten times the square root of a barrier parameter of 1e-10.
-TOUCHED = 1e-4
+# Scaled distance of a row or an unknown from an active limit, strongly active or not. It is ten
+# times the square root of a barrier parameter of 1e-10.
+ACTIVE = 1e-4
 
 # Scaled distance at which the multiplier of a limit is free to be any number of its sign. Limits
 # with a scaled multiplier above 1e-4 are met that closely; a smaller one counts as none.
@@ -42,12 +42,12 @@ MULTIPLIER_FREE = 1e-6
 # objective's size. A larger product is no remainder of the barrier.
 LEFT = 1e-9
 
-# Part of the largest multiplier of the same limit, from which on the limit presses. Where it does
-# not, the barrier leaves about 1e-10 over the scaled distance.
-PRESSING = 1e-6
+# Part of the largest multiplier of the same limit, from which on that one is strongly active.
+# Where it is not, the barrier leaves about 1e-10 over the scaled distance.
+STRONGLY_ACTIVE = 1e-6
 
 # Part of the largest multiplier of all paths and states, from which on one of them shapes the
-# costates. Coarser than `PRESSING`, because small multipliers bend costates only a little.
+# costates. Coarser than `STRONGLY_ACTIVE`, because small multipliers bend costates only a little.
 ACTING = 1e-4
 
 
@@ -87,7 +87,7 @@ class LimitDistances:
     lower: Array
     upper: Array
 
-    def touching(self, closeness: float) -> tuple[Flags, Flags]:
+    def active(self, closeness: float) -> tuple[Flags, Flags]:
         """Which lower and which upper limits are closer than a scaled distance."""
         return self.lower <= closeness, self.upper <= closeness
 
@@ -107,14 +107,14 @@ def limit_distances(iterate: Iterate) -> LimitDistances:
     return LimitDistances(values - lower, upper - values)
 
 
-def pressing(multipliers: Array, part: float, largest: float | None = None) -> Flags:
+def strongly_active(multipliers: Array, part: float, largest: float | None = None) -> Flags:
     """Whether multipliers are more than a part of the largest, which is theirs if not given."""
     sizes = np.abs(multipliers)
     return np.asarray(sizes > part * (sizes.max(initial=0.0) if largest is None else largest))
 
 
-def path_forces(iterate: Iterate, index: int) -> dict[int, Array]:
-    """How strongly each path constraint of a phase presses in each interval.
+def path_multiplier_sums(iterate: Iterate, index: int) -> dict[int, Array]:
+    """The sum of each path constraint's multipliers in each interval of a phase.
 
     Returns
     -------
@@ -124,20 +124,20 @@ def path_forces(iterate: Iterate, index: int) -> dict[int, Array]:
     """
     transcription = iterate.transcription
     columns = transcription.columns.phases[index]
-    forces: dict[int, Array] = {}
+    sums: dict[int, Array] = {}
     for path in transcription.rows.phases[index].path:
-        force = forces.setdefault(path.constraint, np.zeros(columns.intervals))
-        np.add.at(force, path.intervals, np.abs(iterate.row_multipliers[path.rows]))
+        total = sums.setdefault(path.constraint, np.zeros(columns.intervals))
+        np.add.at(total, path.intervals, np.abs(iterate.row_multipliers[path.rows]))
 
     lower, upper = iterate.limits.columns
-    pushes = np.where(lower < upper, np.abs(iterate.bound_multipliers), 0.0)
+    of_columns = np.where(lower < upper, np.abs(iterate.bound_multipliers), 0.0)
     for number, constraint in enumerate(transcription.constraints[index]):
         if constraint.sampled:
             continue
-        force = forces.setdefault(number, np.zeros(columns.intervals))
+        total = sums.setdefault(number, np.zeros(columns.intervals))
         for intervals, points in columns.at_points(constraint.name):
-            force[intervals] += pushes[points].sum(axis=1)
-    return forces
+            total[intervals] += of_columns[points].sum(axis=1)
+    return sums
 
 
 def saturated_constraints(iterate: Iterate, index: int) -> Flags:
@@ -168,28 +168,30 @@ def acting_intervals(iterate: Iterate) -> tuple[Flags, ...]:
     """
     transcription = iterate.transcription
     phases = transcription.columns.phases
-    forces = [np.zeros(phase.intervals) for phase in phases]
+    largest_of = [np.zeros(phase.intervals) for phase in phases]
 
     # Where no limit acts at all, the largest multiplier is what the barrier leaves, too.
     distances = limit_distances(iterate)
-    touched = np.minimum(distances.lower, distances.upper) <= TOUCHED
-    of_rows, of_columns = np.split(touched, [iterate.row_multipliers.size])
+    active = np.minimum(distances.lower, distances.upper) <= ACTIVE
+    of_rows, of_columns = np.split(active, [iterate.row_multipliers.size])
 
     # rows of paths and peaks
-    pushes = np.where(of_rows, np.abs(iterate.row_multipliers), 0.0)
-    for index, (force, rows) in enumerate(zip(forces, transcription.rows.phases, strict=True)):
+    multipliers = np.where(of_rows, np.abs(iterate.row_multipliers), 0.0)
+    for index, (of_phase, rows) in enumerate(
+        zip(largest_of, transcription.rows.phases, strict=True)
+    ):
         for path in rows.path:
             if transcription.constraints[index][path.constraint].of_controls:
                 continue
-            np.maximum.at(force, path.intervals, pushes[path.rows])
+            np.maximum.at(of_phase, path.intervals, multipliers[path.rows])
 
     # bounds of the states; multipliers of fixed ones are no densities in time
     lower, upper = iterate.limits.columns
     bounds = np.where((lower < upper) & of_columns, np.abs(iterate.bound_multipliers), 0.0)
-    for force, phase in zip(forces, phases, strict=True):
+    for of_phase, phase in zip(largest_of, phases, strict=True):
         for group in phase.groups:
-            held = bounds[group.support].max(axis=(1, 2))
-            force[group.intervals] = np.maximum(force[group.intervals], held)
+            of_group = bounds[group.support].max(axis=(1, 2))
+            of_phase[group.intervals] = np.maximum(of_phase[group.intervals], of_group)
 
-    largest = max(float(force.max(initial=0.0)) for force in forces)
-    return tuple(pressing(force, ACTING, largest) for force in forces)
+    largest = max(float(of_phase.max(initial=0.0)) for of_phase in largest_of)
+    return tuple(strongly_active(of_phase, ACTING, largest) for of_phase in largest_of)

@@ -3,7 +3,7 @@
 At an ordinary optimum there is one. Where two limits change places there are many, and what is read
 off them has a range (`ocp.analysis.sensitivity`).
 
-Fine meshes have many as well: along an arc more limits are touched at the points than the arc has
+Fine meshes have many as well: along an arc more limits are active at the points than the arc has
 unknowns. What is read off is then still one number, mostly. That is asked first, without signs and
 by one factorisation for all questions: a linear function of the multipliers is the same for all of
 them if it is a combination of the equations that they solve.
@@ -142,8 +142,8 @@ class MultiplierChanges:
         jacobian = program.constraint_jacobian(iterate.x, iterate.parameters.vector)[1].sparse()
         everything = hstack([csr_matrix(jacobian).T, identity(iterate.x.size)]).tocsc()
 
-        # multipliers of touched limits may take any value of their sign, of equations any at all
-        near_lower, near_upper = distances.touching(MULTIPLIER_FREE)
+        # multipliers of active limits may take any value of their sign, of equations any at all
+        near_lower, near_upper = distances.active(MULTIPLIER_FREE)
         entries = np.flatnonzero(near_lower | near_upper)
         is_equation = (distances.lower + distances.upper)[entries] <= 0.0
         reach = _REACH * max(1.0, float(np.abs(multipliers).max()))

@@ -14,10 +14,10 @@ from dataclasses import replace
 import numpy as np
 
 from ocp.arrays import Array, Flags, Integers
-from ocp.optimality.active_set import PRESSING, path_forces
+from ocp.optimality.active_set import STRONGLY_ACTIVE, path_multiplier_sums
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.estimates.back_off_cost import spent, unit_costs
+from ocp.refinement.estimates.back_off_cost import scaled_costs, unit_costs
 from ocp.refinement.estimates.error_estimate import NARROW, PhaseErrors
 from ocp.refinement.solved_mesh import SolvedMesh
 from ocp.transcription.path_constraints import PathConstraint
@@ -40,8 +40,8 @@ _SHORT = 1e-2
 _TRIED = 3
 
 
-def held_back(last: SolvedMesh, accuracy: Accuracy, closed: float) -> list[dict[int, Array]]:
-    """Back-offs that close leaks at a cost that the objective does not notice.
+def chosen_back_offs(last: SolvedMesh, accuracy: Accuracy, closed: float) -> list[dict[int, Array]]:
+    """Further back-offs that close leaks at a cost that the objective does not notice.
 
     To first order a back-off costs its product with the multipliers of the limit. Those of earlier
     rounds are counted. Of the new ones the cheapest are taken, as far as what is allowed goes. One
@@ -58,45 +58,37 @@ def held_back(last: SolvedMesh, accuracy: Accuracy, closed: float) -> list[dict[
         By phase and number of the path constraint [unit of the constraint].
     """
     iterate = last.iterate
-    held, prices = [], []
+    wanted, costs = [], []
     before = 0.0
 
     for index, errors in enumerate(last.errors.phases):
-        pressed, price = path_forces(iterate, index), unit_costs(iterate, index)
-        closable = _closable(iterate, index, errors, pressed, closed)
-        held.append(
-            {
-                number: np.where(leaks, _AMPLE * errors.excess[number].values, 0.0)
-                * errors.excess[number].size
-                for number, leaks in closable.items()
-            }
-        )
-        prices.append(price)
-        before += float(
-            spent(price, iterate.mesh.back_off[index], iterate.mesh.phases[index].intervals).sum()
-        )
+        sums = path_multiplier_sums(iterate, index)
+        of_unit = unit_costs(iterate.transcription.constraints[index], sums)
+        excess, intervals = errors.excess, iterate.mesh.phases[index].intervals
+        of_phase = {
+            number: np.where(leaks, _AMPLE * excess[number].values, 0.0) * excess[number].size
+            for number, leaks in _closable(iterate, index, errors, sums, closed).items()
+        }
+        wanted.append(of_phase)
+        costs.append({number: of_unit[number] * of_phase[number] for number in of_phase})
+        before += float(scaled_costs(of_unit, iterate.mesh.back_off[index], intervals).sum())
 
-    objective = max(abs(iterate.objective) / iterate.scales.objective, 1e-3)
-    dearest = _dearest(held, prices, _BACK_OFF_COST * accuracy.objective * objective - before)
+    allowed = _BACK_OFF_COST * accuracy.objective
+    allowed *= iterate.objective_size / iterate.scales.objective
+    dearest = _dearest(costs, allowed - before)
     return [
         {
-            number: np.where(price[number] * back_off <= dearest, back_off, 0.0)
+            number: np.where(cost[number] <= dearest, back_off, 0.0)
             for number, back_off in of_phase.items()
         }
-        for of_phase, price in zip(held, prices, strict=True)
+        for of_phase, cost in zip(wanted, costs, strict=True)
     ]
 
 
-def _dearest(
-    held: Sequence[Mapping[int, Array]], prices: Sequence[Mapping[int, Array]], left: float
-) -> float:
+def _dearest(costs: Sequence[Mapping[int, Array]], left: float) -> float:
     """Cost of a single back-off up to which all together cost no more than what is left."""
-    costs = [
-        price[number] * back_off
-        for of_phase, price in zip(held, prices, strict=True)
-        for number, back_off in of_phase.items()
-    ]
-    rising = np.sort(np.concatenate([*costs, np.zeros(0)]))
+    each = [cost for of_phase in costs for cost in of_phase.values()]
+    rising = np.sort(np.concatenate([*each, np.zeros(0)]))
     within = rising[np.cumsum(rising) <= left]
     return float(within[-1]) if within.size else -1.0
 
@@ -105,26 +97,28 @@ def _closable(
     iterate: Iterate,
     index: int,
     errors: PhaseErrors,
-    pressed: Mapping[int, Array],
+    sums: Mapping[int, Array],
     least: float,
 ) -> dict[int, Flags]:
     """Where a limit of a phase leaks and a back-off would close it, by path constraint, (N,).
 
     Parameters
     ----------
+    sums : mapping of int to (N,)
+        Of the multipliers, by path constraint.
     least : float
         Relative excess from which on a leak counts.
     """
     widths = np.diff(iterate.trajectory.phases[index].fractions)
     narrow, short = widths < NARROW, widths < _SHORT
     largest_back_off = np.where(narrow, _LARGEST_BACK_OFF_IF_NARROW, _LARGEST_BACK_OFF)
-    most = max((float(force.max()) for force in pressed.values()), default=0.0)
+    largest = max((float(of_one.max()) for of_one in sums.values()), default=0.0)
 
     closable = {}
     for number, constraint in enumerate(iterate.transcription.constraints[index]):
         excess = errors.excess[number].values
         leaks = (excess > least) & (excess < largest_back_off)
-        if constraint.of_controls or number not in pressed or not leaks.any():
+        if constraint.of_controls or number not in sums or not leaks.any():
             continue
 
         # elsewhere points are tried first
@@ -132,8 +126,8 @@ def _closable(
         tried = points > 0 if constraint.sampled else short & (points > _TRIED)
         leaks &= narrow | tried
         leaks &= _AMPLE * excess * errors.excess[number].size < _SHARE * _range(constraint, iterate)
-        # a limit that does not press would not notice
-        closable[number] = leaks & (pressed[number] > PRESSING * most)
+        # where a limit is not strongly active its multipliers tell no cost
+        closable[number] = leaks & (sums[number] > STRONGLY_ACTIVE * largest)
     return closable
 
 
@@ -154,13 +148,15 @@ def _range(constraint: PathConstraint, iterate: Iterate) -> float:
     return upper - lower
 
 
-def without_held(errors: PhaseErrors, held: Mapping[int, Array], tolerance: float) -> PhaseErrors:
+def without_closed(
+    errors: PhaseErrors, back_off: Mapping[int, Array], tolerance: float
+) -> PhaseErrors:
     """The errors but for the leaks that back-offs close."""
-    if not held:
+    if not back_off:
         return errors
     excess = tuple(
-        replace(entry, values=np.where(held[number] > 0, -np.inf, entry.values))
-        if number in held
+        replace(entry, values=np.where(back_off[number] > 0, -np.inf, entry.values))
+        if number in back_off
         else entry
         for number, entry in enumerate(errors.excess)
     )

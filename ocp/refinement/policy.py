@@ -10,7 +10,7 @@ import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from numbers import Integral
-from typing import Any, ClassVar, Protocol, runtime_checkable
+from typing import ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -21,9 +21,9 @@ from ocp.mesh.mesh import ExtraPoints, Mesh, PhaseMesh, bisected, distinct
 from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.back_off import held_back, without_held
+from ocp.refinement.back_off import chosen_back_offs, without_closed
 from ocp.refinement.estimates.error_estimate import MeshErrors, PhaseErrors
-from ocp.refinement.estimates.switch_detection import settled, with_jumps
+from ocp.refinement.estimates.switch_detection import Jump, settled, with_jumps
 from ocp.refinement.marks import WHOLE, Marks
 from ocp.refinement.movable import hindered
 from ocp.refinement.solved_mesh import SolvedMesh
@@ -196,9 +196,9 @@ class AdaptiveMesh:
         least = _least_gain(last.errors, accuracy.objective) if resolve_controls else np.inf
         leaks = last.errors.excess > accuracy.path
         closed = _NEARLY * accuracy.path if leaks else accuracy.path
-        held = held_back(last, accuracy, closed)
+        back_offs = chosen_back_offs(last, accuracy, closed)
         steps = [
-            _PhaseStep.of(last, index, self, accuracy, least, held[index], closed)
+            _PhaseStep.of(last, index, self, accuracy, least, back_offs[index], closed)
             for index in range(len(last.iterate.mesh.phases))
         ]
         if not any(step.changes for step in steps):
@@ -277,6 +277,8 @@ class _PhaseStep:
         On `mesh`.
     extra : tuple of ExtraPoints
         On `mesh`.
+    old_back_off, new_back_off : mapping of int to (N,)
+        By path constraint, on `mesh`: those that it was solved with, and what is added to them.
     tolerance : float
         On the excess of constraints.
     closed : float
@@ -289,8 +291,8 @@ class _PhaseStep:
     refined: PhaseMesh
     errors: PhaseErrors
     extra: tuple[ExtraPoints, ...]
-    before: Mapping[int, Array]
-    held: Mapping[int, Array]
+    old_back_off: Mapping[int, Array]
+    new_back_off: Mapping[int, Array]
     tolerance: float
     closed: float
 
@@ -302,12 +304,12 @@ class _PhaseStep:
         policy: AdaptiveMesh,
         accuracy: Accuracy,
         least: float,
-        held: Mapping[int, Array],
+        new_back_off: Mapping[int, Array],
         closed: float,
     ) -> _PhaseStep:
         """The step of phase number `index`; `least` is the gain that an interval is refined for."""
         mesh = last.iterate.mesh.phases[index]
-        errors = without_held(last.errors.phases[index], held, accuracy.path)
+        errors = without_closed(last.errors.phases[index], new_back_off, accuracy.path)
         motion = last.iterate.trajectory.phases[index]
         base, pressed = settled(mesh, motion) if mesh.movable else (mesh, False)
 
@@ -331,37 +333,50 @@ class _PhaseStep:
             halve=bracketed is not None,
         )
         refined = marks.refine(bracketed or base, base, policy.most_intervals)
-        extra, before = last.iterate.mesh.extra[index], last.iterate.mesh.back_off[index]
-        path = accuracy.path
-        return cls(mesh, base, pressed, refined, errors, extra, before, held, path, closed)
+        return cls(
+            mesh,
+            base,
+            pressed,
+            refined,
+            errors,
+            extra=last.iterate.mesh.extra[index],
+            old_back_off=last.iterate.mesh.back_off[index],
+            new_back_off=new_back_off,
+            tolerance=accuracy.path,
+            closed=closed,
+        )
 
     @property
     def changes(self) -> bool:
         """Whether there is anything to solve again for."""
         leaks = any(float(e.values.max()) > self.tolerance for e in self.errors.excess)
-        held = any(values.any() for values in self.held.values())
-        return self.pressed or leaks or held or not _equal(self.refined, self.base)
+        backed_off = any(values.any() for values in self.new_back_off.values())
+        return self.pressed or leaks or backed_off or not _equal(self.refined, self.base)
+
+    @property
+    def breakpoints(self) -> Array:
+        """Those of the intervals of `mesh`, where the optimiser left them if none is gone."""
+        same = self.base.intervals == self.mesh.intervals
+        return self.base.breakpoints if same else self.mesh.breakpoints
 
     def back_off(self) -> dict[int, Array]:
         """Old back-offs and new ones, in the intervals that stay."""
-        same = self.base.intervals == self.mesh.intervals
-        points = self.base.breakpoints if same else self.mesh.breakpoints
+        points = self.breakpoints
         middle = 0.5 * (self.refined.breakpoints[:-1] + self.refined.breakpoints[1:])
         parent = np.clip(np.searchsorted(points, middle) - 1, 0, self.mesh.intervals - 1)
         kept = np.diff(self.refined.breakpoints) >= WHOLE * np.diff(points)[parent]
 
-        nothing = np.zeros(self.mesh.intervals)
+        old, new, nothing = self.old_back_off, self.new_back_off, np.zeros(self.mesh.intervals)
         return {
             number: np.where(
-                kept, (self.before.get(number, nothing) + self.held.get(number, nothing))[parent], 0
+                kept, (old.get(number, nothing) + new.get(number, nothing))[parent], 0.0
             )
-            for number in {*self.before, *self.held}
+            for number in {*old, *new}
         }
 
     def extra_points(self) -> tuple[ExtraPoints, ...]:
         """Old added points, carried over, and new ones wherever a constraint leaks."""
-        same = self.base.intervals == self.mesh.intervals
-        before = self.base.breakpoints if same else self.mesh.breakpoints
+        before = self.breakpoints
         width = np.diff(before)
 
         fractions: dict[int, list[float]] = {}
@@ -394,7 +409,7 @@ def _extra_points(constraint: int, fractions: Array, mesh: PhaseMesh) -> ExtraPo
     return ExtraPoints(constraint, intervals[keep], np.clip(tau[keep], 0.0, 1.0))
 
 
-def _worthwhile_jumps(mesh: PhaseMesh, errors: PhaseErrors, tolerance: float) -> list[Any]:
+def _worthwhile_jumps(mesh: PhaseMesh, errors: PhaseErrors, tolerance: float) -> list[Jump]:
     """Jumps whose place matters for the objective."""
     points = mesh.breakpoints
     worth = []

@@ -30,7 +30,7 @@ from ocp.optimality.hamiltonian import Hamiltonian, HamiltonianValues, hamiltoni
 from ocp.optimality.interval_means import CollocationPoints, collocation_points
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import PhaseCostates
-from ocp.refinement.active_set_changes import active_set_changes
+from ocp.refinement.estimates.active_set_changes import active_set_changes
 from ocp.refinement.estimates.constrained_arcs import shift_gains, stretches_of
 
 # Samples of an interval in which a control has to stay off its bounds to be called free

@@ -7,15 +7,15 @@ from ocp import Control, FixedMesh, Phase, Problem, Settings, State, solve
 from ocp.numerics.piecewise_polynomial import Bernstein, Lagrange, Piece, PiecewisePolynomial
 from ocp.optimality.active_set import (
     ACTING,
+    ACTIVE,
     AT,
-    PRESSING,
-    TOUCHED,
+    STRONGLY_ACTIVE,
     acting_intervals,
     at_limit,
     limit_distances,
-    path_forces,
-    pressing,
+    path_multiplier_sums,
     share_at_limit,
+    strongly_active,
 )
 from ocp.optimality.multipliers import all_multipliers
 
@@ -42,14 +42,16 @@ def test_share_of_an_interval_at_its_limit():
     np.testing.assert_array_equal(share_at_limit(polynomial, np.inf, AT), np.zeros(4))
 
 
-def test_pressing_is_relative_to_the_largest():
+def test_strongly_active_is_relative_to_the_largest():
     multipliers = np.array([-1.0, 1e-3, -2e-6, 1e-7, 0.0])
-    np.testing.assert_array_equal(pressing(multipliers, PRESSING), [True, True, True, False, False])
     np.testing.assert_array_equal(
-        pressing(multipliers, ACTING, 100.0), [True, False, False, False, False]
+        strongly_active(multipliers, STRONGLY_ACTIVE), [True, True, True, False, False]
     )
-    assert not pressing(np.zeros(3), PRESSING).any()
-    assert pressing(np.empty(0), PRESSING).size == 0
+    np.testing.assert_array_equal(
+        strongly_active(multipliers, ACTING, 100.0), [True, False, False, False, False]
+    )
+    assert not strongly_active(np.zeros(3), STRONGLY_ACTIVE).any()
+    assert strongly_active(np.empty(0), STRONGLY_ACTIVE).size == 0
 
 
 @pytest.fixture(scope="module")
@@ -69,10 +71,10 @@ def test_a_bound_of_a_state_acts_where_the_path_meets_and_leaves_it(hop):
     assert not acting[22:].any()
 
 
-def test_what_is_touched_and_what_is_not(hop):
+def test_what_is_active_and_what_is_not(hop):
     distances = limit_distances(hop)
     assert distances.violation < 1e-9  # the solver's constraint violation of 1e-10, and rounding
-    _, upper = distances.touching(TOUCHED)
+    _, upper = distances.active(ACTIVE)
 
     # the position, at all breakpoints of the arc, and where it is given at both ends
     columns = hop.transcription.columns.phases[0]
@@ -80,15 +82,15 @@ def test_what_is_touched_and_what_is_not(hop):
     at_roof = upper[rows + columns.nodes[:, 0]]
     np.testing.assert_array_equal(np.flatnonzero(at_roof), [0, *range(10, 21), 30])
 
-    # every equation is touched from both sides
+    # every equation is active from both sides
     equations = np.concatenate([ids.ravel() for ids in hop.transcription.rows.phases[0].defects])
-    for touched in distances.touching(TOUCHED):
-        assert touched[equations].all()
+    for active in distances.active(ACTIVE):
+        assert active[equations].all()
 
 
-def test_multipliers_belong_to_touched_limits(hop):
+def test_multipliers_belong_to_active_limits(hop):
     multipliers, distances = all_multipliers(hop), limit_distances(hop)
-    lower, upper = distances.touching(TOUCHED)
+    lower, upper = distances.active(ACTIVE)
     # what the barrier leaves of 1e-10 at a distance of more than 1e-4 is less than 1e-6
     assert np.abs(multipliers[~(lower | upper)]).max() < 1e-6
     assert (multipliers[lower & ~upper] < 1e-6).all()
@@ -101,10 +103,10 @@ def test_forces_of_a_path_constraint_are_summed_in_each_interval():
     phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
     problem = Problem("softly", [phase], minimise=phase.peak(u, absolute=True))
     settings = Settings(intervals=10, refinement=FixedMesh())
-    forces = path_forces(solve(problem, settings=settings).kept_iterate, 0)
+    forces = path_multiplier_sums(solve(problem, settings=settings).kept_iterate, 0)
     above, below = forces.values()
-    np.testing.assert_array_equal(pressing(above, PRESSING), [True] * 5 + [False] * 5)
-    np.testing.assert_array_equal(pressing(below, PRESSING), [False] * 5 + [True] * 5)
+    np.testing.assert_array_equal(strongly_active(above, STRONGLY_ACTIVE), [True] * 5 + [False] * 5)
+    np.testing.assert_array_equal(strongly_active(below, STRONGLY_ACTIVE), [False] * 5 + [True] * 5)
 
 
 def test_bounds_that_nothing_touches_do_not_act():

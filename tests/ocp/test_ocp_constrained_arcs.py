@@ -27,7 +27,7 @@ from ocp.optimality.interval_means import collocation_points
 from ocp.optimality.iterate import iterate_of
 from ocp.optimality.multipliers import phase_costates
 from ocp.problem.parameters import parameters_of
-from ocp.refinement.active_set_changes import active_set_changes
+from ocp.refinement.estimates.active_set_changes import active_set_changes
 from ocp.refinement.estimates.constrained_arcs import (
     arc_gains,
     shift_gains,

@@ -32,6 +32,7 @@ from benchmarks.shows.show import Question, Row
 from ocp import FixedMesh, Settings, Solution, certify, solve
 from ocp.errors import OcpError, StatementWarning
 from ocp.mesh.mesh import Mesh, PhaseMesh, uniform
+from ocp.optimality.active_set import path_multiplier_sums
 from ocp.optimality.iterate import iterate_of
 from ocp.optimality.multipliers import multipliers
 from ocp.refinement.estimates.back_off_cost import unit_costs
@@ -256,9 +257,10 @@ def _held(right: Solution, random: np.random.Generator) -> Spoilt | None:
     count, cost = HELD
     for index in random.permutation(len(mesh.phases)):
         constraints = iterate.transcription.constraints[index]
+        of_unit = unit_costs(constraints, path_multiplier_sums(iterate, index))
         acting = {
             number: price
-            for number, price in unit_costs(iterate, index).items()
+            for number, price in of_unit.items()
             if not constraints[number].of_controls and price.max() > 0.0
         }
         if not acting:

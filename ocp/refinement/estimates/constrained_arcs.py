@@ -20,7 +20,7 @@ from ocp.optimality.hamiltonian import hamiltonian_of
 from ocp.optimality.interval_means import collocation_points
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import phase_costates
-from ocp.refinement.active_set_changes import active_set_changes
+from ocp.refinement.estimates.active_set_changes import active_set_changes
 
 
 def arc_gains(iterate: Iterate, evaluator: Evaluator, index: int, acting: Flags) -> Array:

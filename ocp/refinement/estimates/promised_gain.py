@@ -36,7 +36,7 @@ class PhaseGains:
         Whether that says something. Where a control is smooth and a constraint acts, the gain is
         noise: multipliers of the constraint sit at points, so that the costates between them say
         little of the controls.
-    held : (N,)
+    back_offs : (N,)
         To gain from limits that are backed off, which finer intervals do without.
     parts : (N,)
         In how many a smooth control is resolved, a real number.
@@ -44,7 +44,7 @@ class PhaseGains:
 
     anywhere: Array
     telling: Flags
-    held: Array
+    back_offs: Array
     parts: Array
 
     @classmethod
@@ -61,13 +61,13 @@ class PhaseGains:
         anywhere = gains(iterate, evaluator, index) / iterate.objective_size
         motion, mesh = iterate.trajectory.phases[index], iterate.mesh.phases[index]
         parts = parts_to_resolve(motion, mesh, _SMOOTH)
-        held = back_off_costs(iterate, index)
-        return cls(anywhere, _rough(iterate, index) | ~acting[index], held, parts)
+        back_offs = back_off_costs(iterate, index)
+        return cls(anywhere, _rough(iterate, index) | ~acting[index], back_offs, parts)
 
     @property
     def told(self) -> Array:
         """The gain where it says something, with that of limits backed off, (N,)."""
-        return np.where(self.telling, self.anywhere, 0.0) + self.held
+        return np.where(self.telling, self.anywhere, 0.0) + self.back_offs
 
 
 def promised_gain(iterate: Iterate, evaluator: Evaluator) -> float:

@@ -8,7 +8,13 @@ import numpy as np
 
 from ocp.arrays import Array, Flags
 from ocp.mesh.trajectory import PhaseTrajectory
-from ocp.optimality.active_set import AT, PRESSING, path_forces, pressing, share_at_limit
+from ocp.optimality.active_set import (
+    AT,
+    STRONGLY_ACTIVE,
+    path_multiplier_sums,
+    share_at_limit,
+    strongly_active,
+)
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.estimates.switch_detection import control_samples, jumps
 
@@ -19,7 +25,7 @@ _ROUND_OFF = 1e-12
 def active_set_changes(iterate: Iterate, index: int) -> Flags:
     """Which intervals of a phase hold a change of the active set or are next to one, (N,)."""
     changes = _jumping(iterate, iterate.trajectory.phases[index])
-    for status in (*_pressing(iterate, index), *_at_bounds(iterate, index)):
+    for status in (*_strongly_active(iterate, index), *_at_bounds(iterate, index)):
         changed = np.flatnonzero(np.diff(status) != 0)
         changes[changed], changes[changed + 1] = True, True
     return changes
@@ -39,10 +45,10 @@ def _jumping(iterate: Iterate, phase: PhaseTrajectory) -> Flags:
     return jumping
 
 
-def _pressing(iterate: Iterate, index: int) -> Iterator[Array]:
-    """Whether each path constraint of a phase presses in each interval, (N,) each."""
-    for force in path_forces(iterate, index).values():
-        yield pressing(force, PRESSING).astype(float)
+def _strongly_active(iterate: Iterate, index: int) -> Iterator[Array]:
+    """Whether each path constraint of a phase is strongly active in each interval, (N,) each."""
+    for sums in path_multiplier_sums(iterate, index).values():
+        yield strongly_active(sums, STRONGLY_ACTIVE).astype(float)
 
 
 def _at_bounds(iterate: Iterate, index: int) -> Iterator[Array]:
