@@ -116,6 +116,10 @@ class Mesh:
             object.__setattr__(self, "back_off", ({},) * len(self.phases))
         object.__setattr__(self, "intervals", sum(mesh.intervals for mesh in self.phases))
 
+    def frozen(self) -> Mesh:
+        """The same mesh without movable breakpoints."""
+        return replace(self, phases=tuple(phase.frozen() for phase in self.phases))
+
     def freed(self, longest: float = np.inf) -> Mesh:
         """The same mesh with all inner breakpoints movable."""
         return replace(self, phases=tuple(phase.freed(longest) for phase in self.phases))

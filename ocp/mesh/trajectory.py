@@ -153,6 +153,10 @@ class PhaseTrajectory:
         """All signals at given times, shape (m, n)."""
         return self.local(*self.locate(np.atleast_1d(np.asarray(times, dtype=float))))
 
+    def fractions_of(self, times: Array) -> Array:
+        """Times [s] as fractions of the phase."""
+        return (np.asarray(times, dtype=float) - self.start) / (self.end - self.start)
+
     def at_fractions(self, fractions: Array) -> Mapping[str, Array]:
         """Signals by name at fractions of the phase."""
         values = self.sample(self.start + np.asarray(fractions) * (self.end - self.start))

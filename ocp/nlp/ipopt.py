@@ -7,6 +7,7 @@ import math
 import time as clock
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from numbers import Integral
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -172,6 +173,11 @@ class Ipopt:
             number = getattr(self, name)
             if not (isinstance(number, (int, float)) and number > 0):
                 raise StatementError(f"IPOPT's {name} is {number!r}; give a positive number")
+        for name in ("max_iterations", "stall"):
+            if not isinstance(getattr(self, name), Integral):
+                raise StatementError(
+                    f"IPOPT's {name} is {getattr(self, name)!r}; give a whole number"
+                )
 
     def within(self, iterations: float, seconds: float) -> Ipopt:
         """The same options with a budget of one run that is not above the given one."""

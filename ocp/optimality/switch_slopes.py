@@ -94,8 +94,7 @@ def _switches(iterate: Iterate, index: int) -> Integers:
     switch &= ~(mesh.moving[:-1] | mesh.moving[1:])
 
     numbers = np.flatnonzero(switch) + 1
-    instants = iterate.problem.instants[iterate.problem.phases[index].name]
-    known = (np.array(instants) - motion.start) / (motion.end - motion.start)
+    known = motion.fractions_of(iterate.problem.instants[motion.name])
     apart = np.abs(mesh.breakpoints[numbers][:, None] - known[None, :]) > _SAME
     return np.asarray(numbers[apart.all(axis=1)])
 

@@ -59,7 +59,7 @@ def _led_nowhere(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> bool:
         row = solved[first : first + _PATIENCE]
         if not all(_moves(each.iterate.mesh) for each in row):
             continue
-        before, after = row[0].open(accuracy), row[-1].open(accuracy)
+        before, after = (row[k].worst_in_tolerances(accuracy) for k in (0, -1))
         if after > max(1.0, _FALLING * before):
             return True
     return False

@@ -24,7 +24,7 @@ from ocp.numerics.schemes import Scheme
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.error_estimate import MotionErrors
-from ocp.refinement.policy import AdaptiveMesh, RefinementPolicy
+from ocp.refinement.policy import AdaptiveMesh, RefinementPolicy, check_counts
 from ocp.refinement.solved_mesh import SolvedMesh
 from ocp.transcription.transcribe import Transcription
 
@@ -60,6 +60,11 @@ class MovingMesh:
     kept : Accuracy, optional
         Within which the first mesh is kept, where that is less than the settings ask for: what was
         refined for a neighbour serves some more.
+
+    Raises
+    ------
+    StatementError
+        For a number that is no positive integer.
     """
 
     rounds: int = 2
@@ -72,11 +77,14 @@ class MovingMesh:
     def __repr__(self) -> str:
         return as_written(self)
 
+    def __post_init__(self) -> None:
+        check_counts(self, "a moving mesh", "rounds", "most_intervals", "highest_degree")
+
     def next_mesh(self, solved: Sequence[SolvedMesh], accuracy: Accuracy) -> Mesh | None:
         """A better mesh, all of it movable, or None when the last one will do."""
         last = solved[-1]
         enough = self.kept if self.kept is not None and len(solved) == 1 else accuracy
-        if last.holds(enough) and last.errors.gain <= enough.objective:
+        if last.meets(enough):
             return None
 
         following = AdaptiveMesh(
@@ -122,8 +130,7 @@ class KeptWhileGood:
 
     def next_mesh(self, solved: Sequence[SolvedMesh], accuracy: Accuracy) -> Mesh | None:
         """None after a first mesh that is good enough; else that of the policy."""
-        first = len(solved) == 1 and solved[0].holds(accuracy)
-        if first and solved[0].errors.gain <= accuracy.objective:
+        if len(solved) == 1 and solved[0].meets(accuracy):
             return None
         return self.policy.next_mesh(solved, accuracy)
 

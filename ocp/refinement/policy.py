@@ -78,6 +78,16 @@ class RefinementPolicy(Protocol):
         ...
 
 
+def check_counts(policy: object, what: str, *names: str) -> None:
+    """StatementError for a field of a policy that is no positive integer."""
+    for name in names:
+        value = getattr(policy, name)
+        if not isinstance(value, Integral) or value < 1:
+            raise StatementError(
+                f"the number '{name}' of {what} is {value!r}; give a positive integer"
+            )
+
+
 @checked_keywords()
 @dataclass(frozen=True, repr=False)
 class FixedMesh:
@@ -88,6 +98,11 @@ class FixedMesh:
     highest_degree : int
         To which the degree of the first mesh may be raised where that integrates the dynamics
         exactly.
+
+    Raises
+    ------
+    StatementError
+        For a number that is no positive integer.
     """
 
     highest_degree: int = 8
@@ -97,6 +112,9 @@ class FixedMesh:
 
     def __repr__(self) -> str:
         return as_written(self)
+
+    def __post_init__(self) -> None:
+        check_counts(self, "a fixed mesh", "highest_degree")
 
     def next_mesh(self, solved: Sequence[SolvedMesh], accuracy: Accuracy) -> Mesh | None:
         """None, whatever was solved."""
@@ -148,12 +166,7 @@ class AdaptiveMesh:
         return as_written(self)
 
     def __post_init__(self) -> None:
-        for name in ("rounds", "most_intervals", "highest_degree"):
-            value = getattr(self, name)
-            if not isinstance(value, Integral) or value < 1:
-                raise StatementError(
-                    f"the number '{name}' of an adaptive mesh is {value!r}; give a positive integer"
-                )
+        check_counts(self, "an adaptive mesh", "rounds", "most_intervals", "highest_degree")
 
     def next_mesh(self, solved: Sequence[SolvedMesh], accuracy: Accuracy) -> Mesh | None:
         """A better mesh, or None when the last one meets all tolerances."""
@@ -164,7 +177,7 @@ class AdaptiveMesh:
         converged = _controls_converged(solved, accuracy, informative)
         following = self._adapted(last, accuracy, resolve_controls=not converged)
         if following is not None and not self.move_breakpoints:
-            following = _frozen(following)
+            following = following.frozen()
 
         if following is None and not converged and not informative:
             # the multipliers of these schemes meet the minimum principle on any mesh: compare two
@@ -179,7 +192,7 @@ class AdaptiveMesh:
             return None
         still = self._held_still()
         following = still._adapted(solved[-1], accuracy, resolve_controls=True)
-        return still, _frozen(following or solved[-1].iterate.mesh)
+        return still, (following or solved[-1].iterate.mesh).frozen()
 
     def _held_still(self) -> AdaptiveMesh:
         """The same policy with breakpoints that stay where they are."""
@@ -213,11 +226,6 @@ class AdaptiveMesh:
             tuple(step.extra_points() for step in steps),
             tuple(step.back_off() for step in steps),
         )
-
-
-def _frozen(mesh: Mesh) -> Mesh:
-    """The mesh without movable breakpoints."""
-    return Mesh(tuple(phase.frozen() for phase in mesh.phases), mesh.extra, mesh.back_off)
 
 
 def _controls_converged(
@@ -316,9 +324,7 @@ class _PhaseStep:
         worth = _worthwhile_jumps(mesh, errors, accuracy.objective)
         if last.errors.dynamics > _A_MOTION:
             worth = []
-        phase = last.iterate.problem.phases[index]
-        instants = np.array(last.iterate.problem.instants[phase.name])
-        known = (instants - motion.start) / (motion.end - motion.start)
+        known = motion.fractions_of(last.iterate.problem.instants[motion.name])
         bracketed = with_jumps(base, worth, policy.move_breakpoints, known)
 
         # While a breakpoint is still on its way, gains are those of a control that will change, and
@@ -433,9 +439,8 @@ def _gathered(errors: PhaseErrors, motion: PhaseTrajectory, base: PhaseMesh) -> 
     """Errors on a mesh that lacks some of the motion's breakpoints."""
     if base.intervals == errors.dynamics.size:
         return errors
-    middle = 0.5 * (motion.breakpoints[:-1] + motion.breakpoints[1:])
-    fractions = (middle - motion.start) / (motion.end - motion.start)
-    parent = np.searchsorted(base.breakpoints, fractions) - 1
+    middle = 0.5 * (motion.fractions[:-1] + motion.fractions[1:])
+    parent = np.searchsorted(base.breakpoints, middle) - 1
 
     def gathered(values: Array | Flags, gather: np.ufunc) -> Array:
         result = np.zeros(base.intervals)

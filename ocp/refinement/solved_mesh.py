@@ -53,8 +53,12 @@ class SolvedMesh:
         dynamics = self.errors.dynamics <= accuracy.dynamics
         return dynamics and self.leak <= slack * accuracy.path
 
-    def open(self, accuracy: Accuracy) -> float:
-        """The worst of dynamics, constraints and promised gain, in tolerances; one is enough."""
+    def meets(self, accuracy: Accuracy) -> bool:
+        """Whether the motion holds, and finer controls promise no more than the tolerance."""
+        return self.holds(accuracy) and self.errors.gain <= accuracy.objective
+
+    def worst_in_tolerances(self, accuracy: Accuracy) -> float:
+        """The worst of dynamics, constraints and promised gain, each over its tolerance."""
         return max(
             self.errors.dynamics / accuracy.dynamics,
             self.leak / accuracy.path,

@@ -8,12 +8,13 @@ the minimum principle (`optimality_conditions`) and the multipliers of peaks (`p
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array
+from ocp.errors import StatementError
 from ocp.keywords import checked_keywords
 from ocp.mesh.trajectory import Evaluator
 from ocp.optimality.active_set import limit_distances
@@ -90,6 +91,11 @@ class Tolerances:
     peak : float
         Sum and sign of a peak's multipliers: ten times what the solver leaves of the slope of the
         Lagrangian by the peak.
+
+    Raises
+    ------
+    StatementError
+        For a tolerance that is no positive number.
     """
 
     replay: float = 1e-6
@@ -108,6 +114,16 @@ class Tolerances:
     concave: float = 1e-6
     gain: float = CERTIFIED_GAIN
     peak: float = 1e-5
+
+    def __post_init__(self) -> None:
+        for entry in fields(self):
+            value = getattr(self, entry.name)
+            # infinite switches a check off
+            if not (isinstance(value, (int, float)) and value > 0):
+                raise StatementError(
+                    f"the tolerance '{entry.name}' of a certificate is {value!r}; "
+                    "give a positive number"
+                )
 
 
 @dataclass(frozen=True)

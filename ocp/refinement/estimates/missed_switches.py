@@ -39,8 +39,7 @@ def missed_switches(
 
     # at a known time the Hamiltonian may jump
     fractions = motion.fractions
-    instants = np.array(iterate.problem.instants[motion.name])
-    known = (instants - motion.start) / (motion.end - motion.start)
+    known = motion.fractions_of(iterate.problem.instants[motion.name])
     jumped = (
         np.abs(fractions[1:-1, None] - np.array([j.at for j in jumps])).min(axis=1) <= SAME_POINT
     )

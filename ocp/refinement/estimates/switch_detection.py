@@ -81,8 +81,7 @@ def control_samples(motion: PhaseTrajectory, name: str) -> tuple[Array, Array]:
     in_time = np.lexsort((local, k))
     k, local = k[in_time], local[in_time]
     times = motion.breakpoints[k] + local * np.diff(motion.breakpoints)[k]
-    fractions = (times - motion.start) / (motion.end - motion.start)
-    return fractions, control.value(k, local)[:, 0]
+    return motion.fractions_of(times), control.value(k, local)[:, 0]
 
 
 def _sample_points(order: int, collocation: Collocation) -> Array:
