@@ -153,7 +153,7 @@ class PhaseTrajectory:
         """All signals at given times, shape (m, n)."""
         return self.local(*self.locate(np.atleast_1d(np.asarray(times, dtype=float))))
 
-    def fractions_of(self, times: Array) -> Array:
+    def fractions_of(self, times: Array | Sequence[float]) -> Array:
         """Times [s] as fractions of the phase."""
         return (np.asarray(times, dtype=float) - self.start) / (self.end - self.start)
 

@@ -6,7 +6,7 @@ import itertools
 import logging
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from ocp.errors import BudgetSpent, Interrupted, NumericalTrouble
@@ -23,7 +23,7 @@ from ocp.refinement.first_round.starts import FirstRound
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_of
 from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.movable import most_iterations
-from ocp.refinement.policy import gain_falls, same_intervals
+from ocp.refinement.policy import RefinementPolicy, gain_falls, same_intervals
 from ocp.refinement.solved_mesh import LOOSER, SolvedMesh, best_of
 from ocp.refinement.unwrapping import lost_angle
 from ocp.transcription.packing import trajectory_of
@@ -122,6 +122,32 @@ def refine(
     return Refinement(best, tuple(rounds), ending)
 
 
+@dataclass(frozen=True, eq=False, repr=False)
+class _Step:
+    """From one mesh iteration to the next.
+
+    Attributes
+    ----------
+    mesh : Mesh or None
+        The next one; None where the last one is good enough.
+    policy : RefinementPolicy
+        That it goes on with.
+    rough : bool
+        Whether the next mesh is not solved to the tolerance asked for, as it will be replaced too.
+    again : bool
+        Whether the next mesh is the last one, to be solved to the tolerance asked for.
+    closes_leaks : bool
+        Whether the next mesh only imposes limits at more points, and each time less is left over
+        them.
+    """
+
+    mesh: Mesh | None
+    policy: RefinementPolicy
+    rough: bool = False
+    again: bool = False
+    closes_leaks: bool = False
+
+
 def _refine(
     meshes: MeshSolver,
     start: Start,
@@ -132,62 +158,85 @@ def _refine(
 ) -> Ending:
     """The loop; appends to `solved` and `rounds`."""
     asked, policy = meshes.settings.solver, meshes.settings.refinement
-    most, last_of_all = len(rounds) + policy.rounds, len(rounds) + 2 * policy.rounds
     program, finer = meshes.first_program(start, mesh), False
+    before, leaks_closed = len(rounds), 0
 
     # without multipliers the first mesh is a rough one, and its digits are lost with it
-    loose = policy.adapts and not isinstance(start, Iterate)
+    rough = policy.adapts and not isinstance(start, Iterate)
 
     while True:
-        loose = loose and meshes.rough_solver is not asked
-        gap = _gap(solved, accuracy, loose=loose)
-        solver = (meshes.rough_solver if loose else asked).within_gap(gap)
-        most_of_round = most_iterations(solved, program.mesh)
-        result, starts = meshes.solve(program, start, solver, rounds, most=most_of_round), 1
+        rough = rough and meshes.rough_solver is not asked
+        gap = _gap(solved, accuracy, rough=rough)
+        solver = (meshes.rough_solver if rough else asked).within_gap(gap)
+        iterations = most_iterations(solved, program.mesh)
+        result, starts = meshes.solve(program, start, solver, rounds, most=iterations), 1
         if start is None and not solved:
             found = first_answer(FirstRound(meshes, solver, tuple(rounds)), program, result)
             program, result, starts = found.program, found.result, found.starts
 
+        step: _Step | None
         if result.outcome == "solved":
-            last = meshes.examined(program, result, tight=not loose, finer=finer)
+            last = meshes.examined(program, result, tight=not rough, finer=finer)
             solved.append(last)
             rounds.append(record_of(program.mesh, result, last, starts))
             log.info("round %d: %s", len(rounds), rounds[-1])
-
-            following = policy.next_mesh(solved, accuracy)
-            # points that close a leak step by step cost little, and are no finer mesh
-            closes_leaks = _closes_leaks(solved, following)
-            most = min(most + closes_leaks, last_of_all)
-            loose = following is not None and _worst(last.errors) >= _FAR
-            if _once_more(meshes, solved, following, over=len(rounds) >= most):
-                following, loose = program.mesh, False
+            step = _after_solved(solved, policy, accuracy)
         else:
             rounds.append(record_of(program.mesh, result, None))
             _check_failure(meshes, program, result, solved, rounds)
             if meshes.spent(rounds):
                 return "budget"
-            recovery = policy.after_failure(solved, program.mesh, accuracy)
-            if recovery is None:
+            step = _after_failure(solved, policy, program.mesh, accuracy, rough=rough)
+            if step is None:
                 return "failure"
-            (policy, following), closes_leaks = recovery, False
 
-        if following is None:
+        # points that close a leak step by step cost little, and are no finer mesh
+        leaks_closed += step.closes_leaks
+        over = len(rounds) - before >= policy.rounds + min(leaks_closed, policy.rounds)
+        if result.outcome == "solved" and _once_more(meshes, solved, step.mesh, over=over):
+            step = replace(step, mesh=program.mesh, rough=False, again=True)
+        if step.mesh is None:
             return "tolerances"
-        again = following is program.mesh
-        over = len(rounds) >= most
-        if ending := _ending(
-            meshes, solved, rounds, accuracy, over=over, again=again, closes_leaks=closes_leaks
-        ):
+        if ending := _ending(meshes, solved, rounds, accuracy, step, over=over):
             return ending
 
-        finer = following.intervals > program.mesh.intervals
-        start = solved[-1].iterate
-        program = meshes.next_program(start, following)
+        finer = step.mesh.intervals > program.mesh.intervals
+        start, policy, rough = solved[-1].iterate, step.policy, step.rough
+        program = meshes.next_program(start, step.mesh)
 
 
-def _gap(solved: Sequence[SolvedMesh], accuracy: Accuracy, *, loose: bool) -> float:
+def _after_solved(
+    solved: Sequence[SolvedMesh], policy: RefinementPolicy, accuracy: Accuracy
+) -> _Step:
+    """The step after a mesh that was solved."""
+    following = policy.next_mesh(solved, accuracy)
+    return _Step(
+        following,
+        policy,
+        rough=following is not None and _worst(solved[-1].errors) >= _FAR,
+        closes_leaks=_closes_leaks(solved, following),
+    )
+
+
+def _after_failure(
+    solved: Sequence[SolvedMesh],
+    policy: RefinementPolicy,
+    failed: Mesh,
+    accuracy: Accuracy,
+    *,
+    rough: bool,
+) -> _Step | None:
+    """The step after a mesh on which the solver failed, if the policy knows one."""
+    recovery = policy.after_failure(solved, failed, accuracy)
+    if recovery is None:
+        return None
+    other, mesh = recovery
+    return _Step(mesh, other, rough=rough)
+
+
+def _gap(solved: Sequence[SolvedMesh], accuracy: Accuracy, *, rough: bool) -> float:
     """How far above the least objective of its mesh the next round may end, relative."""
-    if not loose:
+    if not rough:
         return _NEAR * accuracy.objective
     if not solved:
         return math.inf
@@ -244,10 +293,9 @@ def _ending(
     solved: Sequence[SolvedMesh],
     rounds: Sequence[MeshIteration],
     accuracy: Accuracy,
+    step: _Step,
     *,
     over: bool,
-    again: bool,
-    closes_leaks: bool,
 ) -> Ending | None:
     """What ends a refinement that has a next mesh, if anything does; an error for lost angles.
 
@@ -255,17 +303,13 @@ def _ending(
     ----------
     over : bool
         Whether the policy allows no further mesh.
-    again : bool
-        Whether the next mesh is the last one, to be solved to the tolerance asked for.
-    closes_leaks : bool
-        Whether it only imposes limits at more points, and has left less over them each time.
     """
     _check_angles(solved)
-    if over and not again:
+    if over and not step.again:
         return "rounds"
     if meshes.spent(rounds):
         return "budget"
-    if again or not stands_still(solved, accuracy, closes_leaks=closes_leaks):
+    if step.again or not stands_still(solved, accuracy, closes_leaks=step.closes_leaks):
         return None
     return "standstill"
 
