@@ -187,6 +187,10 @@ class Trajectory:
         unknowns = "".join(f", {name} = {v:.6g}" for name, v in self.unknowns.items())
         return f"Trajectory({', '.join(phases)}{unknowns})"
 
+    def peaks_of(self, problem: Problem) -> dict[Peak, float]:
+        """Values of a problem's peaks by functional [unit of the statement]."""
+        return dict(zip(problem.peaks, self.peaks, strict=True))
+
     def phase(self, name: str) -> PhaseTrajectory:
         """The phase of that name; StatementError if there is none."""
         for phase in self.phases:

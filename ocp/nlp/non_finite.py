@@ -77,7 +77,7 @@ class _Inspection:
 
     def of_numbers(self) -> str:
         """The objective, a bound or a link that is not finite, in words."""
-        peaks = dict(zip(self.problem.peaks, self.trajectory.peaks, strict=True))
+        peaks = self.trajectory.peaks_of(self.problem)
 
         def number(part: Any) -> float:
             return self.evaluator.number(self.trajectory, part, peaks)

@@ -246,7 +246,7 @@ def _traded(
     the slack, and what each control gains alone by its slope with the limit's part added. The best
     multiplier makes one of these slopes vanish. Infinite where no limit is shared.
     """
-    peaks = dict(zip(iterate.problem.peaks, iterate.trajectory.peaks, strict=True))
+    peaks = iterate.trajectory.peaks_of(iterate.problem)
     least = np.full(values.value.size, np.inf)
     for i, number in enumerate(hamiltonian.paths):
         constraint = iterate.transcription.constraints[index][number]
@@ -289,7 +289,7 @@ def _room(
         up[:, j] = np.minimum(upper - controls[:, j], reach)
 
     # until the linearised path constraint meets its limit
-    peaks = dict(zip(iterate.problem.peaks, iterate.trajectory.peaks, strict=True))
+    peaks = iterate.trajectory.peaks_of(iterate.problem)
     for i, number in enumerate(hamiltonian.paths):
         constraint = iterate.transcription.constraints[index][number]
         if constraint.is_equation or not hamiltonian.limits_controls[i]:

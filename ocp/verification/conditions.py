@@ -17,7 +17,7 @@ from ocp.arrays import Array
 from ocp.errors import StatementError
 from ocp.keywords import checked_keywords
 from ocp.mesh.trajectory import Evaluator
-from ocp.optimality.active_set import limit_distances
+from ocp.optimality.active_set import acting_intervals, limit_distances
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers
 from ocp.optimality.multipliers import multipliers as recovered
@@ -169,7 +169,7 @@ class Evidence:
     @property
     def peaks(self) -> dict[Peak, float]:
         """Values of the peaks as the solution shows them."""
-        return dict(zip(self.iterate.problem.peaks, self.iterate.trajectory.peaks, strict=True))
+        return self.iterate.trajectory.peaks_of(self.iterate.problem)
 
     def bound_multiplier(self, column: int) -> float:
         """Multiplier of the bound of an unknown [unit of the objective / unit of the unknown]."""
@@ -326,8 +326,9 @@ def _vector(values: ca.DM) -> Array:
 def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condition]:
     """The minimum principle, phase by phase."""
     iterate, informative = evidence.iterate, evidence.iterate.scheme.informative_multipliers
+    acting = acting_intervals(iterate)
     for index, costates in enumerate(evidence.multipliers.costates):
-        principle = minimum_principle(iterate, evidence.evaluator, costates, index)
+        principle = minimum_principle(iterate, evidence.evaluator, costates, index, acting[index])
         yield from _between_changes(principle, allowed)
         yield from _on_the_whole(principle, _undetermined_jumps(iterate, index), allowed)
         yield from _end_values(evidence, principle, index, allowed)
@@ -342,7 +343,7 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
     if informative:
         yield Condition(
             "finer controls",
-            promised_gain(iterate, evidence.evaluator),
+            promised_gain(iterate, evidence.evaluator, acting),
             allowed.gain,
             "what they promise to gain, to first order, relative to the objective",
         )

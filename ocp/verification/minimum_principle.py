@@ -25,7 +25,7 @@ import numpy as np
 
 from ocp.arrays import Array, Flags, Integers
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory
-from ocp.optimality.active_set import AT, CLOSE, LEFT, acting_intervals, at_limit, share_at_limit
+from ocp.optimality.active_set import AT, CLOSE, LEFT, at_limit, share_at_limit
 from ocp.optimality.hamiltonian import Hamiltonian, HamiltonianValues, hamiltonian_of
 from ocp.optimality.interval_means import CollocationPoints, collocation_points
 from ocp.optimality.iterate import Iterate
@@ -147,7 +147,7 @@ class MinimumPrinciple:
 
 
 def minimum_principle(
-    iterate: Iterate, evaluator: Evaluator, costates: PhaseCostates, index: int
+    iterate: Iterate, evaluator: Evaluator, costates: PhaseCostates, index: int, acting: Flags
 ) -> MinimumPrinciple:
     """Evaluate the Hamiltonian of phase number `index`.
 
@@ -155,6 +155,8 @@ def minimum_principle(
     ----------
     costates : PhaseCostates
         Of the phase; what is tested, together with the iterate.
+    acting : (N,)
+        In which intervals a path constraint, a peak or a state's bound acts.
     """
     hamiltonian = hamiltonian_of(evaluator, iterate.transcription, index)
     tested = _TestedPhase(iterate, index, evaluator, hamiltonian, costates)
@@ -187,7 +189,7 @@ def minimum_principle(
         slopes=slopes,
         mean_slope=float((np.abs(slopes).T @ steps).max(initial=0.0) / duration),
         changes=active_set_changes(iterate, index),
-        acting=acting_intervals(iterate)[index],
+        acting=acting,
         concavity=_concavity(values, hamiltonian, _free(tested)[points.intervals]),
     )
 

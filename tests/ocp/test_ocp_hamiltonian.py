@@ -6,6 +6,7 @@ import pytest
 
 from ocp import TIME, Bound, Control, FixedMesh, Phase, Problem, Radau, Settings, State, solve
 from ocp.mesh.trajectory import Evaluator
+from ocp.optimality.active_set import acting_intervals
 from ocp.optimality.hamiltonian import gains, hamiltonian_of
 from ocp.optimality.multipliers import phase_costates
 from ocp.verification.minimum_principle import minimum_principle
@@ -88,7 +89,9 @@ def test_it_is_built_once():
     evaluator = Evaluator(iterate.problem)
     first = hamiltonian_of(evaluator, iterate.transcription, 0)
     gains(iterate, evaluator, 0)
-    minimum_principle(iterate, evaluator, phase_costates(iterate, 0), 0)
+    minimum_principle(
+        iterate, evaluator, phase_costates(iterate, 0), 0, acting_intervals(iterate)[0]
+    )
     assert hamiltonian_of(evaluator, iterate.transcription, 0) is first
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from ocp import Between, Control, FixedMesh, Phase, Problem, Settings, State, solve
+from ocp.optimality.active_set import acting_intervals
 from ocp.refinement.estimates.promised_gain import PhaseGains, promised_gain
 
 
@@ -26,7 +27,8 @@ def test_a_coarse_switch_promises_about_what_its_place_gains():
     # from 20 to -10 m/s^2 at one third: the square root of 2 s (1/20 + 1/10)
     gained = fastest.objective / np.sqrt(0.3) - 1.0
     assert gained > 1e-3
-    promised = promised_gain(fastest.kept_iterate, fastest.evaluator)
+    iterate = fastest.kept_iterate
+    promised = promised_gain(iterate, fastest.evaluator, acting_intervals(iterate))
     assert promised == pytest.approx(gained, rel=0.1)
     # a control on its bound is one that it may have to leave: there the promise counts
     assert telling(fastest, acting=True).all()

@@ -9,7 +9,7 @@ import numpy as np
 
 from ocp.arrays import Array, Flags
 from ocp.mesh.trajectory import Evaluator
-from ocp.optimality.active_set import acting_intervals, saturated_constraints
+from ocp.optimality.active_set import saturated_constraints
 from ocp.optimality.hamiltonian import gains
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.estimates.back_off_cost import back_off_costs
@@ -70,9 +70,14 @@ class PhaseGains:
         return np.where(self.telling, self.anywhere, 0.0) + self.back_offs
 
 
-def promised_gain(iterate: Iterate, evaluator: Evaluator) -> float:
-    """What finer controls could still gain, of the objective, the cost of back-offs included."""
-    acting = acting_intervals(iterate)
+def promised_gain(iterate: Iterate, evaluator: Evaluator, acting: Sequence[Flags]) -> float:
+    """What finer controls could still gain, of the objective, the cost of back-offs included.
+
+    Parameters
+    ----------
+    acting : sequence of (N,)
+        Of each phase, the intervals in which a path constraint, a peak or a state's bound acts.
+    """
     phases = range(len(iterate.trajectory.phases))
     return sum(float(PhaseGains.of(iterate, evaluator, k, acting).told.sum()) for k in phases)
 
