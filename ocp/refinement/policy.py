@@ -22,8 +22,9 @@ from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.back_off import chosen_back_offs, without_closed
+from ocp.refinement.brackets import settled, with_brackets
 from ocp.refinement.estimates.error_estimate import MeshErrors, PhaseErrors
-from ocp.refinement.estimates.switch_detection import Jump, settled, with_jumps
+from ocp.refinement.estimates.switch_detection import Jump
 from ocp.refinement.marks import WHOLE, Marks
 from ocp.refinement.movable import hindered
 from ocp.refinement.solved_mesh import SolvedMesh
@@ -277,7 +278,7 @@ class _PhaseStep:
         As it was solved, its breakpoints where they began.
     base : PhaseMesh
         The same with its breakpoints where the optimiser left them.
-    pressed : bool
+    blocked : bool
         Whether a movable breakpoint wants to go further.
     refined : PhaseMesh
         The next one.
@@ -295,7 +296,7 @@ class _PhaseStep:
 
     mesh: PhaseMesh
     base: PhaseMesh
-    pressed: bool
+    blocked: bool
     refined: PhaseMesh
     errors: PhaseErrors
     extra: tuple[ExtraPoints, ...]
@@ -319,13 +320,13 @@ class _PhaseStep:
         mesh = last.iterate.mesh.phases[index]
         errors = without_closed(last.errors.phases[index], new_back_off, accuracy.path)
         motion = last.iterate.trajectory.phases[index]
-        base, pressed = settled(mesh, motion) if mesh.movable else (mesh, False)
+        base, blocked = settled(mesh, motion) if mesh.movable else (mesh, False)
 
         worth = _worthwhile_jumps(mesh, errors, accuracy.objective)
         if last.errors.dynamics > _A_MOTION:
             worth = []
         known = motion.fractions_of(last.iterate.problem.instants[motion.name])
-        bracketed = with_jumps(base, worth, policy.move_breakpoints, known)
+        bracketed = with_brackets(base, worth, policy.move_breakpoints, known)
 
         # While a breakpoint is still on its way, gains are those of a control that will change, and
         # so are the errors of controls before each jump has its bracket.
@@ -334,7 +335,7 @@ class _PhaseStep:
             _gathered(errors, motion, base),
             tolerance=accuracy.dynamics,
             highest=0 if last.iterate.scheme.fixed_degree else policy.highest_degree,
-            least_gain=np.inf if pressed else least,
+            least_gain=np.inf if blocked else least,
             missed=max(least, accuracy.objective),
             halve=bracketed is not None,
         )
@@ -342,7 +343,7 @@ class _PhaseStep:
         return cls(
             mesh,
             base,
-            pressed,
+            blocked,
             refined,
             errors,
             extra=last.iterate.mesh.extra[index],
@@ -357,7 +358,7 @@ class _PhaseStep:
         """Whether there is anything to solve again for."""
         leaks = any(float(e.values.max()) > self.tolerance for e in self.errors.excess)
         backed_off = any(values.any() for values in self.new_back_off.values())
-        return self.pressed or leaks or backed_off or not _equal(self.refined, self.base)
+        return self.blocked or leaks or backed_off or not _equal(self.refined, self.base)
 
     @property
     def breakpoints(self) -> Array:

@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ocp.mesh.mesh import PhaseMesh, uniform, with_points
-from ocp.refinement.estimates.switch_detection import Jump, jumps, with_jumps
+from ocp.refinement.brackets import with_brackets
+from ocp.refinement.estimates.switch_detection import Jump, jumps
 
 
 @st.composite
@@ -90,7 +91,7 @@ def test_a_jump_is_bracketed(mesh, where, move):
     times = np.array([where - 0.04, where - 0.02, where + 0.02, where + 0.04])
     found = jumps(times, np.array([0.0, 0.0, 1.0, 1.0]), mesh.breakpoints)
     assert len(found) == 1
-    finer = with_jumps(mesh.frozen(), found, move)
+    finer = with_brackets(mesh.frozen(), found, move)
     assert finer is not None
     points = finer.breakpoints
     assert np.all(np.diff(points) > 0)
@@ -99,14 +100,14 @@ def test_a_jump_is_bracketed(mesh, where, move):
     assert above - below <= 0.31 * max(0.04, np.diff(mesh.breakpoints).max())
     if move:  # and the optimiser may move a breakpoint between them
         assert np.abs(points[list(finer.movable)] - at).min() <= 1e-9
-        assert with_jumps(finer, found, move) is None  # it is there already
+        assert with_brackets(finer, found, move) is None  # it is there already
     else:
         assert finer.movable == ()
 
 
 def test_a_bracket_does_not_follow_a_jump_to_and_fro():
     mesh = uniform(10, 4)
-    held = with_jumps(mesh, [Jump(0.4, 0.5, 0.45, 1.0)], False)
+    held = with_brackets(mesh, [Jump(0.4, 0.5, 0.45, 1.0)], False)
     assert held.intervals == 12
     # the jump is seen elsewhere between the same samples: what was split beside it stays
-    assert with_jumps(held, [Jump(0.4, 0.5, 0.453, 1.0)], False) is None
+    assert with_brackets(held, [Jump(0.4, 0.5, 0.453, 1.0)], False) is None

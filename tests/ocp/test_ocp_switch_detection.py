@@ -17,17 +17,14 @@ from ocp.numerics.piecewise_polynomial import (
     PiecewisePolynomial,
     bernstein,
 )
-from ocp.refinement.estimates.error_estimate import MeshErrors
-from ocp.refinement.estimates.switch_detection import (
-    Jump,
+from ocp.refinement.brackets import settled, with_brackets
+from ocp.refinement.estimates.control_resolution import (
     control_errors,
-    control_jumps,
-    control_samples,
     parts_to_resolve,
     saturated,
-    settled,
-    with_jumps,
 )
+from ocp.refinement.estimates.error_estimate import MeshErrors
+from ocp.refinement.estimates.switch_detection import Jump, control_jumps, control_samples
 from ocp.refinement.movable import hindered, most_iterations
 from ocp.refinement.solved_mesh import SolvedMesh
 
@@ -178,17 +175,17 @@ def test_intervals_on_a_bound(count) -> None:
 def test_a_jump_gets_a_bracket_with_a_breakpoint_that_moves() -> None:
     mesh = uniform(5, 4)
     jump = Jump(0.3, 0.7, 0.52, 1.0)
-    moved = with_jumps(mesh, [jump], move=True)
+    moved = with_brackets(mesh, [jump], move=True)
     assert moved is not None
     (index,) = moved.movable
     assert moved.breakpoints[index] == 0.52
     # it stands in a bracket of 0.15 of where the jump may be, 0.4, on either side
     np.testing.assert_allclose(moved.breakpoints[index + np.array([-1, 1])], [0.46, 0.58])
-    assert with_jumps(moved, [jump], move=True) is None
+    assert with_brackets(moved, [jump], move=True) is None
 
 
 def test_an_interval_in_which_a_jump_may_lie_anywhere_is_its_bracket() -> None:
-    moved = with_jumps(uniform(5, 4), [Jump(0.4, 0.6, 0.45, 1.0)], move=True)
+    moved = with_brackets(uniform(5, 4), [Jump(0.4, 0.6, 0.45, 1.0)], move=True)
     assert moved is not None
     np.testing.assert_allclose(moved.breakpoints, [0, 0.2, 0.4, 0.45, 0.6, 0.8, 1.0])
     assert moved.movable == (3,)
@@ -196,18 +193,18 @@ def test_an_interval_in_which_a_jump_may_lie_anywhere_is_its_bracket() -> None:
 
 def test_a_bracket_without_a_moving_breakpoint_is_not_replaced_by_one_of_its_width() -> None:
     jump = Jump(0.3, 0.7, 0.52, 1.0)
-    fixed = with_jumps(uniform(5, 4), [jump], move=False)
+    fixed = with_brackets(uniform(5, 4), [jump], move=False)
     assert fixed is not None
     assert fixed.movable == ()
-    assert with_jumps(fixed, [jump], move=False) is None
+    assert with_brackets(fixed, [jump], move=False) is None
 
 
 def test_a_breakpoint_that_ran_into_its_neighbour_takes_its_place() -> None:
     # the breakpoint at 0.5 may move; it went to 0.6 - 1e-3, where its control jumps
     mesh = PhaseMesh(np.array([0, 0.4, 0.5, 0.6, 1.0]), 4, (2,))
     solved = motion([[1.0], [1.0], [-1.0], [-1.0]], [0, 0.4, 0.599, 0.6, 1.0])
-    after, pressed = settled(mesh, solved)
-    assert pressed
+    after, blocked = settled(mesh, solved)
+    assert blocked
     np.testing.assert_allclose(after.breakpoints, [0, 0.4, 0.599, 1.0])
     assert after.movable == (2,)
 
@@ -215,8 +212,8 @@ def test_a_breakpoint_that_ran_into_its_neighbour_takes_its_place() -> None:
 def test_a_breakpoint_without_a_jump_stays_put() -> None:
     mesh = PhaseMesh(np.array([0, 0.4, 0.5, 0.6, 1.0]), 4, (2,))
     solved = motion([[1.0], [1.0], [1.0], [-1.0]], [0, 0.4, 0.55, 0.6, 1.0])
-    after, pressed = settled(mesh, solved)
-    assert not pressed
+    after, blocked = settled(mesh, solved)
+    assert not blocked
     assert after.movable == ()
     np.testing.assert_allclose(after.breakpoints, [0, 0.4, 0.55, 0.6, 1.0])
 

@@ -16,10 +16,7 @@ from ocp.optimality.active_set import (
     strongly_active,
 )
 from ocp.optimality.iterate import Iterate
-from ocp.refinement.estimates.switch_detection import control_samples, jumps
-
-# Fraction of a phase within which a jump touches an interval: round-off of fractions
-_ROUND_OFF = 1e-12
+from ocp.refinement.estimates.switch_detection import ROUND_OFF, control_samples, jumps
 
 
 def active_set_changes(iterate: Iterate, index: int) -> Flags:
@@ -40,8 +37,8 @@ def _jumping(iterate: Iterate, phase: PhaseTrajectory) -> Flags:
         if np.ptp(values) <= AT * iterate.scales.signals[name]:
             continue  # round-off of a constant
         for jump in jumps(times, values, fractions):
-            ends_after = fractions[1:] >= jump.first - _ROUND_OFF
-            jumping |= ends_after & (fractions[:-1] <= jump.last + _ROUND_OFF)
+            ends_after = fractions[1:] >= jump.first - ROUND_OFF
+            jumping |= ends_after & (fractions[:-1] <= jump.last + ROUND_OFF)
     return jumping
 
 

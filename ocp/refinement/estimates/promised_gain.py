@@ -13,7 +13,11 @@ from ocp.optimality.active_set import saturated_constraints
 from ocp.optimality.hamiltonian import gains
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.estimates.back_off_cost import back_off_costs
-from ocp.refinement.estimates.switch_detection import control_errors, parts_to_resolve, saturated
+from ocp.refinement.estimates.control_resolution import (
+    control_errors,
+    parts_to_resolve,
+    saturated,
+)
 
 # part of a control's range that its shape may be off by before the control counts as rough: what a
 # finer smooth control would gain is the square of it, a tenth of the tolerance on the objective

@@ -1,26 +1,19 @@
-"""Jumps of controls: where they are, and meshes whose breakpoints can move onto them.
+"""Jumps of controls, and where they are.
 
 A switch of a control inside an interval shows as a steep step between two samples of the control.
 It is located by the area under the control, which the optimiser gets right before the switch is
-resolved, and put in a bracket of fixed breakpoints with a movable one between them. In a bracket a
-breakpoint cannot wander, nor drag others along. Where the switch may lie anywhere in an interval,
-that interval is the bracket.
+resolved.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from math import comb
+from dataclasses import dataclass
 
 import numpy as np
 
-from ocp.arrays import Array, Flags, Integers
-from ocp.mesh.mesh import SAME_POINT, PhaseMesh, distinct
+from ocp.arrays import Array
 from ocp.mesh.trajectory import PhaseTrajectory
-from ocp.numerics.piecewise_polynomial import PiecewisePolynomial
 from ocp.numerics.schemes import Collocation
-from ocp.optimality.active_set import CLOSE, share_at_limit
 
 # A step between two samples counts as a jump from this part of the control's range on, and goes on
 # while the steps have its sign and at least a third of this.
@@ -30,20 +23,12 @@ _CONTINUED = 0.3 * _STEEP
 # direction is more than this part of it.
 _MOST_STEPS = 4
 _NEIGHBOUR = 0.25
-# Half the width of a bracket as a part of the width within which the jump may lie: narrow enough
-# that its ends need not move, wide enough that the optimum is inside.
-_BRACKET = 0.15
 # Of an interval: a jump in it is put at least so far from its ends.
 _INSIDE = 0.05
 # A breakpoint moves on only while the control jumps at it by this part of its range.
 _FLAT = 0.02
-# Of its width before: an interval this narrow is pressed together by a movable breakpoint.
-_PRESSED = 0.03
-# Of the phase: an interval this narrow is none.
-_VANISHED = 1e-7
 # rounding of fractions of the phase
-_SAME = 1e-12
-_NOWHERE = np.empty(0)
+ROUND_OFF = 1e-12
 
 
 @dataclass(frozen=True)
@@ -161,7 +146,7 @@ def _is_one_line(times: Array, first: int, last: int, breakpoints: Array) -> boo
     if times.size != 2 * (breakpoints.size - 1) or last > first or first % 2:
         return False
     ends = breakpoints[first // 2 : first // 2 + 2]
-    return bool(np.abs(times[first : first + 2] - ends).max() <= _SAME)
+    return bool(np.abs(times[first : first + 2] - ends).max() <= ROUND_OFF)
 
 
 def _within_line(times: Array, values: Array, first: int, size: float) -> list[Jump]:
@@ -196,102 +181,7 @@ def _located(times: Array, values: Array, breakpoints: Array, size: float) -> Ju
     return Jump(first, last, float(np.clip(at, first, last)), size)
 
 
-def with_jumps(
-    mesh: PhaseMesh, bracketed: Sequence[Jump], move: bool, known: Array = _NOWHERE
-) -> PhaseMesh | None:
-    """The mesh with every jump in a bracket; None if there is nothing new.
-
-    A bracket is a pair of breakpoints close on both sides of the located jump. With `move`, a
-    breakpoint that the optimiser may move between them stands at the jump. A jump that may lie
-    anywhere in an interval has that for its bracket then. A jump at an instant that is `known`
-    (m,), as a fraction of the phase, needs no bracket: a breakpoint stands there.
-    """
-    points = mesh.breakpoints
-    movable = {float(points[i]) for i in mesh.movable}
-    new = False
-
-    for jump in sorted(bracketed, key=lambda j: -j.size):
-        followed = any(jump.first - _SAME <= p <= jump.last + _SAME for p in movable)
-        if followed or not 1e-9 < jump.at < 1 - 1e-9:
-            continue
-        if np.any(np.abs(known - jump.at) <= SAME_POINT):
-            continue
-        if move and _is_interval(points, jump):
-            points = distinct(np.append(points, jump.at))
-            movable.add(jump.at)
-            new = True
-            continue
-        reach = _BRACKET * _uncertainty(points, jump)
-        sides = np.array([jump.at - reach, jump.at + reach])
-        sides = sides[(sides > 0.0) & (sides < 1.0)]
-
-        close = np.abs(points - jump.at) < 1.5 * reach
-        kept = np.abs(points[:, None] - known).min(axis=1, initial=np.inf) <= SAME_POINT
-        replaced = close & ~kept & ~np.isin(points, [0.0, 1.0, *movable])
-        if replaced.sum() >= 2 and not move:
-            # it stands already; a bracket that follows a jump to and fro undoes splits
-            continue
-        middle = [jump.at] if move else []
-        points = distinct(np.concatenate([points[~replaced], sides, middle]))
-        movable.update(middle)
-        new = True
-
-    if not new:
-        return None
-    centres = 0.5 * (points[:-1] + points[1:])
-    parents = np.searchsorted(mesh.breakpoints, centres) - 1
-    parents = np.clip(parents, 0, mesh.intervals - 1)
-    indices = tuple(int(np.searchsorted(points, p)) for p in sorted(movable))
-    return PhaseMesh(points, mesh.degrees[parents], indices)
-
-
-def _is_interval(points: Array, jump: Jump) -> bool:
-    """Whether a jump may lie anywhere in one interval, and in no other."""
-    k = int(np.clip(np.searchsorted(points, jump.at) - 1, 0, points.size - 2))
-    off = max(abs(points[k] - jump.first), abs(points[k + 1] - jump.last))
-    return bool(points[k] < jump.at < points[k + 1] and off <= SAME_POINT)
-
-
-def _uncertainty(points: Array, jump: Jump) -> float:
-    """Width within which a jump may lie: between its samples, at least a neighbouring interval."""
-    k = int(np.clip(np.searchsorted(points, jump.at) - 1, 0, points.size - 2))
-    near = np.diff(points)[max(k - 1, 0) : k + 2]
-    return max(jump.last - jump.first, float(near.min()))
-
-
-def settled(mesh: PhaseMesh, motion: PhaseTrajectory) -> tuple[PhaseMesh, bool]:
-    """The mesh at the solved breakpoints, and whether a breakpoint wants to move on.
-
-    A breakpoint that ran into a fixed neighbour takes its place, so that it can go further in the
-    next round. An interval that vanished is dropped. A breakpoint without a jump stays put.
-    """
-    fractions = motion.fractions
-    before, after = np.diff(mesh.breakpoints), np.diff(fractions)
-    movable = {i for i in mesh.movable if _jumps_at(motion, i)}
-    last = mesh.intervals
-
-    gone: set[int] = set()
-    pressed = False
-    for k in np.flatnonzero(mesh.moving & (after < _PRESSED * before)):
-        left, right = int(k), int(k) + 1
-        if after[k] < _VANISHED:
-            gone.add(right if right in movable and right < last else left)
-            pressed = True
-        elif left in movable and right not in mesh.movable and right < last:
-            gone.add(right)
-            pressed = True
-        elif right in movable and left not in mesh.movable and left > 0:
-            gone.add(left)
-            pressed = True
-        elif left in movable or right in movable:
-            pressed = True
-
-    kept = [i for i in range(last + 1) if i not in gone or i in (0, last)]
-    indices = tuple(kept.index(i) for i in sorted(movable) if i in kept)
-    return PhaseMesh(fractions[kept], mesh.degrees[np.array(kept[:-1])], indices), pressed
-
-
-def _jumps_at(motion: PhaseTrajectory, breakpoint_index: int) -> bool:
+def jumps_at(motion: PhaseTrajectory, breakpoint_index: int) -> bool:
     """Whether any control still jumps at a breakpoint."""
     for name in motion.controls:
         size = float(np.ptp(control_samples(motion, name)[1]))
@@ -300,78 +190,3 @@ def _jumps_at(motion: PhaseTrajectory, breakpoint_index: int) -> bool:
         if size > 0 and abs(step) > _FLAT * size:
             return True
     return False
-
-
-def control_errors(motion: PhaseTrajectory, mesh: PhaseMesh) -> Array:
-    """Estimated error of each interval's control shape relative to the control's range, (N,).
-
-    Of a constant or linear control it is what the next order would add, from the smaller of the
-    differences to both neighbours: a level next to a jump is no error, a value between two levels
-    is. Of a polynomial of a higher order it is its last Legendre coefficient.
-    """
-    worst = np.zeros(mesh.intervals)
-    for _, error in _errors_by_control(motion, mesh):
-        worst = np.maximum(worst, error)
-    return worst
-
-
-def parts_to_resolve(motion: PhaseTrajectory, mesh: PhaseMesh, allowed: float) -> Array:
-    """In how many parts each interval is cut until its control shapes err by what is allowed, (N,).
-
-    The error of a shape of order p falls with the power p + 1 of the width.
-    """
-    most = np.zeros(mesh.intervals)
-    for orders, error in _errors_by_control(motion, mesh):
-        most = np.maximum(most, (error / allowed) ** (1.0 / (orders + 1.0)))
-    return most
-
-
-def _errors_by_control(
-    motion: PhaseTrajectory, mesh: PhaseMesh
-) -> Iterator[tuple[Integers, Array]]:
-    """Orders and estimated errors of each control that varies, (N,) each."""
-    # a breakpoint at which nothing jumps separates no levels
-    mesh = replace(mesh, movable=tuple(i for i in mesh.movable if _jumps_at(motion, i)))
-    for name in motion.controls:
-        size = float(np.ptp(control_samples(motion, name)[1]))
-        if size == 0.0:
-            continue
-        control = motion.polynomial(name)
-        ends, width = control.ends()[:, :, 0], np.diff(control.breakpoints)
-        level = 0.5 * (ends[:, 0] + ends[:, 1])
-        slope = (ends[:, 1] - ends[:, 0]) / width
-
-        # the error of a step is a quarter of the difference of levels, that of a line an eighth of
-        # the difference of slopes times the width
-        by_levels = _smaller_difference(level, mesh) / 4.0
-        by_slopes = width * _smaller_difference(slope, mesh) / 8.0
-        error = np.where(control.orders == 0, by_levels, by_slopes)
-        error = np.where(control.orders > 1, _legendre_tail(control), error)
-        yield control.orders, error / size
-
-
-def saturated(motion: PhaseTrajectory, limits: Mapping[str, tuple[float, float]]) -> Flags:
-    """Intervals in which a control stays on one of its bounds or close to it, (N,)."""
-    on_bound = np.zeros(motion.intervals, dtype=bool)
-    for name in motion.controls:
-        margin = CLOSE * float(np.ptp(control_samples(motion, name)[1]))
-        for limit in limits[name]:
-            on_bound |= share_at_limit(motion.polynomial(name), limit, margin) == 1.0
-    return on_bound
-
-
-def _smaller_difference(values: Array, mesh: PhaseMesh) -> Array:
-    """Smaller of the differences to both neighbours, (N,); 0 beside a movable breakpoint."""
-    at_breakpoints = np.concatenate([[np.inf], np.abs(np.diff(values)), [np.inf]])
-    at_breakpoints[list(mesh.movable)] = 0.0
-    smaller = np.minimum(at_breakpoints[:-1], at_breakpoints[1:])
-    return np.where(np.isfinite(smaller), smaller, 0.0)
-
-
-def _legendre_tail(control: PiecewisePolynomial) -> Array:
-    """Size of the highest Legendre coefficient in each interval, (N,)."""
-    orders = control.orders
-    highest = np.take_along_axis(control.powers()[:, 0, :], orders[:, None], axis=1)[:, 0]
-    # the leading coefficient of the Legendre polynomial on [0, 1]
-    leading: Integers = np.array([comb(2 * order, order) for order in orders.tolist()])
-    return np.abs(highest) / leading

@@ -1,0 +1,120 @@
+"""Brackets: breakpoints around the jumps of controls, in which another one can move onto a jump.
+
+In a bracket of fixed breakpoints a movable one cannot wander, nor drag others along. Where the
+jump may lie anywhere in an interval, that interval is the bracket.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ocp.arrays import Array
+from ocp.mesh.mesh import SAME_POINT, PhaseMesh, distinct
+from ocp.mesh.trajectory import PhaseTrajectory
+from ocp.refinement.estimates.switch_detection import ROUND_OFF, Jump, jumps_at
+
+# Half the width of a bracket as a part of the width within which the jump may lie: narrow enough
+# that its ends need not move, wide enough that the optimum is inside.
+_BRACKET = 0.15
+# Of its width before: an interval this narrow is pressed together by a movable breakpoint.
+_PRESSED = 0.03
+# Of the phase: an interval this narrow is none.
+_VANISHED = 1e-7
+_NOWHERE = np.empty(0)
+
+
+def with_brackets(
+    mesh: PhaseMesh, bracketed: Sequence[Jump], move: bool, known: Array = _NOWHERE
+) -> PhaseMesh | None:
+    """The mesh with every jump in a bracket; None if there is nothing new.
+
+    A bracket is a pair of breakpoints close on both sides of the located jump. With `move`, a
+    breakpoint that the optimiser may move between them stands at the jump. A jump that may lie
+    anywhere in an interval has that for its bracket then. A jump at an instant that is `known`
+    (m,), as a fraction of the phase, needs no bracket: a breakpoint stands there.
+    """
+    points = mesh.breakpoints
+    movable = {float(points[i]) for i in mesh.movable}
+    new = False
+
+    for jump in sorted(bracketed, key=lambda j: -j.size):
+        followed = any(jump.first - ROUND_OFF <= p <= jump.last + ROUND_OFF for p in movable)
+        if followed or not 1e-9 < jump.at < 1 - 1e-9:
+            continue
+        if np.any(np.abs(known - jump.at) <= SAME_POINT):
+            continue
+        if move and _is_interval(points, jump):
+            points = distinct(np.append(points, jump.at))
+            movable.add(jump.at)
+            new = True
+            continue
+        reach = _BRACKET * _uncertainty(points, jump)
+        sides = np.array([jump.at - reach, jump.at + reach])
+        sides = sides[(sides > 0.0) & (sides < 1.0)]
+
+        close = np.abs(points - jump.at) < 1.5 * reach
+        kept = np.abs(points[:, None] - known).min(axis=1, initial=np.inf) <= SAME_POINT
+        replaced = close & ~kept & ~np.isin(points, [0.0, 1.0, *movable])
+        if replaced.sum() >= 2 and not move:
+            # it stands already; a bracket that follows a jump to and fro undoes splits
+            continue
+        middle = [jump.at] if move else []
+        points = distinct(np.concatenate([points[~replaced], sides, middle]))
+        movable.update(middle)
+        new = True
+
+    if not new:
+        return None
+    centres = 0.5 * (points[:-1] + points[1:])
+    parents = np.searchsorted(mesh.breakpoints, centres) - 1
+    parents = np.clip(parents, 0, mesh.intervals - 1)
+    indices = tuple(int(np.searchsorted(points, p)) for p in sorted(movable))
+    return PhaseMesh(points, mesh.degrees[parents], indices)
+
+
+def _is_interval(points: Array, jump: Jump) -> bool:
+    """Whether a jump may lie anywhere in one interval, and in no other."""
+    k = int(np.clip(np.searchsorted(points, jump.at) - 1, 0, points.size - 2))
+    off = max(abs(points[k] - jump.first), abs(points[k + 1] - jump.last))
+    return bool(points[k] < jump.at < points[k + 1] and off <= SAME_POINT)
+
+
+def _uncertainty(points: Array, jump: Jump) -> float:
+    """Width within which a jump may lie: between its samples, at least a neighbouring interval."""
+    k = int(np.clip(np.searchsorted(points, jump.at) - 1, 0, points.size - 2))
+    near = np.diff(points)[max(k - 1, 0) : k + 2]
+    return max(jump.last - jump.first, float(near.min()))
+
+
+def settled(mesh: PhaseMesh, motion: PhaseTrajectory) -> tuple[PhaseMesh, bool]:
+    """The mesh at the solved breakpoints, and whether a breakpoint wants to move on.
+
+    A breakpoint that ran into a fixed neighbour takes its place, so that it can go further in the
+    next round. An interval that vanished is dropped. A breakpoint without a jump stays put.
+    """
+    fractions = motion.fractions
+    before, after = np.diff(mesh.breakpoints), np.diff(fractions)
+    movable = {i for i in mesh.movable if jumps_at(motion, i)}
+    last = mesh.intervals
+
+    gone: set[int] = set()
+    blocked = False
+    for k in np.flatnonzero(mesh.moving & (after < _PRESSED * before)):
+        left, right = int(k), int(k) + 1
+        if after[k] < _VANISHED:
+            gone.add(right if right in movable and right < last else left)
+            blocked = True
+        elif left in movable and right not in mesh.movable and right < last:
+            gone.add(right)
+            blocked = True
+        elif right in movable and left not in mesh.movable and left > 0:
+            gone.add(left)
+            blocked = True
+        elif left in movable or right in movable:
+            blocked = True
+
+    kept = [i for i in range(last + 1) if i not in gone or i in (0, last)]
+    indices = tuple(kept.index(i) for i in sorted(movable) if i in kept)
+    return PhaseMesh(fractions[kept], mesh.degrees[np.array(kept[:-1])], indices), blocked
