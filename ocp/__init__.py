@@ -54,8 +54,9 @@ from ocp.problem.symbols import (
 )
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.mesh_iteration import MeshIteration
-from ocp.refinement.moving_mesh import MovingMesh
-from ocp.refinement.policy import AdaptiveMesh, FixedMesh, RefinementPolicy
+from ocp.refinement.policies.adaptive_mesh import AdaptiveMesh
+from ocp.refinement.policies.moving_mesh import MovingMesh
+from ocp.refinement.policies.policy import FixedMesh, RefinementPolicy
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
 from ocp.solve import collocate, solve

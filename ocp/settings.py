@@ -16,7 +16,8 @@ from ocp.numerics.schemes import SCHEMES, Radau, Scheme
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import ControlShape, is_real
 from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.policy import AdaptiveMesh, RefinementPolicy
+from ocp.refinement.policies.adaptive_mesh import AdaptiveMesh
+from ocp.refinement.policies.policy import RefinementPolicy
 
 INTERVALS = 20  # of the first mesh in a phase
 

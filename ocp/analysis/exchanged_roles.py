@@ -23,7 +23,7 @@ from ocp.problem.problem import Problem, with_objective
 from ocp.problem.symbols import Constant
 from ocp.progress import Progress
 from ocp.refinement.budget import Budget
-from ocp.refinement.policy import FixedMesh
+from ocp.refinement.policies.policy import FixedMesh
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
 from ocp.solve import solve

@@ -1,9 +1,9 @@
 """A family of motions: one problem for many values of a constant, each warm from the one before.
 
 Along a family the nonlinear program stays, and with it everything that was built for it. The
-breakpoints move with the ends of the arcs, see `ocp.refinement.moving_mesh`. A member then costs
-little more than the iterations of its solver. Errors between the points, further refinement and the
-replay cost several times as much, and wait until they are asked for.
+breakpoints move with the ends of the arcs, see `ocp.refinement.policies.moving_mesh`. A member then
+costs little more than the iterations of its solver. Errors between the points, further refinement
+and the replay cost several times as much, and wait until they are asked for.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from ocp.progress import Progress, shown
 from ocp.refinement.loop import refine
 from ocp.refinement.mesh_iteration import iterations_of
 from ocp.refinement.mesh_solver import LOOSE, MeshSolver
-from ocp.refinement.moving_mesh import (
+from ocp.refinement.policies.moving_mesh import (
     KeptWhileGood,
     MovingMesh,
     movable_mesh,

@@ -13,7 +13,7 @@ from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
 from ocp.progress import Progress, shown
 from ocp.refinement.mesh_solver import MeshSolver
-from ocp.refinement.policy import FixedMesh
+from ocp.refinement.policies.policy import FixedMesh
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
 from ocp.solve import check_arguments, first_mesh, solve_from, start_from

@@ -28,7 +28,7 @@ from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Control, Signal, Symbol, Unknown, is_limited, resolve
 from ocp.progress import Progress
-from ocp.refinement.policy import FixedMesh
+from ocp.refinement.policies.policy import FixedMesh
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
 from ocp.solve import check_arguments, solve

@@ -11,7 +11,7 @@ from ocp.mesh.trajectory import Trajectory
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
 from ocp.progress import Progress
-from ocp.refinement.policy import FixedMesh
+from ocp.refinement.policies.policy import FixedMesh
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
 from ocp.solve import solve

@@ -162,6 +162,11 @@ def _halved(points: ExtraPoints) -> ExtraPoints:
     return ExtraPoints(points.constraint, intervals, tau)
 
 
+def same_intervals(a: PhaseMesh, b: PhaseMesh) -> bool:
+    """Whether two meshes of a phase have the same breakpoints and degrees."""
+    return np.array_equal(a.breakpoints, b.breakpoints) and np.array_equal(a.degrees, b.degrees)
+
+
 def distinct(values: NDArray[Any]) -> NDArray[Any]:
     """The distinct values in order.
 

@@ -2,6 +2,8 @@
 
 `loop` is the algorithm. `mesh_solver` solves one mesh, in as many `attempts` as it takes and within
 the `budget`. A `solved_mesh` is what the solver finished, and `mesh_iteration` its record.
-`estimates` say what is wrong with a mesh and where controls jump, and `policy` makes the next mesh.
-A refinement rule of one's own is a `policy.RefinementPolicy`. `accuracy` is what is asked for.
+`first_round` finds a first motion where the first attempt fails. `unwrapping` takes whole turns out
+of angles. `estimates` say what is wrong with a mesh and where controls jump, and `policies` make
+the next mesh. A refinement rule of one's own is a `policies.policy.RefinementPolicy`. `accuracy` is
+what is asked for.
 """

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from ocp.errors import BudgetSpent, Interrupted, NumericalTrouble
-from ocp.mesh.mesh import Mesh
+from ocp.mesh.mesh import Mesh, same_intervals
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.failures import failure
 from ocp.nlp.result import NlpResult
@@ -22,9 +22,9 @@ from ocp.refinement.first_round.first_answer import first_answer
 from ocp.refinement.first_round.starts import FirstRound
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_of
 from ocp.refinement.mesh_solver import MeshSolver, Start
-from ocp.refinement.movable import most_iterations
-from ocp.refinement.policy import RefinementPolicy, gain_falls, same_intervals
-from ocp.refinement.solved_mesh import LOOSER, SolvedMesh, best_of
+from ocp.refinement.policies.movable import most_iterations
+from ocp.refinement.policies.policy import RefinementPolicy
+from ocp.refinement.solved_mesh import LOOSER, SolvedMesh, best_of, gain_falls
 from ocp.refinement.unwrapping import lost_angle
 from ocp.transcription.packing import trajectory_of
 from ocp.transcription.transcribe import Transcription

@@ -93,3 +93,10 @@ def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
     if strict:
         return min(strict, key=lambda s: sense * s.iterate.objective)
     return min(as_good, key=lambda s: s.leak, default=best)
+
+
+def gain_falls(solved: Sequence[SolvedMesh], rounds: int) -> bool:
+    """Whether the gain that is promised has halved over the last rounds, as noise would not."""
+    if len(solved) <= rounds:
+        return False
+    return solved[-1].errors.gain <= 0.5 * solved[-1 - rounds].errors.gain

@@ -35,7 +35,7 @@ from ocp import (
     solve,
 )
 from ocp.analysis.sensitivity import slopes_by_multipliers
-from ocp.refinement.moving_mesh import merged_mesh, moving_mesh
+from ocp.refinement.policies.moving_mesh import merged_mesh, moving_mesh
 from studies.common.console import Console
 from studies.common.exit_codes import StudyError
 from studies.pareto.config import ParetoStudy

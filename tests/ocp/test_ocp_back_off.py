@@ -20,8 +20,8 @@ from ocp import (
     solve,
 )
 from ocp.mesh.mesh import Mesh, uniform
-from ocp.refinement import back_off, policy
 from ocp.refinement.estimates.back_off_cost import back_off_costs
+from ocp.refinement.policies import adaptive_mesh, back_off
 
 
 def under_a_roof(roof):
@@ -92,7 +92,7 @@ def test_leaks_that_points_do_not_close_are_closed_by_back_offs(monkeypatch, tmp
     assert all(np.array_equal(loaded[number], kept[number]) for number in kept)
 
     # what they cost is below the tolerance on the objective
-    monkeypatch.setattr(policy, "chosen_back_offs", lambda *_, **__: [{}])
+    monkeypatch.setattr(adaptive_mesh, "chosen_back_offs", lambda *_, **__: [{}])
     with_points = solve(stiffening())
     assert not any(values.any() for values in with_points.mesh.back_off[0].values())
     tolerance = Settings().accuracy.objective

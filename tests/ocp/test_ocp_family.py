@@ -24,7 +24,7 @@ from ocp import (
     family,
     solve,
 )
-from ocp.refinement.moving_mesh import KeptWhileGood
+from ocp.refinement.policies.moving_mesh import KeptWhileGood
 from tests.ocp.drive_and_brake import STRONGEST, least_time, race
 
 FEW = Settings(intervals=8)

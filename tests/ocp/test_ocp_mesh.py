@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ocp.mesh.mesh import PhaseMesh, uniform, with_points
-from ocp.refinement.brackets import with_brackets
 from ocp.refinement.estimates.switch_detection import Jump, jumps
+from ocp.refinement.policies.brackets import with_brackets
 
 
 @st.composite

@@ -73,6 +73,6 @@ def test_a_switch_of_what_is_no_motion_gets_no_breakpoint(monkeypatch) -> None:
     assert max(round.movable for round in solve(problem).mesh_iterations) == 1
 
     # with a limit of nothing, no mesh is a motion
-    monkeypatch.setattr("ocp.refinement.policy._A_MOTION", 0.0)
+    monkeypatch.setattr("ocp.refinement.policies.adaptive_mesh._A_MOTION", 0.0)
     found = solve(problem, settings=Settings(refinement=AdaptiveMesh(rounds=4), verify=False))
     assert max(round.movable for round in found.mesh_iterations) == 0

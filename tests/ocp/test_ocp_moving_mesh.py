@@ -22,7 +22,7 @@ from ocp import (
     coarsened,
     solve,
 )
-from ocp.refinement.moving_mesh import merged_mesh, moving_mesh
+from ocp.refinement.policies.moving_mesh import merged_mesh, moving_mesh
 from tests.ocp.drive_and_brake import STRONGEST, least_time, race
 
 ACCURACY = Accuracy(objective=1e-5, path=1e-5)

@@ -32,7 +32,7 @@ from ocp.nlp.solver import NlpSolver
 from ocp.problem.parameters import parameters_of
 from ocp.progress import LiveLine
 from ocp.refinement.mesh_solver import MeshSolver
-from ocp.refinement.policy import RefinementPolicy
+from ocp.refinement.policies.policy import RefinementPolicy
 
 
 def transfer() -> Problem:

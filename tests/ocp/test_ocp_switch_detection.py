@@ -17,7 +17,6 @@ from ocp.numerics.piecewise_polynomial import (
     PiecewisePolynomial,
     bernstein,
 )
-from ocp.refinement.brackets import settled, with_brackets
 from ocp.refinement.estimates.control_resolution import (
     control_errors,
     parts_to_resolve,
@@ -25,7 +24,8 @@ from ocp.refinement.estimates.control_resolution import (
 )
 from ocp.refinement.estimates.error_estimate import MeshErrors
 from ocp.refinement.estimates.switch_detection import Jump, control_jumps, control_samples
-from ocp.refinement.movable import hindered, most_iterations
+from ocp.refinement.policies.brackets import settled, with_brackets
+from ocp.refinement.policies.movable import hindered, most_iterations
 from ocp.refinement.solved_mesh import SolvedMesh
 
 

@@ -2,5 +2,7 @@
 
 `error_estimate` puts it together: dynamics and limits between the points. `promised_gain` says what
 finer controls could bring, `constrained_arcs` what is lost where a path acts, `missed_switches`
-what a breakpoint at the wrong place costs. `switch_detection` finds the jumps of controls.
+what a breakpoint at the wrong place costs, `back_off_cost` what limits that are backed off keep.
+`switch_detection` finds the jumps of controls, `control_resolution` says how well their shapes are
+resolved, and `active_set_changes` where limits are met or left.
 """

@@ -24,7 +24,8 @@ from ocp.numerics.schemes import Scheme
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.error_estimate import MotionErrors
-from ocp.refinement.policy import AdaptiveMesh, RefinementPolicy, check_counts
+from ocp.refinement.policies.adaptive_mesh import AdaptiveMesh
+from ocp.refinement.policies.policy import RefinementPolicy, check_counts
 from ocp.refinement.solved_mesh import SolvedMesh
 from ocp.transcription.transcribe import Transcription
 

@@ -1,33 +1,28 @@
-"""Refinement policies: from what is wrong with a solved mesh to the next mesh.
-
-A policy of one's own is an object with the members of `RefinementPolicy`, handed over as
-``Settings(refinement=...)``. `AdaptiveMesh` is the default, `FixedMesh` solves once.
-"""
+"""Meshes that adapt: degrees, cuts, brackets around jumps, further points and back-offs."""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from numbers import Integral
-from typing import ClassVar, Protocol, runtime_checkable
+from typing import ClassVar
 
 import numpy as np
 
 from ocp.arrays import Array, Flags
-from ocp.errors import StatementError
 from ocp.keywords import as_written, checked_keywords
-from ocp.mesh.mesh import ExtraPoints, Mesh, PhaseMesh, bisected, distinct
+from ocp.mesh.mesh import ExtraPoints, Mesh, PhaseMesh, bisected, distinct, same_intervals
 from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.back_off import chosen_back_offs, without_closed
-from ocp.refinement.brackets import settled, with_brackets
 from ocp.refinement.estimates.error_estimate import MeshErrors, PhaseErrors
 from ocp.refinement.estimates.switch_detection import Jump
-from ocp.refinement.marks import WHOLE, Marks
-from ocp.refinement.movable import hindered
-from ocp.refinement.solved_mesh import SolvedMesh
+from ocp.refinement.policies.back_off import chosen_back_offs, without_closed
+from ocp.refinement.policies.brackets import settled, with_brackets
+from ocp.refinement.policies.marks import WHOLE, Marks
+from ocp.refinement.policies.movable import hindered
+from ocp.refinement.policies.policy import RefinementPolicy, check_counts
+from ocp.refinement.solved_mesh import SolvedMesh, gain_falls
 
 # Relative error of the dynamics above which switches are as imaginary as the motion: breakpoints
 # that move onto them lead the solver astray.
@@ -47,85 +42,6 @@ _LEAST_GAIN = 1e-5
 _REFUTED = 2
 # of an interval: points closer than this are one
 _SAME_POINT = 1e-6
-
-
-@runtime_checkable
-class RefinementPolicy(Protocol):
-    """What `ocp.solve` asks of a policy."""
-
-    @property
-    def adapts(self) -> bool:
-        """Whether it ever changes a mesh; an answer on a mesh that stays is returned as it is."""
-        ...
-
-    @property
-    def rounds(self) -> int:
-        """Most meshes that are solved."""
-        ...
-
-    @property
-    def highest_degree(self) -> int:
-        """Highest degree of an interval, to which the first mesh may be raised too."""
-        ...
-
-    def next_mesh(self, solved: Sequence[SolvedMesh], accuracy: Accuracy) -> Mesh | None:
-        """The mesh after those solved so far, or None when the last one is good enough."""
-        ...
-
-    def after_failure(
-        self, solved: Sequence[SolvedMesh], failed: Mesh, accuracy: Accuracy
-    ) -> tuple[RefinementPolicy, Mesh] | None:
-        """Policy and mesh to go on with where the solver failed on a mesh; None to end there."""
-        ...
-
-
-def check_counts(policy: object, what: str, *names: str) -> None:
-    """StatementError for a field of a policy that is no positive integer."""
-    for name in names:
-        value = getattr(policy, name)
-        if not isinstance(value, Integral) or value < 1:
-            raise StatementError(
-                f"the number '{name}' of {what} is {value!r}; give a positive integer"
-            )
-
-
-@checked_keywords()
-@dataclass(frozen=True, repr=False)
-class FixedMesh:
-    """No refinement: the first mesh is solved once.
-
-    Parameters
-    ----------
-    highest_degree : int
-        To which the degree of the first mesh may be raised where that integrates the dynamics
-        exactly.
-
-    Raises
-    ------
-    StatementError
-        For a number that is no positive integer.
-    """
-
-    highest_degree: int = 8
-
-    adapts: ClassVar[bool] = False
-    rounds: ClassVar[int] = 1
-
-    def __repr__(self) -> str:
-        return as_written(self)
-
-    def __post_init__(self) -> None:
-        check_counts(self, "a fixed mesh", "highest_degree")
-
-    def next_mesh(self, solved: Sequence[SolvedMesh], accuracy: Accuracy) -> Mesh | None:
-        """None, whatever was solved."""
-        return None
-
-    def after_failure(
-        self, solved: Sequence[SolvedMesh], failed: Mesh, accuracy: Accuracy
-    ) -> tuple[RefinementPolicy, Mesh] | None:
-        """None: there is no other mesh."""
-        return None
 
 
 @checked_keywords()
@@ -245,13 +161,6 @@ def _controls_converged(
             for before, after in latest
         )
     )
-
-
-def gain_falls(solved: Sequence[SolvedMesh], rounds: int) -> bool:
-    """Whether the gain that is promised has halved over the last rounds, as noise would not."""
-    if len(solved) <= rounds:
-        return False
-    return solved[-1].errors.gain <= 0.5 * solved[-1 - rounds].errors.gain
 
 
 def _change(before: Iterate, after: Iterate) -> float:
@@ -429,11 +338,6 @@ def _worthwhile_jumps(mesh: PhaseMesh, errors: PhaseErrors, tolerance: float) ->
 
 def _equal(a: PhaseMesh, b: PhaseMesh) -> bool:
     return a.movable == b.movable and same_intervals(a, b)
-
-
-def same_intervals(a: PhaseMesh, b: PhaseMesh) -> bool:
-    """Whether two meshes of a phase have the same breakpoints and degrees."""
-    return np.array_equal(a.breakpoints, b.breakpoints) and np.array_equal(a.degrees, b.degrees)
 
 
 def _gathered(errors: PhaseErrors, motion: PhaseTrajectory, base: PhaseMesh) -> PhaseErrors:
