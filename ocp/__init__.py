@@ -75,7 +75,7 @@ if TYPE_CHECKING:
     from ocp.analysis.sensitivity import ActiveSetWarning, Sided
     from ocp.solution.storage import load, save
     from ocp.verification.certificate import Certificate, certify
-    from ocp.verification.conditions import Tolerances
+    from ocp.verification.tolerances import Tolerances
 
 # what a solve does not need is loaded when it is asked for: a third of the time of `import ocp`
 _LATER = {
@@ -91,7 +91,7 @@ _LATER = {
     "analysis.sensitivity": ("ActiveSetWarning", "Sided"),
     "solution.storage": ("load", "save"),
     "verification.certificate": ("Certificate", "certify"),
-    "verification.conditions": ("Tolerances",),
+    "verification.tolerances": ("Tolerances",),
 }
 _MODULES = {name: module for module, names in _LATER.items() for name in names}
 

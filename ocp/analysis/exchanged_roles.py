@@ -160,7 +160,7 @@ def by_exchanged_roles(
     lowest = _attempted(alone, first, options, budget, refinement=FixedMesh(), verify=False)
     if lowest is None:
         return None
-    search = _Search(
+    search = _CapSearch(
         high=largest_value(objective, first),
         excess_high=held.value - held.limit,
         low=largest_value(objective, lowest),
@@ -219,7 +219,7 @@ def largest_value(objective: Any, solution: Solution) -> float:
 
 
 @dataclass
-class _Search:
+class _CapSearch:
     """The search for the cap at which an excess, which rises as the cap falls, is zero.
 
     Attributes

@@ -153,7 +153,7 @@ def audit(
         leave_if_imported_again()
     limit = _Bound(bound, bound_gap)
     until = None if seconds is None else clock.perf_counter() + _positive("seconds", seconds)
-    search = _Search(
+    search = _Starts(
         problem, settings, value, limit.number, (OcpError, *failures), until, dict(known or {})
     )
 
@@ -163,7 +163,7 @@ def audit(
 
 
 def _trials(
-    search: _Search,
+    search: _Starts,
     named: Mapping[str, StartLike],
     workers: int,
     limit: _Bound,
@@ -260,7 +260,7 @@ class _Bound:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class _Search:
+class _Starts:
     """What all starts have in common.
 
     Attributes

@@ -20,12 +20,12 @@ from ocp.optimality.multipliers import Multipliers, all_multipliers
 from ocp.verification.conditions import (
     Condition,
     Evidence,
-    Tolerances,
     motion_conditions,
     optimality_conditions,
     peak_conditions,
     program_conditions,
 )
+from ocp.verification.tolerances import Tolerances
 
 
 @dataclass(frozen=True, repr=False)

@@ -8,14 +8,12 @@ the minimum principle (`optimality_conditions`) and the multipliers of peaks (`p
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array
-from ocp.errors import StatementError
-from ocp.keywords import checked_keywords
 from ocp.mesh.trajectory import Evaluator
 from ocp.optimality.active_set import acting_intervals, limit_distances
 from ocp.optimality.iterate import Iterate
@@ -24,10 +22,11 @@ from ocp.optimality.multipliers import multipliers as recovered
 from ocp.problem.functionals import BoundaryValue, End, Functional, Peak, PhaseTime
 from ocp.problem.symbols import TIME, Between
 from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN, promised_gain
+from ocp.refinement.estimates.promised_gain import promised_gain
 from ocp.refinement.estimates.switch_detection import control_jumps
 from ocp.verification.minimum_principle import MinimumPrinciple, minimum_principle
 from ocp.verification.simulation import SimulatedMotion, replayed, simulate
+from ocp.verification.tolerances import Tolerances
 from ocp.verification.verify import boundary_excesses, verify
 
 # Fraction of a phase within which a jump is on a breakpoint
@@ -41,89 +40,6 @@ _ROUNDING = 1e-13
 # Against a division by zero: a peak of zero, and a peak that nothing depends on
 _LEAST_SIZE = 1e-300
 _LEAST_WEIGHT = 1e-12
-
-
-@checked_keywords({"corners": "write changes={value}"})
-@dataclass(frozen=True)
-class Tolerances:
-    """What a certificate allows, all relative.
-
-    Attributes
-    ----------
-    replay : float
-        Missed end state of the replay: what a solve promises by default.
-    excess : float
-        Excess of a path constraint or peak of the replay: ten times the default of a solve, because
-        the replayed motion is off by a little, too.
-    objective, bounds : float
-        Difference of the replayed objective, and excess of the problem's bounds and links: ten
-        times the default for the missed end state, as misses of all states act on them.
-    feasible : float
-        Violated rows and bounds of the scaled program. The solver stops at 1e-10.
-    stationary : float
-        Slope of the scaled Lagrangian. The solver stops at 1e-6.
-    complementary : float
-        Product of an inequality's multiplier and the distance to its limit. The solver accepts
-        1e-8.
-    shown : float
-        Difference of the multipliers that the solution shows from those of the program: rounding.
-    within : float
-        Range of the Hamiltonian between two changes of the active set, where costates are as exact
-        as the slope of the Lagrangian. Not where a path constraint acts: there `gain` counts.
-    strict : float
-        Worst interval mean of dH/du, in all intervals but those that hold a change of the active
-        set or are next to one. It is relative to terms that cancel, hence wider than `within`.
-    changes : float
-        Part of the duration that these may take, those left out that meet `within` and `strict` all
-        the same. Where it is most of it, little has been tested.
-    hamiltonian : float
-        Mean drift of the Hamiltonian over the whole phase, and its end values at free times.
-        Costates are of first order only in intervals that hold a jump of theirs, so that this is
-        far wider than what holds between changes.
-    slope : float
-        Interval means of dH/du, averaged over time, changes included.
-    concave : float
-        Negative curvature of the Hamiltonian by a free control: rounding of a few products.
-    gain : float
-        What finer controls promise, or other breakpoints where a path constraint acts, relative
-        to the objective: ten times the default of a solve, because the promise is of first order,
-        and often ten times what they give.
-    peak : float
-        Sum and sign of a peak's multipliers: ten times what the solver leaves of the slope of the
-        Lagrangian by the peak.
-
-    Raises
-    ------
-    StatementError
-        For a tolerance that is no positive number.
-    """
-
-    replay: float = 1e-6
-    excess: float = 1e-6
-    objective: float = 1e-5
-    bounds: float = 1e-5
-    feasible: float = 1e-8
-    stationary: float = 1e-5
-    complementary: float = 1e-6
-    shown: float = 1e-9
-    hamiltonian: float = 5e-3
-    slope: float = 1e-3
-    within: float = 1e-5
-    strict: float = 1e-4
-    changes: float = 0.5
-    concave: float = 1e-6
-    gain: float = CERTIFIED_GAIN
-    peak: float = 1e-5
-
-    def __post_init__(self) -> None:
-        for entry in fields(self):
-            value = getattr(self, entry.name)
-            # infinite switches a check off
-            if not (isinstance(value, (int, float)) and value > 0):
-                raise StatementError(
-                    f"the tolerance '{entry.name}' of a certificate is {value!r}; "
-                    "give a positive number"
-                )
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ MOST_DRAWS = 1000  # for designs whose link is longer than their crank
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class BestDesign:
     """What the starts of a co-design came to.
 
     Attributes
@@ -43,7 +43,7 @@ class Found:
     design: Mapping[str, float]
 
 
-def search(study: CodesignStudy, held: Sequence[Requirement], console: Console) -> Found:
+def search(study: CodesignStudy, held: Sequence[Requirement], console: Console) -> BestDesign:
     """Solve from all starts.
 
     Parameters
@@ -97,7 +97,7 @@ def search(study: CodesignStudy, held: Sequence[Requirement], console: Console) 
 
     best = found.optima[0].solution
     design = {u.name.replace(" ", "_"): best.value(u) for u in best.problem.unknowns}
-    return Found(found, statements[best.problem], design)
+    return BestDesign(found, statements[best.problem], design)
 
 
 def _unknowns(study: CodesignStudy, guess: Mapping[str, float]) -> dict[str, Unknown]:

@@ -16,7 +16,7 @@ from ocp import Solution
 from studies.codesign.config import UNITS, CodesignStudy, as_dictionary
 from studies.codesign.prices import Price, prices
 from studies.codesign.requirements import Requirement, check_some_design, requirements
-from studies.codesign.search import STATED, Found, designed, search
+from studies.codesign.search import STATED, BestDesign, designed, search
 from studies.common.comparison_table import TableRow, costs_elsewhere
 from studies.common.console import Console, silent
 from studies.common.folder import provenance
@@ -53,7 +53,7 @@ class Codesign:
     study: CodesignStudy
     stated: BestMotion
     held: Sequence[Requirement]
-    found: Found
+    found: BestDesign
     deployment: Deployment
     prices: Sequence[Price]
 

@@ -29,7 +29,7 @@ from ocp.nlp.failures import counted
 from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import NlpSolver, StartingPoint
 from ocp.problem.problem import Problem
-from ocp.refinement.first_round.search import Found, best_of_several
+from ocp.refinement.first_round.search import FirstMotion, best_of_several
 from ocp.refinement.first_round.starts import PATIENCE, FirstRound, finer_mesh, simulated
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.transcription.transcribe import Transcription
@@ -48,7 +48,7 @@ _ROUND_ABOUT = 150
 _HOPEFUL = {"infeasible", "failed", "budget"}
 
 
-def first_answer(first_round: FirstRound, program: Transcription, result: NlpResult) -> Found:
+def first_answer(first_round: FirstRound, program: Transcription, result: NlpResult) -> FirstMotion:
     """What came of the first mesh from the stated guess, or something better from other starts.
 
     Parameters
@@ -57,8 +57,8 @@ def first_answer(first_round: FirstRound, program: Transcription, result: NlpRes
         What came of the stated guess; its iterations are counted on.
     """
     if result.outcome != "solved" and not _hopeful(first_round.meshes, program, result):
-        return Found(program, result)
-    found = Found(program, result)
+        return FirstMotion(program, result)
+    found = FirstMotion(program, result)
     if _may_be_far(first_round.meshes, result):
         found = best_of_several(first_round, program, result)
     if found.result.outcome in ("solved", "interrupted"):
@@ -95,7 +95,7 @@ def _has_linear_dynamics(problem: Problem) -> bool:
     return True
 
 
-def _sought(first_round: FirstRound, program: Transcription, failed: NlpResult) -> Found:
+def _sought(first_round: FirstRound, program: Transcription, failed: NlpResult) -> FirstMotion:
     """The first mesh from other starts, then a finer one; what failed where none leads anywhere.
 
     Parameters
@@ -103,7 +103,7 @@ def _sought(first_round: FirstRound, program: Transcription, failed: NlpResult) 
     failed : NlpResult
         What came of the starts until now; its iterations are counted on.
     """
-    found = _from_other_starts(first_round, program, Found(program, failed), _GUESSES)
+    found = _from_other_starts(first_round, program, FirstMotion(program, failed), _GUESSES)
     finer = finer_mesh(first_round.meshes, program.mesh)
     if found.result.outcome not in _HOPEFUL or finer is None:
         return found
@@ -115,14 +115,14 @@ def _sought(first_round: FirstRound, program: Transcription, failed: NlpResult) 
 
 
 def _from_other_starts(
-    first_round: FirstRound, program: Transcription, failed: Found, guesses: int
-) -> Found:
+    first_round: FirstRound, program: Transcription, failed: FirstMotion, guesses: int
+) -> FirstMotion:
     """The best answer of one program from other starts, or what failed before."""
     answers, last, starts = list[NlpResult](), failed.result, failed.starts
     for last in first_round.runs(program, _attempts(first_round, program, guesses), failed.result):
         starts += 1
         if last.outcome == "interrupted":
-            return Found(program, last, starts)
+            return FirstMotion(program, last, starts)
         if last.outcome == "solved":
             answers.append(last)
         if len(answers) == _ANSWERS:
@@ -130,7 +130,7 @@ def _from_other_starts(
 
     best = min(answers, key=lambda answer: answer.objective, default=failed.result)
     result = replace(best, iterations=last.iterations, seconds=last.seconds)
-    return Found(program, result, starts)
+    return FirstMotion(program, result, starts)
 
 
 def _attempts(

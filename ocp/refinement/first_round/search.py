@@ -60,7 +60,7 @@ _ROUNDS = 4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Found:
+class FirstMotion:
     """What came of the first mesh.
 
     Attributes
@@ -94,7 +94,9 @@ class _Answer:
     dynamics: float
 
 
-def best_of_several(first_round: FirstRound, program: Transcription, first: NlpResult) -> Found:
+def best_of_several(
+    first_round: FirstRound, program: Transcription, first: NlpResult
+) -> FirstMotion:
     """The best answer from where the guess is and from other starts.
 
     Parameters
@@ -104,28 +106,28 @@ def best_of_several(first_round: FirstRound, program: Transcription, first: NlpR
     """
     answers = [_examined(first_round.meshes, program, first)] if first.outcome == "solved" else []
     mesh = finer_mesh(first_round.meshes, program.mesh)
-    search, coarse = _Search(program, tuple(answers), first, 1), tuple[_Answer, ...]()
+    search, coarse = _FirstMeshSearch(program, tuple(answers), first, 1), tuple[_Answer, ...]()
     search = _searched(first_round, search, may_refine=mesh is not None)
     if search.no_motion and mesh is not None:
         again = first_round.meshes.first_program(None, mesh)
-        finer = _Search(again, (), search.last, search.starts)
+        finer = _FirstMeshSearch(again, (), search.last, search.starts)
         search, coarse = _searched(first_round, finer, may_refine=False), search.answers
 
     last, starts = search.last, search.starts
     if last.outcome == "interrupted":
-        return Found(search.program, last, starts)
+        return FirstMotion(search.program, last, starts)
     if not (search.answers or coarse):
         failed = replace(first, iterations=last.iterations, seconds=last.seconds)
-        return Found(program, failed, starts)
+        return FirstMotion(program, failed, starts)
     best, last = _compared(first_round, (search.answers, coarse), last)
     if last.outcome == "interrupted":
-        return Found(best.program, replace(best.result, outcome="interrupted"), starts)
+        return FirstMotion(best.program, replace(best.result, outcome="interrupted"), starts)
     result = replace(best.result, iterations=last.iterations, seconds=last.seconds)
-    return Found(best.program, result, starts)
+    return FirstMotion(best.program, result, starts)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class _Search:
+class _FirstMeshSearch:
     """A search on one mesh.
 
     Attributes
@@ -148,7 +150,9 @@ class _Search:
     no_motion: bool = False
 
 
-def _searched(first_round: FirstRound, before: _Search, *, may_refine: bool) -> _Search:
+def _searched(
+    first_round: FirstRound, before: _FirstMeshSearch, *, may_refine: bool
+) -> _FirstMeshSearch:
     """The search gone on with, until it has found or done enough.
 
     Parameters
@@ -164,7 +168,7 @@ def _searched(first_round: FirstRound, before: _Search, *, may_refine: bool) -> 
         if last.outcome == "solved":
             answers = (*answers, _examined(first_round.meshes, program, last))
         no_motion = len(answers) >= _ENOUGH and min(answers, key=_value).dynamics > _NO_MOTION
-        search = _Search(program, answers, last, search.starts + 1, no_motion)
+        search = _FirstMeshSearch(program, answers, last, search.starts + 1, no_motion)
 
         if last.outcome == "interrupted" or _settled(answers) or (may_refine and no_motion):
             break

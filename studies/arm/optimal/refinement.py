@@ -24,7 +24,7 @@ from studies.arm.optimal.finished_solves import Solve
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.objectives import RESIDUAL
 from studies.arm.optimal.phase import is_slow
-from studies.arm.optimal.rounds import ASKED, SAME, Again, Round, Trial, aimed, near, refined
+from studies.arm.optimal.rounds import ASKED, SAME, Again, MotionTrial, Round, aimed, near, refined
 from studies.arm.optimal.solve import solve_again
 from studies.arm.replay.full_model import Drive, LockedMotion, rough_steps_for, steps_for
 from studies.arm.search_limits import CALMER_ROUNDS, CORRECTIONS, HOPELESS, LIGHTER
@@ -39,7 +39,7 @@ FLOOR = 1e-9  # [J] below which all replays count as still
 _HEAVIER = (2.0, 10.0)
 ADDED = 0.005  # share of the peak torque that may be added, half of what counts as no change
 
-_T = TypeVar("_T", bound=Trial)
+_T = TypeVar("_T", bound=MotionTrial)
 
 
 @dataclass(frozen=True, eq=False)

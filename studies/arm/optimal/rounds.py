@@ -44,7 +44,7 @@ class Round:
         return max(self.on_full_model / residual, self.miss / (ASKED * MISS))
 
 
-class Trial(Protocol):
+class MotionTrial(Protocol):
     """A motion with its replay, from which the next one is solved."""
 
     @property
@@ -52,7 +52,7 @@ class Trial(Protocol):
         """What it leaves."""
 
 
-_T = TypeVar("_T", bound=Trial)
+_T = TypeVar("_T", bound=MotionTrial)
 Again = Callable[[_T, float, bool], "_T | None"]
 """Solve from a trial: with a weight of the smoothness, and with half the interval or the same."""
 
@@ -64,7 +64,7 @@ def refined(
 
     Parameters
     ----------
-    first : Trial
+    first : MotionTrial
         Solved on one mesh.
     again : callable
         Gives the next trial, None where the solver gives up.
@@ -200,7 +200,7 @@ def _a_halving(heavy: Round, light: Round) -> float:
     return float(1.0 - (light.objective / heavy.objective) ** (1.0 / halvings))
 
 
-def near(found: Trial, residual: float) -> bool:
+def near(found: MotionTrial, residual: float) -> bool:
     """Whether the full model comes so near to rest that an aim can do the rest.
 
     What is far from it is a motion that the mesh does not resolve, whatever its objective.

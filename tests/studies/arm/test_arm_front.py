@@ -10,7 +10,7 @@ from studies.arm.config import as_dictionary, question_from
 from studies.arm.optimal.rounds import MISS
 from studies.arm.optimal.solve import solve_again, solve_stage
 from studies.arm.questions.fronts import study as study_module
-from studies.arm.questions.fronts.laws import Law
+from studies.arm.questions.fronts.laws import TimedLaw
 from studies.arm.questions.fronts.point import AXES, Demand, most_left, unit_of
 from studies.arm.questions.fronts.study import front_result, walked_front
 from studies.arm.questions.fronts.subject import ArmFront, _NotStillError
@@ -192,7 +192,7 @@ def test_ends_that_are_alike_leave_nothing_to_trade_and_a_figure_shows_it(monkey
     walked = walked_front(subject)
     assert len(walked.front.points) == 2
 
-    laws = [Law("Step5", point_at(subject, 8.6, 9.0).motion.values)]
+    laws = [TimedLaw("Step5", point_at(subject, 8.6, 9.0).motion.values)]
     monkeypatch.setattr(study_module, "places_of", lambda laws, keys, still: {})
     result = front_result(subject, walked, laws)
     assert result.passed
@@ -237,7 +237,7 @@ def test_its_result_has_laws_words_and_a_figure(short_front):
     ranges = Ranges((points[0].x, points[-1].x), (points[-1].y, points[0].y))
     walked = Walked(front_of(points, ranges, 2.0), (), stopped=False)
     values = points[0].motion.values | {"peak-torque": 9.0, "residual-energy": 1e-5}
-    laws = [Law(name, values) for name in ("Step5", "Bezier")]
+    laws = [TimedLaw(name, values) for name in ("Step5", "Bezier")]
     result = front_result(subject, walked, laws)
     assert result.kind == "pareto-arm"
     assert result.verdict.kind == "local"

@@ -9,7 +9,7 @@ import pytest
 from studies.arm import draw
 from studies.arm.config import question_from
 from studies.arm.questions.fronts import study as study_module
-from studies.arm.questions.fronts.laws import Law
+from studies.arm.questions.fronts.laws import TimedLaw
 from studies.arm.questions.fronts.point import ArmPoint
 from studies.arm.questions.fronts.study import front
 from studies.arm.questions.fronts.subject import ArmFront
@@ -66,7 +66,7 @@ def arm(monkeypatch):
 
     def laws(stage, durations, console):
         return [
-            Law(name, made_up(ArmFront(of(LEFT), silent()), {"time": T}, "").values)
+            TimedLaw(name, made_up(ArmFront(of(LEFT), silent()), {"time": T}, "").values)
             for T in durations
             for name in ("Step5", "Bezier")
         ]

@@ -17,7 +17,7 @@ LAWS = ("Step5", "Bezier")
 
 
 @dataclass(frozen=True)
-class Law:
+class TimedLaw:
     """A law in one duration.
 
     Attributes
@@ -44,7 +44,7 @@ class Law:
         return f"It leaves {energy:.2g} J, and a point of the front {still:g} J at most."
 
 
-def laws_in(stage: Stage, durations: Sequence[float], console: Console) -> list[Law]:
+def laws_in(stage: Stage, durations: Sequence[float], console: Console) -> list[TimedLaw]:
     """The paper's laws in several durations [s]."""
     found = []
     for duration in durations:
@@ -55,12 +55,12 @@ def laws_in(stage: Stage, durations: Sequence[float], console: Console) -> list[
             replayed = replay_law(at, unit_laws[name], "torque", follow=False)
             energy, torque = replayed.residual_energy, largest_torque(replayed)
             values = duration, energy, torque, largest_deflection(replayed)
-            found.append(Law(name, dict(zip(AXES, values, strict=True))))
+            found.append(TimedLaw(name, dict(zip(AXES, values, strict=True))))
     return found
 
 
 def places_of(
-    laws: Sequence[Law], keys: Sequence[str], still: float
+    laws: Sequence[TimedLaw], keys: Sequence[str], still: float
 ) -> dict[str, list[tuple[float, ...]]]:
-    """Where laws are beside a front of some quantities, by their names; see `Law.place`."""
+    """Where laws are beside a front of some quantities, by their names; see `TimedLaw.place`."""
     return {name: [law.place(keys, still) for law in laws if law.name == name] for name in LAWS}

@@ -11,7 +11,7 @@ import numpy as np
 from ocp.arrays import Array
 from studies.arm.config import as_dictionary
 from studies.arm.optimal.rounds import SAME
-from studies.arm.questions.fronts.laws import Law, laws_in, places_of
+from studies.arm.questions.fronts.laws import TimedLaw, laws_in, places_of
 from studies.arm.questions.fronts.motions import motion_details, motion_series
 from studies.arm.questions.fronts.point import AXES, ArmPoint
 from studies.arm.questions.fronts.subject import ArmFront
@@ -76,7 +76,7 @@ def _span(walked: Walked) -> tuple[float, float]:
     return points[0].x, points[-1].x
 
 
-def laws_beside(study: TradeOffStudy, limits: Sequence[float], console: Console) -> list[Law]:
+def laws_beside(study: TradeOffStudy, limits: Sequence[float], console: Console) -> list[TimedLaw]:
     """The paper's laws in the durations of slices, along a front of it, or in the stage's.
 
     Parameters
@@ -91,7 +91,7 @@ def laws_beside(study: TradeOffStudy, limits: Sequence[float], console: Console)
     return laws_in(study.slew, durations, console)
 
 
-def front_result(subject: ArmFront, walked: Walked, laws: Sequence[Law]) -> Result:
+def front_result(subject: ArmFront, walked: Walked, laws: Sequence[TimedLaw]) -> Result:
     """The result of a front, with the paper's laws beside it."""
     study, found = subject.study, walked.front
     x, y = axes = AXES[subject.limited], AXES[subject.least]
@@ -139,7 +139,7 @@ def front_result(subject: ArmFront, walked: Walked, laws: Sequence[Law]) -> Resu
     )
 
 
-def surface_result(study: TradeOffStudy, stack: Stack, laws: Sequence[Law]) -> Result:
+def surface_result(study: TradeOffStudy, stack: Stack, laws: Sequence[TimedLaw]) -> Result:
     """The result of a surface, with the paper's laws beside it."""
     surface, chosen = stack.surface, middle_of(stack.surface)
     axes = SurfaceAxes(*(AXES[name] for name in study.objectives))
@@ -183,14 +183,14 @@ def surface_result(study: TradeOffStudy, stack: Stack, laws: Sequence[Law]) -> R
     )
 
 
-def _nearest(study: TradeOffStudy, laws: Sequence[Law], chosen: ArmPoint) -> list[Law]:
+def _nearest(study: TradeOffStudy, laws: Sequence[TimedLaw], chosen: ArmPoint) -> list[TimedLaw]:
     """The laws in the duration that is nearest to a point's, of those that were looked at."""
     duration = chosen.values["time"]
     nearest = min((law.values["time"] for law in laws), key=lambda one: abs(one - duration))
     return [law for law in laws if law.values["time"] == nearest]
 
 
-def _left_words(study: TradeOffStudy, law: Law) -> str:
+def _left_words(study: TradeOffStudy, law: TimedLaw) -> str:
     """What a law leaves, where that is none of the axes."""
     return "" if RESIDUAL_ENERGY in study.objectives else f" {law.left(study.still)}"
 
