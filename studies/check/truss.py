@@ -23,7 +23,7 @@ from studies.check.smoothing.recovery import how_smoothed, sure
 from studies.check.truss_profile import TrussProfile, recover_truss
 from studies.common.comparison_table import TableRow
 from studies.common.console import Console, number
-from studies.common.result import Criterion, Result, Series, outcome
+from studies.common.result import Criterion, Result, Series, at_most, outcome
 from studies.truss.checks import cap_of, table_rows
 from studies.truss.config import DEPLOYED, TrussStudy, as_dictionary
 from studies.truss.limits.bounds import lower_bounds
@@ -214,13 +214,8 @@ def _criteria(
     noisy = law.speed.min() < 0 or law.angle.max() > DEPLOYED
     if not noisy:  # noise that was taken back has no energy of its own
         imbalance = deployment.energies.imbalance
-        limit = IMBALANCE
-        held.append(Criterion("energy imbalance", "1", imbalance, limit, imbalance <= limit))
+        held.append(at_most("energy imbalance", "1", imbalance, IMBALANCE))
     return tuple(held)
-
-
-def _at_most(name: str, unit: str, value: float, limit: float) -> Criterion:
-    return Criterion(name, unit, float(value), float(limit), bool(value <= limit))
 
 
 def _at_the_ends(
@@ -236,7 +231,7 @@ def _at_the_ends(
     for place, (time, angle, word) in enumerate(wanted):
         miss = abs(float(ends.angle[place]) - angle)
         limit = PROFILE_MISS + recovered.deviation(time, 0)
-        held.append(_at_most(f"miss of the {word} angle", "rad", miss, limit))
+        held.append(at_most(f"miss of the {word} angle", "rad", miss, limit))
     rates = [("speed", 1, "rad/s", ends.speed, "peak-speed")]
     if study.jerk_limited:  # else zero acceleration means nothing
         rates.append(("acceleration", 2, "rad/s^2", ends.acceleration, "peak-acceleration"))
@@ -244,7 +239,7 @@ def _at_the_ends(
         place = int(np.argmax(np.abs(values)))
         limit = REST * ranges[key].value + recovered.deviation((0.0, duration)[place], order)
         worst = abs(float(values[place]))
-        held.append(_at_most(f"{word} at the {('start', 'end')[place]}", unit, worst, limit))
+        held.append(at_most(f"{word} at the {('start', 'end')[place]}", unit, worst, limit))
     return held
 
 
