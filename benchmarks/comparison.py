@@ -9,10 +9,6 @@ from benchmarks.records import TOTALS, Record
 from studies.common.console import Table, number
 
 MORE_ITERATIONS = 0.05  # part of the total that a change of the code may cost
-FORMER_CHECKS = {  # beginnings of names of checks, and what they were when the baseline was made
-    "between changes of": "between corners of",
-    "active-set changes of": "corners of",
-}
 
 
 @dataclass(frozen=True)
@@ -76,9 +72,8 @@ def _complaints(before: Record, after: Record) -> list[str]:
     if change is not None and not abs(change) <= tolerance:
         found.append(f"{after.name}: the value differs by {change:+.1e}, more than {tolerance:.0e}")
 
-    # checks may be renamed or added: what counts is a new failure, or fewer that pass
-    known = {*before.failed_checks, *(_former(name) for name in before.failed_checks)}
-    failed_anew_names = sorted(n for n in after.failed_checks if not {n, _former(n)} & known)
+    # checks may be added: what counts is a new failure, or fewer that pass
+    failed_anew_names = sorted(set(after.failed_checks) - set(before.failed_checks))
     if failed_anew_names:
         found.append(f"{after.name}: the certificate lost {', '.join(failed_anew_names)}")
     elif after.passed_checks < before.passed_checks:
@@ -86,13 +81,6 @@ def _complaints(before: Record, after: Record) -> list[str]:
             f"{after.name}: {after.passed_checks} checks pass, {before.passed_checks} before"
         )
     return found
-
-
-def _former(check: str) -> str:
-    """The name of a check when the baseline was made."""
-    for now, then in FORMER_CHECKS.items():
-        check = check.replace(now, then, 1)
-    return check
 
 
 def record_table(records: Mapping[str, Record]) -> Table:

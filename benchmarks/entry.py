@@ -10,7 +10,7 @@ from pathlib import Path
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 
-Command = Callable[[argparse.Namespace, Console], ExitCode]
+Command = Callable[[argparse.Namespace, Console], int]
 
 
 def answer_for(

@@ -13,7 +13,7 @@ from studies.common.console import Console, Table
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Record = Mapping[str, Any]
+Measured = Mapping[str, Any]
 
 
 class Listed(NamedTuple):
@@ -77,13 +77,13 @@ class Setup:
 class BenchmarkPart(Protocol):
     """What the module of a part defines, or its object."""
 
-    def measure(self, setup: Setup) -> Iterator[Record]:
+    def measure(self, setup: Setup) -> Iterator[Measured]:
         """Measure, and hand out the record each time something was added to it."""
 
-    def tables(self, record: Record) -> list[Table]:
+    def tables(self, record: Measured) -> list[Table]:
         """Return what is printed."""
 
-    def draw(self, record: Record) -> Figure | None:
+    def draw(self, record: Measured) -> Figure | None:
         """Return the figure, if there is one."""
 
 

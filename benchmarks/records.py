@@ -12,13 +12,15 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from studies.common.exit_codes import StudyError
+
 ROOT = Path(__file__).resolve().parents[1]
 MEASURED = ("ocp", "models", "studies")  # the packages whose state a file of records belongs to
 LIBRARIES = ("casadi", "numpy", "scipy")
 TOTALS = "all"  # name of the row of sums in a table
 
 
-class RecordError(Exception):
+class RecordError(StudyError):
     """A file of records that cannot be used: one sentence with the remedy."""
 
 

@@ -7,16 +7,14 @@ nothing worse.
 from __future__ import annotations
 
 import argparse
-import json
-import os
-import subprocess
 import sys
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.cases import names
 from benchmarks.comparison import compare, comparison_table, record_table
+from benchmarks.entry import answer_for
+from benchmarks.processes import FreshProcess
 from benchmarks.records import (
     ROOT,
     Record,
@@ -28,19 +26,12 @@ from benchmarks.records import (
 )
 from studies.common.console import Console, number
 
-# one thread a case: threads that wait for each other would count as processor time
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+LONGEST = 3600.0  # [s] that a case may last; the slowest takes half a minute
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Carry out the command; return its exit code."""
-    options = _parser().parse_args(arguments)
-    console = Console()
-    try:
-        return _run(options, console)
-    except RecordError as error:
-        console.complain(str(error))
-        return 2
+    return answer_for(_parser(), _run, arguments)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -146,22 +137,11 @@ def _opened(output: Path | None, fresh: bool) -> RecordFile:
 
 def _measured(name: str) -> Record:
     """The record of a case, solved in a process of its own; a crash is a record too."""
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "record.json"
-        done = subprocess.run(
-            [sys.executable, "-m", "benchmarks.cases", name, str(file)],
-            cwd=ROOT,
-            env={**os.environ, **dict.fromkeys(THREADS, "1")},
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            text=True,
-            check=False,
-        )
-        if done.returncode == 0:
-            return record_from(json.loads(file.read_text("utf-8")))
-    last = (done.stderr.strip().splitlines() or ["it said nothing"])[-1]
-    failure = f"the process ended with code {done.returncode}: {last}"
-    return Record(name, None, 0.0, 0, 0, 0.0, failure=failure)
+    command = (sys.executable, "-m", "benchmarks.cases", name)
+    answered = FreshProcess(command, {"PYTHONPATH": str(ROOT)}).run(limit=LONGEST)
+    if answered.answer is None:
+        return Record(name, None, 0.0, 0, 0, 0.0, failure=answered.failure)
+    return record_from(answered.answer)
 
 
 def _line(record: Record) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from benchmarks.entry import add_results_flags, answer_for, positive, whole
-from benchmarks.parts import PARTS, Record, Setup, part
+from benchmarks.parts import PARTS, Measured, Setup, part
 from benchmarks.records import ROOT
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
@@ -95,7 +95,7 @@ def _measured(name: str, setup: Setup, folder: ResultsFolder) -> bool:
     return finished
 
 
-def _report(name: str, record: Record, console: Console, folder: ResultsFolder) -> None:
+def _report(name: str, record: Measured, console: Console, folder: ResultsFolder) -> None:
     """Print the tables of a part and write them and its figure."""
     text = "\n\n".join(str(table) for table in part(name).tables(record))
     console.say(f"\n{text}")

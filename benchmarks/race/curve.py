@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from benchmarks.parts import Record, Setup
+from benchmarks.parts import Measured, Setup
 from benchmarks.race.contestants import PROBLEMS, taking_part
 from benchmarks.race.medians import TITLES, error_cells
 from studies.common.console import Table, number
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def measure(setup: Setup) -> Iterator[Record]:
+def measure(setup: Setup) -> Iterator[Measured]:
     """Run every contestant once on each of its meshes; see `BenchmarkPart`."""
     from benchmarks.race.runs import Entry, processes_of, race
 
@@ -32,7 +32,7 @@ def measure(setup: Setup) -> Iterator[Record]:
         yield {"limit": setup.limit, "rows": [entry.record() for entry in state]}
 
 
-def tables(record: Record) -> list[Table]:
+def tables(record: Measured) -> list[Table]:
     """Return one table for each problem."""
     head = ("contestant", "size", "solve [s]", "process [s]", "end [rad]", "peak", "caps", "")
     note = "size: as each contestant's script says (intervals; ours: -log10 of a tolerance)."
@@ -44,13 +44,13 @@ def tables(record: Record) -> list[Table]:
     return by_problem
 
 
-def _cells(row: Record) -> tuple[str, ...]:
+def _cells(row: Measured) -> tuple[str, ...]:
     seconds = (number(row["medians"][column], 3) for column in ("solve", "process"))
     verdict = "right" if row["right"] else row["why not"]
     return (row["title"], str(row["size"]), *seconds, *error_cells(row["check"]), verdict)
 
 
-def draw(record: Record) -> Figure:
+def draw(record: Measured) -> Figure:
     """Draw the error of the peak or the excess of a cap, whichever is larger, against seconds."""
     from benchmarks.race.plots import curves
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from benchmarks.parts import Record, Setup
+from benchmarks.parts import Measured, Setup
 from benchmarks.race.contestants import BASELINES, OURS, PEERS, PROBLEMS, taking_part
 from studies.common.console import Table, number
 
@@ -26,7 +26,7 @@ NOTES = (
 )
 
 
-def measure(setup: Setup) -> Iterator[Record]:
+def measure(setup: Setup) -> Iterator[Measured]:
     """Run the race; see `BenchmarkPart`."""
     from benchmarks.race.runs import Entry, processes_of, race
 
@@ -40,7 +40,7 @@ def measure(setup: Setup) -> Iterator[Record]:
         yield {"repeats": setup.repeats, "limit": setup.limit, "rows": rows}
 
 
-def tables(record: Record) -> list[Table]:
+def tables(record: Measured) -> list[Table]:
     """Return one table for each problem, and the ratios."""
     head = ("contestant", *SECONDS, "memory [MiB]", "end [rad]", "peak", "caps", "")
     by_problem = []
@@ -50,7 +50,7 @@ def tables(record: Record) -> list[Table]:
     return [*by_problem, _ratio_table(record)]
 
 
-def _cells(row: Record) -> tuple[str, ...]:
+def _cells(row: Measured) -> tuple[str, ...]:
     columns = (*(name.replace(" ", "_") for name in SECONDS), "memory")
     return (
         row["title"],
@@ -67,14 +67,14 @@ def error_cells(check: Mapping[str, Any] | None) -> tuple[str, str, str]:
     return (f"{check['miss']:+.0e}", f"{check['peak_error']:+.1e}", f"{check['excess']:.0e}")
 
 
-def _ratio_table(record: Record) -> Table:
+def _ratio_table(record: Measured) -> Table:
     by_problem = [_ratios(record, problem) for problem in PROBLEMS]
     rows = [(name, *(number(ratios[name], 3) for ratios in by_problem)) for name in by_problem[0]]
     note = "a dash: one of the two is missing or not right."
     return Table("Ratios of medians", ("ratio", *PROBLEMS), rows, (note,))
 
 
-def _ratios(record: Record, problem: str) -> dict[str, float | None]:
+def _ratios(record: Measured, problem: str) -> dict[str, float | None]:
     """Ours to the best right baseline and the fastest right peer, the baselines to rockit."""
     right = {
         row["contestant"]: row["medians"]
@@ -111,7 +111,7 @@ def _quotient(above: float | None, below: float | None) -> float | None:
     return None if above is None or not below else above / below
 
 
-def draw(record: Record) -> Figure:
+def draw(record: Measured) -> Figure:
     """Draw the seconds of each contestant."""
     from benchmarks.race.plots import bars
 

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from benchmarks.parts import Record, Setup
+from benchmarks.parts import Measured, Setup
 from benchmarks.speed.sweep import median_cells, sweep
 from studies.common.console import Table
 
 DURATIONS = (86.0,)  # [s]
 
 
-def measure(setup: Setup) -> Iterator[Record]:
+def measure(setup: Setup) -> Iterator[Measured]:
     """Measure; see `BenchmarkPart`."""
     return sweep("arm", DURATIONS, setup)
 
 
-def tables(record: Record) -> list[Table]:
+def tables(record: Measured) -> list[Table]:
     """Return seconds and memory."""
     head = ("duration [s]", "solve [s]", "process [s]", "memory [MiB]", "converged")
     rows = []
@@ -27,5 +27,5 @@ def tables(record: Record) -> list[Table]:
     return [Table("Stage of the big arm on the reduced model, medians", head, rows, (note,))]
 
 
-def draw(record: Record) -> None:
+def draw(record: Measured) -> None:
     """Draw nothing: one number."""

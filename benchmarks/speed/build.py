@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from time import process_time
 from typing import TYPE_CHECKING, Any
 
-from benchmarks.parts import Record, Setup
+from benchmarks.parts import Measured, Setup
 from studies.common.console import Table
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ MODULES = (24, 1000)
 TARGET = 0.1  # [s], of one build
 
 
-def measure(setup: Setup) -> Iterator[Record]:
+def measure(setup: Setup) -> Iterator[Measured]:
     """Build repeatedly in this process, after one build that loads everything; see `BenchmarkPart`.
 
     Each row has the modules of the truss, the size of the program, and the medians of `statement`,
@@ -74,7 +74,7 @@ def _build(study: TrussStudy) -> dict[str, Any]:
     }
 
 
-def tables(record: Record) -> list[Table]:
+def tables(record: Measured) -> list[Table]:
     """Return seconds and sizes."""
     rows = []
     for row in record["rows"]:
@@ -98,5 +98,5 @@ def tables(record: Record) -> list[Table]:
     ]
 
 
-def draw(record: Record) -> None:
+def draw(record: Measured) -> None:
     """Draw nothing: two rows of numbers."""

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from benchmarks.parts import Record, Setup
+from benchmarks.parts import Measured, Setup
 from benchmarks.speed.sweep import median, median_cells, sweep
 from studies.common.console import Table, number
 
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 ELEMENTS = (4, 8, 16, 32, 64)
 
 
-def measure(setup: Setup) -> Iterator[Record]:
+def measure(setup: Setup) -> Iterator[Measured]:
     """Measure; see `BenchmarkPart`."""
     return sweep("elements", ELEMENTS, setup)
 
 
-def tables(record: Record) -> list[Table]:
+def tables(record: Measured) -> list[Table]:
     """Return the seconds against elements."""
     head = (
         "elements",
@@ -41,7 +41,7 @@ def tables(record: Record) -> list[Table]:
     return [Table("Single pendulum of ANCF elements, 1.3 s, medians", head, rows, (note,))]
 
 
-def _cells(row: Record) -> tuple[str, ...]:
+def _cells(row: Measured) -> tuple[str, ...]:
     step = _milliseconds_a_step(row)
     return (
         str(row["value"]),
@@ -54,12 +54,12 @@ def _cells(row: Record) -> tuple[str, ...]:
     )
 
 
-def _milliseconds_a_step(row: Record) -> float | None:
+def _milliseconds_a_step(row: Measured) -> float | None:
     solve, steps = median(row, "solve"), median(row, "steps")
     return 1e3 * solve / steps if solve and steps else None
 
 
-def draw(record: Record) -> Figure:
+def draw(record: Measured) -> Figure:
     """Draw the seconds, and those per step."""
     from benchmarks.speed.plots import panels
 

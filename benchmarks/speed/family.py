@@ -19,7 +19,7 @@ from unittest import mock
 
 import numpy as np
 
-from benchmarks.parts import Record, Setup
+from benchmarks.parts import Measured, Setup
 from benchmarks.race.rows.problems import DURATION, END, JERK_CAP, START
 from studies.common.console import Table, number
 
@@ -77,7 +77,7 @@ def optimum(cap: float) -> float:
     return cap / 2 * (duration / 2 - root)
 
 
-def measure(setup: Setup, members: int = MEMBERS) -> Iterator[Record]:
+def measure(setup: Setup, members: int = MEMBERS) -> Iterator[Measured]:
     """Measure; see `BenchmarkPart`."""
     from ocp import family, solve
 
@@ -153,12 +153,12 @@ def timed_inside() -> Iterator[Inside]:
         yield inside
 
 
-def overhead(record: Record) -> float:
+def overhead(record: Measured) -> float:
     """Return the time of the family alone over that inside IPOPT."""
     return float(record["family"] / record["inside"])
 
 
-def faster(record: Record) -> float | None:
+def faster(record: Measured) -> float | None:
     """Return how many times longer the cold solves take than family, refinement and replay."""
     cold, verified = (_total(record[what]) for what in ("cold", "verified"))
     if len(record["verified"]) < len(record["caps"]):
@@ -166,7 +166,7 @@ def faster(record: Record) -> float | None:
     return cold / (record["family"] + verified)
 
 
-def differences(record: Record) -> dict[str, float]:
+def differences(record: Measured) -> dict[str, float]:
     """Return the largest relative differences of the objectives: of what from what."""
     exact = [optimum(cap) for cap in record["caps"]]
     cold, verified = ([row["objective"] for row in record[what]] for what in ("cold", "verified"))
@@ -186,7 +186,7 @@ def _total(rows: Sequence[Mapping[str, Any]]) -> float:
     return float(sum(row["seconds"] for row in rows))
 
 
-def tables(record: Record) -> list[Table]:
+def tables(record: Measured) -> list[Table]:
     """Return the seconds, their ratios, and how far the answers are apart."""
     members = len(record["caps"])
     rows = [
@@ -220,7 +220,7 @@ def tables(record: Record) -> list[Table]:
     return [Table(title, ("", ""), rows, notes)]
 
 
-def draw(record: Record) -> Figure:
+def draw(record: Measured) -> Figure:
     """Draw the seconds of each member."""
     from benchmarks.speed.plots import points
 

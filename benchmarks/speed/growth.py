@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from benchmarks.parts import Record, Setup
+from benchmarks.parts import Measured, Setup
 from benchmarks.speed.sweep import first, median, median_cells, sweep
 from studies.common.console import Table, number
 
@@ -16,24 +16,24 @@ if TYPE_CHECKING:
 INTERVALS = (100, 300, 1000, 3000, 5000, 10_000, 20_000)
 
 
-def measure(setup: Setup) -> Iterator[Record]:
+def measure(setup: Setup) -> Iterator[Measured]:
     """Measure; see `BenchmarkPart`."""
     return sweep("growth", INTERVALS, setup)
 
 
-def per_interval(row: Record) -> float | None:
+def per_interval(row: Measured) -> float | None:
     """Return the processor seconds of the solve per interval and iteration."""
     solve, iterations = median(row, "solve"), first(row, "iterations")
     return solve / first(row, "intervals") / iterations if solve and iterations else None
 
 
-def memory_per_interval(row: Record) -> float | None:
+def memory_per_interval(row: Measured) -> float | None:
     """Return the peak memory above that of the imports, per interval [KiB]."""
     peak, base = median(row, "memory"), median(row, "imports")
     return None if peak is None or base is None else 1024 * (peak - base) / row["value"]
 
 
-def tables(record: Record) -> list[Table]:
+def tables(record: Measured) -> list[Table]:
     """Return seconds and memory against intervals."""
     head = (
         "intervals",
@@ -53,7 +53,7 @@ def tables(record: Record) -> list[Table]:
     return [Table(title, head, [_cells(row) for row in record["rows"]], (note,))]
 
 
-def _cells(row: Record) -> tuple[str, ...]:
+def _cells(row: Measured) -> tuple[str, ...]:
     each, set_up, solve = per_interval(row), median(row, "set_up"), median(row, "solve")
     status = row["failure"] or str(first(row, "status"))
     return (
@@ -68,7 +68,7 @@ def _cells(row: Record) -> tuple[str, ...]:
     )
 
 
-def draw(record: Record) -> Figure:
+def draw(record: Measured) -> Figure:
     """Draw seconds per interval and iteration, set-up beside solve, and memory."""
     from benchmarks.speed.plots import panels
 

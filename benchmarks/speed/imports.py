@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from benchmarks.parts import Record, Setup
+from benchmarks.parts import Measured, Setup
 from benchmarks.records import ROOT
 from studies.common.console import Table, number
 from studies.common.exit_codes import StudyError
@@ -31,7 +31,7 @@ OURS = ("ocp", "models", "studies")
 LINE = re.compile(r"import time:\s*(\d+) \|\s*(\d+) \|\s*(\S+)")  # of `python -X importtime`
 
 
-def measure(setup: Setup) -> Iterator[Record]:
+def measure(setup: Setup) -> Iterator[Measured]:
     """Time each start, and take its imports apart; see `BenchmarkPart`."""
     starts: dict[str, dict[str, Any]] = {name: {"seconds": []} for name in STARTS}
     for _ in range(setup.repeats):
@@ -66,7 +66,7 @@ def packages(said: str) -> dict[str, float]:
     return seconds
 
 
-def tables(record: Record) -> list[Table]:
+def tables(record: Measured) -> list[Table]:
     """Return the seconds in all, and of the heavy packages."""
     head = ("start", "process [s]", "imports [s]", *(f"{name} [s]" for name in HEAVY), "ours [s]")
     rows = []
@@ -80,7 +80,7 @@ def tables(record: Record) -> list[Table]:
     return [Table("What loads", head, rows, (note,))]
 
 
-def draw(record: Record) -> Figure:
+def draw(record: Measured) -> Figure:
     """Draw a bar for each start."""
     from benchmarks.speed.plots import labelled_bars
 

@@ -18,7 +18,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from benchmarks.parts import Record, Setup
+from benchmarks.parts import Measured, Setup
 from benchmarks.processes import THREADS
 from benchmarks.race.contestants import PROBLEMS, ROWS
 from benchmarks.records import ROOT
@@ -43,7 +43,7 @@ _OBJECT = re.compile(r"c?ob=\((\d+)\)(?: (.*))?$")
 _COST = re.compile(r"[+*-]?\d*(?: [+*-]?\d+)? (\d+)$")
 
 
-def measure(setup: Setup) -> Iterator[Record]:
+def measure(setup: Setup) -> Iterator[Measured]:
     """Count for each problem, and for the imports; see `BenchmarkPart`."""
     if shutil.which(TOOL) is None:
         setup.console.progress(f"there is no {TOOL} here: instructions are not counted")
@@ -135,7 +135,7 @@ def by_owner(libraries: Mapping[str, int]) -> dict[str, int]:
     return counts
 
 
-def tables(record: Record) -> list[Table]:
+def tables(record: Measured) -> list[Table]:
     """Return the counts, and those of a mesh round without the imports."""
     owners = (*OWNERS, REST)
     head = ("", *owners, "all")
@@ -156,7 +156,7 @@ def _row(name: str, counts: list[Any]) -> tuple[str, ...]:
     return (name, *(number(count / 1e9, 3) for count in (*counts, sum(counts))))
 
 
-def draw(record: Record) -> Figure:
+def draw(record: Measured) -> Figure:
     """Draw a bar for each problem and owner."""
     from benchmarks.speed.plots import labelled_bars
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from benchmarks.parts import Record, Setup
+from benchmarks.parts import Measured, Setup
 from benchmarks.speed.growth import per_interval
 from benchmarks.speed.sweep import median, median_cells, sweep
 from studies.common.console import Table, number
@@ -18,12 +18,12 @@ MODULES = (6, 12, 24, 50, 100, 300, 1000)
 INTERVALS = 100  # as in `child.modules`
 
 
-def measure(setup: Setup) -> Iterator[Record]:
+def measure(setup: Setup) -> Iterator[Measured]:
     """Measure; see `BenchmarkPart`."""
     return sweep("modules", MODULES, setup)
 
 
-def tables(record: Record) -> list[Table]:
+def tables(record: Measured) -> list[Table]:
     """Return seconds against modules."""
     head = (
         "modules",
@@ -40,7 +40,7 @@ def tables(record: Record) -> list[Table]:
     return [Table(title, head, [_cells(row) for row in record["rows"]], (note,))]
 
 
-def _cells(row: Record) -> tuple[str, ...]:
+def _cells(row: Measured) -> tuple[str, ...]:
     return (
         str(row["value"]),
         *median_cells(row, "unknowns", digits=6),
@@ -51,12 +51,12 @@ def _cells(row: Record) -> tuple[str, ...]:
     )
 
 
-def _milliseconds_an_iteration(row: Record) -> float | None:
+def _milliseconds_an_iteration(row: Measured) -> float | None:
     each = per_interval(row)
     return 1e3 * INTERVALS * each if each else None
 
 
-def draw(record: Record) -> Figure:
+def draw(record: Measured) -> Figure:
     """Draw set-up and time per iteration."""
     from benchmarks.speed.plots import panels
 

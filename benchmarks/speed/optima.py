@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from benchmarks.parts import Record, Setup
+from benchmarks.parts import Measured, Setup
 from benchmarks.speed.sweep import first, median, median_cells, sweep
 from studies.common.console import Table, number
 
@@ -13,14 +13,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def measure(setup: Setup) -> Iterator[Record]:
+def measure(setup: Setup) -> Iterator[Measured]:
     """Measure each problem once; see `BenchmarkPart`."""
     from studies.benchmarks.problems import CATALOGUE
 
     return sweep("benchmark", tuple(CATALOGUE), setup, repeats=1)
 
 
-def tables(record: Record) -> list[Table]:
+def tables(record: Measured) -> list[Table]:
     """Return the seconds of each problem, and in total."""
     counts = ("rounds", "iterations", "intervals")
     head = ("problem", "solve [s]", *counts, "error", "memory [MiB]", "")
@@ -33,7 +33,7 @@ def tables(record: Record) -> list[Table]:
     return [Table("Problems with known optima, default settings", head, rows, (note,))]
 
 
-def _cells(row: Record, counts: tuple[str, ...]) -> tuple[str, ...]:
+def _cells(row: Measured, counts: tuple[str, ...]) -> tuple[str, ...]:
     error = first(row, "error")
     return (
         str(row["value"]),
@@ -45,7 +45,7 @@ def _cells(row: Record, counts: tuple[str, ...]) -> tuple[str, ...]:
     )
 
 
-def draw(record: Record) -> Figure:
+def draw(record: Measured) -> Figure:
     """Draw a bar for each problem."""
     from benchmarks.speed.plots import labelled_bars
 

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from benchmarks.parts import Record, Setup
+from benchmarks.parts import Measured, Setup
 from benchmarks.speed.sweep import first, median, median_cells, sweep
 from studies.common.console import Table, number
 
@@ -35,11 +35,11 @@ class Size:
     title: str
     values: tuple[int, ...]
 
-    def measure(self, setup: Setup) -> Iterator[Record]:
+    def measure(self, setup: Setup) -> Iterator[Measured]:
         """Measure; see `BenchmarkPart`."""
         return sweep(self.kind, self.values, setup)
 
-    def tables(self, record: Record) -> list[Table]:
+    def tables(self, record: Measured) -> list[Table]:
         """Return seconds, work and memory against the size."""
         head = (
             self.kind,
@@ -55,7 +55,7 @@ class Size:
         )
         return [Table(f"{self.title}, medians", head, [_cells(row) for row in record["rows"]])]
 
-    def draw(self, record: Record) -> Figure:
+    def draw(self, record: Measured) -> Figure:
         """Draw seconds, those for equal work, and memory."""
         from benchmarks.speed.plots import panels
 
@@ -81,7 +81,7 @@ class Size:
         )
 
 
-def _cells(row: Record) -> tuple[str, ...]:
+def _cells(row: Measured) -> tuple[str, ...]:
     certified = first(row, "certified")
     return (
         str(row["value"]),
@@ -94,7 +94,7 @@ def _cells(row: Record) -> tuple[str, ...]:
     )
 
 
-def _milliseconds(row: Record) -> float:
+def _milliseconds(row: Measured) -> float:
     solve, work = median(row, "solve"), median(row, "work")
     return 1e3 * solve / work if solve and work else math.nan
 

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from benchmarks.parts import Record, Setup
+from benchmarks.parts import Measured, Setup
 from benchmarks.processes import FreshProcess
 from benchmarks.records import ROOT
 from studies.common.console import number
@@ -23,7 +23,7 @@ def child(kind: str) -> FreshProcess:
 
 def sweep(
     kind: str, values: Sequence[Any], setup: Setup, repeats: int | None = None
-) -> Iterator[Record]:
+) -> Iterator[Measured]:
     """Measure `kind` at all values in turn, several times; a failure is not repeated.
 
     Each record has `rows`: value, runs (what the child wrote, with the whole process's seconds)

@@ -99,13 +99,6 @@ class Assembly:
         kinetic = 0.5 * (rate * (self.mass @ rate)).sum(axis=0)
         return kinetic, self.strain_energy(x), -self.gravity @ x
 
-    def internal_force(self, x: Array) -> Array:
-        """Gradient of (6) [N], (n, s)."""
-        slope = (self.slope @ x).reshape(2, len(self.axial), -1)
-        N = self.axial[:, None] * 0.5 * ((slope**2).sum(axis=0) - 1.0)
-        weighted = (slope * (self.weight[:, None] * N)).reshape(2 * len(self.axial), -1)
-        return np.asarray(self.slope.T @ weighted + self.bending @ x)
-
     def tangent(self, x: Array, axial_force: Array | None = None) -> Array:
         """Hessian of (6) at one configuration x (n,), dense (n, n) [N/m].
 

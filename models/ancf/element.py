@@ -83,25 +83,6 @@ def strain_energy(e: Any, EA: Any, EI: Any, L: Any) -> Any:
     return energy
 
 
-def secant_stiffness(e: Any, EA: Any, EI: Any, L: Any) -> Any:
-    """Return K_l + K_n of (8)-(9), (8, 8): times `e` it is the gradient of (6)."""
-    nodes = ca.reshape(e, 2, 4)
-    k = ca.SX.zeros(4, 4)
-
-    # K_n depends on the coordinates through the strain.
-    for xi, weight in zip(*gauss_legendre(AXIAL_POINTS), strict=True):
-        row = _symbolic_row(xi, L, 1)
-        slope = nodes @ row
-        k += weight * L * EA * (ca.dot(slope, slope) - 1) / 2 * row @ row.T
-
-    # K_l is constant.
-    for xi, weight in zip(*gauss_legendre(BENDING_POINTS), strict=True):
-        row = _symbolic_row(xi, L, 2)
-        k += weight * L * EI * row @ row.T
-
-    return ca.kron(k, ca.SX.eye(2))
-
-
 @lru_cache(maxsize=1)
 def element_kernel() -> ca.Function:
     """Compile one element: `(e, EA, EI, L) -> (energy, gradient (8,), tangent (8, 8))`.

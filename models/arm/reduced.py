@@ -26,7 +26,7 @@ from typing import Any, Literal
 import casadi as ca
 import numpy as np
 
-from models.ancf.chain import Chain, Link
+from models.ancf.chain import Link
 from models.ancf.element import mass_matrix, shape_row
 from models.arm.parameters import ArmParameters
 from models.arrays import Array
@@ -272,10 +272,6 @@ class ReducedArm:
         elbow = elbow if self.elbow_lock is None else self.elbow_lock
         straight = dict.fromkeys(COORDINATES, 0.0) | {"theta1": root, "theta2": root + elbow}
         return np.array([straight[name] for name in self.coordinates])
-
-    def full_chain(self, elements: int = 8) -> Chain:
-        """The full ANCF model of the same arm."""
-        return self.parameters.chain(elements)
 
     def _symbols(self) -> tuple[Any, Any, Any]:
         n = self.size

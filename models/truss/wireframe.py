@@ -142,11 +142,6 @@ def _fixed_parts(parameters: TrussParameters, first: int) -> tuple[Array, Array,
     return points, np.array([[first, first + 1]]), first + 2 + np.array(edges)
 
 
-def path_lengths(points: Array, path: Array) -> Array:
-    """Length [m] of each segment of a path, shape (segments,), through points (p, 3)."""
-    return np.linalg.norm(np.diff(points[path], axis=0), axis=1)
-
-
 def wrap_angles(parameters: TrussParameters) -> Array:
     """Wrap angle up to segment k of a rope as `w_0 + w_1 alpha` [rad], shape (4 n, 2), (29)."""
     within = ((0.0, 0.0), (math.pi, -1.0), (2 * math.pi, -3.0), (3 * math.pi, -4.0))

@@ -81,7 +81,6 @@ UNRESOLVED = 10.0  # times the residual allowed, above which no more replays are
 LONGEST_DWELL = 1000.0  # [s]; its vibration is resolved by the replays, however little it is
 SEQUENCE_WINDOW = (0.3, 3.0)  # of the guessed durations, between which the optimiser chooses
 SEQUENCE_ITERATIONS = 400  # where the small arm must calm what the first lock leaves
-LIGHTER_SMOOTHING = (0.1, 0.01)  # of the smoothness's weight, to see what it costs
 
 # One motion for a spread of arms
 ROBUST_INTERVALS = (100, 120)  # where the root turns, and where the elbow does

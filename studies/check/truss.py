@@ -23,17 +23,23 @@ from studies.check.smoothing.recovery import how_smoothed, sure
 from studies.check.truss_profile import TrussProfile, recover_truss
 from studies.common.comparison_table import TableRow
 from studies.common.console import Console, number
-from studies.common.result import Criterion, Result, Series, outcome
+from studies.common.result import Criterion, Result, Series, at_most, outcome
 from studies.truss.checks import cap_of, table_rows
 from studies.truss.config import DEPLOYED, TrussStudy, as_dictionary
 from studies.truss.limits.bounds import lower_bounds
-from studies.truss.limits.tolerances import BACKWARD, CAPS, IMBALANCE, REST, TENSION
+from studies.truss.limits.tolerances import (
+    BACKWARD,
+    CAPS,
+    IMBALANCE,
+    PROFILE_MISS,
+    REST,
+    TENSION,
+)
 from studies.truss.margins import margins_of
 from studies.truss.motions.deployment import COLUMNS, Deployment, profile
 from studies.truss.motions.laws import BEFORE, RATES, paper_laws
 from studies.truss.quantities import QUANTITIES
 
-MISS = 1e-4  # [rad], 0.006 deg: what a profile of four to five digits leaves
 MOST_ROWS = 4000  # of the file that are kept for the figures
 ALIKE = 0.005  # relative: peaks that differ by less are called equal
 
@@ -208,13 +214,8 @@ def _criteria(
     noisy = law.speed.min() < 0 or law.angle.max() > DEPLOYED
     if not noisy:  # noise that was taken back has no energy of its own
         imbalance = deployment.energies.imbalance
-        limit = IMBALANCE
-        held.append(Criterion("energy imbalance", "1", imbalance, limit, imbalance <= limit))
+        held.append(at_most("energy imbalance", "1", imbalance, IMBALANCE))
     return tuple(held)
-
-
-def _at_most(name: str, unit: str, value: float, limit: float) -> Criterion:
-    return Criterion(name, unit, float(value), float(limit), bool(value <= limit))
 
 
 def _at_the_ends(
@@ -229,8 +230,8 @@ def _at_the_ends(
     held = []
     for place, (time, angle, word) in enumerate(wanted):
         miss = abs(float(ends.angle[place]) - angle)
-        limit = MISS + recovered.deviation(time, 0)
-        held.append(_at_most(f"miss of the {word} angle", "rad", miss, limit))
+        limit = PROFILE_MISS + recovered.deviation(time, 0)
+        held.append(at_most(f"miss of the {word} angle", "rad", miss, limit))
     rates = [("speed", 1, "rad/s", ends.speed, "peak-speed")]
     if study.jerk_limited:  # else zero acceleration means nothing
         rates.append(("acceleration", 2, "rad/s^2", ends.acceleration, "peak-acceleration"))
@@ -238,7 +239,7 @@ def _at_the_ends(
         place = int(np.argmax(np.abs(values)))
         limit = REST * ranges[key].value + recovered.deviation((0.0, duration)[place], order)
         worst = abs(float(values[place]))
-        held.append(_at_most(f"{word} at the {('start', 'end')[place]}", unit, worst, limit))
+        held.append(at_most(f"{word} at the {('start', 'end')[place]}", unit, worst, limit))
     return held
 
 
@@ -246,7 +247,7 @@ def _within_reach(found: TrussProfile) -> list[Criterion]:
     """No motion backwards and none beyond the open truss, but for noise."""
     recovered, time = found.recovered, found.measured.time
     if recovered.fit is None:
-        angle, width = found.angle, np.full(time.size, MISS)
+        angle, width = found.angle, np.full(time.size, PROFILE_MISS)
         back = np.append(np.maximum.accumulate(angle)[:-1] - angle[1:], 0.0)
         back_limit, unit, what = width * 1e-4, "rad", "backward motion"
     else:
@@ -256,7 +257,7 @@ def _within_reach(found: TrussProfile) -> list[Criterion]:
         angle, back, unit, what = motion.angle, -motion.speed, "rad/s", "backward speed"
         # a spline that ends at rest does so to rounding
         back_limit = back_limit + BACKWARD * float(np.max(np.abs(motion.speed)))
-        width = width + MISS
+        width = width + PROFILE_MISS
 
     held = []
     for name, size, value, limit in (

@@ -17,7 +17,6 @@ from studies.common.result import Result
 from studies.truss.figures import draw as draw_truss
 
 OWN, BEFORE = COLOURS[0], COLOURS[1]
-NUDGE = 0.08  # of the range, between a marker and its number
 
 
 def draw(result: Result) -> Iterator[tuple[str, Figure]]:

@@ -101,6 +101,11 @@ class Criterion:
             object.__setattr__(self, "sentence", sentence)
 
 
+def at_most(name: str, unit: str, value: float, limit: float) -> Criterion:
+    """The criterion that a value is no more than a limit."""
+    return Criterion(name, unit, float(value), float(limit), bool(value <= limit))
+
+
 @dataclass(frozen=True, eq=False)
 class Result:
     """What a study found.

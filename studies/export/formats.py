@@ -16,7 +16,6 @@ from studies.export import cams, fieldbus, pvt
 
 COLUMNS = ("csv", "json", "mat", "parquet")  # the whole profile
 CURVES = ("segments", "c99")  # polynomials, without points
-BINARY = ("mat", "parquet")
 
 
 @dataclass(frozen=True)

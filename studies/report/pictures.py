@@ -20,7 +20,6 @@ from studies.common.exit_codes import StudyError
 from studies.common.scene.moving_picture import LawOfMotion, MovingPicture
 from studies.common.scene.projection import PictureFrame, View, outline, project
 
-FILMS = ("gif", "mp4")
 FRAMES, RATE = 84, 12  # of a film: seven seconds, which is short enough to be watched twice
 HOLD = 12  # frames at which the end stands still
 RAMP = LinearSegmentedColormap.from_list(

@@ -9,7 +9,7 @@ import numpy as np
 
 from ocp import Solution
 from studies.common.comparison_table import TableRow
-from studies.common.result import Criterion
+from studies.common.result import Criterion, at_most
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.limits.caps import cap_on
 from studies.truss.limits.tolerances import ANGLE_MISS, CAPS, IMBALANCE, LONGER, REST, TENSION
@@ -135,12 +135,8 @@ def criteria(
     return (
         *_at_the_ends(study, deployment, angle_miss),
         *_under_the_caps(study, deployment),
-        _at_most("energy imbalance", "1", deployment.energies.imbalance, IMBALANCE),
+        at_most("energy imbalance", "1", deployment.energies.imbalance, IMBALANCE),
     )
-
-
-def _at_most(name: str, unit: str, value: float, limit: float) -> Criterion:
-    return Criterion(name, unit, float(value), float(limit), bool(value <= limit))
 
 
 def _at_the_ends(study: TrussStudy, deployment: Deployment, angle_miss: float) -> list[Criterion]:
@@ -152,17 +148,17 @@ def _at_the_ends(study: TrussStudy, deployment: Deployment, angle_miss: float) -
     rest = REST * deployment.values["peak-speed"]
 
     held = [
-        _at_most("miss of the stowed angle", "rad", misses[0], angle_miss),
-        _at_most("miss of the deployed angle", "rad", misses[1], angle_miss),
-        _at_most("speed at the ends", "rad/s", np.abs(ends.speed).max(), rest),
-        _at_most("duration", "s", duration, high * (1 + LONGER)),
+        at_most("miss of the stowed angle", "rad", misses[0], angle_miss),
+        at_most("miss of the deployed angle", "rad", misses[1], angle_miss),
+        at_most("speed at the ends", "rad/s", np.abs(ends.speed).max(), rest),
+        at_most("duration", "s", duration, high * (1 + LONGER)),
     ]
     if duration < low * (1 - LONGER):
         held.append(Criterion("duration (least)", "s", duration, low, False))
     if study.jerk_limited:  # else zero acceleration means nothing
         still = REST * deployment.values["peak-acceleration"]
         worst = np.abs(ends.acceleration).max()
-        held.append(_at_most("acceleration at the ends", "rad/s^2", worst, still))
+        held.append(at_most("acceleration at the ends", "rad/s^2", worst, still))
     return held
 
 

@@ -17,13 +17,14 @@ from __future__ import annotations
 import math
 import time
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from benchmarks.shows.engine.engine_problem import problem_of
+from benchmarks.shows.engine.plain import SECONDS as PLAIN_SECONDS
 from benchmarks.shows.engine.plain import Plain, Start, crude_start
 from benchmarks.shows.engine.variant import Variant
 from ocp import Settings, Solution, audit, certify, solve
@@ -84,13 +85,8 @@ def compared(variant: Variant, reference: Reference) -> dict[str, Any]:
             coarse[name] = half.solve(start, close=True).objective
 
     found = judged(variant, answers, values, coarse)
-    if ends and any(own["kind"] in ("not compared", "wrong") for own in answers.values()):
-        # a mesh may err by more than its half tells: nothing is wrong before a finer one says so
-        near, fine = (Plain(variant, reference.intervals * part) for part in (FINER // 2, FINER))
-        finer = {name: fine.solve(start).objective for name, start in starts.items()}
-        finer |= {name: fine.solve(start, close=True).objective for name, start in ends.items()}
-        nearer = {name: near.solve(start, close=True).objective for name, start in ends.items()}
-        found = judged(variant, answers, finer, nearer)
+    if ends and doubted(answers):
+        found = judged_finer(variant, answers, reference.intervals, starts, ends)
 
     for guess, own in answers.items():
         own["audited"] = None
@@ -124,6 +120,39 @@ def judged(
         "change": change,
         "plain": {k: v if math.isfinite(v) else None for k, v in values.items()},
     }
+
+
+def doubted(answers: Mapping[str, Mapping[str, Any]]) -> bool:
+    """Whether an answer was held against nothing, or agrees with nothing."""
+    return any(own["kind"] in ("not compared", "wrong") for own in answers.values())
+
+
+def judged_finer(
+    variant: Variant,
+    answers: dict[str, dict[str, Any]],
+    intervals: int,
+    starts: Mapping[str, Start],
+    ends: Mapping[str, Start],
+    *,
+    seconds: float = PLAIN_SECONDS,
+    known: Mapping[str, float] | None = None,
+) -> dict[str, Any]:
+    """The same on a finer mesh: an answer is wrong only if such a one says so too.
+
+    A mesh may err by more than its half tells.
+
+    Parameters
+    ----------
+    intervals : of the mesh that was not fine enough.
+    starts, ends : where runs start, and where the engine ended, by name.
+    seconds : of the processor, for a run.
+    known : further values by name, which no mesh has.
+    """
+    near, fine = (Plain(variant, intervals * part, seconds) for part in (FINER // 2, FINER))
+    values = {name: fine.solve(start).objective for name, start in starts.items()}
+    values |= {name: fine.solve(start, close=True).objective for name, start in ends.items()}
+    coarse = {name: near.solve(start, close=True).objective for name, start in ends.items()}
+    return judged(variant, answers, {**values, **(known or {})}, coarse)
 
 
 def by_engine(

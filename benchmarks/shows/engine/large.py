@@ -36,7 +36,7 @@ import numpy as np
 
 from benchmarks.processes import FreshProcess
 from benchmarks.records import ROOT
-from benchmarks.shows.engine.comparison import FINER, by_engine, judged, start_from
+from benchmarks.shows.engine.comparison import by_engine, doubted, judged, judged_finer, start_from
 from benchmarks.shows.engine.plain import Plain, Start, crude_start
 from benchmarks.shows.engine.repeated import REPEATED
 from benchmarks.shows.engine.variant import Variant, catalogue
@@ -93,23 +93,22 @@ def answer(question: Question, folder: Path) -> Row:
     found = plain.solve(crude_start(variant))
     expert = time.process_time() - begin
     half = Plain(variant, intervals // 2, EXPERT)
-    values = {"crude": found.objective}
-    if (optimum := variant.stated.get("optimum")) is not None:
-        values["stated"] = optimum
+    optimum = variant.stated.get("optimum")
+    known = {} if optimum is None else {"stated": optimum}
+    values = {"crude": found.objective, **known}
     coarse = {"crude": half.solve(crude_start(variant)).objective}
 
     row, start = _by_process(question, folder)
     if start is not None:
         values["engine"] = plain.solve(start, close=True).objective
         coarse["engine"] = half.solve(start, close=True).objective
-    reference = judged(variant, {"crude": row}, values, coarse)
-    if start is not None and row["kind"] in ("not compared", "wrong"):
-        # a mesh may err by more than its half tells: nothing is wrong before a finer one says so
-        near, fine = (Plain(variant, intervals * part, EXPERT) for part in (FINER // 2, FINER))
-        values["crude"] = fine.solve(crude_start(variant)).objective
-        values["engine"] = fine.solve(start, close=True).objective
-        coarse = {"engine": near.solve(start, close=True).objective}
-        reference = judged(variant, {"crude": row}, values, coarse)
+    answers = {"crude": row}
+    reference = judged(variant, answers, values, coarse)
+    if start is not None and doubted(answers):
+        starts, ends = {"crude": crude_start(variant)}, {"engine": start}
+        reference = judged_finer(
+            variant, answers, intervals, starts, ends, seconds=EXPERT, known=known
+        )
     if row["value"] is None:
         row["kind"] = "failure"
     elif row["kind"] == "right" and _LOOSER in row["words"]:

@@ -46,7 +46,7 @@ class Start:
 
 
 @dataclass(frozen=True)
-class Found:
+class PlainResult:
     """What a run ended with; the objective is nan where it found no motion."""
 
     objective: float
@@ -141,7 +141,7 @@ class Plain:
         places = (begin + self.points * width).ravel()
         return np.concatenate([[0.0], places]), places
 
-    def solve(self, start: Start, *, close: bool = False) -> Found:
+    def solve(self, start: Start, *, close: bool = False) -> PlainResult:
         """Run IPOPT from a start, with a small barrier where that is close to an optimum."""
         columns = self._packed(start)
         solver = self._solvers[close]
@@ -154,7 +154,7 @@ class Plain:
         )
         stats = solver.stats()
         objective = float(result["f"]) if stats["success"] else math.nan
-        return Found(objective, int(stats["iter_count"]), str(stats["return_status"]))
+        return PlainResult(objective, int(stats["iter_count"]), str(stats["return_status"]))
 
     def _column(self, symbol: Any, scale: Values, lower: Values, upper: Values) -> None:
         self._columns.append((symbol, scale, lower / scale, upper / scale))

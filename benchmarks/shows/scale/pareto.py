@@ -11,22 +11,20 @@ included, stand beside what as many cold starts would take.
 from __future__ import annotations
 
 import dataclasses
-import resource
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from benchmarks.shows.scale.fronts import found_cold, keep, study_of, times_faster
 from benchmarks.shows.show import Question, Row
 from ocp import FixedMesh, OcpError, prepare
 from studies.common.console import Table, number, silent
-from studies.common.drawing import save
 from studies.common.exit_codes import StudyError
-from studies.common.folder import ResultsFolder
 from studies.pareto.config import pareto_from
 from studies.pareto.continuation import FrontPoint, NotFoundError
-from studies.pareto.figures import draw
 from studies.pareto.study import front_found, result_of
 from studies.pareto.truss import TrussFront
 from studies.truss.motions.laws import pinned_bezier
@@ -73,21 +71,20 @@ SMOOTH = 0.02  # by which one-sided differences may differ where the active set 
 
 
 def question(seed: int, index: int) -> Question:
-    """The study of a case; nothing is drawn, whatever the seed."""
-    return {"study": CASES[index % len(CASES)]}
+    """The study of a case."""
+    return study_of(CASES, index)
 
 
 def answer(question: Question, folder: Path) -> Row:
     """The front, its slopes, and cold starts at some of its points."""
-    before = _seconds()
+    begin = time.process_time()
     subject = TrussFront(pareto_from(question["study"]), silent())
     subject.check()
     found = front_found(subject)
-    front, walked = found.front, _seconds() - before
+    front, walked = found.front, time.process_time() - begin
 
     result = result_of(subject, found)
-    result.save(folder)
-    save(draw(result), ResultsFolder(folder), silent())
+    keep(result, folder)
 
     misses = [miss for point in front.points if (miss := slope_miss(subject, point)) is not None]
     places = np.linspace(0, len(front.points) - 1, COLD).round().astype(int)
@@ -132,32 +129,26 @@ def slope_miss(subject: TrussFront, point: FrontPoint) -> float | None:
 
 def _cold(subject: TrussFront, point: FrontPoint) -> dict[str, Any]:
     """A point found again without a neighbour, in two ways."""
-    begin = _seconds()
-    try:
+
+    def from_one_start() -> float:
         bezier = pinned_bezier(subject.truss.truss, subject.at(point.limit).duration[1])
         program = subject.program(bezier, point.limit)
-        alone = subject.first(program, (point.limit,), "between").y
-    except NotFoundError:
-        alone = float("nan")
-    middle = _seconds()
-    try:
+        return subject.first(program, (point.limit,), "between").y
+
+    def by_the_study() -> float:
         best = Search(subject.at(point.limit), silent()).run().deployment
-        searched = best.values[subject.least]
-    except StudyError:
-        searched = float("nan")
+        return best.values[subject.least]
+
+    alone, seconds_alone = found_cold(from_one_start, NotFoundError)
+    searched, seconds_of_study = found_cold(by_the_study, StudyError)
     return {
         "limit": point.limit,
         "front": point.y,
         "one start": alone,
-        "seconds of one start": middle - begin,
+        "seconds of one start": seconds_alone,
         "study": searched,
-        "seconds of the study": _seconds() - middle,
+        "seconds of the study": seconds_of_study,
     }
-
-
-def _seconds() -> float:
-    """Of the processor, by this process [s]."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_utime
 
 
 def tables(rows: Sequence[Row]) -> list[Table]:
@@ -177,7 +168,7 @@ def _fronts(rows: Sequence[Row]) -> Table:
             f"{100 * row['worst slope']:.2g}",
             row["solves"],
             f"{row['walked']:.0f}",
-            *(f"{_times(row, way):.1f}" for way in ("one start", "study")),
+            *(f"{_times(row, way):.1f}" for way in ("one start", "the study")),
         )
         for row in rows
     ]
@@ -193,9 +184,8 @@ def _fronts(rows: Sequence[Row]) -> Table:
 
 
 def _times(row: Row, way: str) -> float:
-    """How many times longer as many cold starts as there are points would take."""
-    each = np.mean([cold[f"seconds of {'the ' * (way == 'study')}{way}"] for cold in row["cold"]])
-    return float(each * row["points"] / row["walked"])
+    seconds = [cold[f"seconds of {way}"] for cold in row["cold"]]
+    return times_faster(seconds, row["points"], row["walked"])
 
 
 def _cold_starts(rows: Sequence[Row]) -> Table:

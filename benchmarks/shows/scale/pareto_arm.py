@@ -7,13 +7,14 @@ Some points are found again cold, refined as a motion of `arm solve` is.
 
 from __future__ import annotations
 
-import resource
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from benchmarks.shows.scale.fronts import found_cold, keep, study_of, times_faster
 from benchmarks.shows.show import Question, Row
 from studies.arm.config import question_from
 from studies.arm.questions.fronts.point import unit_of
@@ -21,10 +22,7 @@ from studies.arm.questions.fronts.study import front_result, laws_beside, walked
 from studies.arm.questions.fronts.subject import ArmFront
 from studies.arm.trade_off import TradeOffStudy
 from studies.common.console import Table, number, silent
-from studies.common.drawing import save
-from studies.common.folder import ResultsFolder
 from studies.pareto.continuation import FrontPoint, NotFoundError
-from studies.pareto.figures import draw
 
 LINE = "fronts of the arm: slopes against differences, seconds beside cold starts: 3 cases"
 LIMIT = 3600.0  # [s]
@@ -39,21 +37,20 @@ STEP = 2e-3  # of a limit, of the differences
 
 
 def question(seed: int, index: int) -> Question:
-    """The study of a case; nothing is drawn, whatever the seed."""
-    return {"study": CASES[index % len(CASES)]}
+    """The study of a case."""
+    return study_of(CASES, index)
 
 
 def answer(question: Question, folder: Path) -> Row:
     """The front, its slopes, and cold starts at some of its points."""
-    before = _seconds()
+    begin = time.process_time()
     subject = ArmFront(question_from(TradeOffStudy, question["study"]), silent())
     walked = walked_front(subject)
-    front, seconds = walked.front, _seconds() - before
+    front, seconds = walked.front, time.process_time() - begin
 
     span = front.points[0].x, front.points[-1].x
     result = front_result(subject, walked, laws_beside(subject.study, span, silent()))
-    result.save(folder)
-    save(draw(result), ResultsFolder(folder), silent())
+    keep(result, folder)
 
     places = np.linspace(1, len(front.points) - 2, SAMPLED).round().astype(int)
     sampled = [front.points[place] for place in places]
@@ -86,22 +83,10 @@ def _slopes(subject: ArmFront, point: FrontPoint) -> dict[str, float]:
 
 def _cold(subject: ArmFront, point: FrontPoint) -> dict[str, float]:
     """A point found again without a neighbour."""
-    begin = _seconds()
-    try:
-        value = subject.afresh(point.limit, point, "between").y
-    except NotFoundError:
-        value = float("nan")
-    return {
-        "limit": point.limit,
-        "front": point.y,
-        "cold": value,
-        "seconds": _seconds() - begin,
-    }
-
-
-def _seconds() -> float:
-    """Of the processor, by this process [s]."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_utime
+    value, seconds = found_cold(
+        lambda: subject.afresh(point.limit, point, "between").y, NotFoundError
+    )
+    return {"limit": point.limit, "front": point.y, "cold": value, "seconds": seconds}
 
 
 def tables(rows: Sequence[Row]) -> list[Table]:
@@ -130,7 +115,7 @@ def _fronts(rows: Sequence[Row]) -> Table:
             str(row["afresh"]),
             f"{row['left']:.1e}",
             f"{row['walked']:.0f}",
-            f"{np.mean([c['seconds'] for c in row['cold']]) * row['solves'] / row['walked']:.1f}",
+            f"{_times(row):.1f}",
         )
         for row in rows
     ]
@@ -138,6 +123,11 @@ def _fronts(rows: Sequence[Row]) -> Table:
         f"times faster: seconds of {SAMPLED} cold starts, for as many as all points, beside all"
     ]
     return Table("fronts of the arm", head, lines, notes)
+
+
+def _times(row: Row) -> float:
+    seconds = [cold["seconds"] for cold in row["cold"]]
+    return times_faster(seconds, row["solves"], row["walked"])
 
 
 def _sampled(rows: Sequence[Row]) -> Table:

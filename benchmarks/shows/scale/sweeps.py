@@ -35,7 +35,6 @@ from studies.sweep.workers.processes import LocalProcesses
 
 LINE = "sweeps: kill -9, a Dask cluster that loses a worker, two workers, memory, all subjects"
 LIMIT = 5400.0  # [s]
-PARTS = ("kills", "dask", "workers", "memory", "subjects")
 KILLS = 3
 LONGEST = 3000.0  # [s] of one sweep
 
@@ -72,12 +71,13 @@ PENDULUM: Mapping[str, Any] = {
 
 def question(seed: int, index: int) -> Question:
     """Return a part; the seed chooses the moments of the kills."""
-    return {"part": PARTS[index % len(PARTS)], "seed": seed}
+    names = tuple(PARTS)
+    return {"part": names[index % len(names)], "seed": seed}
 
 
 def answer(question: Question, folder: Path) -> Row:
     """Do a part."""
-    return dict(globals()[f"_{question['part']}"](question["seed"], folder))
+    return dict(PARTS[question["part"]](question["seed"], folder))
 
 
 def tables(rows: Sequence[Row]) -> list[Table]:
@@ -250,6 +250,15 @@ def _subjects(seed: int, folder: Path) -> Row:
         solved = sum(row["status"] == "solved" for row in rows)
         found.append(f"{name}: {solved} of {len(rows)} solved")
     return {"words": "; ".join(found)}
+
+
+PARTS = {
+    "kills": _kills,
+    "dask": _dask,
+    "workers": _workers,
+    "memory": _memory,
+    "subjects": _subjects,
+}
 
 
 def _written(content: Mapping[str, Any], folder: Path, name: str = "study") -> Path:

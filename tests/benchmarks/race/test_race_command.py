@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.parts import PARTS, Record, Setup, part
+from benchmarks.parts import PARTS, Measured, Setup, part
 from benchmarks.race import medians
 from benchmarks.race.__main__ import main
 from benchmarks.speed import imports
@@ -35,7 +35,7 @@ def test_bad_input_is_one_sentence(
 def test_what_was_measured_before_an_interruption_is_kept(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    def measure(setup: Setup) -> Iterator[Record]:
+    def measure(setup: Setup) -> Iterator[Measured]:
         assert setup.repeats == 2
         yield {"rows": [], "seconds": 1.0}
         raise KeyboardInterrupt

@@ -110,7 +110,7 @@ def test_lock_is_the_inelastic_impulse_of_the_full_model():
     locked, z, rate = lock_reduced(model, q, v, elbow=True)
     before = sum(map(float, model.energies(q, v)))
     lost = before - sum(map(float, locked.energies(z, rate)))
-    chain = model.full_chain(8)
+    chain = model.parameters.chain(8)
     nodes, rates = model.to_nodes(q[:, None], v[:, None], 8)
     impact = engage(chain, [Free(), Free()], NodalState(nodes[:, 0], rates[:, 0]), [1])
     assert locked.elbow_lock == pytest.approx(0.8, abs=1e-14)

@@ -33,7 +33,7 @@ from studies.arm.stage import JOINT_NAMES, Stage
 from studies.common.comparison_table import costs_elsewhere
 from studies.common.console import Console
 from studies.common.folder import provenance
-from studies.common.result import Criterion, Result, Series, Verdict
+from studies.common.result import Criterion, Result, Series, Verdict, at_most
 
 Say = Callable[[str], None]
 SHARES = (1.1, 1.0)  # peak torques of the robust motions over the nominal's; the first is judged
@@ -270,16 +270,12 @@ def _criteria(comparison: Comparison) -> tuple[Criterion, ...]:
     """The worst residual of the judged motion, and the caps of all."""
     judged = comparison.robust[0]
     ratio = max(judged.ratios(comparison.nominal))
-    checks = [_criterion(f"worst residual of '{judged.motion.name}'", "1", ratio, LIMIT)]
+    checks = [at_most(f"worst residual of '{judged.motion.name}'", "1", ratio, LIMIT)]
 
     for motion_map, share in zip(comparison.robust, comparison.shares, strict=True):
         name = f"peak torque of '{motion_map.motion.name}'"
-        checks.append(_criterion(name, "N m", motion_map.peak, share * comparison.nominal.peak))
+        checks.append(at_most(name, "N m", motion_map.peak, share * comparison.nominal.peak))
     return tuple(checks)
-
-
-def _criterion(name: str, unit: str, value: float, limit: float) -> Criterion:
-    return Criterion(name, unit, float(value), float(limit), bool(value <= limit))
 
 
 def _remarks(comparison: Comparison, misses: dict[float, float]) -> tuple[str, ...]:
