@@ -32,20 +32,25 @@ class Listed(NamedTuple):
 PARTS = {
     "race": Listed("benchmarks.race.medians", "problems A and B, every contestant, medians"),
     "curve": Listed("benchmarks.race.curve", "accuracy against time of every contestant"),
-    "benchmarks": Listed("benchmarks.speed.optima", "a pass over the problems with known optima"),
-    "arm": Listed("benchmarks.speed.arm", "the arm's stage of 86 s"),
-    "build": Listed("benchmarks.speed.build", "building a problem's nonlinear program"),
-    "growth": Listed(
-        "benchmarks.speed.growth", "problem B on meshes of 100 to 20,000 intervals, memory included"
+    "benchmarks": Listed(
+        "benchmarks.speed.parts.optima", "a pass over the problems with known optima"
     ),
-    "modules": Listed("benchmarks.speed.modules", "problem B with 6 to 1000 modules"),
-    "elements": Listed("benchmarks.speed.elements", "a pendulum of 4 to 64 ANCF elements"),
-    "states": Listed("benchmarks.speed.size:STATES", "a heated rod of 10 to 100 states"),
-    "phases": Listed("benchmarks.speed.size:PHASES", "a run through gates in 2 to 20 phases"),
-    "family": Listed("benchmarks.speed.family", "problem A for 100 jerk caps, each from the last"),
-    "imports": Listed("benchmarks.speed.imports", "what loads, and how long it takes"),
+    "arm": Listed("benchmarks.speed.parts.arm", "the arm's stage of 86 s"),
+    "build": Listed("benchmarks.speed.parts.build", "building a problem's nonlinear program"),
+    "growth": Listed(
+        "benchmarks.speed.parts.growth",
+        "problem B on meshes of 100 to 20,000 intervals, memory included",
+    ),
+    "modules": Listed("benchmarks.speed.parts.modules", "problem B with 6 to 1000 modules"),
+    "elements": Listed("benchmarks.speed.parts.elements", "a pendulum of 4 to 64 ANCF elements"),
+    "states": Listed("benchmarks.speed.parts.size:STATES", "a heated rod of 10 to 100 states"),
+    "phases": Listed("benchmarks.speed.parts.size:PHASES", "a run through gates in 2 to 20 phases"),
+    "family": Listed(
+        "benchmarks.speed.parts.family", "problem A for 100 jerk caps, each from the last"
+    ),
+    "imports": Listed("benchmarks.speed.parts.imports", "what loads, and how long it takes"),
     "instructions": Listed(
-        "benchmarks.speed.instructions", "instructions of A and B: solver, model, the rest"
+        "benchmarks.speed.parts.instructions", "instructions of A and B: solver, model, the rest"
     ),
 }
 

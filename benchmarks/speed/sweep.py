@@ -16,8 +16,8 @@ LONGEST = 900.0  # [s], the least limit of the runs of a sweep
 
 
 def child(kind: str) -> FreshProcess:
-    """Return the process that measures one thing, see `benchmarks.speed.child`."""
-    command = (sys.executable, "-m", "benchmarks.speed.child", kind)
+    """Return the process that measures one thing, see `benchmarks.speed.process.child`."""
+    command = (sys.executable, "-m", "benchmarks.speed.process.child", kind)
     return FreshProcess(command, {"PYTHONPATH": str(ROOT)})
 
 

@@ -9,7 +9,7 @@ import pytest
 from benchmarks.parts import PARTS, Measured, Setup, part
 from benchmarks.race import medians
 from benchmarks.race.__main__ import main
-from benchmarks.speed import imports
+from benchmarks.speed.parts import imports
 from studies.common.console import Table
 
 

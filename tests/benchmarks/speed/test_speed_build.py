@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.parts import Setup
-from benchmarks.speed import build
+from benchmarks.speed.parts import build
 from studies.common.console import Console
 
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from benchmarks.speed import imports
-from benchmarks.speed.child import KINDS
+from benchmarks.speed.parts import imports
+from benchmarks.speed.process.child import KINDS
 
 SMALLEST = {
     "growth": "10",

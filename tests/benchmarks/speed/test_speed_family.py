@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.parts import Setup
 from benchmarks.race.rows.problems import JERK_CAP
-from benchmarks.speed import family
+from benchmarks.speed.parts import family
 from studies.common.console import Console
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.parts import Setup
-from benchmarks.speed import instructions
+from benchmarks.speed.parts import instructions
 from studies.common.console import Console
 
 # f of one library calls g of another: 7 + 5 instructions of its own, 30 of g that were called

@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchmarks.speed.program import build, force_problem
+from benchmarks.speed.process.program import build, force_problem
 from ocp import Phase, Problem, State
 from ocp.nlp.ipopt import _ordering
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.parts import Setup
-from benchmarks.speed import growth
+from benchmarks.speed.parts import growth
 from benchmarks.speed.sweep import sweep
 from studies.common.console import Console
 

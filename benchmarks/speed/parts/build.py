@@ -55,7 +55,7 @@ def _study(modules: int) -> TrussStudy:
 
 def _build(study: TrussStudy) -> dict[str, Any]:
     """Unknowns, rows, and the processor time of statement and transcription [s]."""
-    from benchmarks.speed.program import build
+    from benchmarks.speed.process.program import build
     from studies.truss.motions.starts import bezier_start
     from studies.truss.problem import state
     from studies.truss.quantities import OBJECTIVES

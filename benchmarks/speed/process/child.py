@@ -1,4 +1,4 @@
-"""One measurement of our own code: `python -m benchmarks.speed.child KIND VALUE FILE`.
+"""One measurement of our own code: `python -m benchmarks.speed.process.child KIND VALUE FILE`.
 
 Seconds are of the wall clock where nothing else is said. `memory` is the peak of the process, and
 `imports` what it was when everything was imported [MiB].
@@ -23,7 +23,7 @@ PENDULUM = 1.3  # [s] of motion, as in the paper's Table 1
 
 def growth(intervals: str) -> Answer:
     """Problem B on a fixed uniform mesh."""
-    from benchmarks.speed.program import force_problem, solve_on_mesh
+    from benchmarks.speed.process.program import force_problem, solve_on_mesh
 
     return solve_on_mesh(force_problem(), int(intervals))
 
@@ -34,7 +34,7 @@ def modules(number: str) -> Answer:
     Friction times modules is the same for all, and the pace such that the large rings, whose
     inertia grows with the cube of their number, can be stopped by a rope that only pulls.
     """
-    from benchmarks.speed.program import force_problem, solve_on_mesh
+    from benchmarks.speed.process.program import force_problem, solve_on_mesh
 
     n = int(number)
     return solve_on_mesh(force_problem(n, friction=0.24 / n, duration=140.0), 100)
@@ -88,14 +88,14 @@ def benchmark(name: str) -> Answer:
 
 def states(number: str) -> Answer:
     """A heated rod of that many states, default settings."""
-    from benchmarks.speed.size_problems import heated_rod, solve_whole
+    from benchmarks.speed.process.size_problems import heated_rod, solve_whole
 
     return solve_whole(heated_rod(int(number)))
 
 
 def phases(number: str) -> Answer:
     """A run through gates in that many phases, default settings."""
-    from benchmarks.speed.size_problems import slalom, solve_whole
+    from benchmarks.speed.process.size_problems import slalom, solve_whole
 
     return solve_whole(slalom(int(number)))
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from benchmarks.parts import Measured, Setup
-from benchmarks.speed.growth import per_interval
+from benchmarks.speed.parts.growth import per_interval
 from benchmarks.speed.sweep import median, median_cells, sweep
 from studies.common.console import Table, number
 

@@ -26,7 +26,7 @@ class Size:
 
     Attributes
     ----------
-    kind : of the measurement in `benchmarks.speed.child`; also what grows.
+    kind : of the measurement in `benchmarks.speed.process.child`; also what grows.
     title : of table and figure.
     values : the sizes.
     """
