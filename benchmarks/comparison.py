@@ -12,7 +12,7 @@ MORE_ITERATIONS = 0.05  # part of the total that a change of the code may cost
 
 
 @dataclass(frozen=True)
-class Comparison:
+class RecordComparison:
     """Two records of each case that both sides have.
 
     Attributes
@@ -43,11 +43,11 @@ class Comparison:
         return tuple(found)
 
 
-def compare(before: Mapping[str, Record], after: Mapping[str, Record]) -> Comparison:
+def compare(before: Mapping[str, Record], after: Mapping[str, Record]) -> RecordComparison:
     """The comparison of all cases that both sides have, in the order of `after`."""
     pairs = tuple((before[name], after[name]) for name in after if name in before)
     missing = tuple(sorted(before.keys() ^ after.keys()))
-    return Comparison(pairs, missing)
+    return RecordComparison(pairs, missing)
 
 
 def difference(before: Record, after: Record) -> float | None:
@@ -117,7 +117,7 @@ def record_table(records: Mapping[str, Record]) -> Table:
     return Table("Regression cases, default settings", head, [*rows, totals], notes)
 
 
-def comparison_table(comparison: Comparison) -> Table:
+def comparison_table(comparison: RecordComparison) -> Table:
     """Both sides of each case, before -> after."""
     rows = [
         (

@@ -48,7 +48,7 @@ Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Case:
+class PairedCase:
     """A pendulum.
 
     Attributes
@@ -144,15 +144,15 @@ class Choice:
     processor: float
 
 
-def cases(elements: int = 8) -> tuple[Case, ...]:
+def cases(elements: int = 8) -> tuple[PairedCase, ...]:
     """The two pendulums; Exudyn's explicit solvers take no hinge, so only the single one."""
     return (
-        Case("single", single_pendulum(elements), 1.3, explicit=True),
-        Case("double", double_pendulum(elements), 5.0),
+        PairedCase("single", single_pendulum(elements), 1.3, explicit=True),
+        PairedCase("double", double_pendulum(elements), 5.0),
     )
 
 
-def compare(case: Case, say: Progress, rounds: int = ROUNDS) -> Pairing:
+def compare(case: PairedCase, say: Progress, rounds: int = ROUNDS) -> Pairing:
     """Choose each code's setting, then time the two in turns.
 
     Raises
@@ -180,7 +180,7 @@ def compare(case: Case, say: Progress, rounds: int = ROUNDS) -> Pairing:
     return Pairing(case.name, mine, tuple(others), distance(ours, theirs))
 
 
-def our_run(case: Case, stages: int, tolerance: float) -> Run:
+def our_run(case: PairedCase, stages: int, tolerance: float) -> Run:
     """Our simulator, its evaluation of energies and of the samples included in the time."""
     joints = [Free() for _ in case.chain.links]
     samples = np.linspace(0.0, case.duration, round(case.duration / SAMPLE) + 1)
@@ -200,7 +200,7 @@ def our_run(case: Case, stages: int, tolerance: float) -> Run:
     return Run(ends, run.statistics.steps, seconds, processor, setup)
 
 
-def their_run(case: Case, steps: int, setting: Setting) -> Run:
+def their_run(case: PairedCase, steps: int, setting: Setting) -> Run:
     """Exudyn with a number of steps a sample."""
     return peer.run(case.chain, case.duration, SAMPLE, SAMPLE / steps, setting)
 
@@ -211,7 +211,7 @@ def distance(one: Array, other: Array) -> float:
     return float(gap) if np.isfinite(gap) else np.inf
 
 
-def _our_choices(case: Case, reference: Array, say: Progress) -> Iterable[Choice]:
+def _our_choices(case: PairedCase, reference: Array, say: Progress) -> Iterable[Choice]:
     """Of each number of stages the loosest tolerance that meets the limit."""
     for stages in OUR_STAGES:
         for tolerance in OUR_TOLERANCES:
@@ -226,7 +226,7 @@ def _our_choices(case: Case, reference: Array, say: Progress) -> Iterable[Choice
 
 
 def _their_choices(
-    case: Case, settings: tuple[Setting, ...], reference: Array, say: Progress
+    case: PairedCase, settings: tuple[Setting, ...], reference: Array, say: Progress
 ) -> Iterable[Choice]:
     """Of each setting the largest step, about, that meets the limit."""
     for setting in settings:

@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 
 def measure(setup: Setup) -> Iterator[Measured]:
     """Run every contestant once on each of its meshes; see `BenchmarkPart`."""
-    from benchmarks.race.runs import Entry, processes_of, race
+    from benchmarks.race.runs import RaceRun, processes_of, race
 
     contestants = taking_part(setup.peers)
     progress = setup.console.progress
     processes = processes_of(contestants, setup.environments, progress)
     entries = [
-        Entry(problem, contestant, size)
+        RaceRun(problem, contestant, size)
         for problem in PROBLEMS
         for contestant in contestants
         for size in contestant.sizes[problem]

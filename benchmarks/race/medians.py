@@ -28,12 +28,12 @@ NOTES = (
 
 def measure(setup: Setup) -> Iterator[Measured]:
     """Run the race; see `BenchmarkPart`."""
-    from benchmarks.race.runs import Entry, processes_of, race
+    from benchmarks.race.runs import RaceRun, processes_of, race
 
     contestants = taking_part(setup.peers)
     progress = setup.console.progress
     processes = processes_of(contestants, setup.environments, progress)
-    entries = [Entry(problem, contestant) for problem in PROBLEMS for contestant in contestants]
+    entries = [RaceRun(problem, contestant) for problem in PROBLEMS for contestant in contestants]
 
     for state in race(entries, processes, setup.repeats, setup.limit, progress):
         rows = [entry.record() for entry in state]

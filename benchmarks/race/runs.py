@@ -21,7 +21,7 @@ Processes = Mapping[str, FreshProcess | str]  # by contestant; a text says why t
 
 
 @dataclass
-class Entry:
+class RaceRun:
     """A contestant on one problem, and its runs so far.
 
     Attributes
@@ -100,12 +100,12 @@ def processes_of(
 
 
 def race(
-    entries: Sequence[Entry],
+    entries: Sequence[RaceRun],
     processes: Processes,
     repeats: int,
     limit: float,
     progress: Progress,
-) -> Iterator[Sequence[Entry]]:
+) -> Iterator[Sequence[RaceRun]]:
     """Run all entries in turn, `repeats` times; what fails or is not right is run only once.
 
     Turns are interleaved, so that a machine that is busy for a while slows down all alike.
@@ -120,7 +120,7 @@ def race(
             yield entries
 
 
-def run_once(entry: Entry, process: FreshProcess | str, limit: float) -> None:
+def run_once(entry: RaceRun, process: FreshProcess | str, limit: float) -> None:
     """Run a contestant once more, and add its seconds and its judgement to the entry."""
     if isinstance(process, str):
         entry.failure = process
@@ -160,7 +160,7 @@ def _columns(
     }
 
 
-def _outcome(entry: Entry) -> str:
+def _outcome(entry: RaceRun) -> str:
     if entry.failure or not entry.runs or entry.judgement is None:
         return entry.failure
     verdict = "right" if entry.judgement.right else entry.judgement.reason

@@ -21,7 +21,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pairing, "cases", lambda: short)
     monkeypatch.setattr("benchmarks.exudyn.peer.load", lambda: type("E", (), {"__version__": "1"}))
 
-    def stand_in(case: pairing.Case, steps: int, setting: Setting) -> Run:
+    def stand_in(case: pairing.PairedCase, steps: int, setting: Setting) -> Run:
         size = len(case.chain.links)
         seconds = 1e3 * steps * (2.0 if setting.scheme == "trapezoidal" else 1.0)
         return Run(np.full((size, 2, 11), 0.05 / steps**2), steps, seconds, seconds, 0.1)

@@ -12,7 +12,7 @@ from benchmarks.race import environments
 from benchmarks.race.contestants import BASELINES, OURS, Contestant
 from benchmarks.race.environments import NotInstalled
 from benchmarks.race.medians import tables
-from benchmarks.race.runs import Entry, race, run_once
+from benchmarks.race.runs import RaceRun, race, run_once
 
 WRITE = "import sys, pathlib; pathlib.Path(sys.argv[-1]).write_text('{\"a\": 1}')"
 
@@ -24,7 +24,7 @@ def python(code: str) -> FreshProcess:
 @pytest.mark.parametrize("problem", ["A", "B"])
 @pytest.mark.parametrize("contestant", BASELINES, ids=lambda c: c.name)
 def test_the_programs_by_hand_are_right(contestant: Contestant, problem: str) -> None:
-    row = Entry(problem, contestant)
+    row = RaceRun(problem, contestant)
     run_once(row, contestant.process(), limit=60)
     assert row.failure == ""
     assert row.judgement is not None
@@ -64,7 +64,7 @@ time.sleep(60)
 
 
 def test_a_row_that_fails_is_a_row_that_says_so() -> None:
-    rows = [Entry("A", OURS), Entry("A", BASELINES[0])]
+    rows = [RaceRun("A", OURS), RaceRun("A", BASELINES[0])]
     processes = {OURS.name: "not installed: no such package", BASELINES[0].name: python("exit(3)")}
     said: list[str] = []
     *_, last = race(rows, processes, 3, 20, said.append)
