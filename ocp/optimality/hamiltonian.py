@@ -222,15 +222,21 @@ def shifts(iterate: Iterate, evaluator: Evaluator, index: int) -> Array:
     To first order the objective changes with the time of a breakpoint by the jump of the
     Hamiltonian there: at an optimum there is none (Bryson and Ho, ch. 3.7). Shape (N - 1,).
     """
+    width = np.diff(iterate.trajectory.phases[index].breakpoints)
+    shorter: Array = np.minimum(width[1:], width[:-1])
+    return np.abs(hamiltonian_jumps(iterate, evaluator, index)) * shorter
+
+
+def hamiltonian_jumps(iterate: Iterate, evaluator: Evaluator, index: int) -> Array:
+    """Right minus left value of the Hamiltonian at each inner breakpoint, (N - 1,)."""
     phase = iterate.trajectory.phases[index]
     hamiltonian = hamiltonian_of(evaluator, iterate.transcription, index)
     intervals, tau = np.repeat(np.arange(phase.intervals), 2), np.tile([0.0, 1.0], phase.intervals)
     costates = phase_costates(iterate, index)
     values = hamiltonian.along(evaluator, iterate.trajectory, costates, intervals, tau).value
 
-    ends, width = values.reshape(phase.intervals, 2), np.diff(phase.breakpoints)
-    shorter: Array = np.minimum(width[1:], width[:-1])
-    return np.abs(ends[1:, 0] - ends[:-1, 1]) * shorter
+    ends = values.reshape(phase.intervals, 2)
+    return np.asarray(ends[1:, 0] - ends[:-1, 1])
 
 
 def _traded(

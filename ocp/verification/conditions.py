@@ -248,7 +248,7 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
         yield from _between_changes(principle, allowed)
         yield from _on_the_whole(principle, _undetermined_jumps(iterate, index), allowed)
         yield from _end_values(evidence, principle, index, allowed)
-        if informative and principle.autonomous and principle.acting.any():
+        if informative and principle.acting.any():
             yield Condition(
                 f"where path constraints act in '{principle.name}': Hamiltonian",
                 principle.gain_on_arcs / iterate.objective_size,

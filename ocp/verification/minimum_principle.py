@@ -31,7 +31,11 @@ from ocp.optimality.interval_means import CollocationPoints, collocation_points
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import PhaseCostates
 from ocp.refinement.estimates.active_set_changes import active_set_changes
-from ocp.refinement.estimates.constrained_arcs import shift_gains, stretches_of
+from ocp.refinement.estimates.constrained_arcs import (
+    junction_gains,
+    shift_gains,
+    stretches_of,
+)
 
 # Samples of an interval in which a control has to stay off its bounds to be called free
 _SAMPLES = 9
@@ -62,6 +66,8 @@ class MinimumPrinciple:
         `Phase.at` names it may jump, so that each stretch between them has a mean of its own.
     means : (N,)
         Its interval means, relative to `size`.
+    jumps : (N - 1,)
+        Right minus left value at the inner breakpoints, relative to `size`.
     steps : (N,)
         Durations of the intervals [s].
     stretches : (N,)
@@ -88,6 +94,7 @@ class MinimumPrinciple:
     sizes: Array
     drift: float
     means: Array
+    jumps: Array
     steps: Array
     stretches: Integers
     slopes: Array
@@ -121,8 +128,13 @@ class MinimumPrinciple:
     @property
     def gain_on_arcs(self) -> float:
         """What moving breakpoints promises where a path acts [unit of the objective]."""
-        arcs = self.acting & ~self.changes
-        return self.size * float(shift_gains(self.means, self.steps, self.stretches, arcs).sum())
+        ends, arcs = self.acting & self.changes, self.acting & ~self.changes
+        if not self.autonomous:
+            at_ends = junction_gains(self.jumps, self.steps, self.stretches, ends)
+            return self.size * float(at_ends.sum())
+        inside = shift_gains(self.means, self.steps, self.stretches, arcs)
+        at_ends = junction_gains(np.diff(self.means), self.steps, self.stretches, ends)
+        return self.size * float(np.maximum(inside, at_ends).sum())
 
     def share_judged_by_means(self, within: float, strict: float) -> float:
         """The part of the duration in which the strict limits do not hold, or were not tested.
@@ -173,6 +185,9 @@ def minimum_principle(
     slopes = _projected(tested, *_slopes(tested, points, values))
 
     first_and_last = np.array([0, phase.intervals - 1])
+    inner = np.arange(phase.intervals - 1)
+    left = tested.values(inner, np.ones(inner.size)).value
+    right = tested.values(inner + 1, np.zeros(inner.size)).value
     stretches = stretches_of(iterate, phase)
     drift = float(np.abs(means - _means_of_stretches(means, steps, stretches)) @ steps / duration)
     return MinimumPrinciple(
@@ -184,6 +199,7 @@ def minimum_principle(
         sizes=np.maximum(sizes / size, 1.0),
         drift=drift / size,
         means=means / size,
+        jumps=(right - left) / size,
         steps=steps,
         stretches=stretches,
         slopes=slopes,

@@ -6,8 +6,11 @@ objective changes with the time of a breakpoint by the difference of the Hamilto
 (Bryson and Ho, "Applied Optimal Control", ch. 3.7). Means that differ therefore tell what is lost
 to the mesh, where costates at single points say nothing of the controls.
 
-At the ends of an arc the means say nothing, as the active set changes there. What is lost there is
-taken from inside of the arc: it falls with the cube of the interval.
+At the ends of an arc there are two losses. That of the interval itself is taken from inside of the
+arc: it falls with the cube of the interval. And where an arc begins or ends inside an interval, the
+limit may be met at all of its points, so that the control is what the limit asks for too early or
+too late. Then nothing is rough, and the costates have jumps that the limit explains. The
+Hamiltonian tells: it differs on both sides of the breakpoint from which the arc is held.
 """
 
 from __future__ import annotations
@@ -16,7 +19,7 @@ import numpy as np
 
 from ocp.arrays import Array, Flags, Integers
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory
-from ocp.optimality.hamiltonian import hamiltonian_of
+from ocp.optimality.hamiltonian import hamiltonian_jumps, hamiltonian_of
 from ocp.optimality.interval_means import collocation_points
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import phase_costates
@@ -26,7 +29,8 @@ from ocp.refinement.estimates.active_set_changes import active_set_changes
 def arc_gains(iterate: Iterate, evaluator: Evaluator, index: int, acting: Flags) -> Array:
     """What other breakpoints gain in each interval of a phase [unit of the objective], (N,).
 
-    Zero outside of arcs, and where time enters the phase, as the Hamiltonian changes with it.
+    Zero outside of arcs, and inside of them where time enters the phase, as the Hamiltonian changes
+    with it.
 
     Parameters
     ----------
@@ -36,19 +40,45 @@ def arc_gains(iterate: Iterate, evaluator: Evaluator, index: int, acting: Flags)
         Intervals in which a path constraint, a peak or a state's bound acts.
     """
     phase = iterate.trajectory.phases[index]
-    hamiltonian = hamiltonian_of(evaluator, iterate.transcription, index)
-    arcs = acting & ~active_set_changes(iterate, index)
-    if not hamiltonian.autonomous or not arcs.any():
+    if not acting.any():
         return np.zeros(phase.intervals)
+    hamiltonian = hamiltonian_of(evaluator, iterate.transcription, index)
+    changes = active_set_changes(iterate, index)
+    steps, stretches = np.diff(phase.breakpoints), stretches_of(iterate, phase)
+    if not hamiltonian.autonomous:
+        jumps = hamiltonian_jumps(iterate, evaluator, index)
+        return junction_gains(jumps, steps, stretches, acting & changes)
 
     points = collocation_points(iterate.transcription.columns.phases[index])
     costates = phase_costates(iterate, index)
     values = hamiltonian.along(
         evaluator, iterate.trajectory, costates, points.intervals, points.tau
     )
-    steps, stretches = np.diff(phase.breakpoints), stretches_of(iterate, phase)
-    inside = shift_gains(points.means(values.value), steps, stretches, arcs)
-    return with_ends(inside, steps, acting, arcs)
+    means, arcs = points.means(values.value), acting & ~changes
+    inside = with_ends(shift_gains(means, steps, stretches, arcs), steps, acting, arcs)
+    at_ends = junction_gains(np.diff(means), steps, stretches, acting & changes)
+    return np.maximum(inside, at_ends)
+
+
+def junction_gains(jumps: Array, steps: Array, stretches: Integers, ends: Flags) -> Array:
+    """What moving the ends of arcs by their shorter interval gains, half to each side, (N,).
+
+    The difference of the Hamiltonian falls to nothing on the way to where the arc ends, hence half
+    of it counts.
+
+    Parameters
+    ----------
+    jumps : (N - 1,)
+        Differences of the Hamiltonian at the inner breakpoints.
+    steps, stretches : (N,)
+        As of `shift_gains`.
+    ends : (N,)
+        Intervals in which a path acts and the active set changes.
+    """
+    beside = (ends[1:] | ends[:-1]) & (np.diff(stretches) == 0)
+    shorter = np.minimum(steps[1:], steps[:-1])
+    half = np.where(beside, 0.25 * np.abs(jumps) * shorter, 0.0)
+    return np.asarray(np.append(half, 0.0) + np.append(0.0, half))
 
 
 def with_ends(gains: Array, steps: Array, acting: Flags, arcs: Flags) -> Array:
