@@ -345,9 +345,15 @@ def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:
 
 
 def _verdict(meshes: MeshSolver, refinement: Refinement, bound: float | None) -> str:
-    if bound is not None:
-        gap = abs(refinement.best.iterate.objective - bound) / max(abs(bound), 1e-300)
-        if gap <= max(10 * meshes.settings.accuracy.objective, _BOUND_MET):
-            return f"global: bound met (gap {gap:.1e})"
     starts = max(entry.starts for entry in refinement.rounds)
-    return f"local: best of {starts} start{'s' if starts > 1 else ''}"
+    verdict = f"local: best of {starts} start{'s' if starts > 1 else ''}"
+    if bound is None:
+        return verdict
+
+    value = refinement.best.iterate.objective
+    gap = meshes.problem.sense * (value - bound) / max(abs(bound), 1e-300)
+    if abs(gap) <= max(meshes.settings.accuracy.objective, _BOUND_MET):
+        return f"global: bound met (gap {abs(gap):.1e})"
+    if gap < 0:
+        verdict += f"; the bound of {bound:.6g} is refuted by {value:.6g}"
+    return verdict

@@ -238,11 +238,14 @@ class _Bound:
         The bound if it is known beforehand.
     gap : float or None
         By which the value that met it was off.
+    refuted : str
+        In words, that a value lies beyond the bound, so that it is none.
     """
 
     def __init__(self, bound: float | Callable[[], float | None] | None, allowed: float) -> None:
         self.number = None if callable(bound) else bound
         self.gap: float | None = None
+        self.refuted = ""
         self._bound = bound
         self._allowed = allowed
 
@@ -254,9 +257,11 @@ class _Bound:
             return False
         sense = trial.solution.problem.sense
         gap = sense * (trial.value - self._bound) / max(abs(self._bound), 1e-300)
-        if gap <= self._allowed:
+        if abs(gap) <= self._allowed:
             self.gap = abs(gap)
-        return gap <= self._allowed
+        elif gap < 0:
+            self.refuted = f"; the bound of {self._bound:.6g} is refuted by {trial.value:.6g}"
+        return abs(gap) <= self._allowed
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -429,6 +434,7 @@ def _audit(
         verdict = f"global: bound met (gap {bound.gap:.1e})"
     else:
         verdict = _verdict(trials, verified, optima[0], settings, same)
+    verdict += bound.refuted
     if interrupted:
         verdict += "; stopped by the user"
     return Audit(name, tuple(trials), optima, verdict, interrupted)

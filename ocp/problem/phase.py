@@ -26,7 +26,10 @@ from ocp.problem.functionals import (
 )
 from ocp.problem.instants import checked_breakpoints
 from ocp.problem.symbols import Between, Signal, State, Symbol, check_name, is_real, resolve, scalar
-from ocp.problem.validation import check_mapping, check_phase
+from ocp.problem.validation import check_jump, check_mapping, check_meeting, check_phase
+
+# of expressions that are held against each other: that of a limit
+_DEPTH = 20
 
 Kind = TypeVar("Kind", bound=Functional)
 _END = "write end={value}, or end=Between(lower, upper) where it is free"
@@ -149,14 +152,20 @@ class Phase:
 
     def _coupled_limits(self) -> list[Bound]:
         """Limits of signals that depend on unknowns, as bounds; none twice."""
-        stated = {bound.name for bound in self.bounds}
+        stated = {bound.name: bound for bound in self.bounds}
         limits = []
         for symbol in self._symbols():
             for side, limit in symbol.coupled if isinstance(symbol, Signal) else ():
-                name = f"{symbol.name} {side}"
-                sides = {side: 0.0}
+                name, excess = f"{symbol.name} {side}", symbol.symbol - limit
                 if name not in stated:
-                    limits.append(Bound(name, symbol.symbol - limit, symbol.unit, **sides))
+                    limits.append(Bound(name, excess, symbol.unit, **{side: 0.0}))
+                # a copy of the phase has it already
+                elif not ca.is_equal(stated[name].expression, excess, _DEPTH):
+                    raise StatementError(
+                        f"the {side} limit of '{symbol.name}' depends on an unknown and becomes "
+                        f"the bound '{name}' of phase '{self.name}', but there is another bound "
+                        "of that name; rename it"
+                    )
         return limits
 
     def _symbols(self) -> tuple[Symbol, ...]:
@@ -363,6 +372,11 @@ def joined(
         The second begins where the first ends.
     jump : mapping of State to expression of the first phase's signals, optional
         The value right after the instant, where it differs from the value right before.
+
+    Raises
+    ------
+    StatementError
+        Where the two phases cannot meet, or something jumps that is no state of the second one.
     """
     for phase in (first, second):
         if not isinstance(phase, Phase):
@@ -370,8 +384,14 @@ def joined(
                 f"joined links two phases, but one is {phase!r}; write joined(first, second), "
                 "with the phases themselves"
             )
+    if first is second:
+        raise StatementError(
+            f"joined links phase '{first.name}' with itself; give the phase that follows it"
+        )
     if jump is not None:
         check_mapping(first.name, "jump", jump)
+        check_jump(second, jump)
+    check_meeting(first, second)
     pair = f"from {first.name} to {second.name}"
     gap = second.start_time - first.end_time
     links = [Bound(f"time {pair}", gap, "s", lower=0, upper=0)]

@@ -130,11 +130,52 @@ def _check_limit(value: Any, what: str) -> None:
             )
 
 
+def check_meeting(first: Phase, second: Phase) -> None:
+    """StatementError unless the second of two phases can begin where the first ends."""
+    end, start = first.end, second.start
+    earliest, latest = (end.lower, end.upper) if isinstance(end, Between) else (end, end)
+    begins = (start.lower, start.upper) if isinstance(start, Between) else (start, start)
+    if latest < begins[0] or earliest > begins[1]:
+        raise StatementError(
+            f"phase '{second.name}' cannot begin where phase '{first.name}' ends: the one starts "
+            f"at {start} s, the other ends at {end} s; give both the same time"
+        )
+
+
+def check_jump(second: Phase, jump: Mapping[State, Any]) -> None:
+    """StatementError unless all that jumps are states of the phase that begins."""
+    for state in jump:
+        if not isinstance(state, State) or state not in second.dynamics:
+            remedy = (
+                "give the State itself, not its name"
+                if not isinstance(state, Symbol)
+                else f"give one of {', '.join(s.name for s in second.states)}"
+            )
+            raise StatementError(
+                f"the jump into phase '{second.name}' is of '{getattr(state, 'name', state)}', "
+                f"which is no state of it; {remedy}"
+            )
+
+
+def _check_coupled(problem: Problem) -> None:
+    """StatementError for a limit by an unknown of a signal that no expression of a phase has."""
+    for phase in problem.phases:
+        known = set(phase.symbols)
+        for signal in problem.signals[phase.name]:
+            if isinstance(signal, Signal) and signal.coupled and signal not in known:
+                raise StatementError(
+                    f"the limit of '{signal.name}' depends on an unknown, but phase "
+                    f"'{phase.name}' has '{signal.name}' in an integral, a peak or an end value "
+                    "only; state the limit in the phase's bounds"
+                )
+
+
 def check_problem(problem: Problem) -> None:
     """StatementError unless names are unique and terminal expressions are of numbers."""
     if not problem.phases:
         raise StatementError(f"problem '{problem.name}' has no phase; give at least one")
     _check_names(problem)
+    _check_coupled(problem)
 
     for symbol in problem.boundary_symbols:
         if isinstance(symbol, (Signal, Time)):

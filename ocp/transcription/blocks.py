@@ -423,7 +423,9 @@ class _FunctionalExpressions:
             case Integral():
                 # the running total at the end of the phase
                 columns = self._columns(functional)
-                place = columns.totals[-1:, [columns.integrals.index(functional)]]
+                # by identity: `==` of functionals states an equation
+                number = next(i for i, own in enumerate(columns.integrals) if own is functional)
+                place = columns.totals[-1:, [number]]
                 return self._variable(place, functional)
             case Peak():
                 # the unknown that the expression does not exceed

@@ -253,6 +253,9 @@ def test_a_proven_bound_is_reported():
     problem = Problem("run", [phase], maximise=phase.at_end(x))
     assert solve(problem, settings=FEW, bound=1.0).verdict.startswith("global: bound met")
     assert solve(problem, settings=FEW, bound=2.0).verdict.startswith("local")
+    # the value lies beyond it, so that it is no bound
+    verdict = solve(problem, settings=FEW, bound=0.5).verdict
+    assert verdict == "local: best of 1 start; the bound of 0.5 is refuted by 1"
 
 
 def test_progress_is_told_and_can_stop_the_solve():
@@ -273,3 +276,12 @@ def test_progress_is_told_and_can_stop_the_solve():
 
     with pytest.raises(Enough, match="iteration 0"):
         solve(problem, settings=FEW, progress=stop)
+
+
+def test_a_ratio_of_two_integrals_is_minimised():
+    """Cauchy and Schwarz: the integral of u^2 by the square of that of u is 1 for a constant u."""
+    x, u = State("x"), Control("u", lower=0.5, upper=2)
+    phase = Phase("run", {x: u}, initial={x: 0}, end=1.0, guess={u: 1.5})
+    squares, sums = phase.integral(u**2, "squares"), phase.integral(u, "sums")
+    found = solve(Problem("ratio", phase, minimise=squares / sums**2), settings=FEW)
+    assert found.objective == pytest.approx(1.0, rel=1e-8)

@@ -41,6 +41,17 @@ def drive(**changed):
     return Phase("drive", **{**stated, **changed})
 
 
+PUSH = Phase("push", RATES, initial=START, end=1.0)
+REST = Phase("rest", RATES, final=GOAL, start=1.0, end=2.0)
+MOST = Unknown("most", lower=0)
+PUSHED = Control("pushed", "N", lower=0, upper=MOST)
+
+
+def priced(phase, control):
+    """A problem in whose objective alone a control is."""
+    return Problem("priced", phase, minimise=phase.integral(u**2 + control**2))
+
+
 def task(phase, **changed):
     return Problem("task", phase, **{"minimise": phase.integral(u**2), **changed})
 
@@ -116,6 +127,27 @@ WRONG_KINDS = {
     "a phase to report": (lambda: scaling_report(drive()), r"'drive' is a phase without"),
     "a phase to change": (lambda: with_objective(drive(), 0), r"'drive' is a phase without"),
     "a problem to certify": (lambda: certify(task(drive())), r"a Solution, not .*solve it first"),
+    "a phase joined to itself": (lambda: joined(PUSH, PUSH), r"'push' with itself; give the phase"),
+    "a jump by name": (
+        lambda: joined(PUSH, REST, jump={"speed": v / 2}),
+        r"into phase 'rest' is of 'speed', which is no state of it; give the State itself",
+    ),
+    "a jump of another state": (
+        lambda: joined(PUSH, REST, jump={State("height"): v / 2}),
+        r"is of 'height', which is no state of it; give one of position, speed",
+    ),
+    "phases that cannot meet": (
+        lambda: joined(PUSH, Phase("late", RATES, start=2.5, end=3.0)),
+        r"'late' cannot begin where phase 'push' ends: the one starts at 2.5 s, the other ends at",
+    ),
+    "a limit called as a bound": (
+        lambda: drive(dynamics={x: v, v: PUSHED}, bounds=[Bound("pushed", v, lower=-9, upper=9)]),
+        r"becomes the bound 'pushed upper' of phase 'drive', but there is another .* rename it",
+    ),
+    "a limit that nothing in the phase has": (
+        lambda: priced(drive(), PUSHED),
+        r"the limit of 'pushed' depends on an unknown, but phase 'drive' has 'pushed' in an int",
+    ),
     "a name to join": (lambda: joined(drive(), "next"), r"one is 'next'; write joined\(first"),
     "a text as phase": (lambda: Problem("p", "drive", minimise=0), r"phase of .* is 'drive'; give"),
     "a list of derivatives": (

@@ -93,6 +93,13 @@ def test_a_bound_that_is_met_is_global():
     assert found.verdict.startswith("global: bound met")
 
 
+def test_a_bound_that_a_value_lies_beyond_is_refuted():
+    problem, _, _ = valley()
+    found = audit(problem, starts=2, seed=1, processes=1, settings=FEW, bound=1000.0)
+    assert found.verdict.startswith("local")
+    assert "the bound of 1000 is refuted by" in found.verdict
+
+
 def test_when_all_fail_the_stated_guess_tells_why():
     x, u = State("x", "m"), Control("u", "m/s", upper=1)
     phase = Phase("far", {x: u}, {x: 0}, {x: 2}, end=Between(0.5, 1))

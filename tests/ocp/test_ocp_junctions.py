@@ -1,0 +1,84 @@
+"""Arcs that begin inside an interval: the optimum in closed form, and what a coarse mesh is told.
+
+On such a mesh the limit is met at all points of the interval that holds the junction. The control
+there is what the limit asks for, no control is rough, and only the Hamiltonian tells.
+"""
+
+import numpy as np
+import pytest
+
+from ocp import (
+    TIME,
+    Bound,
+    Control,
+    FixedMesh,
+    Phase,
+    Problem,
+    Settings,
+    State,
+    certify,
+    solve,
+)
+from ocp.refinement.estimates.constrained_arcs import junction_gains
+
+
+def below_a_speed(limit):
+    """One metre in one second from rest to rest with least effort, below a speed [m/s]."""
+    x, v, u = State("x", "m"), State("v", "m/s", upper=limit), Control("u", "m/s^2")
+    phase = Phase("move", {x: v, v: u}, initial={x: 0, v: 0}, final={x: 1, v: 0}, end=1)
+    return Problem("below a speed", phase, minimise=phase.integral(u**2))
+
+
+def least_effort(limit):
+    """The speed rises by a parabola for ``t_a = 3 (V - 1) / (2 V)``; both ends cost 8 V^2/(3 t_a)."""
+    return 8.0 * limit**2 / (3.0 * (1.5 * (limit - 1.0) / limit))
+
+
+def over_a_hill(steepness, top):
+    """From 0 to 0 in one second over a parabola of height 1, with least integral of u^2."""
+    x, u = State("x"), Control("u")
+    hill = Bound("hill", x - 1 + steepness * (TIME - top) ** 2, lower=0)
+    phase = Phase("over", {x: u}, initial={x: 0}, final={x: 0}, end=1, bounds=[hill])
+    return Problem("over a hill", phase, minimise=phase.integral(u**2))
+
+
+def least_over_a_hill(k, c):
+    """Tangents from both ends and the parabola between: slope s at a, ``s a = 1 - k (a - c)^2``."""
+    a = np.sqrt(c**2 - 1.0 / k)
+    b = 1.0 - np.sqrt((1.0 - c) ** 2 - 1.0 / k)
+    slopes = -2.0 * k * (np.array([a, b]) - c)
+    arc = 4.0 * k**2 * ((b - c) ** 3 - (a - c) ** 3) / 3.0
+    return slopes[0] ** 2 * a + slopes[1] ** 2 * (1.0 - b) + arc
+
+
+@pytest.mark.parametrize("limit", [1.04, 1.08, 1.12, 1.35, 1.48])
+def test_a_speed_is_held_from_where_it_is_best(limit):
+    found = solve(below_a_speed(limit))
+    assert found.objective == pytest.approx(least_effort(limit), rel=1e-6)
+    assert certify(found).passed
+
+
+@pytest.mark.parametrize(("k", "c"), [(10, 0.4), (100, 0.5), (400, 0.51237), (1000, 0.51237)])
+def test_a_hill_that_is_narrower_than_an_interval_is_touched_where_it_is_best(k, c):
+    # time enters, so that the Hamiltonian is not constant
+    found = solve(over_a_hill(k, c))
+    assert found.objective == pytest.approx(least_over_a_hill(k, c), rel=1e-6)
+    assert certify(found).passed
+
+
+@pytest.mark.parametrize("limit", [1.04, 1.08, 1.12])
+def test_a_mesh_whose_arcs_begin_too_early_is_not_certified(limit):
+    coarse = solve(below_a_speed(limit), settings=Settings(refinement=FixedMesh()))
+    assert coarse.objective > least_effort(limit) * (1 + 3e-4)
+    failed = {c.name for c in certify(coarse).checks if not c.passed}
+    assert any("where path constraints act" in name for name in failed)
+
+
+def test_a_difference_of_the_hamiltonian_beside_the_end_of_an_arc_counts_half():
+    ends = np.array([False, True, False, False])
+    steps, stretches = np.array([0.5, 0.25, 1.0, 1.0]), np.zeros(4, dtype=int)
+    found = junction_gains(np.array([2.0, -4.0, 8.0]), steps, stretches, ends)
+    np.testing.assert_allclose(found, [0.125, 0.125 + 0.25, 0.25, 0.0])
+    # at a known instant it may jump
+    found = junction_gains(np.array([2.0, -4.0, 8.0]), steps, np.array([0, 1, 1, 1]), ends)
+    np.testing.assert_allclose(found, [0.0, 0.25, 0.25, 0.0])
