@@ -281,7 +281,7 @@ def test_progress_is_told_and_can_stop_the_solve():
 def test_a_ratio_of_two_integrals_is_minimised():
     """Cauchy and Schwarz: the integral of u^2 by the square of that of u is 1 for a constant u."""
     x, u = State("x"), Control("u", lower=0.5, upper=2)
-    phase = Phase("run", {x: u}, initial={x: 0}, end=1.0, guess={u: 1.5})
+    phase = Phase("run", {x: u}, initial={x: 0}, final={x: (0.5, 2)}, end=1.0, guess={u: 1.5})
     squares, sums = phase.integral(u**2, "squares"), phase.integral(u, "sums")
     found = solve(Problem("ratio", phase, minimise=squares / sums**2), settings=FEW)
     assert found.objective == pytest.approx(1.0, rel=1e-8)

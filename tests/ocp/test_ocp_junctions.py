@@ -30,7 +30,7 @@ def below_a_speed(limit):
 
 
 def least_effort(limit):
-    """The speed rises by a parabola for ``t_a = 3 (V - 1) / (2 V)``; both ends cost 8 V^2/(3 t_a)."""
+    """Parabolas of ``t_a = 3 (V - 1) / (2 V)`` at both ends, which cost ``8 V^2 / (3 t_a)``."""
     return 8.0 * limit**2 / (3.0 * (1.5 * (limit - 1.0) / limit))
 
 

@@ -141,7 +141,7 @@ WRONG_KINDS = {
         r"'late' cannot begin where phase 'push' ends: the one starts at 2.5 s, the other ends at",
     ),
     "a limit called as a bound": (
-        lambda: drive(dynamics={x: v, v: PUSHED}, bounds=[Bound("pushed", v, lower=-9, upper=9)]),
+        lambda: drive(dynamics={x: v, v: PUSHED}, bounds=[Bound("pushed upper", v, upper=9)]),
         r"becomes the bound 'pushed upper' of phase 'drive', but there is another .* rename it",
     ),
     "a limit that nothing in the phase has": (
