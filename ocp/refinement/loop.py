@@ -9,7 +9,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from ocp.errors import BudgetSpent, Interrupted, NumericalTrouble
+import numpy as np
+
+from ocp.errors import BudgetSpent, Interrupted, NumericalTrouble, Unbounded
 from ocp.mesh.mesh import Mesh, same_intervals
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.failures import failure
@@ -36,6 +38,9 @@ _FAR = 1e-3
 
 # Mesh iterations after which an angle that still turns to and fro does so on finer meshes, too.
 _TURNING = 3
+
+# Part of the objective that is as good as all of it.
+_ALL_OF_IT = 0.5
 
 # Times that a mesh without errors is solved again because its objective was far from its size.
 _SIZINGS = 4
@@ -104,8 +109,8 @@ def refine(
     Raises
     ------
     SolveFailed
-        No mesh was solved, the budget ended before one held between its points, or an angle without
-        bounds turns to and fro.
+        No mesh was solved, the budget ended before one held between its points, an angle without
+        bounds turns to and fro, or the objective seems to be unbounded.
     Interrupted
         The user stopped it.
     """
@@ -288,6 +293,28 @@ def _check_angles(solved: Sequence[SolvedMesh]) -> None:
         )
 
 
+def _check_bounded(solved: Sequence[SolvedMesh]) -> None:
+    """Unbounded where meshes in a row promise the whole objective, which stays where it is.
+
+    Where the optimum is at infinite controls, as a least time without a limit of the force, the
+    solver stops somewhere on the way, and finer meshes lead nowhere.
+    """
+    latest = solved[-_TURNING:]
+    if len(latest) < _TURNING or min(s.errors.gain for s in latest) < _ALL_OF_IT:
+        return
+    last = latest[-1].iterate
+    values = [s.iterate.objective for s in latest]
+    # of a value next to nothing any part may be gained
+    if last.objective_size > abs(last.objective) or np.ptp(values) > _FAR * last.objective_size:
+        return
+    raise Unbounded(
+        f"the objective of '{last.problem.name}' is {last.objective:.3g} after {len(solved)} mesh "
+        "iterations, and finer controls still promise to gain all of it: it seems to be unbounded; "
+        "bound the controls that it depends on",
+        last.trajectory,
+    )
+
+
 def _ending(
     meshes: MeshSolver,
     solved: Sequence[SolvedMesh],
@@ -305,6 +332,7 @@ def _ending(
         Whether the policy allows no further mesh.
     """
     _check_angles(solved)
+    _check_bounded(solved)
     if over and not step.again:
         return "rounds"
     if meshes.spent(rounds):

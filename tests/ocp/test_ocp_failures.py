@@ -9,6 +9,7 @@ import pytest
 from ocp import (
     Accuracy,
     AdaptiveMesh,
+    Between,
     Bound,
     Control,
     FixedMesh,
@@ -22,6 +23,7 @@ from ocp import (
     Settings,
     SolveFailed,
     State,
+    Unbounded,
     Unverified,
     solve,
 )
@@ -144,3 +146,12 @@ def test_a_polynomial_control_keeps_its_bounds_between_the_points():
     values = solve(problem, settings=settings).sample(u, np.linspace(0, 1, 1001))
     assert np.ptp(values) > 1.0  # it does switch
     assert np.abs(values).max() <= 1 + 1e-9  # round-off of the interpolation
+
+
+@pytest.mark.slow
+def test_a_least_time_without_a_limit_of_the_force_is_unbounded():
+    x, v, free = State("x", "m"), State("v", "m/s"), Control("force", "N")
+    rest = {"initial": {x: 0, v: 0}, "final": {x: 1, v: 0}}
+    phase = Phase("push", {x: v, v: free / 2}, **rest, end=Between(0, 10))
+    with pytest.raises(Unbounded, match=r"promise to gain all of it: .*; bound the controls"):
+        solve(Problem("push", phase, minimise=phase.end_time))
