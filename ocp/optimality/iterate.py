@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 
+import numpy as np
+
 from ocp.arrays import Array
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Trajectory
@@ -78,6 +80,20 @@ class Iterate:
     def parameters(self) -> Parameters:
         """The constants of the problem, and its limits at their values."""
         return parameters_of(self.problem, self.trajectory.constants)
+
+    @cached_property
+    def telling_row_multipliers(self) -> Array:
+        """Multipliers of the rows, zero for rows on which no free unknown has an influence, (m,).
+
+        A path constraint at the start of a phase may be met by the initial values alone. Where they
+        lie on its limit the multiplier is any number, as large as the solver happens to leave it.
+        """
+        lower, upper = self.limits.columns
+        pattern = self.transcription.program.constraint_jacobian.sparsity_out(1)
+        rows, columns = np.array(pattern.row()), np.array(pattern.get_col())
+        free = np.zeros(self.row_multipliers.size, dtype=bool)
+        free[rows[(lower < upper)[columns]]] = True
+        return np.where(free, self.row_multipliers, 0.0)
 
     @cached_property
     def limits(self) -> ProgramLimits:

@@ -4,8 +4,11 @@ On such a mesh the limit is met at all points of the interval that holds the jun
 there is what the limit asks for, no control is rough, and only the Hamiltonian tells.
 """
 
+import casadi as ca
 import numpy as np
 import pytest
+from scipy.integrate import quad
+from scipy.optimize import brentq
 
 from ocp import (
     TIME,
@@ -64,6 +67,42 @@ def test_a_hill_that_is_narrower_than_an_interval_is_touched_where_it_is_best(k,
     found = solve(over_a_hill(k, c))
     assert found.objective == pytest.approx(least_over_a_hill(k, c), rel=1e-6)
     assert certify(found).passed
+
+
+def over_a_bell(width):
+    """From 0 to 0 over a bell of height 1; it vanishes at both ends, where the motion begins."""
+    x, u = State("x"), Control("u")
+    bell = Bound("bell", x - ca.exp(-(((TIME - 0.5) / width) ** 2) / 2), lower=0)
+    phase = Phase("over", {x: u}, initial={x: 0}, final={x: 0}, end=1, bounds=[bell])
+    return Problem("over a bell", phase, minimise=phase.integral(u**2))
+
+
+def least_over_a_bell(width):
+    """Twice a tangent from the start to the bell, and the bell up to its top."""
+
+    def bell(t):
+        return np.exp(-(((t - 0.5) / width) ** 2) / 2)
+
+    def slope(t):
+        return -(t - 0.5) / width**2 * bell(t)
+
+    at = brentq(lambda t: slope(t) * t - bell(t), 0.5 - width, 0.5 - 1e-9, xtol=1e-15)
+    return 2 * (slope(at) ** 2 * at + quad(lambda t: slope(t) ** 2, at, 0.5)[0])
+
+
+@pytest.mark.parametrize("width", [0.01, 0.02])
+def test_a_limit_that_fixed_values_meet_hides_no_other_arc(width):
+    # the start lies on the limit, whose multiplier there is any number, often a huge one
+    found = solve(over_a_bell(width))
+    assert found.objective == pytest.approx(least_over_a_bell(width), rel=1e-6)
+    assert certify(found).passed
+
+    # those of the bell at the start and the end, and no others
+    iterate = found.kept_iterate
+    untold = np.flatnonzero(iterate.row_multipliers != iterate.telling_row_multipliers)
+    bell = np.concatenate([path.rows for path in iterate.transcription.rows.phases[0].path])
+    assert untold.size == 2
+    assert np.isin(untold, bell).all()
 
 
 @pytest.mark.parametrize("limit", [1.04, 1.08, 1.12])
