@@ -21,7 +21,7 @@ from ocp.optimality.multipliers import multipliers
 from ocp.problem.integrator_chains import first_degree
 from ocp.problem.parameters import parameters_of
 from ocp.problem.problem import Problem, check_is_problem
-from ocp.problem.symbols import Constant
+from ocp.problem.symbols import Constant, is_real
 from ocp.problem.validation import check_values
 from ocp.progress import Progress, shown
 from ocp.refinement.loop import Refinement, refine
@@ -108,6 +108,8 @@ def solve(
     """
     settings = _DEFAULTS if settings is None else settings
     check_arguments(problem, settings, guess, mesh)
+    if not (bound is None or is_real(bound)):
+        raise StatementError(f"the argument 'bound' is {bound!r}; give a number")
     parameters = parameters_of(problem, constants)
     start, stays = start_from(problem, settings, guess), mesh is not None
     if mesh is None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from ocp.errors import HomotopyStopped, SolveFailed, StatementError, Unverified
 from ocp.keywords import checked_keywords
 from ocp.problem.problem import Problem
@@ -113,7 +115,13 @@ def homotopy(
     StatementError, SolveFailed, Interrupted
         As `ocp.solve`, of the first solve.
     """
-    targets = [float(values)] if isinstance(values, (int, float)) else [float(v) for v in values]
+    targets = [float(value) for value in np.atleast_1d(np.asarray(values, dtype=float))]
+    if constant not in set(problem.constants):
+        names = ", ".join(f"'{known.name}'" for known in problem.constants) or "none"
+        raise StatementError(
+            f"problem '{problem.name}' does not use the constant '{constant.name}'; there are: "
+            f"{names}"
+        )
     if not targets:
         raise StatementError(
             f"the homotopy in '{constant.name}' has no value to go to; give at least one"

@@ -12,6 +12,8 @@ from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
+from numbers import Integral
+from typing import Any
 
 import numpy as np
 
@@ -216,6 +218,9 @@ def _named_starts(
         if not named:
             raise StatementError("an audit without starts finds nothing; give at least one")
         return named
+    count: Any = starts
+    if not isinstance(count, Integral):
+        raise StatementError(f"the starts of an audit are {starts!r}; give a whole number")
     if starts < 1:
         raise StatementError(f"an audit of {starts} starts finds nothing; give at least 1")
     check_arguments(problem, settings, None, None)

@@ -312,10 +312,17 @@ class Evaluator:
     def _symbol_value(
         self, trajectory: Trajectory, symbol: Any, peaks: Mapping[Peak, float]
     ) -> float:
-        if isinstance(symbol, Unknown):
-            return trajectory.unknowns[symbol.name]
-        if isinstance(symbol, Constant):
-            return trajectory.constants[symbol.name]
+        for kind, values in (
+            (Unknown, trajectory.unknowns),
+            (Constant, trajectory.constants),
+        ):
+            if isinstance(symbol, kind):
+                if symbol.name not in values:
+                    known = ", ".join(f"'{name}'" for name in values) or "none"
+                    raise StatementError(
+                        f"the problem has no {kind.__name__} '{symbol.name}'; there are: {known}"
+                    )
+                return values[symbol.name]
         if isinstance(symbol, (Signal, Time)):
             raise StatementError(
                 f"'{symbol.name}' varies in time; sample it at times instead of asking for one "

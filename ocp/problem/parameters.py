@@ -87,7 +87,10 @@ def parameters_of(
     for constant, value in (changed or {}).items():
         name = constant if isinstance(constant, str) else constant.name
         if name not in values:
-            raise StatementError(f"problem '{problem.name}' does not use the constant '{name}'")
+            names = ", ".join(f"'{known}'" for known in values) or "none"
+            raise StatementError(
+                f"problem '{problem.name}' does not use the constant '{name}'; there are: {names}"
+            )
         values[name] = float(value)
     vector = np.array(list(values.values()), dtype=float)
 

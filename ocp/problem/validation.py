@@ -6,6 +6,7 @@ when the values of the constants are known.
 
 from __future__ import annotations
 
+import itertools
 import math
 import warnings
 from collections.abc import Iterator, Mapping
@@ -14,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import casadi as ca
 
 from ocp.errors import StatementError, StatementWarning
-from ocp.problem.functionals import Functional
+from ocp.problem.functionals import BoundaryValue, Functional
 from ocp.problem.symbols import (
     Between,
     Constant,
@@ -263,13 +264,24 @@ def check_values(problem: Problem, parameters: Parameters) -> None:
     Warns
     -----
     StatementWarning
-        When a state has dynamics but nothing depends on it.
+        When a state has dynamics but nothing depends on it, or a phase begins where another ends
+        without a link.
     """
     for what, (low, high) in _limits(problem, parameters):
         if low > high:
             raise StatementError(
                 f"{what} cross{_at(parameters)}: lower {low:g} is above upper {high:g}; change one "
                 "of them"
+            )
+
+    for first, second in itertools.pairwise(problem.phases):
+        if shared := _unlinked(problem, first, second):
+            warnings.warn(
+                f"phase '{second.name}' begins at {second.start} s, where '{first.name}' ends, and "
+                f"both have the state '{shared}', but nothing links them; add "
+                "links=joined(first, second) with these phases",
+                StatementWarning,
+                stacklevel=3,
             )
 
     for phase in problem.phases:
@@ -339,6 +351,22 @@ def _check_guess(problem: Problem, phase: Phase) -> None:
                 f"phase '{phase.name}' has a guess for '{getattr(signal, 'name', signal)}', which "
                 f"its dynamics, bounds and objective do not use; {remedy}"
             )
+
+
+def _unlinked(problem: Problem, first: Phase, second: Phase) -> str:
+    """A state that two phases share which follow each other in time without a link, if any."""
+    meet = not isinstance(first.end, Between) and first.end == second.start
+    shared = [s.name for s in second.states if s in first.dynamics and s not in second.initial]
+    if not (meet and shared):
+        return ""
+    for bound in problem.boundary_constraints:
+        functionals = [s for s in bound.symbols if isinstance(s, Functional)]
+        if {first.name, second.name} <= {name for f in functionals for name, _ in f.pieces}:
+            return ""
+        # an unknown may stand between the two
+        if any(isinstance(f, BoundaryValue) and f.phase == second.name for f in functionals):
+            return ""
+    return shared[0]
 
 
 def _unused(problem: Problem, phase: Phase) -> list[State]:

@@ -20,8 +20,11 @@ from ocp import (
     Settings,
     State,
     StatementError,
+    StatementWarning,
     Unknown,
+    audit,
     certify,
+    homotopy,
     joined,
     peak,
     save,
@@ -147,6 +150,19 @@ WRONG_KINDS = {
     "a limit that nothing in the phase has": (
         lambda: priced(drive(), PUSHED),
         r"the limit of 'pushed' depends on an unknown, but phase 'drive' has 'pushed' in an int",
+    ),
+    "a value of a stranger": (
+        lambda: solve(task(drive())).value(MOST),
+        r"the problem has no Unknown 'most'; there are: none",
+    ),
+    "a homotopy in a stranger": (
+        lambda: homotopy(task(drive()), Constant("load", value=1), 2),
+        r"'task' does not use the constant 'load'; there are: none",
+    ),
+    "starts by a word": (lambda: audit(task(drive()), starts="all"), r"'all'; give a whole number"),
+    "a bound by a word": (
+        lambda: solve(task(drive()), bound="low"),
+        r"'bound' is 'low'; give a nu",
     ),
     "a name to join": (lambda: joined(drive(), "next"), r"one is 'next'; write joined\(first"),
     "a text as phase": (lambda: Problem("p", "drive", minimise=0), r"phase of .* is 'drive'; give"),
@@ -318,3 +334,21 @@ def test_checked_classes_can_be_copied():
     between = Between(1, 2)
     assert copy.copy(between) == pickle.loads(pickle.dumps(between)) == between
     assert copy.copy(drive()).name == "drive"
+
+
+def test_phases_that_follow_each_other_without_a_link_are_told():
+    phases = (PUSH, REST)
+    effort = PUSH.integral(u**2 + (x - 1) ** 2) + REST.integral(u**2)
+    with pytest.warns(StatementWarning, match=r"'rest' begins at 1.0 s, where 'push' ends, and"):
+        solve(Problem("apart", phases, minimise=effort))
+
+    # an unknown may stand between the two
+    height, pace = Unknown("height"), Unknown("pace")
+    between = [
+        phase_at(state) == unknown
+        for phase_at in (PUSH.at_end, REST.at_start)
+        for state, unknown in ((x, height), (v, pace))
+    ]
+    linked = solve(Problem("linked", phases, minimise=effort, links=joined(*phases)))
+    by_unknowns = solve(Problem("by unknowns", phases, minimise=effort, bounds=between))
+    assert by_unknowns.objective == pytest.approx(linked.objective, rel=1e-8)
