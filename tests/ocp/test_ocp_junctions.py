@@ -113,11 +113,11 @@ def test_a_mesh_whose_arcs_begin_too_early_is_not_certified(limit):
     assert any("where path constraints act" in name for name in failed)
 
 
-def test_a_difference_of_the_hamiltonian_beside_the_end_of_an_arc_counts_half():
+def test_a_quarter_of_the_hamiltonians_difference_beside_the_end_of_an_arc_counts():
     ends = np.array([False, True, False, False])
     steps, stretches = np.array([0.5, 0.25, 1.0, 1.0]), np.zeros(4, dtype=int)
     found = junction_gains(np.array([2.0, -4.0, 8.0]), steps, stretches, ends)
-    np.testing.assert_allclose(found, [0.125, 0.125 + 0.25, 0.25, 0.0])
+    np.testing.assert_allclose(found, [0.0625, 0.0625 + 0.125, 0.125, 0.0])
     # at a known instant it may jump
     found = junction_gains(np.array([2.0, -4.0, 8.0]), steps, np.array([0, 1, 1, 1]), ends)
-    np.testing.assert_allclose(found, [0.0, 0.25, 0.25, 0.0])
+    np.testing.assert_allclose(found, [0.0, 0.125, 0.125, 0.0])
