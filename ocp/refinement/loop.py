@@ -9,9 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-import numpy as np
-
-from ocp.errors import BudgetSpent, Interrupted, NumericalTrouble, Unbounded
+from ocp.errors import BudgetSpent, Collapsed, Interrupted, NumericalTrouble
 from ocp.mesh.mesh import Mesh, same_intervals
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.failures import failure
@@ -39,8 +37,9 @@ _FAR = 1e-3
 # Mesh iterations after which an angle that still turns to and fro does so on finer meshes, too.
 _TURNING = 3
 
-# Part of the objective that is as good as all of it.
+# Part of the objective that is as good as all of it, and of the typical time that is next to none.
 _ALL_OF_IT = 0.5
+_NEXT_TO_NO_TIME = 1e-2
 
 # Times that a mesh without errors is solved again because its objective was far from its size.
 _SIZINGS = 4
@@ -110,7 +109,7 @@ def refine(
     ------
     SolveFailed
         No mesh was solved, the budget ended before one held between its points, an angle without
-        bounds turns to and fro, or the objective seems to be unbounded.
+        bounds turns to and fro, or the motion shrinks to next to no time.
     Interrupted
         The user stopped it.
     """
@@ -293,8 +292,8 @@ def _check_angles(solved: Sequence[SolvedMesh]) -> None:
         )
 
 
-def _check_bounded(solved: Sequence[SolvedMesh]) -> None:
-    """Unbounded where meshes in a row promise the whole objective, which stays where it is.
+def _check_duration(solved: Sequence[SolvedMesh]) -> None:
+    """Collapsed where next to no time is left, and meshes in a row promise the whole objective.
 
     Where the optimum is at infinite controls, as a least time without a limit of the force, the
     solver stops somewhere on the way, and finer meshes lead nowhere.
@@ -303,14 +302,13 @@ def _check_bounded(solved: Sequence[SolvedMesh]) -> None:
     if len(latest) < _TURNING or min(s.errors.gain for s in latest) < _ALL_OF_IT:
         return
     last = latest[-1].iterate
-    values = [s.iterate.objective for s in latest]
-    # of a value next to nothing any part may be gained
-    if last.objective_size > abs(last.objective) or np.ptp(values) > _FAR * last.objective_size:
+    duration = sum(phase.end - phase.start for phase in last.trajectory.phases)
+    if duration > _NEXT_TO_NO_TIME * last.scales.time:
         return
-    raise Unbounded(
-        f"the objective of '{last.problem.name}' is {last.objective:.3g} after {len(solved)} mesh "
-        "iterations, and finer controls still promise to gain all of it: it seems to be unbounded; "
-        "bound the controls that it depends on",
+    raise Collapsed(
+        f"the motion of '{last.problem.name}' shrinks to {duration:.1e} s, and finer controls "
+        "promise to gain all of the objective: nothing seems to limit them; bound the controls, or "
+        "prescribe a least duration",
         last.trajectory,
     )
 
@@ -332,7 +330,7 @@ def _ending(
         Whether the policy allows no further mesh.
     """
     _check_angles(solved)
-    _check_bounded(solved)
+    _check_duration(solved)
     if over and not step.again:
         return "rounds"
     if meshes.spent(rounds):
