@@ -34,7 +34,8 @@ Ending = Literal["tolerances", "standstill", "rounds", "failure", "budget"]
 # While the last mesh was off by this much or more, the next one is about to be replaced, too.
 _FAR = 1e-3
 
-# Mesh iterations after which an angle that still turns to and fro does so on finer meshes, too.
+# Mesh iterations after which an angle that still turns to and fro does so on finer meshes, too, and
+# after which a motion that has shrunk to next to no time will not grow.
 _TURNING = 3
 
 # Part of the objective that is as good as all of it, and of the typical time that is next to none.
