@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import time as clock
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ocp.errors import Interrupted, StatementError, Unverified
+from ocp.errors import Interrupted, StatementError, StatementWarning, Unverified
 from ocp.keywords import checked_keywords
 from ocp.mesh.first_mesh import following
 from ocp.mesh.initial_guess import initial_guess
@@ -18,6 +19,7 @@ from ocp.nlp.failures import collapsed, failure
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multiplier_sets import fitted_to_switches
 from ocp.optimality.multipliers import multipliers
+from ocp.optimality.steps import step_remark, steps_along
 from ocp.problem.integrator_chains import first_degree
 from ocp.problem.parameters import parameters_of
 from ocp.problem.problem import Problem, check_is_problem
@@ -288,6 +290,10 @@ def _solution(
         verdict = _verdict(meshes, refinement, bound)
         if shortfall := _shortfall(meshes, refinement):
             verdict += f"; {shortfall}"
+    remark = step_remark(steps_along(meshes.problem, iterate.trajectory, meshes.evaluator))
+    if remark:
+        verdict += f"; {remark}"
+        warnings.warn(f"'{meshes.problem.name}': {remark}", StatementWarning, stacklevel=5)
     fitted = fitted_to_switches(iterate)
     solution = Solution(
         problem=meshes.problem,
@@ -312,8 +318,12 @@ def _solution(
         raise Unverified(
             f"the answer for '{meshes.problem.name}' did not pass its verification{when}: "
             + "; ".join(checked.verification.reasons)
-            + "; loosen the tolerance named, allow more rounds or intervals, or look at the "
-            "unverified answer in error.iterate",
+            + (
+                f"; {remark}"
+                if remark
+                else "; loosen the tolerance named, allow more rounds or intervals"
+            )
+            + ", or look at the unverified answer in error.iterate",
             solution,
         )
     return solution

@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -36,6 +36,7 @@ from ocp.optimality.active_set import ACTIVE, LimitDistances, limit_distances
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multiplier_sets import MULTIPLIER_SPREAD, MultiplierChanges
 from ocp.optimality.multipliers import all_multipliers
+from ocp.optimality.steps import steps_along
 from ocp.problem.parameters import Parameters
 from ocp.problem.phase import Phase
 from ocp.problem.symbols import Between, resolve, scalar
@@ -55,6 +56,12 @@ _WEAKLY_ACTIVE = (
 )
 
 
+_STEP = (
+    "expressions of the problem step at a time that moves, which multipliers do not show; compare "
+    "solves with other values"
+)
+
+
 class ActiveSetWarning(UserWarning):
     """A sensitivity is not one number: it differs on the two sides."""
 
@@ -66,7 +73,8 @@ class Sided:
     Attributes
     ----------
     below, above : float
-        Equal where the optimum is smooth; infinite where it has no finite slope.
+        Equal where the optimum is smooth; infinite where it has no finite slope; nan where a step
+        of an expression moves with the number.
     note : str
         Empty, or why the value holds for small changes only.
     """
@@ -100,7 +108,7 @@ def sensitivities(solution: Solution) -> dict[str, float]:
     kinks = [
         f"by '{name}' it changes by {s.below:.6g} for a decrease and {s.above:.6g} for an increase"
         for name, s in both_sides.items()
-        if not s.is_one
+        if not (s.is_one or s.note == _STEP)
     ]
     if kinks:
         warnings.warn(
@@ -114,6 +122,13 @@ def sensitivities(solution: Solution) -> dict[str, float]:
         warnings.warn(
             f"whether the slopes by {', '.join(unknown)} hold on both sides was not found: "
             f"{_UNKNOWN}; hold them against a solve with another value",
+            ActiveSetWarning,
+            stacklevel=3,
+        )
+    stepping = [f"'{name}'" for name, s in both_sides.items() if s.note == _STEP]
+    if stepping:
+        warnings.warn(
+            f"the slopes by {', '.join(stepping)} are not known: {_STEP}",
             ActiveSetWarning,
             stacklevel=3,
         )
@@ -149,7 +164,23 @@ def one_sided_sensitivities(solution: Solution) -> dict[str, Sided]:
             sided[slope.name] = Sided(sense * value, sense * value, note)
         else:
             sided[slope.name] = Sided(sense * (value + down), sense * (value + up), _KINK)
+
+    for name in _moved_by_steps(solution, sided):
+        sided[name] = Sided(math.nan, math.nan, _STEP)
     return sided
+
+
+def _moved_by_steps(solution: Solution, named: Iterable[str]) -> set[str]:
+    """Those of named numbers whose slope lacks the share of a step that moves with them.
+
+    Where the time of a step depends on the motion, these are all of them.
+    """
+    problem, names = solution.problem, set[str]()
+    for step in steps_along(problem, solution.trajectory, solution.evaluator):
+        if step.unseen:
+            return set(named)
+        names |= {*step.constants, f"{step.phase}: start", f"{step.phase}: end"}
+    return names & set(named)
 
 
 def slopes_by_multipliers(solution: Solution) -> dict[str, float]:
@@ -166,11 +197,12 @@ def slopes_by_multipliers(solution: Solution) -> dict[str, float]:
     """
     iterate = solution.kept_iterate
     multipliers, distances = all_multipliers(iterate), limit_distances(iterate)
-    return {
+    slopes = {
         slope.name: iterate.problem.sense
         * (slope.direct + float(slope.by_multiplier @ multipliers))
         for slope in lagrangian_slopes(iterate, multipliers, distances)
     }
+    return slopes | dict.fromkeys(_moved_by_steps(solution, slopes), math.nan)
 
 
 @dataclass(frozen=True, eq=False)

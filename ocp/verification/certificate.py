@@ -24,6 +24,7 @@ from ocp.verification.conditions import (
     optimality_conditions,
     peak_conditions,
     program_conditions,
+    step_conditions,
 )
 from ocp.verification.tolerances import Tolerances
 
@@ -144,6 +145,7 @@ def certify(solution: Certifiable, tolerances: Tolerances | None = None) -> Cert
         *motion_conditions(evidence, allowed),
         *program_conditions(evidence, allowed),
         *optimality_conditions(evidence, allowed),
+        *step_conditions(evidence, allowed),
         *peak_conditions(evidence, allowed),
     )
     return Certificate(iterate.problem.name, solution.objective, solution.verdict, checks)

@@ -2,7 +2,8 @@
 
 Each group of conditions is a function that yields them: the replayed motion against the statement
 (`motion_conditions`), the first-order conditions of the nonlinear program (`program_conditions`),
-the minimum principle (`optimality_conditions`) and the multipliers of peaks (`peak_conditions`).
+the minimum principle (`optimality_conditions`), steps that no derivative shows (`step_conditions`)
+and the multipliers of peaks (`peak_conditions`).
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from ocp.optimality.active_set import acting_intervals, limit_distances
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers
 from ocp.optimality.multipliers import multipliers as recovered
+from ocp.optimality.steps import step_remark, steps_along
 from ocp.problem.functionals import BoundaryValue, End, Functional, Peak, PhaseTime
 from ocp.problem.symbols import TIME, Between
 from ocp.refinement.accuracy import Accuracy
@@ -263,6 +265,15 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
             allowed.gain,
             "what they promise to gain, to first order, relative to the objective",
         )
+
+
+def step_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condition]:
+    """Steps of the expressions, whose share in the costates the program does not have."""
+    iterate = evidence.iterate
+    steps = list(steps_along(iterate.problem, iterate.trajectory, evidence.evaluator))
+    if remark := step_remark(steps):
+        size = max(step.size for step in steps if step.unseen)
+        yield Condition("steps", size, allowed.steps, remark)
 
 
 def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterator[Condition]:

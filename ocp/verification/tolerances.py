@@ -54,6 +54,9 @@ class Tolerances:
         What finer controls promise, or other breakpoints where a path constraint acts, relative
         to the objective: ten times the default of a solve, because the promise is of first order,
         and often ten times what they give.
+    steps : float
+        Step of a rate, integrand or constraint whose time depends on the motion, relative to its
+        largest value: what is left where two branches are meant to be one function.
     peak : float
         Sum and sign of a peak's multipliers: ten times what the solver leaves of the slope of the
         Lagrangian by the peak.
@@ -79,6 +82,7 @@ class Tolerances:
     changes: float = 0.5
     concave: float = 1e-6
     gain: float = CERTIFIED_GAIN
+    steps: float = 1e-6
     peak: float = 1e-5
 
     def __post_init__(self) -> None:

@@ -1,0 +1,111 @@
+"""Steps of expressions that no derivative shows: said, and stated as phases they are solved."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from ocp import (
+    TIME,
+    Between,
+    Constant,
+    Control,
+    Phase,
+    Problem,
+    State,
+    StatementWarning,
+    certify,
+    joined,
+    solve,
+)
+from ocp.analysis.sensitivity import ActiveSetWarning, slopes_by_multipliers
+
+x, speed = State("x", "m"), Control("speed", "m/s")
+
+
+def crossing(rate, end=1.0):
+    """One metre at a rate that depends on the place, with least effort."""
+    phase = Phase("move", dynamics={x: rate}, initial={x: 0}, final={x: 1}, end=end)
+    return Problem("crossing", phase, minimise=phase.integral(speed**2))
+
+
+STEPPING = {
+    "comparison": speed * ca.if_else(x < 0.5, 1, 2),
+    "sign": speed * (1.5 + 0.5 * ca.sign(x - 0.5)),
+    "floor": speed * (1 + ca.floor(2 * x + 1e-12)),
+}
+
+
+@pytest.mark.parametrize("rate", STEPPING.values(), ids=STEPPING)
+def test_a_step_at_a_place_is_said_and_not_certified(rate):
+    with pytest.warns(StatementWarning, match=r"rate of 'x' in phase 'move' steps at 0\.8 s"):
+        found = solve(crossing(rate))
+
+    # the solver sees equal speeds in both halves; the optimum is 0.5625
+    assert found.objective == pytest.approx(0.625, rel=1e-5)
+    assert "need not be an optimum" in found.verdict
+    certificate = certify(found)
+    assert [check.passed for check in certificate.checks if check.name == "steps"] == [False]
+
+
+def test_the_remedy_finds_the_optimum():
+    """With t the time in the first half, J = 0.25 / t + 0.0625 / (1 - t), least at t = 2/3."""
+    meeting = Between(0.1, 0.9)
+    slow = Phase("slow", dynamics={x: speed}, initial={x: 0}, final={x: 0.5}, end=meeting)
+    fast = Phase("fast", dynamics={x: 2 * speed}, final={x: 1}, start=meeting, end=1.0)
+    cost = slow.integral(speed**2) + fast.integral(speed**2)
+    found = solve(Problem("crossing", [slow, fast], minimise=cost, links=joined(slow, fast)))
+    assert found.objective == pytest.approx(0.5625, rel=1e-7)
+    assert found.value(slow.end_time) == pytest.approx(2 / 3, abs=1e-4)
+    assert certify(found).passed
+
+
+CONTINUOUS = {
+    "one comparison": ca.if_else(x < 0.5, 1, 2 * x),
+    "two that change together": ca.if_else(x < 0.5, 1, 0) + ca.if_else(x - 0.5 >= 0, 2 * x, 0),
+    "kink": ca.fabs(x - 0.3) + 1,
+}
+
+
+@pytest.mark.parametrize("factor", CONTINUOUS.values(), ids=CONTINUOUS)
+def test_a_kink_is_no_step(factor):
+    # the optimum has x' / factor constant, and J is the square of the integral of 1 / factor
+    found = solve(crossing(speed * factor))
+    at = np.linspace(0, 1, 200_001)
+    middle = 0.5 * (at[1:] + at[:-1])
+    values = ca.Function("factor", [x.symbol], [factor])(middle[None, :])
+    assert found.objective == pytest.approx(float(np.mean(1 / np.array(values))) ** 2, rel=1e-6)
+    assert certify(found).passed
+
+
+def test_a_known_time_is_no_step_that_moves_but_its_constant_has_no_slope():
+    """J = 1 / (4 - 3 c), whose slope by c = 0.4 is 3 / 2.8^2: multipliers would say 0."""
+    change = Constant("change", "s", 0.4)
+    found = solve(crossing(speed * ca.if_else(change > TIME, 1, 2)))
+    assert found.objective == pytest.approx(1 / 2.8, rel=1e-6)
+    assert certify(found).passed
+    with pytest.warns(ActiveSetWarning, match="'change'.* are not known"):
+        slopes = found.sensitivities()
+    assert np.isnan([slopes[name] for name in ("change", "move: start", "move: end")]).all()
+    assert slopes["move: x final"] == pytest.approx(2 / 2.8, rel=1e-5)
+    assert np.isnan(slopes_by_multipliers(found)["change"])
+
+
+def test_a_known_time_moves_in_a_phase_whose_end_is_free():
+    problem = crossing(speed * ca.if_else(TIME < 0.4, 1, 1.001), end=Between(0.5, 1.0))
+    with pytest.warns(StatementWarning, match=r"steps at 0\.4 s, where 'time < 0\.4' changes"):
+        solve(problem)
+
+
+def test_friction_of_one_sign_is_no_step():
+    place, rate = State("place", "m"), State("rate", "m/s")
+    force = Control("force", "N")
+    phase = Phase(
+        "slide",
+        dynamics={place: rate, rate: force - ca.sign(rate)},
+        initial={place: 0, rate: 0},
+        final={place: 1, rate: 0},
+        end=2.0,
+    )
+    found = solve(Problem("slide", phase, minimise=phase.integral((force - 1) ** 2)))
+    assert found.objective == pytest.approx(12 / 2**3, rel=1e-6)
+    assert "steps" not in found.verdict
