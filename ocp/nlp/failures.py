@@ -18,7 +18,7 @@ from ocp.errors import (
     SolveFailed,
     Unbounded,
 )
-from ocp.mesh.trajectory import Trajectory
+from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.result import NlpResult
 from ocp.problem.integrator_chains import in_equation
 from ocp.problem.parameters import Parameters
@@ -34,6 +34,18 @@ _RUNAWAY = 1e7
 _VIOLATED = 1e-7
 # as many violated constraints as a sentence holds
 _MOST_NAMED = 3
+
+
+# Instants of an interval at which limits are looked at, the part of a size within which one is
+# reached (what the solver is held to while it restores feasibility is far closer), and the part of
+# a phase for which it is, to be named
+_SAMPLES = 4
+_AT_LIMIT = 1e-3
+_LEAST_SHARE = 0.02
+_MOST_REACHED = 2
+
+# times the intervals of a mesh on which nothing was found
+_FINER = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,11 +162,13 @@ def failure(
         )
 
     if result.outcome == "infeasible" and worst:
+        reached = list(_limits_reached(transcription, parameters, iterate))
+        finer = _FINER * max(phase.intervals for phase in transcription.mesh.phases)
         return Infeasible(
-            "no motion was found from this start that meets all constraints of "
-            f"'{name}'; worst: {listed}; {_remedy(worst)}; this is no proof that there is none: "
-            "try another guess or ocp.audit(problem); ocp.relaxed(problem) finds the smallest "
-            "relaxation",
+            f"no motion was found that meets all constraints of '{name}'; worst: {listed}; "
+            f"{_remedy(worst, reached)} (ocp.relaxed(problem) finds the least), or try another "
+            f"guess, ocp.audit(problem) or settings=Settings(intervals={finer}); this is no proof "
+            "that there is none",
             iterate,
         )
 
@@ -178,11 +192,43 @@ def _algebraic(transcription: Transcription) -> str:
     return ""
 
 
-def _remedy(worst: list[Violation]) -> str:
+def _remedy(worst: list[Violation], reached: list[str]) -> str:
     """What the user can change about rows that cannot be met."""
-    if worst[0].kind.what.startswith("dynamics"):
-        return "nothing within the limits joins the prescribed values: relax one of them or a limit"
-    return "relax one of these"
+    if not worst[0].kind.what.startswith("dynamics"):
+        return "relax one of these"
+    limits = f"{'; '.join(reached[:_MOST_REACHED])}: " if reached else ""
+    return f"{limits}relax a limit or a prescribed value"
+
+
+def _limits_reached(
+    transcription: Transcription, parameters: Parameters, iterate: Trajectory
+) -> Iterator[str]:
+    """Limits at which the iterate lies for a part of a phase, the longest first."""
+    problem, evaluator = transcription.problem, Evaluator(transcription.problem)
+    found: list[tuple[float, str]] = []
+    for motion, constraints in zip(iterate.phases, transcription.constraints, strict=True):
+        held = [
+            (c.name, c.unit, c.expression, c.scale, c.limits(parameters, {}))
+            for c in constraints
+            if c.peak is None and not c.is_equation
+        ]
+        for u in problem.controls[motion.name]:
+            size, limits = transcription.scales.signals[u.name], parameters.signal_limits[u.name]
+            held.append((u.name, u.unit, u.symbol, size, limits))
+
+        k = np.repeat(np.arange(motion.intervals), _SAMPLES)
+        tau = np.tile((np.arange(_SAMPLES) + 0.5) / _SAMPLES, motion.intervals)
+        weights = np.diff(motion.breakpoints)[k]
+        expressions = [expression for _, _, expression, *_ in held]
+        values = evaluator.values(iterate, motion.name, expressions, k, tau)
+        for (name, unit, _, size, limits), value in zip(held, values.T, strict=True):
+            for side, limit in zip(("lower", "upper"), limits, strict=True):
+                share = float(weights @ (np.abs(value - limit) < _AT_LIMIT * size) / weights.sum())
+                if share > _LEAST_SHARE:
+                    bare = "" if unit in ("", "1") else f" {unit}"
+                    text = f"'{name}' is at its {side} limit of {limit:.6g}{bare} for "
+                    found.append((share, text + f"{share:.0%} of '{motion.name}'"))
+    yield from (text for _, text in sorted(found, reverse=True))
 
 
 def counted(limits: ProgramLimits) -> tuple[int, int]:
