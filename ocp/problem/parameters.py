@@ -6,6 +6,7 @@ one function, once for each set of values, and everybody reads the numbers.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -17,7 +18,7 @@ import numpy as np
 from ocp.arrays import Array
 from ocp.errors import StatementError
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import Constant, Signal, Unknown, is_number, resolve, scalar
+from ocp.problem.symbols import Constant, Signal, Unknown, is_number, is_real, resolve, scalar
 
 Interval = tuple[float, float]
 
@@ -76,7 +77,7 @@ def parameters_of(
     Raises
     ------
     StatementError
-        When the problem does not use such a constant.
+        When the problem does not use such a constant, or a value is no finite number.
     """
     if changed is not None and not isinstance(changed, Mapping):
         raise StatementError(
@@ -91,6 +92,8 @@ def parameters_of(
             raise StatementError(
                 f"problem '{problem.name}' does not use the constant '{name}'; there are: {names}"
             )
+        if not (is_real(value) and math.isfinite(value)):
+            raise StatementError(f"the constant '{name}' is {value!r}; give it a finite number")
         values[name] = float(value)
     vector = np.array(list(values.values()), dtype=float)
 

@@ -348,7 +348,7 @@ class Between:
     Raises
     ------
     StatementError
-        When the limits cross, or the guess lies outside.
+        When the limits are no numbers or cross, or the guess lies outside.
     """
 
     lower: float
@@ -356,6 +356,13 @@ class Between:
     guess: float | None = None
 
     def __post_init__(self) -> None:
+        for limit in (self.lower, self.upper):
+            if not is_real(limit):
+                raise StatementError(
+                    f"a limit of a free time is {limit!r}; give a number of seconds, and state "
+                    "what depends on an unknown or a constant as a bound of the problem, such as "
+                    "Bound('end', phase.end_time - limit, 's', upper=0)"
+                )
         check_interval("a free time", self.lower, self.upper)
         if self.guess is None:
             return

@@ -7,9 +7,13 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from ocp.problem.display import objective_unit, with_unit
+from ocp.problem.symbols import Between
 
 if TYPE_CHECKING:
     from ocp.solution.solution import Solution
+
+# part of the duration within which a time is at its limit: what the solver's barrier leaves
+_AT_LIMIT = 1e-6
 
 _MOST_NUMBERS = 5  # of unknowns or peaks that are listed
 
@@ -41,7 +45,7 @@ def _lines(solution: Solution) -> Iterator[tuple[str, str]]:
     span = f"{phases[0].start:.6g} to {max(phase.end for phase in phases):.6g} s"
     count = sum(phase.intervals for phase in phases)
     in_phases = f" in {len(phases)} phases" if len(phases) > 1 else ""
-    yield "time", f"{span}, {count} intervals{in_phases}"
+    yield "time", f"{span}, {count} intervals{in_phases}{_times_at_limits(solution)}"
     yield (
         "solved in",
         f"{_counted(len(solution.mesh_iterations), 'mesh iteration')}, "
@@ -59,6 +63,18 @@ def _lines(solution: Solution) -> Iterator[tuple[str, str]]:
     if problem.peaks:
         pairs = zip(problem.peaks, solution.trajectory.peaks, strict=True)
         yield "peaks", _listed([with_unit(f"{p.name} = {v:.6g}", p.unit) for p, v in pairs])
+
+
+def _times_at_limits(solution: Solution) -> str:
+    """The ends of phases that lie at a limit which was stated for them."""
+    texts = []
+    for phase, motion in zip(solution.problem.phases, solution.trajectory.phases, strict=True):
+        if isinstance(phase.end, Between):
+            near = _AT_LIMIT * (motion.end - motion.start)
+            sides = {"lower": phase.end.lower, "upper": phase.end.upper}
+            at = [side for side, limit in sides.items() if abs(motion.end - limit) <= near]
+            texts += [f"the end of '{phase.name}' is at its {side} limit" for side in at]
+    return "; " + _listed(texts) if texts else ""
 
 
 def _errors(solution: Solution) -> str:

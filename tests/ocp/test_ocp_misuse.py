@@ -352,3 +352,16 @@ def test_phases_that_follow_each_other_without_a_link_are_told():
     linked = solve(Problem("linked", phases, minimise=effort, links=joined(*phases)))
     by_unknowns = solve(Problem("by unknowns", phases, minimise=effort, bounds=between))
     assert by_unknowns.objective == pytest.approx(linked.objective, rel=1e-8)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, None, "2"])
+def test_a_value_of_a_constant_that_is_no_number_is_named(value):
+    mass = Constant("mass", "kg", 1.0)
+    heavy = drive(dynamics={x: v, v: u / mass})
+    with pytest.raises(StatementError, match=r"constant 'mass' is .*; give it a finite number"):
+        solve(task(heavy), constants={mass: value})
+
+
+def test_a_limit_of_a_time_is_a_number():
+    with pytest.raises(StatementError, match=r"limit of a free time is Unknown.*Bound\('end'"):
+        Between(0.1, MOST)

@@ -84,6 +84,19 @@ def test_a_solution_prints_its_essence_in_ten_lines(found):
     assert "not verified" in repr(solve(double_integrator(), settings=Settings(verify=False)))
 
 
+@pytest.mark.parametrize(
+    ("later", "side"), [(1.0, "lower"), (-1.0, "upper"), (None, "")], ids=["soon", "late", "inside"]
+)
+def test_an_end_at_its_limit_is_said(later, side):
+    x, u = State("x", "m"), Control("u", "m/s")
+    phase = Phase("move", {x: u}, {x: 0}, {x: 1}, end=Between(0.5, 2.0))
+
+    # the effort is 1 / end, so that with the time beside it the best end is 1 s
+    cost = phase.integral(u**2) + phase.end_time if later is None else later * phase.end_time
+    text = str(solve(Problem("move", phase, minimise=cost), settings=FEW))
+    assert (f"the end of 'move' is at its {side} limit" in text) == bool(side)
+
+
 def test_a_notebook_shows_the_same_as_a_table(found):
     page = found._repr_html_()
     assert page.startswith("<table>")
