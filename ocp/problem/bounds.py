@@ -43,7 +43,8 @@ class Bound:
         [unit]. A limit that depends on an unknown is brought into the expression where the bound is
         used: ``u <= p`` becomes ``u - p <= 0``.
     scale : float or None
-        Typical size of the expression [unit]. It is derived from the guess if None.
+        Typical size of the expression [unit], of which an excess is a part. If None it is derived
+        from the guess, and an excess is a part of the largest value on the motion.
 
     Attributes
     ----------

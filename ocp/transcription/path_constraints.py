@@ -16,6 +16,10 @@ from ocp.problem.symbols import Algebraic, State, Time, resolve
 from ocp.transcription.columns import PhaseColumns
 from ocp.transcription.scaling import Scales
 
+# Of the largest value of a constraint: a scale that is smaller would ask for more digits than sums
+# of such values have.
+_FINEST = 1e-4
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PathConstraint:
@@ -29,6 +33,8 @@ class PathConstraint:
         Size by which its rows are divided [unit].
     sampled : bool
         Whether it has rows. Bounds of signals are bounds of unknowns instead.
+    has_stated_scale : bool
+        Whether the user stated the scale.
     of_controls : bool
         Whether it is linear in the controls and depends on no other signal. Then its rows hold its
         Bernstein coefficients, and with them the constraint at all times, instead of its values at
@@ -53,6 +59,7 @@ class PathConstraint:
     sign: float = 1.0
     is_equation: bool = False
     of_controls: bool = False
+    has_stated_scale: bool = False
 
     def limits(self, parameters: Parameters, peaks: Mapping[Peak, float]) -> tuple[float, float]:
         """Lower and upper limit of ``sign * expression``, at given values of the peaks."""
@@ -61,6 +68,20 @@ class PathConstraint:
         if self.sampled:
             return parameters.bound_limits[self.phase, self.name]
         return parameters.signal_limits[self.name]
+
+    def size(self, limits: tuple[float, float], largest: float) -> float:
+        """What an excess is a part of: the largest of the finite limits and the typical value.
+
+        Parameters
+        ----------
+        limits : (lower, upper)
+        largest : float
+            Largest absolute value on the motion. It is the typical one where no scale is stated,
+            and one that is stated counts down to the part of it that rounding leaves exact.
+        """
+        finite = [abs(limit) for limit in limits if math.isfinite(limit)]
+        typical = max(self.scale, _FINEST * largest) if self.has_stated_scale else largest
+        return max([*finite, typical]) or 1.0
 
 
 def path_constraints(
@@ -78,6 +99,7 @@ def path_constraints(
             upper=b.upper,
             scale=scales.bounds[phase.name, b.name],
             sampled=True,
+            has_stated_scale=b.scale is not None,
             is_equation=b.is_equation,
             of_controls=not b.is_equation and _is_of_controls(b.expression, problem, phase.name),
         )

@@ -278,8 +278,7 @@ def rigorous_excess(
 ) -> float | None:
     """A bound on how far a constraint is exceeded in a phase, or None where there is none.
 
-    It is relative to the size of the constraint: the largest of its limits and of its values on the
-    trajectory. It is infinite where a value is not finite.
+    It is relative to `PathConstraint.size`, and infinite where a value is not finite.
 
     Parameters
     ----------
@@ -300,7 +299,7 @@ def rigorous_excess(
     largest_value = max(float(np.abs(values).max()) for values, _ in parts)
     if not math.isfinite(largest_value):
         return math.inf
-    size = max([abs(limit) for limit in limits if math.isfinite(limit)] + [largest_value]) or 1.0
+    size = constraint.size(limits, largest_value)
 
     worst = -math.inf
     for values, change in parts:

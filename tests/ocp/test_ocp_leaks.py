@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 from ocp import (
+    TIME,
     Accuracy,
     AdaptiveMesh,
+    Bound,
     Control,
     FixedMesh,
     Phase,
@@ -108,3 +110,24 @@ def test_where_a_leak_is_closed_its_smaller_neighbours_are_too():
     # the worst one is above the tolerance, the second between a third of it and all of it
     path = min(0.9 * worst, 2.0 * second)
     assert closed(path) == set(np.argsort(leaks)[-2:])
+
+
+@pytest.mark.parametrize("peak", [0.51237, 0.4])
+def test_an_excess_is_a_part_of_the_scale_that_is_stated(peak):
+    """A hill of height 1 over a parabola of hundreds: both at rest at 0, touched once.
+
+    A motion that has the height g at time t takes the effort 3 g^2 / (t (1 - t))^3 at least, and
+    the height at t is 1 - 400 (t - c)^2.
+    """
+    x, v, u = State("x"), State("v"), Control("u")
+    hill = Bound("hill", x - 1 + 400 * (TIME - peak) ** 2, lower=0, scale=1)
+    rest = {x: 0, v: 0}
+    phase = Phase("over", {x: v, v: u}, initial=rest, final=rest, end=1.0, bounds=[hill])
+    found = solve(Problem("over", phase, minimise=phase.integral(u**2)))
+
+    t = np.linspace(0, 1, 100_001)
+    height = 1 - 400 * (t - peak) ** 2
+    assert (height - found.sample(x, t)).max() < 1e-6
+    inside = t[np.abs(t - peak) < 0.04]
+    efforts = 3 * (1 - 400 * (inside - peak) ** 2) ** 2 / (inside * (1 - inside)) ** 3
+    assert found.objective == pytest.approx(efforts.max(), rel=1e-6)

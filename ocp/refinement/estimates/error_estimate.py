@@ -75,8 +75,7 @@ class MotionErrors:
     def excess(self) -> tuple[tuple[Extremes, ...], ...]:
         """How far the constraints of each phase are exceeded in each interval, relative.
 
-        One `Extremes` a path constraint, minus infinity for equations. The size of a constraint is
-        the largest of its limits and of its values on the trajectory. Values are exact where a
+        One `Extremes` a path constraint, minus infinity for equations. Values are exact where a
         constraint is exceeded or about to be, and where it is closest to that.
         """
         return tuple(
@@ -135,11 +134,11 @@ class MotionErrors:
     ) -> Extremes:
         """Excess of one constraint from its values on the dense grid, (N, m)."""
         lower, upper = limits
-        size = max((abs(v) for v in (lower, upper) if np.isfinite(v)), default=0.0)
+        largest = 0.0
 
         def beyond(values: Array) -> Array:
-            nonlocal size
-            size = max(size, float(np.abs(values[np.isfinite(values)]).max(initial=0.0)))
+            nonlocal largest
+            largest = max(largest, float(np.abs(values[np.isfinite(values)]).max(initial=0.0)))
             signed = constraint.sign * values
             return np.asarray(np.maximum(signed - upper, lower - signed))
 
@@ -147,7 +146,8 @@ class MotionErrors:
             return beyond(self._values(motion, constraint.expression, intervals, tau))
 
         extremes = maxima(sampled, beyond(samples), _grid(motion), level=0.0)
-        return Extremes(extremes.values / (size or 1.0), extremes.tau, size or 1.0)
+        size = constraint.size(limits, largest)
+        return Extremes(extremes.values / size, extremes.tau, size)
 
     def _equation_error(self, motion: PhaseTrajectory, index: int) -> Array:
         """How far equations are off in each interval, the largest relative to its scale, (N,)."""
