@@ -32,8 +32,8 @@ from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import PhaseCostates
 from ocp.refinement.estimates.active_set_changes import active_set_changes
 from ocp.refinement.estimates.constrained_arcs import (
+    gains_by_means,
     junction_gains,
-    shift_gains,
     stretches_of,
 )
 
@@ -128,13 +128,12 @@ class MinimumPrinciple:
     @property
     def gain_on_arcs(self) -> float:
         """What moving breakpoints promises where a path acts [unit of the objective]."""
-        ends, arcs = self.acting & self.changes, self.acting & ~self.changes
-        if not self.autonomous:
-            at_ends = junction_gains(self.jumps, self.steps, self.stretches, ends)
-            return self.size * float(at_ends.sum())
-        inside = shift_gains(self.means, self.steps, self.stretches, arcs)
-        at_ends = junction_gains(np.diff(self.means), self.steps, self.stretches, ends)
-        return self.size * float(np.maximum(inside, at_ends).sum())
+        of_intervals = self.steps, self.stretches
+        if self.autonomous:
+            gains = gains_by_means(self.means, *of_intervals, self.acting, self.changes)
+        else:
+            gains = junction_gains(self.jumps, *of_intervals, self.acting & self.changes)
+        return self.size * float(gains.sum())
 
     def share_judged_by_means(self, within: float, strict: float) -> float:
         """The part of the duration in which the strict limits do not hold, or were not tested.

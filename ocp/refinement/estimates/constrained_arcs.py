@@ -45,19 +45,35 @@ def arc_gains(iterate: Iterate, evaluator: Evaluator, index: int, acting: Flags)
     hamiltonian = hamiltonian_of(evaluator, iterate.transcription, index)
     changes = active_set_changes(iterate, index)
     steps, stretches = np.diff(phase.breakpoints), stretches_of(iterate, phase)
-    if not hamiltonian.autonomous:
-        jumps = hamiltonian_jumps(iterate, evaluator, index)
-        return junction_gains(jumps, steps, stretches, acting & changes)
+    if hamiltonian.autonomous:
+        points = collocation_points(iterate.transcription.columns.phases[index])
+        values = hamiltonian.along(
+            evaluator,
+            iterate.trajectory,
+            phase_costates(iterate, index),
+            points.intervals,
+            points.tau,
+        )
+        return gains_by_means(points.means(values.value), steps, stretches, acting, changes)
+    jumps = hamiltonian_jumps(iterate, evaluator, index)
+    return junction_gains(jumps, steps, stretches, acting & changes)
 
-    points = collocation_points(iterate.transcription.columns.phases[index])
-    costates = phase_costates(iterate, index)
-    values = hamiltonian.along(
-        evaluator, iterate.trajectory, costates, points.intervals, points.tau
-    )
-    means, arcs = points.means(values.value), acting & ~changes
+
+def gains_by_means(
+    means: Array, steps: Array, stretches: Integers, acting: Flags, changes: Flags
+) -> Array:
+    """What other breakpoints gain inside of arcs and at their ends, time not in the phase, (N,).
+
+    Parameters
+    ----------
+    means, steps, stretches : (N,)
+        As of `shift_gains`.
+    acting, changes : (N,)
+        Intervals in which a path acts, and in which the active set changes.
+    """
+    arcs = acting & ~changes
     inside = with_ends(shift_gains(means, steps, stretches, arcs), steps, acting, arcs)
-    at_ends = junction_gains(np.diff(means), steps, stretches, acting & changes)
-    return np.maximum(inside, at_ends)
+    return np.maximum(inside, junction_gains(np.diff(means), steps, stretches, acting & changes))
 
 
 def junction_gains(jumps: Array, steps: Array, stretches: Integers, ends: Flags) -> Array:
