@@ -11,6 +11,7 @@ import numpy as np
 
 from ocp.arrays import Array, Integers
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
+from ocp.numerics.expression_graph import operands_of
 from ocp.problem.functionals import Functional, Integral
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
@@ -138,8 +139,9 @@ def _expressions(problem: Problem, phase: Phase) -> Iterator[tuple[str, ca.SX]]:
 def _culprit(expression: ca.SX, number: Callable[[ca.SX], float]) -> str:
     """The innermost part of an expression that is not finite although its arguments are."""
     while True:
-        parts = [expression.dep(i) for i in range(expression.n_dep())]
-        worse = [p for p in parts if not p.is_symbolic() and not np.isfinite(number(p))]
+        worse = [
+            p for p in operands_of(expression) if not p.is_symbolic() and not np.isfinite(number(p))
+        ]
         if not worse:
             text = str(expression)
             return text if len(text) <= _LONGEST else ""

@@ -40,14 +40,29 @@ class Instruction:
 
     Attributes
     ----------
-    operation : name of an elementary function, "number" or "symbol".
+    operation : name of an elementary function, "number", "symbol" or "call".
     operands : positions of earlier instructions; of a symbol its position among the symbols.
     number : the value of a number.
+    function, output : the function that is called, such as a table, and which of its outputs it is.
+        Numbers of all inputs are the operands, and those of all outputs are counted.
     """
 
     operation: str
     operands: tuple[int, ...] = ()
     number: float = 0.0
+    function: ca.Function | None = None
+    output: int = 0
+
+    def called(self, arguments: Sequence[ca.SX]) -> ca.SX:
+        """The result of the function that is called."""
+        assert self.function is not None
+        inputs, rest = [], list(arguments)
+        for i in range(self.function.n_in()):
+            pattern = self.function.sparsity_in(i)
+            own, rest = rest[: pattern.nnz()], rest[pattern.nnz() :]
+            inputs.append(ca.SX(pattern, ca.vertcat(*own, ca.SX(0, 1))))
+        outputs = self.function.call(inputs)
+        return ca.vertcat(*[ca.SX(ca.vertcat(*o.nonzeros())) for o in outputs])[self.output]
 
 
 @dataclass(frozen=True)
@@ -71,9 +86,9 @@ class ExpressionGraph:
     def __post_init__(self) -> None:
         for position, instruction in enumerate(self.instructions):
             name, operands = instruction.operation, instruction.operands
-            if name not in _OPERANDS:
+            if name not in _OPERANDS and instruction.function is None:
                 raise ValueError(f"instruction {position} is the unknown operation {name!r}")
-            if len(operands) != _OPERANDS[name]:
+            if instruction.function is None and len(operands) != _OPERANDS[name]:
                 raise ValueError(f"instruction {position} ({name}) has {len(operands)} operands")
             end = math.inf if name == "symbol" else position
             if not all(0 <= i < end for i in operands):
@@ -90,6 +105,8 @@ class ExpressionGraph:
                 values.append(ca.SX(instruction.number))
             elif instruction.operation == "symbol":
                 values.append(symbols[operands[0]])
+            elif instruction.function is not None:
+                values.append(instruction.called([values[i] for i in operands]))
             elif len(operands) == 1:
                 values.append(ca.SX.unary(codes[instruction.operation], values[operands[0]]))
             else:
@@ -108,6 +125,10 @@ def graph_of(expressions: Sequence[ca.SX], symbols: Sequence[ca.SX]) -> Expressi
     stacked = ca.densify(ca.vertcat(*expressions, ca.SX(0, 1)))
     function = ca.Function("expressions", list(symbols), [stacked])
     names = {code: name for name, code in _codes().items()}
+
+    # an instruction of a function does not tell which function it calls
+    if any(function.instruction_id(k) == ca.OP_CALL for k in range(function.n_instructions())):
+        return _graph_with_calls(expressions, symbols)
 
     # registers are used again, so every register leads to the instruction that last wrote it
     registers: dict[int, int] = {}
@@ -128,6 +149,40 @@ def graph_of(expressions: Sequence[ca.SX], symbols: Sequence[ca.SX]) -> Expressi
         registers[output[0]] = len(instructions)
         instructions.append(instruction)
     return ExpressionGraph(tuple(instructions), tuple(results))
+
+
+def operands_of(expression: ca.SX) -> list[ca.SX]:
+    """What a scalar expression is the result of: operands, or the arguments of a call."""
+    made = expression.dep(0) if expression.is_output() else expression
+    return [made.dep(i) for i in range(made.n_dep())]
+
+
+def _graph_with_calls(expressions: Sequence[ca.SX], symbols: Sequence[ca.SX]) -> ExpressionGraph:
+    """`graph_of` by the nodes of the expressions, operands before what is made of them."""
+    names = {code: name for name, code in _codes().items()}
+    places = {symbol.element_hash(): number for number, symbol in enumerate(symbols)}
+    instructions = [Instruction("symbol", (number,)) for number in range(len(symbols))]
+    stack = [ca.densify(e) for e in reversed(expressions)]
+    while stack:
+        node, operands = stack[-1], operands_of(stack[-1])
+        missing = [operand for operand in operands if operand.element_hash() not in places]
+        if node.element_hash() in places or missing:
+            stack = stack + missing if node.element_hash() not in places else stack[:-1]
+            continue
+
+        of = tuple(places[operand.element_hash()] for operand in operands)
+        if node.is_constant():
+            instruction = Instruction("number", number=float(node))
+        elif node.is_output():
+            called = node.dep(0).which_function()
+            instruction = Instruction("call", of, function=called, output=node.which_output())
+        else:
+            instruction = Instruction(names[node.op()], of)
+        places[node.element_hash()] = len(instructions)
+        instructions.append(instruction)
+        stack.pop()
+    results = tuple(places[ca.densify(e).element_hash()] for e in expressions)
+    return ExpressionGraph(tuple(instructions), results)
 
 
 def expression_text(
@@ -155,7 +210,8 @@ def expression_text(
         else:
             operands = [part for i in instruction.operands if (part := parts[i]) is not None]
             whole = len(operands) == len(instruction.operands)
-            text = _operation_text(instruction.operation, operands) if whole else None
+            name = instruction.function.name() if instruction.function else instruction.operation
+            text = _operation_text(name, operands) if whole else None
             parts.append(text if text and len(text.text) <= longest else None)
     result = parts[graph.results[0]]
     if result:

@@ -32,20 +32,22 @@ def polynomial_degree(
         code, inputs, out = f.instruction_id(k), f.instruction_input(k), f.instruction_output(k)
         if code == ca.OP_OUTPUT:
             return int(work[inputs[0]]) if math.isfinite(work[inputs[0]]) else None
-        numbers.pop(out[0], None)
+        for register in out:
+            numbers.pop(register, None)
         if code == ca.OP_CONST:
             work[out[0]], numbers[out[0]] = 0.0, f.instruction_constant(k)
         elif code == ca.OP_INPUT:
             work[out[0]] = own.get(bare[inputs[1]].element_hash(), 0)
         else:
             power = numbers.get(inputs[-1], math.nan)
-            work[out[0]] = _combined(code, [work[i] for i in inputs], power)
+            degree = _combined(code, [work[i] for i in inputs], power)
+            work |= dict.fromkeys(out, degree)  # a call has several, each a number
     return 0
 
 
 def _combined(code: int, degrees: Sequence[float], power: float) -> float:
     """Degree of the result of an operation; infinite if it is no polynomial."""
-    if max(degrees) == 0:
+    if max(degrees, default=0.0) == 0:
         return 0.0
     if code in _LINEAR:
         return max(degrees)

@@ -94,7 +94,7 @@ def _unit_of(graph: ExpressionGraph, units: Sequence[str | None], position: int)
         return units[operands[0]]
     if instruction.operation in ("neg", "fabs"):
         return _unit_of(graph, units, operands[0])
-    if len(operands) == 1:
+    if len(operands) == 1 or instruction.operation == "call":
         return "1"
 
     first, second = (_unit_of(graph, units, i) for i in operands)

@@ -85,7 +85,7 @@ def _line(instruction: Instruction, operands: Sequence[_Line | None], clock: int
         return (1.0, 0.0) if instruction.operands[0] == clock else None
 
     known = [line for line in operands if line is not None]
-    if len(known) < len(operands):
+    if len(known) < len(operands) or instruction.function is not None:
         return None
     slopes, values = zip(*known, strict=True)
     if name == "neg":

@@ -254,6 +254,12 @@ class _Writer:
     def _expression(self, value: ca.SX) -> Any:
         symbols = resolve(value, "an expression")
         graph = graph_of([value], [symbol.symbol for symbol in symbols])
+        for instruction in graph.instructions:
+            if instruction.function is not None:
+                raise TypeError(
+                    f"an expression that calls the CasADi function '{instruction.function.name()}' "
+                    "cannot be saved with a solution; save its table instead"
+                )
         return {
             "symbols": [self.written(symbol) for symbol in symbols],
             "instructions": [
