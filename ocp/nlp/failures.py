@@ -44,9 +44,6 @@ _AT_LIMIT = 1e-3
 _LEAST_SHARE = 0.02
 _MOST_REACHED = 2
 
-# times the intervals of a mesh on which nothing was found
-_FINER = 4
-
 
 @dataclass(frozen=True, eq=False)
 class Violation:
@@ -80,21 +77,15 @@ class Violation:
         return f"{text} is off by {self.amount * kind.size:.3g}{unit}"
 
 
-def violations(
-    transcription: Transcription, rows: Array, limits: tuple[Array, Array]
-) -> list[Violation]:
+def violations(transcription: Transcription, rows: Array, limits: ProgramLimits) -> list[Violation]:
     """The worst violated rows relative to their sizes, one a kind of row.
 
     Parameters
     ----------
     rows : (m,)
         Scaled values of the constraint rows.
-    limits : (lower, upper), (m,) each
-        Scaled.
     """
-    excess = np.maximum(np.maximum(rows - limits[1], limits[0] - rows), 0.0)
-    excess = np.where(np.isfinite(excess), excess, np.inf)
-
+    excess = limits.excess(rows)
     violated: list[Violation] = []
     for kind in row_kinds(transcription):
         worst = int(np.argmax(excess[kind.rows]))
@@ -140,7 +131,7 @@ def failure(
         )
 
     limits = transcription.limits(parameters)
-    worst = violations(transcription, result.rows, limits.rows)
+    worst = violations(transcription, result.rows, limits)
     listed = "; ".join(violation.words(iterate) for violation in worst)
     in_brackets = f" ({listed})" if worst else ""
 
@@ -163,12 +154,10 @@ def failure(
 
     if result.outcome == "infeasible" and worst:
         reached = list(_limits_reached(transcription, parameters, iterate))
-        finer = _FINER * max(phase.intervals for phase in transcription.mesh.phases)
         return Infeasible(
             f"no motion was found that meets all constraints of '{name}'; worst: {listed}; "
             f"{_remedy(worst, reached)} (ocp.relaxed(problem) finds the least), or try another "
-            f"guess, ocp.audit(problem) or settings=Settings(intervals={finer}); this is no proof "
-            "that there is none",
+            "guess or ocp.audit(problem); this is no proof that there is none",
             iterate,
         )
 

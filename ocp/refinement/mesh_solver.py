@@ -6,8 +6,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from ocp.arrays import Array
 from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import Mesh
@@ -186,9 +184,7 @@ class MeshSolver:
         trajectory = trajectory_of(program, result.x, self.parameters)
         iterate = unwrapped(iterate_of(program, result, trajectory), self.evaluator)
         errors = estimate_errors(iterate, self.evaluator, self.settings.accuracy)
-        lower, upper = iterate.limits.rows
-        excess = np.maximum(lower - result.rows, result.rows - upper)
-        violation = float(excess.max(initial=0.0))
+        violation = float(iterate.limits.excess(result.rows).max(initial=0.0))
         return SolvedMesh(iterate, errors, violation, tight, finer, result.iterations)
 
     def spent(self, rounds: Sequence[MeshIteration]) -> bool:

@@ -44,6 +44,12 @@ class ProgramLimits:
             for side in (lower, upper)
         )
 
+    def excess(self, rows: Array) -> Array:
+        """How far each row is beyond its limits, infinite where it is no number, (m,)."""
+        lower, upper = self.rows
+        beyond = np.maximum(np.maximum(rows - upper, lower - rows), 0.0)
+        return np.where(np.isfinite(beyond), beyond, np.inf)
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Transcription:

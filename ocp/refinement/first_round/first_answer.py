@@ -8,7 +8,7 @@ less, and from motions that are simulated under controls drawn at random
 The draws are the same in every run.
 
 Controls of a few intervals may also be too coarse for any motion, where the limits leave little
-room. So the same is tried on a finer mesh.
+room. So the same is tried on a finer mesh, and on a still finer one if that is nearly enough.
 
 Who states no guess, or one in which a state that must move stays, says nothing of which optimum is
 near. So an answer from there is held against those of other starts (`search`). The same is done
@@ -18,6 +18,7 @@ equations are linear in the signals it is not: such problems hardly ever have se
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import cycle
@@ -39,6 +40,10 @@ from ocp.transcription.transcribe import Transcription
 _GUESSES = 8
 _ANSWERS = 3
 _GUESSES_IF_FINER = 2
+
+# Part that is left, on intervals of a quarter, of what no start can meet, up to which
+# a still finer mesh is tried: what lacks for other reasons stays.
+_FALLING = 0.3
 
 # Iterations from which on a straight line that a user stated has led far round about. From guesses
 # that are near, a solver takes some dozens.
@@ -103,26 +108,34 @@ def _sought(first_round: FirstRound, program: Transcription, failed: NlpResult) 
     failed : NlpResult
         What came of the starts until now; its iterations are counted on.
     """
-    found = _from_other_starts(first_round, program, FirstMotion(program, failed), _GUESSES)
-    finer = finer_mesh(first_round.meshes, program.mesh)
-    if found.result.outcome not in _HOPEFUL or finer is None:
-        return found
-
-    again = first_round.meshes.first_program(None, finer)
-    second = _from_other_starts(first_round, again, found, _GUESSES_IF_FINER)
-    solved = second.result.outcome in ("solved", "interrupted")
-    return second if solved else replace(second, program=program)
+    found = FirstMotion(program, failed)
+    found, before = _from_other_starts(first_round, program, found, _GUESSES)
+    mesh = finer_mesh(first_round.meshes, program.mesh)
+    while found.result.outcome in _HOPEFUL and mesh is not None:
+        again = first_round.meshes.first_program(None, mesh)
+        second, off = _from_other_starts(first_round, again, found, _GUESSES_IF_FINER)
+        if second.result.outcome in ("solved", "interrupted"):
+            return second
+        found = replace(second, program=program)
+        mesh = finer_mesh(first_round.meshes, mesh) if off < _FALLING * before else None
+        before = off
+    return found
 
 
 def _from_other_starts(
     first_round: FirstRound, program: Transcription, failed: FirstMotion, guesses: int
-) -> FirstMotion:
-    """The best answer of one program from other starts, or what failed before."""
-    answers, last, starts = list[NlpResult](), failed.result, failed.starts
+) -> tuple[FirstMotion, float]:
+    """The best answer of one program from other starts, or what failed before.
+
+    The second is the least sum of what the starts leave of their rows, scaled.
+    """
+    answers, last, starts, off = list[NlpResult](), failed.result, failed.starts, math.inf
+    limits = program.limits(first_round.meshes.parameters)
     for last in first_round.runs(program, _attempts(first_round, program, guesses), failed.result):
         starts += 1
+        off = min(off, float(limits.excess(last.rows).sum()))
         if last.outcome == "interrupted":
-            return FirstMotion(program, last, starts)
+            return FirstMotion(program, last, starts), off
         if last.outcome == "solved":
             answers.append(last)
         if len(answers) == _ANSWERS:
@@ -130,7 +143,7 @@ def _from_other_starts(
 
     best = min(answers, key=lambda answer: answer.objective, default=failed.result)
     result = replace(best, iterations=last.iterations, seconds=last.seconds)
-    return FirstMotion(program, result, starts)
+    return FirstMotion(program, result, starts), off
 
 
 def _attempts(
