@@ -122,7 +122,7 @@ def failure(
             iterate,
         )
 
-    if result.outcome == "unbounded" or abs(result.objective) > _RUNAWAY:
+    if result.outcome == "unbounded" or result.objective < -_RUNAWAY:
         value = transcription.problem.sense * result.objective * transcription.scales.objective
         return Unbounded(
             f"the objective of '{name}' ran away to {value:.1e} in {count} iterations: it seems "

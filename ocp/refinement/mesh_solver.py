@@ -6,6 +6,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from ocp.arrays import Array
 from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import Mesh
@@ -33,6 +35,10 @@ Start = Iterate | Trajectory | None
 # A mesh that is about to be replaced is solved to this tolerance: the digits beyond are lost with
 # the next mesh. The mesh that meets all tolerances is solved to the tolerance asked for.
 LOOSE = 1e-7
+
+
+# Of the sizes that the guess gave: values beyond are outsized.
+OUTSIZED = 1e4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -118,12 +124,17 @@ class MeshSolver:
         )
 
     def scales_after(self, last: Iterate) -> Scales:
-        """Those of a solved mesh, its objective sized by its value; the same if it is near."""
-        least = 0.0
-        if oversized(last.scales, last.objective):
+        """Those of a solved mesh, its objective sized by its value; the same if it is near.
+
+        All are taken from the motion where its values are far from the sizes that the guess gave.
+        """
+        found, least = last.scales, 0.0
+        outsized = float(np.abs(last.x).max(initial=0.0)) > OUTSIZED
+        if outsized or oversized(last.scales, last.objective):
             guess = initial_guess(self.problem, self.parameters, last.trajectory)
-            least = scales_of(self.problem, guess, self.parameters).objective
-        return resized(last.scales, last.objective, least)
+            of_motion = scales_of(self.problem, guess, self.parameters)
+            found, least = of_motion if outsized else found, of_motion.objective
+        return resized(found, last.objective, least)
 
     def starting_point(
         self, program: Transcription, start: Start | StartingPoint, limits: ProgramLimits

@@ -14,6 +14,7 @@ from ocp import (
     State,
     StatementError,
     Unknown,
+    certify,
     scaling_report,
     solve,
 )
@@ -158,3 +159,24 @@ def test_bounds_that_are_far_too_wide_do_not_hide_the_optimum(bound):
     move = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=100)
     found = solve(Problem("move", move, minimise=move.integral(1e5 * u**2)))
     assert found.objective == pytest.approx(1.2, rel=1e-6)
+
+
+@pytest.mark.parametrize("mass", [5e3, 1e4, 1e7])
+def test_values_far_from_one_need_no_scale(mass):
+    """One metre in one second from rest to rest: the force is 6 m (1 - 2 t), J = 12 m^2."""
+    x, v, force = State("x", "m"), State("v", "m/s"), Control("force", "N")
+    rest = {x: 0, v: 0}
+    phase = Phase("move", {x: v, v: force / mass}, rest, {x: 1, v: 0}, end=1.0)
+    found = solve(Problem("heavy", phase, minimise=phase.integral(force**2)))
+    assert found.objective == pytest.approx(12 * mass**2, rel=1e-7)
+    assert certify(found).passed
+
+
+@pytest.mark.parametrize("price", [1e-7, 1e-8, 1e-9])
+def test_an_optimum_far_below_zero_is_not_called_unbounded(price):
+    """The integral of x + c u^2 from rest, x' = u: u = (t - 1) / 2c and J = -1 / 12c."""
+    x, u = State("x"), Control("u")
+    phase = Phase("fall", {x: u}, {x: 0}, end=1.0)
+    found = solve(Problem("deep", phase, minimise=phase.integral(x + price * u**2)))
+    assert found.objective == pytest.approx(-1 / (12 * price), rel=1e-7)
+    assert certify(found).passed

@@ -24,6 +24,7 @@ from dataclasses import replace
 from itertools import cycle
 
 import casadi as ca
+import numpy as np
 
 from ocp.mesh.initial_guess import states_a_motion, states_only_lines
 from ocp.nlp.failures import counted
@@ -32,7 +33,8 @@ from ocp.nlp.solver import NlpSolver, StartingPoint
 from ocp.problem.problem import Problem
 from ocp.refinement.first_round.search import FirstMotion, best_of_several
 from ocp.refinement.first_round.starts import PATIENCE, FirstRound, finer_mesh, simulated
-from ocp.refinement.mesh_solver import MeshSolver
+from ocp.refinement.mesh_solver import OUTSIZED, MeshSolver
+from ocp.transcription.packing import trajectory_of
 from ocp.transcription.transcribe import Transcription
 
 # Guesses that are simulated at most, answers that are compared, and guesses on a finer mesh, where
@@ -61,8 +63,10 @@ def first_answer(first_round: FirstRound, program: Transcription, result: NlpRes
     result : NlpResult
         What came of the stated guess; its iterations are counted on.
     """
-    if result.outcome != "solved" and not _hopeful(first_round.meshes, program, result):
-        return FirstMotion(program, result)
+    if result.outcome != "solved":
+        if not _hopeful(first_round.meshes, program, result):
+            return FirstMotion(program, result)
+        program, result = _in_its_sizes(first_round, program, result)
     found = FirstMotion(program, result)
     if _may_be_far(first_round.meshes, result):
         found = best_of_several(first_round, program, result)
@@ -70,6 +74,27 @@ def first_answer(first_round: FirstRound, program: Transcription, result: NlpRes
         return found
     sought = _sought(first_round, program, found.result)
     return replace(sought, starts=sought.starts + found.starts - 1)
+
+
+def _in_its_sizes(
+    first_round: FirstRound, program: Transcription, failed: NlpResult
+) -> tuple[Transcription, NlpResult]:
+    """What comes of the point where the solver failed in sizes taken from there, or as it was.
+
+    A statement without scales may mean values of any size. Where they turn out to be far from those
+    of the guess, rounding alone keeps the solver from its tolerance.
+    """
+    largest = max(abs(failed.objective), float(np.abs(failed.x).max(initial=0.0)))
+    if not OUTSIZED < largest < math.inf:
+        return program, failed
+    meshes = first_round.meshes
+    found = trajectory_of(program, failed.x, meshes.parameters)
+    again = meshes.first_program(found, program.mesh)
+    point = meshes.starting_point(again, found, again.limits(meshes.parameters))
+    for result in first_round.runs(again, [(first_round.solver, point)], failed):
+        if result.outcome in ("solved", "interrupted"):
+            return again, result
+    return program, failed
 
 
 def _hopeful(meshes: MeshSolver, program: Transcription, failed: NlpResult) -> bool:
