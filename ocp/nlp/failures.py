@@ -26,9 +26,10 @@ from ocp.transcription.columns import PhaseColumns
 from ocp.transcription.rows import PhaseRows
 from ocp.transcription.transcribe import ProgramLimits, Transcription
 
-# part of the guessed duration below which a motion takes no time
+# parts of the guessed duration below which a motion takes no time, and next to none
 _NO_TIME = 1e-6
-# typical sizes of the objective beyond which it counts as unbounded
+_LITTLE_TIME = 1e-3
+# typical sizes of the objective or an unknown beyond which it counts as unbounded
 _RUNAWAY = 1e7
 # Scaled. A thousand times what IPOPT is held to, so that nothing is named that is met.
 _VIOLATED = 1e-7
@@ -130,6 +131,9 @@ def failure(
             iterate,
         )
 
+    if vanished := collapsed(transcription, iterate, result.x):
+        return vanished
+
     limits = transcription.limits(parameters)
     worst = violations(transcription, result.rows, limits)
     listed = "; ".join(violation.words(iterate) for violation in worst)
@@ -227,14 +231,26 @@ def counted(limits: ProgramLimits) -> tuple[int, int]:
     return int(free.sum()), int(equations.sum())
 
 
-def collapsed(transcription: Transcription, trajectory: Trajectory) -> Collapsed | None:
-    """The error of a motion that takes no time, or None."""
+def collapsed(
+    transcription: Transcription, trajectory: Trajectory, failed: Array | None = None
+) -> Collapsed | None:
+    """The error of a motion that takes no time, or None.
+
+    Parameters
+    ----------
+    failed : (n,)
+        The scaled unknowns, if the solver failed there. It may have been on its way: little time is
+        left, and the control that makes it so runs away.
+    """
     duration = sum(float(np.ptp(phase.breakpoints)) for phase in trajectory.phases)
-    if duration > _NO_TIME * transcription.scales.time:
+    share = duration / transcription.scales.time
+    on_its_way = failed is not None and float(np.abs(failed).max(initial=0.0)) > _RUNAWAY
+    if share > (_LITTLE_TIME if on_its_way else _NO_TIME):
         return None
     return Collapsed(
         f"the motion of '{transcription.problem.name}' shrinks to {duration:.1e} s: nothing in "
-        "the statement needs time; prescribe where the motion ends, or a least duration",
+        "the statement needs time; prescribe where the motion ends, bound what drives it, or state "
+        "a least duration",
         trajectory,
     )
 

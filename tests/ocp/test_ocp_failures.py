@@ -157,3 +157,11 @@ def test_a_least_time_without_a_limit_of_the_force_collapses():
         Collapsed, match=r"shrinks to .* promise to gain all of .*; bound the controls"
     ):
         solve(Problem("push", phase, minimise=phase.end_time))
+
+
+@pytest.mark.parametrize("longest", [1.0, 1000.0])
+def test_a_least_time_that_nothing_limits_collapses_at_once(longest):
+    x, u = State("x", "m"), Control("u", "m/s")
+    phase = Phase("dash", {x: u}, {x: 0}, {x: 1}, end=Between(0, longest))
+    with pytest.raises(Collapsed, match=r"motion of 'dash' shrinks to .* bound what drives it"):
+        solve(Problem("dash", phase, minimise=phase.end_time))

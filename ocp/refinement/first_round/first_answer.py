@@ -27,7 +27,7 @@ import casadi as ca
 import numpy as np
 
 from ocp.mesh.initial_guess import states_a_motion, states_only_lines
-from ocp.nlp.failures import counted
+from ocp.nlp.failures import collapsed, counted
 from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import NlpSolver, StartingPoint
 from ocp.problem.problem import Problem
@@ -46,6 +46,9 @@ _GUESSES_IF_FINER = 2
 # Part that is left, on intervals of a quarter, of what no start can meet, up to which
 # a still finer mesh is tried: what lacks for other reasons stays.
 _FALLING = 0.3
+
+# Scaled violation of rows that counts as none.
+_MET = 1e-6
 
 # Iterations from which on a straight line that a user stated has led far round about. From guesses
 # that are near, a solver takes some dozens.
@@ -99,7 +102,12 @@ def _in_its_sizes(
 
 def _hopeful(meshes: MeshSolver, program: Transcription, failed: NlpResult) -> bool:
     """Whether another start may lead to an answer where one has failed."""
-    free, equations = counted(program.limits(meshes.parameters))
+    limits = program.limits(meshes.parameters)
+    free, equations = counted(limits)
+    motion = trajectory_of(program, failed.x, meshes.parameters)
+    met = float(limits.excess(failed.rows).max(initial=0.0)) < _MET
+    if met and collapsed(program, motion, failed.x) is not None:
+        return False  # it is the statement that leads there
     short = failed.outcome == "budget" and failed.iterations < PATIENCE
     return failed.outcome in _HOPEFUL and not short and equations <= free
 
