@@ -12,8 +12,8 @@ room. So the same is tried on a finer mesh, and on a still finer one if that is 
 
 Who states no guess, or one in which a state that must move stays, says nothing of which optimum is
 near. So an answer from there is held against those of other starts (`search`). The same is done
-for straight lines that a user states, if they lead nowhere or far round about. Where all rates and
-equations are linear in the signals it is not: such problems hardly ever have several optima.
+for straight lines that a user states, if they lead nowhere or far round about. Where the problem
+seems convex it is not: then there is one optimum.
 """
 
 from __future__ import annotations
@@ -23,14 +23,13 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import cycle
 
-import casadi as ca
 import numpy as np
 
 from ocp.mesh.initial_guess import states_a_motion, states_only_lines
 from ocp.nlp.failures import collapsed, counted
 from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import NlpSolver, StartingPoint
-from ocp.problem.problem import Problem
+from ocp.refinement.first_round.convexity import seems_convex
 from ocp.refinement.first_round.search import FirstMotion, best_of_several
 from ocp.refinement.first_round.starts import PATIENCE, FirstRound, finer_mesh, simulated
 from ocp.refinement.mesh_solver import OUTSIZED, MeshSolver
@@ -73,7 +72,7 @@ def first_answer(first_round: FirstRound, program: Transcription, result: NlpRes
     found = FirstMotion(program, result)
     if _may_be_far(first_round.meshes, result):
         found = best_of_several(first_round, program, result)
-    if found.result.outcome in ("solved", "interrupted"):
+    if found.result.outcome in ("solved", "interrupted", "unbounded"):
         return found
     sought = _sought(first_round, program, found.result)
     return replace(sought, starts=sought.starts + found.starts - 1)
@@ -115,22 +114,12 @@ def _hopeful(meshes: MeshSolver, program: Transcription, failed: NlpResult) -> b
 def _may_be_far(meshes: MeshSolver, result: NlpResult) -> bool:
     """Whether the guess may be far from the best optimum of several."""
     problem, parameters = meshes.problem, meshes.parameters
-    if _has_linear_dynamics(problem):
+    if seems_convex(problem):
         return False
     if not states_a_motion(problem, parameters):
         return True
     long = result.outcome != "solved" or result.iterations > _ROUND_ABOUT
     return long and states_only_lines(problem, parameters)
-
-
-def _has_linear_dynamics(problem: Problem) -> bool:
-    """Whether all rates and all equations along the motion are linear in the signals."""
-    for phase in problem.phases:
-        equations = [bound.expression for bound in phase.bounds if bound.is_equation]
-        signals = ca.vertcat(*(signal.symbol for signal in problem.signals[phase.name]))
-        if not ca.is_linear(ca.vertcat(*phase.dynamics.values(), *equations), signals):
-            return False
-    return True
 
 
 def _sought(first_round: FirstRound, program: Transcription, failed: NlpResult) -> FirstMotion:

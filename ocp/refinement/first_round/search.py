@@ -114,7 +114,7 @@ def best_of_several(
         search, coarse = _searched(first_round, finer, may_refine=False), search.answers
 
     last, starts = search.last, search.starts
-    if last.outcome == "interrupted":
+    if last.outcome == "interrupted" or search.seems_unbounded:
         return FirstMotion(search.program, last, starts)
     if not (search.answers or coarse):
         failed = replace(first, iterations=last.iterations, seconds=last.seconds)
@@ -141,6 +141,8 @@ class _FirstMeshSearch:
     no_motion : bool
         Whether the best of several answers misses its dynamics by so much that it may be of another
         kind than any motion.
+    unbounded : int
+        Starts from which the objective ran away.
     """
 
     program: Transcription
@@ -148,6 +150,13 @@ class _FirstMeshSearch:
     last: NlpResult
     starts: int
     no_motion: bool = False
+    unbounded: int = 0
+
+    @property
+    def seems_unbounded(self) -> bool:
+        """Whether the objective runs away from most starts, the last one among them."""
+        ran_away = self.last.outcome == "unbounded" and self.unbounded >= _ENOUGH
+        return ran_away and self.unbounded > len(self.answers)
 
 
 def _searched(
@@ -168,9 +177,12 @@ def _searched(
         if last.outcome == "solved":
             answers = (*answers, _examined(first_round.meshes, program, last))
         no_motion = len(answers) >= _ENOUGH and min(answers, key=_value).dynamics > _NO_MOTION
-        search = _FirstMeshSearch(program, answers, last, search.starts + 1, no_motion)
+        unbounded = search.unbounded + (last.outcome == "unbounded")
+        search = _FirstMeshSearch(program, answers, last, search.starts + 1, no_motion, unbounded)
 
         if last.outcome == "interrupted" or _settled(answers) or (may_refine and no_motion):
+            break
+        if search.seems_unbounded:
             break
         if limit.reached(last.iterations, search.starts):
             break
