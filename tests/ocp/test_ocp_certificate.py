@@ -269,9 +269,10 @@ def test_a_slope_that_no_barrier_leaves_fails():
     ("sense", "names"), [("maximise", {"curvature of 'go'"}), ("minimise", set())]
 )
 def test_a_stationary_point_that_is_no_minimum_fails(sense, names):
-    # int u^2 with a mean u of 1 has no maximum, but u = 1 is stationary for either sense
+    # int u^2 with a mean u of 1 has no maximum, but u = 1 is stationary for either sense; where it
+    # is stated as a guess, no other start is made
     x, u = State("x", "m"), Control("u", "m/s")
-    phase = Phase("go", {x: u}, {x: 0}, {x: 1}, end=1.0)
+    phase = Phase("go", {x: u}, {x: 0}, {x: 1}, end=1.0, guess={x: (0, 1), u: 1})
     found = solve(Problem("go", [phase], **{sense: phase.integral(u**2)}))
     assert failed(found) == names
 
