@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time as clock
 import warnings
 from collections.abc import Mapping
@@ -110,8 +111,8 @@ def solve(
     """
     settings = _DEFAULTS if settings is None else settings
     check_arguments(problem, settings, guess, mesh)
-    if not (bound is None or is_real(bound)):
-        raise StatementError(f"the argument 'bound' is {bound!r}; give a number")
+    if not (bound is None or (is_real(bound) and math.isfinite(bound))):
+        raise StatementError(f"the argument 'bound' is {bound!r}; give a finite number")
     parameters = parameters_of(problem, constants)
     start, stays = start_from(problem, settings, guess), mesh is not None
     if mesh is None:

@@ -39,7 +39,10 @@ _ON_BREAKPOINT = 1e-9
 # millions.
 _ROUNDING = 1e-13
 
-# Against a division by zero: a peak of zero, and a peak that nothing depends on
+# Part of its scale that is the size of a peak of zero, as of an objective that is zero
+_OF_A_SCALE = 1e-3
+
+# Against a division by zero: multipliers of zero, and a peak that nothing depends on
 _LEAST_SIZE = 1e-300
 _LEAST_WEIGHT = 1e-12
 
@@ -95,6 +98,11 @@ class Evidence:
         size = self.iterate.transcription.columns.sizes[column]
         return float(multiplier * self.iterate.scales.objective / size)
 
+    def duration_multiplier(self, index: int) -> float:
+        """Multiplier of the least duration of a phase of free times [unit of the objective / s]."""
+        scales, rows = self.iterate.scales, self.iterate.transcription.rows.phases[index].duration
+        return float(self.scaled[rows].sum() * scales.objective / scales.time)
+
     def slope(self, functional: Functional) -> float:
         """Slope by a functional of the objective with the bounds and links adjoined to it."""
         problem = self.iterate.problem
@@ -120,10 +128,12 @@ def motion_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condi
         "the replayed motion exceeds a path constraint, bound or peak between the points by this "
         "part of its size",
     )
-    for name, stated, dense in verification.peaks:
+    for peak, (name, stated, dense) in zip(iterate.problem.peaks, verification.peaks, strict=True):
+        # a peak of zero has the size of what it might be
+        size = max(abs(stated), _OF_A_SCALE * iterate.scales.functionals[peak])
         yield Condition(
             f"peak '{name}'",
-            abs(dense - stated) / max(abs(stated), _LEAST_SIZE),
+            abs(dense - stated) / size,
             allowed.excess,
             f"its largest value on the replayed motion is {dense:.8g}, reported as {stated:.8g}",
         )
@@ -377,8 +387,10 @@ def _end_values(
         if not isinstance(value, Between):
             continue
 
-        # the time acts through its own bounds, and through what is stated of the ends
+        # the time acts through its own bounds, through what is stated of the ends, and where the
+        # phase is as short as it may be
         slope = evidence.bound_multiplier(columns.ends[node])
+        slope -= sign * evidence.duration_multiplier(index)
         slope += _slope_by_time(evidence, principle.name, end)
         found = principle.mean if principle.autonomous else principle.ends[node]
         yield Condition(

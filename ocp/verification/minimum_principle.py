@@ -37,6 +37,9 @@ from ocp.refinement.estimates.constrained_arcs import (
     stretches_of,
 )
 
+# Of the objective: terms of the Hamiltonian that make less of it over a whole phase are nothing.
+_NOTHING = 1e-4
+
 # Samples of an interval in which a control has to stay off its bounds to be called free
 _SAMPLES = 9
 
@@ -57,7 +60,8 @@ class MinimumPrinciple:
         Its values at the first and last instant.
     size : float
         Root mean square over time of ``|L| + sum |lambda_i f_i|``, to which the following are
-        relative.
+        relative. In a phase that does not matter it is a small part of the objective's rate: the
+        costates there are the solver's rounding.
     sizes : (N,)
         Size of the terms in each interval, relative to `size`, and one where it is less. In stiff
         kinetics it may be hundreds, and the errors are as much larger there.
@@ -180,7 +184,8 @@ def minimum_principle(
     means = points.means(values.value)
     # of squares: a mean is no typical size where a long rest lies between a start and an end
     sizes = points.means(np.abs(values.terms)).sum(axis=1)
-    size = math.sqrt(float(sizes**2 @ steps / duration)) or 1.0
+    least = _NOTHING * iterate.objective_size / duration
+    size = max(math.sqrt(float(sizes**2 @ steps / duration)), least)
     slopes = _projected(tested, *_slopes(tested, points, values))
 
     first_and_last = np.array([0, phase.intervals - 1])
@@ -269,8 +274,10 @@ def _slopes(
         np.add.at(slopes, path.intervals, share)
         np.add.at(sizes, path.intervals, np.abs(share))
 
-    typical = sizes.T @ steps / steps.sum()
-    typical = np.where(typical > 0, typical, 1.0)
+    duration = steps.sum()
+    of_controls = [iterate.scales.signals[c.name] for c in tested.hamiltonian.controls]
+    least = _NOTHING * iterate.objective_size / duration / np.array(of_controls)
+    typical = np.maximum(sizes.T @ steps / duration, least)
     return np.asarray(slopes / typical), np.asarray(typical)
 
 

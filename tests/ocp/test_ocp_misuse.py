@@ -365,3 +365,9 @@ def test_a_value_of_a_constant_that_is_no_number_is_named(value):
 def test_a_limit_of_a_time_is_a_number():
     with pytest.raises(StatementError, match=r"limit of a free time is Unknown.*Bound\('end'"):
         Between(0.1, MOST)
+
+
+@pytest.mark.parametrize("bound", [math.nan, -math.inf, "4"])
+def test_a_bound_of_the_optimum_is_a_finite_number(bound):
+    with pytest.raises(StatementError, match=r"argument 'bound' is .*; give a finite number"):
+        solve(task(drive()), bound=bound)
