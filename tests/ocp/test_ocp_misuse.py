@@ -162,7 +162,7 @@ WRONG_KINDS = {
     "starts by a word": (lambda: audit(task(drive()), starts="all"), r"'all'; give a whole number"),
     "a bound by a word": (
         lambda: solve(task(drive()), bound="low"),
-        r"'bound' is 'low'; give a nu",
+        r"'bound' is 'low'; give a finite nu",
     ),
     "a name to join": (lambda: joined(drive(), "next"), r"one is 'next'; write joined\(first"),
     "a text as phase": (lambda: Problem("p", "drive", minimise=0), r"phase of .* is 'drive'; give"),
