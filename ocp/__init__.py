@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from ocp.errors import (
     BudgetSpent,
     Collapsed,
+    FamilyStopped,
     FileError,
     HomotopyStopped,
     Infeasible,
@@ -118,6 +119,7 @@ __all__ = [
     "Constant",
     "Control",
     "Family",
+    "FamilyStopped",
     "FileError",
     "FixedMesh",
     "Functional",

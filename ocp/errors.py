@@ -91,6 +91,20 @@ class HomotopyStopped(SolveFailed):
         self.reached, self.solution, self.steps = reached, solution, steps
 
 
+class FamilyStopped(SolveFailed):
+    """A member of a family was not found.
+
+    Attributes
+    ----------
+    family : object
+        The members before it, an `ocp.Family`.
+    """
+
+    def __init__(self, message: str, family: object, iterate: object | None = None) -> None:
+        super().__init__(message, iterate)
+        self.family = family
+
+
 class InvalidNumber(SolveFailed):
     """An expression of the problem is NaN or infinite where the solver needs it."""
 

@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from ocp.arrays import Array
-from ocp.errors import Interrupted, SolveFailed, StatementError
+from ocp.errors import FamilyStopped, Interrupted, SolveFailed, StatementError
 from ocp.keywords import checked_keywords
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.result import NlpResult
@@ -219,7 +219,9 @@ def family(
     StatementError
         The statement contradicts itself, or there are no values.
     SolveFailed
-        A member was not found, on a mesh of its own either; a note says which.
+        The first member was not found.
+    FamilyStopped
+        A later one was not, on a mesh of its own either; the error holds those before it.
     Interrupted
         The user stopped it.
     """
@@ -244,8 +246,23 @@ def family(
         walk = _Walk.of(first, constant, unchecked, others, say)
         members = [walk.first(first)]
         for value in places[1:]:
-            members.append(walk.next(members[-1], value))
+            try:
+                members.append(walk.next(members[-1], value))
+            except SolveFailed as error:
+                found = Family(problem, constant, settings, first.evaluator, tuple(members))
+                raise _stopped(found, value, error) from error
     return Family(problem, constant, settings, first.evaluator, tuple(members))
+
+
+def _stopped(found: Family, value: float, error: SolveFailed) -> FamilyStopped:
+    """The error of a family whose next member was not found."""
+    constant, count = found.constant, len(found.members)
+    return FamilyStopped(
+        f"the family in '{constant.name}' stopped at {value:.6g} {constant.unit}: {error}; the "
+        f"{count} member{'s' * (count > 1)} before are in error.family",
+        found,
+        error.iterate,
+    )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -333,11 +350,7 @@ class _Walk:
     def _alone(self, meshes: MeshSolver, last: Member) -> Member:
         """A member refined on a mesh of its own, from the one before as far as it leads."""
         start = last.iterate
-        try:
-            found = refine(meshes, start.trajectory, start.mesh, meshes.settings.accuracy)
-        except SolveFailed as error:
-            error.add_note(f"at {self._place(meshes.parameters)}")
-            raise
+        found = refine(meshes, start.trajectory, start.mesh, meshes.settings.accuracy)
         return self._followable(found.best.iterate, meshes.parameters, iterations_of(found.rounds))
 
     def _followable(self, iterate: Iterate, parameters: Parameters, iterations: int) -> Member:

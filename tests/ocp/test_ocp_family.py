@@ -12,13 +12,14 @@ from ocp import (
     Between,
     Constant,
     Control,
+    Family,
+    FamilyStopped,
     FixedMesh,
     Interrupted,
     Ipopt,
     Phase,
     Problem,
     Settings,
-    SolveFailed,
     State,
     StatementError,
     family,
@@ -73,10 +74,13 @@ def test_a_member_far_from_its_neighbour_is_refined_on_a_mesh_of_its_own() -> No
     assert found.objectives[-1] == pytest.approx(least_time(1e3), rel=1e-5)
 
 
-def test_a_member_that_is_not_found_is_named() -> None:
-    with pytest.raises(SolveFailed) as caught:
-        family(race(), STRONGEST, [1.0, 1e-3], settings=FEW)
-    assert caught.value.__notes__ == ["at 'strongest' = 0.001 m/s^2"]
+def test_a_member_that_is_not_found_is_named_and_those_before_it_are_kept() -> None:
+    words = r"family in 'strongest' stopped at 0\.001 m/s\^2: .*; the 2 members before are in error"
+    with pytest.raises(FamilyStopped, match=words) as caught:
+        family(race(), STRONGEST, [1.0, 1.01, 1e-3], settings=FEW)
+    kept = caught.value.family
+    assert isinstance(kept, Family)
+    assert kept.solution(1).objective == pytest.approx(least_time(1.01), rel=1e-6)
 
 
 @pytest.mark.parametrize("values", [[], [1.0, math.nan]])
