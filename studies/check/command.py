@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from studies.common.console import Console
-from studies.common.exit_codes import ExitCode
+from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.running import add_results_flags, add_study_argument, hand_over
 from studies.truss.command import add_truss_flags, raw_study, stated_study
 
@@ -92,6 +92,22 @@ def _draw(result: Any) -> Any:
     return draw(result)
 
 
+def _check_length(measured: MeasuredProfile) -> None:
+    """Refuse a length that no deployment has: most likely the unit of the times is wrong."""
+    from studies.check.reading.raw_table import refuse
+    from studies.truss.limits.tolerances import check_plausible
+
+    try:
+        check_plausible("duration", measured.duration)
+    except StudyError as error:
+        how, *_ = measured.notes
+        refuse(
+            measured.path,
+            f"lasts {measured.duration:g} s; most likely the unit of its time column is wrong: "
+            f"{how}; else: {error}",
+        )
+
+
 def _ask_truss(
     measured: MeasuredProfile, options: argparse.Namespace, console: Console
 ) -> tuple[Result, str]:
@@ -100,6 +116,7 @@ def _ask_truss(
     from studies.common.configuration import toml_text
     from studies.truss.config import as_dictionary
 
+    _check_length(measured)
     raw = raw_study(options)
     stated = None
     if "duration" in raw:

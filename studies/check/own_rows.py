@@ -11,6 +11,7 @@ import numpy as np
 from models.errors import ModelError
 from models.laws import Law
 from ocp.arrays import Array
+from studies.check.reading.digits import half_a_digit
 from studies.check.reading.profile import MeasuredProfile
 from studies.common.exit_codes import StudyError
 from studies.truss.motions.laws import BEFORE, JERKS, RATES, exact_law, rows_law
@@ -26,6 +27,13 @@ def stated_law(measured: MeasuredProfile) -> Law | None:
         return exact_law(columns, angles) or rows_law(columns, angles)
     except ModelError:  # times or rates that make no law: the angles alone decide
         return None
+
+
+def rounding_of_rates(measured: MeasuredProfile) -> dict[str, Array]:
+    """Half of the last digit of each stated rate, (m,) each; none of what is not stated."""
+    columns = _rates(measured)
+    names = {"speed": RATES[0], "acceleration": RATES[1], "jerk": JERKS[0]}
+    return {rate: half_a_digit(columns[name]) for rate, name in names.items() if name in columns}
 
 
 def _rates(measured: MeasuredProfile) -> dict[str, Array]:

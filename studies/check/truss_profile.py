@@ -84,6 +84,7 @@ class TrussProfile:
     angle, scale : (m,) angles [rad], and the scatter of each over the noise.
     source : "angle" or "rope_length", of which the noise is.
     recovered : the motion behind it.
+    stated : whether that is what the rates of the rows state.
     """
 
     measured: MeasuredProfile
@@ -91,6 +92,7 @@ class TrussProfile:
     scale: Array
     source: str
     recovered: Recovered
+    stated: bool = False
 
     def reachable(self, truss: TrussParameters, law: Law | None = None) -> ReachableLaw:
         """The recovered law, or another one, as the model can take it."""
@@ -120,8 +122,8 @@ def recover_truss(measured: MeasuredProfile, truss: TrussParameters) -> TrussPro
     _check_range(measured, angle)
     law = stated_law(measured)
     if law is not None:
-        exact = Recovered(law, NoiseEstimate(0.0, 0.0, False), (2, 2), None, (0.0, 0.0, 0.0))
-        return TrussProfile(measured, angle, scale, source, exact)
+        exact = Recovered(law, NoiseEstimate(0.0, 0.0, False), (2, 2), None)
+        return TrussProfile(measured, angle, scale, source, exact, stated=True)
     return TrussProfile(measured, angle, scale, source, recover(measured.time, angle, scale))
 
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from studies.pareto.continuation import FrontPoint, Ranges, distance
 
 LEAST = 1e-9  # relative: what is called less
+ACCURACY = 1e-6  # relative, of each objective: the solver's, below which two motions are alike
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,13 +52,18 @@ def undominated(
     """Points that no other one dominates, and the others, by rising x."""
     best: list[FrontPoint] = []
     rest: list[FrontPoint] = []
-    lowest = math.inf
-    for point in sorted(points, key=lambda p: (p.x, p.y)):
-        if point.y < lowest - LEAST * abs(point.y):
-            best.append(point)
-            lowest = point.y
-        else:
-            rest.append(point)
+    ordered = sorted(points, key=lambda p: (p.x, p.y))
+    for place, point in enumerate(ordered):
+        room_x, room_y = ACCURACY * abs(point.x), ACCURACY * abs(point.y)
+        # of points that are alike the first one remains
+        beaten = any(
+            other.x <= point.x + room_x
+            and other.y <= point.y + room_y
+            and (other.x < point.x - room_x or other.y < point.y - room_y or k < place)
+            for k, other in enumerate(ordered)
+            if k != place
+        )
+        (rest if beaten else best).append(point)
     return best, rest
 
 

@@ -244,6 +244,10 @@ class TrussStudy:
         """Refuse numbers beyond the physics of the model, before any work."""
         for end in self.duration:
             check_plausible("duration", end)
+        if self.caps.force is not None:
+            check_plausible("caps.force", self.caps.force)
+        if self.drive is not None and self.drive.force is not None:
+            check_plausible("drive.force", self.drive.force)
         check_plausible("caps.least_tension", self.caps.least_tension)
         check_plausible("solver.intervals", self.solver.intervals)
         for entry in dataclasses.fields(self.truss):

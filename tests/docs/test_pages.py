@@ -17,10 +17,13 @@ import studies.sweep
 from models.laws import JerkLimited
 from studies.cli import parse
 from studies.common.console import Console, number
+from studies.common.exit_codes import StudyError
 from studies.truss.command import raw_study, read_study, stated_study
 from studies.truss.config import DEPLOYED, study_from
+from studies.truss.limits.feasibility import check_feasible
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import paper_laws
+from studies.truss.motions.phase_plane import LeastForce
 from studies.truss.quantities import QUANTITIES
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -70,6 +73,16 @@ def test_toml_states_a_study(page: Path) -> None:
     read = readers.get(page.stem, study_from)
     for text in blocks(page, "toml"):
         assert read(tomllib.loads(text)).question
+
+
+def test_the_first_study_of_a_truss_of_ones_own_is_feasible() -> None:
+    """By statics and all that is proven in closed form, without a search."""
+    text = blocks(DOCS / "how-to" / "own-truss.md", "toml")[0]
+
+    def no_bound() -> LeastForce:
+        raise StudyError("the phase plane takes too long here")
+
+    check_feasible(study_from(tomllib.loads(text)), no_bound)
 
 
 def commands() -> list[str]:

@@ -50,6 +50,8 @@ def test_contradictory_and_half_input_is_refused(words, said, capsys) -> None:
         (("--duration", "1e-9"), "below the limit of 0.1 s: sound takes"),
         (("--duration", "1e9"), "above the limit of 1e+06 s"),
         (("--least-tension", "1e6"), "above the limit of 10000 N: a rope of 3 mm breaks"),
+        (("--force-cap", "1e300"), "above the limit of 1e+07 N: a rope of 3 mm breaks"),
+        (("--force-cap", "1e10"), "leave the cap out where nothing limits the force"),
         (("--modules", "100000000"), "above the limit of 2000: a ring of"),
         (("--friction", "5"), "above the limit of 1: no rope on a pulley"),
         (("--friction", "1000"), "above the limit of 1: no rope on a pulley"),

@@ -8,6 +8,7 @@ import pytest
 
 from models.truss import DYNAMIC_SET, rope_travel
 from studies.cli import main
+from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.result import Result
 from studies.drive import Drive
@@ -17,6 +18,7 @@ from studies.truss.limits.caps import CAPPED, Caps, without_cap
 from studies.truss.limits.feasibility import check_feasible, force_cap
 from studies.truss.motions.laws import paper_laws
 from studies.truss.quantities import QUANTITIES
+from studies.truss.search.motion_search import Search
 from studies.truss.study import run
 
 T = 10.0
@@ -151,3 +153,25 @@ def test_mechanisms_are_solved_and_verified(minimise, caps, drive, active) -> No
         assert values["peak-motor-torque"] == pytest.approx(torque, rel=1e-9)
     # without a cap on a jerk the acceleration may jump
     assert math.isfinite(values["peak-rope-jerk"]) == study.jerk_limited
+
+
+def test_where_nothing_is_found_under_a_torque_speed_curve_the_next_cap_is_relaxed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Without the curve there is no load, so that it cannot be the cap that is taken away."""
+    drive = dataclasses.replace(DRUM, torque_speed=((50.0, 0.6), (150.0, 0.1)))
+    search = Search(stated(drive, "peak-motor-load", reaction=20.0, rope_jerk=3.0), Console())
+    relaxed: list[str] = []
+
+    def solved(found: Search) -> None:
+        relaxed.extend(found.study.objectives)
+        raise StudyError("no motion", ExitCode.NOT_SOLVED)
+
+    monkeypatch.setattr(Search, "run", solved)
+    # the budget ended in the second start
+    search._started = 2
+    with pytest.raises(StudyError, match="from 2 of 5 starts, as the seconds ended") as raised:
+        search._from_the_least_relaxation(["bezier", *"abcd"], ValueError("budget"))
+    assert relaxed == ["peak-rope-jerk"]
+    assert raised.value.exit_code is ExitCode.NOT_SOLVED
+    assert "a stronger motor, another gear ratio" in str(raised.value)

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from ocp.arrays import Array
+from studies.check.reading.digits import half_a_digit, half_a_digit_of_times
 from studies.check.reading.headers import DIMENSIONS, QUANTITIES, Column, understood
 from studies.check.reading.raw_table import RawTable, listed, read_table, refuse
 from studies.common.exit_codes import StudyError, quoted
@@ -35,6 +36,7 @@ class MeasuredProfile:
     path : of its file.
     time : (m,) from 0 [s].
     values : by quantity, (m,) each [rad, m, N m].
+    rounding : half of the last digit of time and values as the file states them, (m,) each.
     mechanism : "truss" or "arm".
     notes : how it was read, and what was assumed, in sentences.
     line_of : the place of a row in the file, in words, is `table.line_of(row)`.
@@ -43,6 +45,7 @@ class MeasuredProfile:
     path: Path
     time: Array
     values: Mapping[str, Array]
+    rounding: Mapping[str, Array]
     mechanism: str
     notes: tuple[str, ...]
     table: RawTable
@@ -88,6 +91,7 @@ def read_profile(path: Path, named: Sequence[str] = ()) -> MeasuredProfile:
         path=path,
         time=time - time[0],
         values=_merged(table, others),
+        rounding=_roundings(chosen, arrays),
         mechanism=mechanism,
         notes=_notes(table, chosen, time),
         table=table,
@@ -209,6 +213,15 @@ def _merged(table: RawTable, values: Sequence[tuple[Column, Array]]) -> dict[str
                     "right one, or mend its unit",
                 )
     return {quantity: group[0][1] for quantity, group in by_quantity.items()}
+
+
+def _roundings(chosen: Sequence[Column], arrays: Sequence[Array]) -> dict[str, Array]:
+    """Half of the last digit of each quantity; of several columns of one, of the first."""
+    found: dict[str, Array] = {}
+    for column, array in zip(chosen, arrays, strict=True):
+        half = (half_a_digit_of_times if column.quantity == "time" else half_a_digit)(array)
+        found.setdefault(column.quantity, column.factor * half)
+    return found
 
 
 def _notes(table: RawTable, columns: Sequence[Column], time: Array) -> tuple[str, ...]:

@@ -13,19 +13,13 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PPoly, make_interp_spline
 
 from models.laws import AngularMotion
 from models.laws.motion import law_times
 from ocp.arrays import Array
-from studies.check.smoothing.noise import (
-    ROUNDING,
-    NoiseEstimate,
-    differences,
-    estimate_noise,
-    proven_peak,
-)
+from studies.check.smoothing.noise import NoiseEstimate, differences, estimate_noise
 from studies.check.smoothing.spline import SHARE, SmoothingSpline, simultaneous, smooth
 
 MOST_KNOTS = 4001  # rows of an exact profile that are interpolated
@@ -96,14 +90,12 @@ class Recovered:
     noise : of the rows.
     rest : derivatives taken as zero at start and end: 0 none, 1 speed, 2 acceleration, too.
     fit : the smoothing spline; None where the law goes through all rows.
-    proven : of an exact profile, what the peaks of derivatives 1, 2, 3 are at least.
     """
 
     law: Any
     noise: NoiseEstimate
     rest: tuple[int, int]
     fit: SmoothingSpline | None
-    proven: tuple[float, float, float]
 
     def deviation(self, time: float, order: int) -> float:
         """By how much a derivative at a time may differ from the truth, nearly certainly."""
@@ -160,18 +152,19 @@ def recover(time: Array, values: Array, scale: Array) -> Recovered:
     noise = estimate_noise(time, values, scale)
     if noise.matters:
         return _smoothed(time, values, scale, noise)
-    return _through(time, values, scale, noise)
+    return _through(time, values, noise)
 
 
-def _through(time: Array, values: Array, scale: Array, noise: NoiseEstimate) -> Recovered:
-    """A spline through all rows, or through as many as digits allow."""
-    every = -(-time.size // MOST_KNOTS)
-    kept = np.unique(np.append(np.arange(0, time.size, every), time.size - 1))
-    time, values, scale = time[kept], values[kept], scale[kept]
+def kept_rows(count: int) -> NDArray[np.intp]:
+    """Places of those of so many exact rows that are looked at: as many as digits allow."""
+    return np.unique(np.append(np.arange(0, count, -(-count // MOST_KNOTS)), count - 1))
 
+
+def _through(time: Array, values: Array, noise: NoiseEstimate) -> Recovered:
+    """A spline through all rows that are looked at."""
+    kept = kept_rows(time.size)
+    time, values = time[kept], values[kept]
     rest = _rest_of(make_interp_spline(time, values, k=5), time)
-    wrong = np.maximum(ROUNDING * np.abs(values), 5 * noise.deviation * scale)
-    first, second, third = (proven_peak(time, values, wrong, order) for order in (1, 2, 3))
 
     # no smooth curve follows a jump of the acceleration: each side is interpolated on its own
     edges = [0, *_jumps(time, values), time.size - 1]
@@ -180,7 +173,7 @@ def _through(time: Array, values: Array, scale: Array, noise: NoiseEstimate) -> 
         part = slice(begin, end + 1)
         given = (rest[0] if begin == 0 else 0, rest[1] if end == time.size - 1 else 0)
         pieces.append(_pieces(_best_through(time[part], values[part], given)))
-    return Recovered(SplineLaw(_joined(pieces)), noise, rest, None, (first, second, third))
+    return Recovered(SplineLaw(_joined(pieces)), noise, rest, None)
 
 
 def _best_through(time: Array, values: Array, rest: tuple[int, int]) -> Any:
@@ -268,7 +261,7 @@ def _smoothed(time: Array, values: Array, scale: Array, noise: NoiseEstimate) ->
     start, end = (_rest_within(fit, instant) for instant in (time[0], time[-1]))
     if (start, end) != (0, 0):
         fit = smooth(time, values, scale, count, (start, end))
-    return Recovered(SplineLaw(_pieces(fit.curve)), noise, (start, end), fit, (0.0, 0.0, 0.0))
+    return Recovered(SplineLaw(_pieces(fit.curve)), noise, (start, end), fit)
 
 
 def _rest_within(fit: SmoothingSpline, instant: float) -> int:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ocp.arrays import Array
 from studies.pareto.continuation import FrontPoint, Ranges, distance
-from studies.pareto.envelope import LEAST, Front
+from studies.pareto.envelope import ACCURACY, LEAST, Front
 
 BoolArray = NDArray[np.bool_]
 SAME = 1e-6  # relative: so close to the least is the least
@@ -134,9 +134,9 @@ def dominated(places: Array) -> BoolArray:
 
     Returns
     -------
-    (points,) of bool. Of points that are equal in all objectives the first one remains.
+    (points,) of bool. Of points that are alike in all objectives the first one remains.
     """
-    room = LEAST * np.abs(places)
+    room = ACCURACY * np.abs(places)
     # [p, q]: q beside p
     no_worse = (places[None, :, :] <= (places + room)[:, None, :]).all(axis=2)
     better = (places[None, :, :] < (places - room)[:, None, :]).any(axis=2)

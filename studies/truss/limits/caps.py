@@ -137,11 +137,11 @@ CAPPED: Mapping[str, str] = {
 }
 CURVE = "peak-motor-load"  # its cap is the curve itself, the whole of which is 1
 
-# caps whose least value is looked for where no motion was found; the first that is stated
+# caps whose least value is looked for where no motion was found; the first that is stated. The
+# torque-speed curve is none of them: without the curve there is no load to be least
 HARD = (
     "peak-force",
     "peak-motor-torque",
-    "peak-motor-load",
     "peak-power",
     "peak-rope-jerk",
     "peak-rope-acceleration",
@@ -214,11 +214,8 @@ def cap_on(caps: Caps, drive: Drive | None, quantity: str) -> float | None:
 
 
 def without_cap(study: Study, quantity: str) -> Study:
-    """A study without the cap on a quantity, whether it was stated or is the drive's."""
-    drive = study.drive
-    if quantity == CURVE:
-        return dataclasses.replace(study, drive=dataclasses.replace(drive, torque_speed=None))
-    cap = CAPPED[quantity]
+    """A study without the cap on a quantity of `CAPPED`, whether stated or the drive's."""
+    drive, cap = study.drive, CAPPED[quantity]
     for limit in (limit for limit, name in OF_THE_DRIVE.items() if name == cap and drive):
         drive = dataclasses.replace(drive, **{limit: None})
     return dataclasses.replace(

@@ -98,6 +98,13 @@ class Range:
 
 _LENGTH = Range(1e-3, 100.0, "m", "bars of below a millimetre or above 100 m are no space truss")
 
+_FORCE_CAP = Range(
+    0.0,
+    1e7,
+    "N",
+    "a rope of 3 mm breaks at about 10 kN; leave the cap out where nothing limits the force",
+)
+
 PLAUSIBLE: Mapping[str, Range] = {
     "duration": Range(
         0.1,
@@ -106,6 +113,8 @@ PLAUSIBLE: Mapping[str, Range] = {
         "sound takes milliseconds through the ring, and links are rigid only for motions that "
         "take far longer; beyond eleven days inertia is below rounding",
     ),
+    "caps.force": _FORCE_CAP,
+    "drive.force": _FORCE_CAP,
     "caps.least_tension": Range(0.0, 1e4, "N", "a rope of 3 mm breaks at about 10 kN"),
     "solver.intervals": Range(2, 2000, "", "a mesh finds its own finer places from there"),
     "truss.modules": Range(3, 2000, "", "a ring of 2000 modules of 1 m is 640 m wide"),

@@ -28,7 +28,7 @@ from studies.common.result import Verdict
 from studies.truss.checks import objective_sizes
 from studies.truss.config import TrussStudy
 from studies.truss.limits.bounds import keeps_the_caps, lower_bounds
-from studies.truss.limits.caps import HARD, cap_on, without_cap
+from studies.truss.limits.caps import CURVE, HARD, cap_on, without_cap
 from studies.truss.limits.feasibility import check_feasible, force_cap
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import law_of
@@ -422,6 +422,7 @@ class Search:
         StudyError
             If that fails too: with the least relaxation found, and the error of the first start.
         """
+        tried = max(self._started, 1)
         key = next((key for key in HARD if cap_on(self.study.caps, self.study.drive, key)), "")
         needed = "the relaxed problem was not solved either"
         least = self._least_found(key) if key else None
@@ -444,9 +445,15 @@ class Search:
             self.console.progress("no motion was found: looking for the least relaxation")
             needed = relaxation_in_words(self._stated("bezier"), self.console.live) or needed
 
+        if cap_on(self.study.caps, self.study.drive, CURVE):
+            needed += "; the torque-speed curve holds there too: a stronger motor, another gear "
+            needed += "ratio or a longer duration asks less of it"
+        starts = f"{len(names)} start{'s' * (len(names) > 1)}"
+        if tried < len(names):  # the budget ended before the others
+            starts = f"{tried} of {starts}, as the seconds ended; raise --seconds to try more"
         raise StudyError(
-            f"no motion was found from {len(names)} start{'s' * (len(names) > 1)}; the least "
-            f"relaxation found: {needed}; from {names[0]}: {error}",
+            f"no motion was found from {starts}; the least relaxation found: {needed}; "
+            f"from {names[0]}: {error}",
             ExitCode.INTERRUPTED if self.interrupted else ExitCode.NOT_SOLVED,
         ) from error
 

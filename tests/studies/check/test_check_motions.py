@@ -145,6 +145,15 @@ def test_a_study_of_least_time_lends_its_caps(aims: str, tmp_path: Path, capsys)
     assert told == ("energy" not in aims)
 
 
+def test_seconds_that_are_headed_ms_are_told_from_the_length(tmp_path: Path, capsys) -> None:
+    law, time = paper_laws(TRUSS, 10.0)[0].law, np.linspace(0.0, 10.0, 101)
+    path = write(tmp_path / "a.csv", time, law.motion(time).angle, "Time [ms],angle [rad]")
+    assert main(["check", str(path), "--no-optimum"]) == ExitCode.BAD_INPUT
+    said = capsys.readouterr().err
+    assert "lasts 0.01 s; most likely the unit of its time column is wrong" in said
+    assert "'Time [ms]'" in said
+
+
 def test_rounding_of_the_digits_counts_as_noise() -> None:
     time = np.linspace(0.0, T, 1401)
     rounded = BEZIER.motion(time).angle.round(5)

@@ -3,10 +3,12 @@
 import itertools
 from dataclasses import dataclass, field
 
+import numpy as np
 import pytest
 
 from studies.pareto.continuation import FrontPoint, NotFoundError, Ranges, distance, fill, walk
 from studies.pareto.envelope import front_of, reached, undominated
+from studies.pareto.surface.shape import dominated
 
 
 def point(x, y, slope=-1.0, way="up", motion=None):
@@ -107,3 +109,12 @@ def test_a_wide_range_counts_by_its_logarithm(x, along):
     step = 1e-6 * along
     rise = ranges.place(along + step, 0.0)[0] - ranges.place(along - step, 0.0)[0]
     assert ranges.steepness(along, 1.0) == pytest.approx(2 * step / rise, rel=1e-6)
+
+
+def test_a_point_that_is_beaten_but_for_rounding_is_dropped() -> None:
+    places = [(4.008, 80.0376), (4.008 + 5e-10, 80.0168), (5.0, 41.0)]
+    points = [point(*place) for place in places]
+    best, rest = undominated(points)
+    assert [p.y for p in best] == [80.0168, 41.0]
+    assert [p.y for p in rest] == [80.0376]
+    assert dominated(np.array([(1.0, *place) for place in places])).tolist() == [True, False, False]

@@ -1,0 +1,257 @@
+"""What the peaks of a profile with exact rows are at least, whatever the curve between them does.
+
+The curve that is drawn through the rows overshoots where the jerk switches, so that its own peaks
+prove nothing. Divided differences do: they are means of a derivative. For the rope they are taken
+of its lengths, and where a profile states its rates, of these as well. What a row states holds
+there. For forces there are no such means; from angles alone they are estimated.
+
+Symbols: l, length of the rope; floors are of the quantity, or of its negative where the least of
+it is meant, so that none lies below.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike
+
+from models.laws import AngularMotion, Law, Piecewise
+from models.truss import rope_length
+from models.truss.kinematics import rope_speed
+from ocp.arrays import Array
+from studies.check.own_rows import rounding_of_rates
+from studies.check.smoothing.noise import ROUNDING, proven_peak
+from studies.check.smoothing.recovery import kept_rows
+from studies.check.truss_profile import LEAST_ANGLE, TrussProfile
+from studies.drive.motor import motor_speed
+from studies.truss.config import DEPLOYED
+from studies.truss.motions.deployment import Deployment
+from studies.truss.quantities import QUANTITIES
+
+SCATTER = 5.0  # standard deviations of what is no noise that matters, by which a value may be wrong
+OF_THE_JERK = ("peak-jerk", "peak-rope-jerk")
+
+Floors = dict[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class AtRows:
+    """A law that knows its motion at some instants only.
+
+    Attributes
+    ----------
+    law : that gives all else.
+    rows : the motion that it answers with, whatever the times.
+    """
+
+    law: Law
+    rows: AngularMotion
+
+    @property
+    def duration(self) -> float:
+        """T [s]."""
+        return self.law.duration
+
+    @property
+    def start_angle(self) -> float:
+        """At time 0 [rad]."""
+        return self.law.start_angle
+
+    @property
+    def end_angle(self) -> float:
+        """At T [rad]."""
+        return self.law.end_angle
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Those of the law."""
+        return self.law.breakpoints
+
+    def motion(self, time: ArrayLike) -> AngularMotion:
+        """The rows."""
+        return self.rows
+
+
+def sign(key: str) -> float:
+    """-1 where the least of a quantity is meant."""
+    return -1.0 if QUANTITIES[key].kind == "least" else 1.0
+
+
+def proven_floors(found: TrussProfile, deployment: Deployment) -> Floors:
+    """What is proven of the peaks of exact rows, by quantity."""
+    time, angle, wrong = _rows(found)
+    of_differences = _by_differences(time, angle, wrong, deployment)
+    if not found.stated:
+        return of_differences
+    return _higher(of_differences, _by_rates(found, deployment), _at_rows(found, deployment))
+
+
+def estimated_floors(found: TrussProfile, deployment: Deployment) -> Floors:
+    """What the peaks are at least by the means of speed and acceleration about each row.
+
+    No proof, but nothing of it is the curve's. Means over twice as many rows miss by four times as
+    much where the motion is smooth. So the difference is taken off, and three rows in a row have to
+    say the same. An end that is taken as at rest says what holds the truss there.
+    """
+    time, angle, _ = _rows(found)
+    if time.size < 8:
+        return {}
+    near, wide = (_heights_by_means(time, angle, k, found, deployment) for k in (1, 2))
+    floors = {}
+    for key, values in wide.items():
+        inner = near[key][1:-1]
+        sure = inner - np.abs(inner - values)
+        floors[key] = float(np.lib.stride_tricks.sliding_window_view(sure, 3).min(axis=1).max())
+
+    still = [place for place, rest in zip((0, -1), found.recovered.rest, strict=True) if rest == 2]
+    if not still:
+        return floors
+    none = np.zeros(len(still))
+    ends = AngularMotion(time[still], angle[still], none, none, none)
+    heights = _heights(_deployed(found, deployment, ends), ends.time)
+    return {key: max(floor, float(heights[key].max())) for key, floor in floors.items()}
+
+
+def _rows(found: TrussProfile) -> tuple[Array, Array, Array]:
+    """Times, angles, and by how much each angle may be wrong, (m,) each."""
+    kept = kept_rows(found.angle.size)
+    measured, recovered = found.measured, found.recovered
+    scale = np.abs(found.scale)
+    time, angle = measured.time[kept], found.angle[kept]
+    wrong = np.maximum(
+        ROUNDING * np.abs(angle),
+        (scale * (SCATTER * recovered.noise.deviation + measured.rounding[found.source]))[kept],
+    )
+    # a time that is wrong is an angle that is
+    return time, angle, wrong + measured.rounding["time"][kept] * _slopes(time, angle)
+
+
+def _slopes(time: Array, values: Array) -> Array:
+    """The steeper of both slopes beside each row, (m,)."""
+    slopes = np.abs(np.diff(values) / np.diff(time))
+    found: Array = np.maximum(np.append(slopes, 0.0), np.insert(slopes, 0, 0.0))
+    return found
+
+
+def _higher(*floors: Floors) -> Floors:
+    """The highest floor of each quantity."""
+    keys = dict.fromkeys(key for one in floors for key in one)
+    return {key: max(one[key] for one in floors if key in one) for key in keys}
+
+
+def _by_differences(time: Array, angle: Array, wrong: Array, deployment: Deployment) -> Floors:
+    """By divided differences of the angles, and of the rope's lengths that they make."""
+    truss = deployment.truss
+    within = np.clip(angle, LEAST_ANGLE, DEPLOYED)
+    length = np.asarray(rope_length(truss, ca.DM(within))).ravel()
+    steep = np.abs(np.asarray(rope_speed(truss, ca.DM(within), 1.0)).ravel())
+    off = steep * wrong + ROUNDING * length
+
+    floors = {}
+    for order, name in enumerate(("speed", "acceleration", "jerk"), start=1):
+        floors[f"peak-{name}"] = proven_peak(time, angle, wrong, order)
+        floors[f"peak-rope-{name}"] = proven_peak(time, length, off, order)
+    if deployment.drive is not None and deployment.drive.drum_radius is not None:
+        steps = np.maximum(np.abs(np.diff(length)) - off[1:] - off[:-1], 0.0) / np.diff(time)
+        hauled = float(rope_length(truss, truss.stowed_angle)) - length
+        # the radius of the drum at that instant is one between those of both rows
+        ends = [motor_speed(deployment.drive, steps, end) for end in (hauled[:-1], hauled[1:])]
+        floors["peak-motor-speed"] = float(np.min(ends, axis=0).max())
+    return floors
+
+
+def _stated(found: TrussProfile) -> tuple[AngularMotion, AngularMotion]:
+    """What the rows state: behind each of them, and before it."""
+    law, time = found.recovered.law, found.measured.time
+    return law.motion(time), law.motion(np.nextafter(time, 0.0))
+
+
+def _by_rates(found: TrussProfile, deployment: Deployment) -> Floors:
+    """By differences of the speeds, and of the accelerations behind one row and before the next."""
+    time = found.measured.time
+
+    def read(rows: AngularMotion) -> dict[str, Array]:
+        _, truss = _deployed(found, deployment, rows).at(time)
+        return {
+            "speed": rows.speed,
+            "acceleration": rows.acceleration,
+            "rope-speed": truss.rope_speed,
+            "rope-acceleration": truss.rope_acceleration,
+        }
+
+    after, before = (_with_scatter(read, rows, found) for rows in _stated(found))
+    floors = {}
+    for kind in ("", "rope-"):
+        speed, off = after[f"{kind}speed"]
+        floors[f"peak-{kind}acceleration"] = proven_peak(time, speed, off, 1)
+
+        (first, first_off), (last, last_off) = (
+            side[f"{kind}acceleration"] for side in (after, before)
+        )
+        rise = np.abs(last[1:] - first[:-1]) - last_off[1:] - first_off[:-1]
+        steepest = float((np.maximum(rise, 0.0) / np.diff(time)).max())
+        floors[f"peak-{kind}jerk"] = max(steepest, proven_peak(time, speed, off, 2))
+    return floors
+
+
+def _at_rows(found: TrussProfile, deployment: Deployment) -> Floors:
+    """What the rows themselves state, less what their digits leave open."""
+
+    def read(rows: AngularMotion) -> dict[str, Array]:
+        return _heights(_deployed(found, deployment, rows), found.measured.time)
+
+    sides = [_with_scatter(read, rows, found) for rows in _stated(found)]
+    floors = _higher(
+        *({key: float((x - off).max()) for key, (x, off) in side.items()} for side in sides)
+    )
+    # of rows that state no jerk it is the drawn curve's
+    drawn = () if isinstance(found.recovered.law, Piecewise) else OF_THE_JERK
+    return {key: floor for key, floor in floors.items() if key not in drawn and floor > -np.inf}
+
+
+def _with_scatter(
+    read: Callable[[AngularMotion], dict[str, Array]], rows: AngularMotion, found: TrussProfile
+) -> dict[str, tuple[Array, Array]]:
+    """What is read of stated rows, and by how much the digits of these may change it, (m,) each."""
+    measured = found.measured
+    halves = {"angle": measured.rounding["angle"], **rounding_of_rates(measured)}
+    centre = read(rows)
+    off = {key: ROUNDING * np.abs(values) for key, values in centre.items()}
+    for name, half in halves.items():
+        # backwards, where there is always room
+        shifted = read(dataclasses.replace(rows, **{name: getattr(rows, name) - half}))
+        off = {key: off[key] + np.abs(shifted[key] - centre[key]) for key in centre}
+    return {key: (centre[key], off[key]) for key in centre}
+
+
+def _deployed(found: TrussProfile, deployment: Deployment, rows: AngularMotion) -> Deployment:
+    """The truss in the motion of rows, within its reach."""
+    within = dataclasses.replace(rows, angle=np.clip(rows.angle, LEAST_ANGLE, DEPLOYED))
+    law = found.reachable(deployment.truss, AtRows(found.recovered.law, within))
+    return dataclasses.replace(deployment, law=law)
+
+
+def _heights(deployment: Deployment, time: Array) -> dict[str, Array]:
+    """Histories at rows, high where the peak is; -inf where a quantity is not known."""
+    return {
+        key: np.nan_to_num(sign(key) * values, nan=-np.inf)
+        for key, values in deployment.histories(time).items()
+    }
+
+
+def _heights_by_means(
+    time: Array, angle: Array, k: int, found: TrussProfile, deployment: Deployment
+) -> dict[str, Array]:
+    """Heights at the inner rows by the parabola through the k-th rows before and behind each."""
+    at, left, right = slice(k, -k), slice(0, -2 * k), slice(2 * k, None)
+    h, g = time[at] - time[left], time[right] - time[at]
+    first, second = (angle[at] - angle[left]) / h, (angle[right] - angle[at]) / g
+    turn = 2 * (second - first) / (h + g)
+    speed = (first * g + second * h) / (h + g)
+    rows = AngularMotion(time[at], angle[at], speed, turn, np.zeros_like(turn))
+    heights = _heights(_deployed(found, deployment, rows), time[at])
+    return {key: values for key, values in heights.items() if key not in OF_THE_JERK}

@@ -1,0 +1,41 @@
+"""How far a number may be from what was meant, by the digits that a file gives it."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+
+import numpy as np
+
+from ocp.arrays import Array
+
+SEEN = 2000  # numbers of a column from which its digits are told
+
+
+def half_a_digit(values: Array) -> Array:
+    """Half a unit of the last digit of numbers (m,) as a file states them.
+
+    A column has a number of decimals or a number of significant digits, and single numbers hide
+    zeros at their end. So the most of either counts, and of both units the larger one.
+    """
+    some = np.unique(np.linspace(0, values.size - 1, min(values.size, SEEN)).round().astype(int))
+    decimals, significant = 0, 1
+    for value in values[some].tolist():
+        _, digits, exponent = Decimal(repr(float(value))).normalize().as_tuple()
+        decimals = max(decimals, -int(exponent))
+        significant = max(significant, len(digits))
+
+    sizes = np.abs(values)
+    exponents = np.floor(np.log10(sizes, out=np.full(sizes.size, -np.inf), where=sizes > 0))
+    unit: Array = np.maximum(10.0**-decimals, 10.0 ** (exponents - significant + 1))
+    return unit / 2
+
+
+def half_a_digit_of_times(time: Array) -> Array:
+    """The same of the times of rows (m,) [s]; 0 where they are exact.
+
+    Digits cut off shift times that should be even by up to a unit. Times that are even, or far
+    from it, are those that were meant.
+    """
+    half, uneven = half_a_digit(time), float(np.ptp(np.diff(time)))
+    rounding = 4 * np.finfo(float).eps * float(np.abs(time).max())
+    return half if rounding < uneven <= 4 * float(np.median(half)) else np.zeros_like(time)
