@@ -37,7 +37,7 @@ from studies.drive.schema import Drive
 from studies.drive.setpoints import SetPoints
 
 FEWEST = 20_000  # samples of a playback
-LEAST_A_PIECE = 5  # samples of each segment, however many there are: forces have peaks inside
+LEAST_A_PIECE = 5  # samples of each segment, as far as memory goes: forces have peaks inside
 MOST = 4_000_000  # samples: what fits into memory beside all histories
 ANGLES = 2001  # of a spline along the angle
 BEYOND = 0.05  # [rad] past 90 degrees, where an overshoot of the rope may lead
@@ -207,7 +207,9 @@ def _sampled(
 def _samples(edges: Array, finest: float) -> tuple[Array, Any]:
     """Times inside all pieces, close to their ends too, and the piece of each."""
     steps = np.diff(edges)
-    least = max(LEAST_A_PIECE, math.ceil(FEWEST / steps.size))
+    # of millions of segments the two ends and the turns between them have to do
+    ends = max(2, min(LEAST_A_PIECE, MOST // steps.size))
+    least = max(ends, math.ceil(FEWEST / steps.size))
     each = np.full(steps.size, least)
     if math.isfinite(finest):
         wanted = np.ceil(steps / finest).astype(int) + 1
