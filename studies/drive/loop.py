@@ -109,8 +109,8 @@ class Followed:
     particular: Array
     deviations: Array
 
-    def derivatives(self, time: Array) -> Array:
-        """Position, velocity, acceleration and jerk at times (n,), (4, n)."""
+    def derivatives(self, time: Array, count: int = 4) -> Array:
+        """Position, velocity and so on at times (n,): as many rows as asked for, (count, n)."""
         last = self.edges.size - 2
         piece = np.clip(np.searchsorted(self.edges, time, side="right") - 1, 0, last)
         dt = time - self.edges[piece]
@@ -118,11 +118,11 @@ class Followed:
         state = np.einsum("ijn,jn->in", _decays(self.loop, dt), self.deviations[:, piece])
         w, z = self.loop.frequency, self.loop.damping
         free = [state[0], state[1]]
-        for _ in range(2):  # the homogeneous equation gives each next derivative
+        for _ in range(count - 2):  # the homogeneous equation gives each next derivative
             free.append(-2 * z * w * free[-1] - w**2 * free[-2])
 
         rows, coefficients = [], self.particular
-        for order in range(4):
+        for order in range(count):
             rows.append(free[order] + _value(coefficients, piece, dt))
             coefficients = _derived(coefficients)
         return np.stack(rows)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -37,7 +37,7 @@ from studies.drive.schema import Drive
 from studies.drive.setpoints import SetPoints
 
 FEWEST = 20_000  # samples of a playback
-LEAST_A_PIECE = 2  # samples of each segment: its two ends
+LEAST_A_PIECE = 5  # samples of each segment, as far as memory goes: forces have peaks inside
 MOST = 4_000_000  # samples: what fits into memory beside all histories
 ANGLES = 2001  # of a spline along the angle
 BEYOND = 0.05  # [rad] past 90 degrees, where an overshoot of the rope may lead
@@ -90,8 +90,11 @@ def played(course: Course, points: SetPoints, drive: Drive, kind: str | None = N
     loop = loop_of(drive)
 
     if loop is None:
-        time = _samples(points.times, math.inf)
-        motion = np.stack([curve(time, nu=order) for order in range(4)])
+        time, motion = _sampled(
+            points.times,
+            math.inf,
+            lambda time: np.stack([curve(time, nu=order) for order in range(5)]),
+        )
         # between its points a straight line has no acceleration; at them it has no bound
         smooth = {"hold": 1, "linear": 2}.get(kind, 4)
         motion[smooth:] = np.nan
@@ -99,9 +102,10 @@ def played(course: Course, points: SetPoints, drive: Drive, kind: str | None = N
         return Playback(time, motion, raw, bound, most, end)
 
     output = followed(curve, loop, float(points.positions[-1]))
-    time = _samples(output.edges, FINEST / loop.frequency)
+    finest = FINEST / loop.frequency
+    time, motion = _sampled(output.edges, finest, lambda time: output.derivatives(time, 5))
     most = filtered_bound(course, points, kind, loop)
-    return Playback(time, output.derivatives(time), raw, bound, most, end)
+    return Playback(time, motion, raw, bound, most, end)
 
 
 def hauled(played: Playback, drum: Drum) -> Playback:
@@ -164,17 +168,58 @@ def filtered_bound(course: Course, points: SetPoints, kind: str, loop: Loop) -> 
     )
 
 
-def _samples(edges: Array, finest: float) -> Array:
-    """Times inside all pieces, close to their ends too."""
+def _sampled(
+    edges: Array, finest: float, derivatives: Callable[[Array], Array]
+) -> tuple[Array, Array]:
+    """Times of a playback (n,), and position, speed, acceleration and jerk at them (4, n).
+
+    They are times in all pieces, and those at which one of the four turns inside a piece. There
+    its next derivative is zero. A straight line between the two samples beside that time and one
+    step of Newton's method give it: exactly for a cubic, elsewhere far closer than a peak needs.
+
+    Parameters
+    ----------
+    edges : between which the motion is smooth [s].
+    finest : no samples farther apart than this, as far as memory goes [s].
+    derivatives : maps times (m,) to the position and its first four derivatives, (5, m).
+    """
+    time, piece = _samples(edges, finest)
+    rows = derivatives(time)
+
+    together, turns = piece[1:] == piece[:-1], []
+    for order in range(1, 5):
+        row = rows[order]
+        k = np.flatnonzero(together & (row[1:] * row[:-1] < 0.0))
+        turn = time[k] + (time[k + 1] - time[k]) * row[k] / (row[k] - row[k + 1])
+        if order < 4:  # of the fourth derivative there is no slope
+            near = derivatives(turn)
+            steep = near[order + 1] != 0.0
+            turn[steep] -= near[order, steep] / near[order + 1, steep]
+        turns.append(np.clip(turn, time[k], time[k + 1]))
+    added = np.concatenate(turns)
+
+    time = np.concatenate([time, added])
+    sequence = np.argsort(time, kind="stable")
+    motion = np.concatenate([rows[:4], derivatives(added)[:4]], axis=1)
+    return time[sequence], motion[:, sequence]
+
+
+def _samples(edges: Array, finest: float) -> tuple[Array, Any]:
+    """Times inside all pieces, close to their ends too, and the piece of each."""
     steps = np.diff(edges)
-    each = max(LEAST_A_PIECE, math.ceil(FEWEST / steps.size))
+    # of millions of segments the two ends and the turns between them have to do
+    ends = max(2, min(LEAST_A_PIECE, MOST // steps.size))
+    least = max(ends, math.ceil(FEWEST / steps.size))
+    each = np.full(steps.size, least)
     if math.isfinite(finest):
-        # fine enough for the loop, as far as memory goes
-        wanted = math.ceil(float(steps[:-1].max(initial=0.0)) / finest) + 1
-        each = max(each, min(wanted, MOST // steps.size))
-    inside = np.linspace(CLOSE, 1 - CLOSE, each)
-    times: Array = (edges[:-1, None] + steps[:, None] * inside).ravel()
-    return times
+        wanted = np.ceil(steps / finest).astype(int) + 1
+        each = np.clip(wanted, least, max(least, MOST // steps.size))
+
+    piece = np.repeat(np.arange(steps.size), each)
+    behind = np.arange(piece.size) - np.repeat(np.cumsum(each) - each, each)
+    inside = CLOSE + (1 - 2 * CLOSE) * behind / (each[piece] - 1)
+    times: Array = edges[piece] + steps[piece] * inside
+    return times, piece
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,6 +12,7 @@ from ocp.arrays import Array
 from studies.common.exit_codes import StudyError
 from studies.drive.course import Course
 
+DIGITS = 14  # of a time that is a multiple of a step: what a user writes, without its last bit
 CLOSEST = 0.5  # of an even segment, between two switches of a rounded table
 
 
@@ -61,11 +62,13 @@ class SetPoints:
 
 
 def uniform_times(course: Course, step: float) -> Array:
-    """Times k times `step`, until the course has ended."""
+    """Times k times `step`, until the course has ended, to `DIGITS` digits of the last one."""
     # a duration that is a multiple but for rounding needs no further point
     last = math.ceil(course.duration / step - 1e-9)
-    times: Array = step * np.arange(max(last, 1) + 1, dtype=float)
-    return times
+    times = step * np.arange(max(last, 1) + 1, dtype=float)
+    decimals = DIGITS - 1 - math.floor(math.log10(times[-1]))
+    rounded: Array = np.around(times, decimals)
+    return rounded
 
 
 def switch_point_times(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from studies.common.result import Result
     from studies.drive.course import Course
     from studies.drive.schema import Drive
+    from studies.export.polynomials import Segments
     from studies.export.round_trip import RoundTrip
     from studies.export.source import Source
 
@@ -261,6 +263,9 @@ def _curve(
     else:
         segments = polynomials.fitted_segments(course, error)
 
+    rounded = options.to == "c99" and options.real == "float"
+    if rounded:
+        segments = _in_float(segments, course, options)
     about = _about(source, course, options) | {"error": f"{segments.error:.3g} {segments.unit}"}
     if options.to == "segments":
         content = polynomials.write_segments(segments, about)
@@ -268,13 +273,30 @@ def _curve(
     else:
         content = c99.write_source(segments, about, options.real)
 
-    curve = segments.curve()
-    again = polynomial_course(course.signal, course.unit, curve, course.switches)
+    if rounded:
+        again = c99.float_course(segments, course)
+    else:
+        curve = segments.curve()
+        again = polynomial_course(course.signal, course.unit, curve, course.switches)
     points = sampled(again, uniform_times(again, drive.period), drive.count(course.unit))
     record = round_trip(course, points, drive, None, source.truss, source.result, _partial(options))
     if record.breaches:
         raise _refusal(record, "; lower the motion's own caps, or raise the drive's limits")
     return content, record
+
+
+def _in_float(segments: Segments, course: Course, options: argparse.Namespace) -> Segments:
+    """The same segments with the error that arithmetic of 24 bits makes of them."""
+    from studies.export import c99
+
+    error = c99.float_error(segments, course)
+    stated = _positive("--error", options.error)
+    if stated is not None and error > stated:
+        raise StudyError(
+            f"--error is {stated:g} {course.unit}, but numbers of the type float miss the motion "
+            f"by {error:.3g} {course.unit}; take --real double, or allow that error"
+        )
+    return dataclasses.replace(segments, error=error)
 
 
 def _columns(

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from ocp.arrays import Array
+from studies.cli import main
 from studies.common.result import Result
 from studies.export import c99
 from studies.export.polynomials import Segments, exact_segments, fitted_segments
@@ -96,6 +97,31 @@ def test_the_code_says_what_the_code_of_casadi_says(slow: Result, tmp_path: Path
     found = played_in_c(ours, "double", TIMES)[0]
     # both are Horner's form of the same numbers; a compiler may contract a product and a sum
     assert np.abs(found - theirs(TIMES[None]).full().ravel()).max() < 1e-14
+
+
+@needs_compiler
+@pytest.mark.parametrize("signal", ["rope", "angle"])
+def test_the_stated_error_of_float_is_that_of_the_compiled_code(
+    slow: Result, signal: str, tmp_path: Path
+) -> None:
+    folder, file = tmp_path / "stored", tmp_path / "float.c"
+    folder.mkdir()
+    slow.save(folder)
+    words = ["export", folder, "--to", "c99", "--real", "float", "--signal", signal]
+    assert main([*map(str, words), "--output", str(file)]) == 0
+    source = file.read_text("utf-8")
+    stated = float(source.split("error = ")[1].split()[0])
+
+    # no sum of a product is contracted, so that each operation is rounded as it is written
+    library = compiled(source, tmp_path, (*FLAGS, "-ffp-contract=off"))
+    found, course = played_in_c(library, "float", TIMES), source_of(slow).course(signal)
+    assert np.array_equal(found, c99.in_float(segments_of(slow, signal), TIMES))
+    miss = np.abs(found[0] - course.derivatives(TIMES)[0]).max()
+    assert 0.7 * stated < miss <= stated * (1 + 1e-2)  # three digits, of ten times as many times
+
+    # what is asked for and cannot be is refused
+    if signal == "rope":
+        assert main([*map(str, words), "--error", "1e-9"]) == 2
 
 
 @needs_compiler

@@ -104,6 +104,20 @@ def test_a_fixed_step_gives_even_rows(folder: Path, tmp_path: Path) -> None:
     assert np.array_equal(time, 0.5 * np.arange(9))
 
 
+@pytest.mark.parametrize("form", ["csv", "pvt"])
+def test_times_of_a_step_have_the_digits_of_the_step(
+    form: str, folder: Path, tmp_path: Path
+) -> None:
+    file = tmp_path / "even"
+    assert export(folder, "--to", form, "--step", 0.3, "--output", file) == 0
+    rows = [
+        line.split(",")[0] for line in file.read_text("utf-8").splitlines() if line[0].isdigit()
+    ]
+    # 3 times 0.3 is 0.8999999999999999 in binary numbers
+    assert rows[:4] == ["0.0" if form == "csv" else "0", "0.3", "0.6", "0.9"]
+    assert max(map(len, rows)) <= 3
+
+
 def test_points_lie_on_the_switches(folder: Path, short: Result, tmp_path: Path) -> None:
     file = tmp_path / "switches.csv"
     assert export(folder, "--to", "csv", "--points", 12, "--output", file) == 0
