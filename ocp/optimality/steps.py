@@ -54,7 +54,7 @@ _LEAST_STEP = 1e-6
 
 
 @dataclass(frozen=True)
-class Step:
+class ValueStep:
     """A step of an expression along a motion.
 
     Attributes
@@ -82,7 +82,9 @@ class Step:
     constants: frozenset[str]
 
 
-def steps_along(problem: Problem, trajectory: Trajectory, evaluator: Evaluator) -> Iterator[Step]:
+def steps_along(
+    problem: Problem, trajectory: Trajectory, evaluator: Evaluator
+) -> Iterator[ValueStep]:
     """The steps along a motion, for each change of a comparison the largest."""
     for motion in trajectory.phases:
         key = ("stepwise operations", motion.name)
@@ -93,7 +95,7 @@ def steps_along(problem: Problem, trajectory: Trajectory, evaluator: Evaluator) 
             yield from stepwise.along(trajectory, motion, evaluator)
 
 
-def step_remark(steps: Iterable[Step]) -> str:
+def step_remark(steps: Iterable[ValueStep]) -> str:
     """What to say of steps that no derivative sees, or nothing where there are none."""
     unseen = [step for step in steps if step.unseen]
     if not unseen:
@@ -148,7 +150,7 @@ class _PhaseSteps:
 
     def along(
         self, trajectory: Trajectory, motion: PhaseTrajectory, evaluator: Evaluator
-    ) -> Iterator[Step]:
+    ) -> Iterator[ValueStep]:
         """Steps along the phase's motion."""
 
         def values(expressions: tuple[ca.SX, ...], times: Array) -> Array:
@@ -188,7 +190,7 @@ class _PhaseSteps:
         for time, which, parts in zip(high, numbers.tolist(), relative, strict=True):
             column = int(np.argmax(parts))
             if parts[column] > _LEAST_STEP:
-                yield Step(
+                yield ValueStep(
                     phase=motion.name,
                     time=float(time),
                     condition=text_of(self.operations.results[which], 60),
