@@ -28,6 +28,8 @@ FORMATS = (
     *("segments", "c99"),
 )
 ROUNDS = 3  # of optimising again inside lower limits
+PLANS = 8  # of a stop, which take a moment each
+ASIDE = 1e-3  # of a lower limit: what a table adds changes with its motion
 MORE_TENSION = 1.2  # times what is missing: the ringing changes with the motion
 RECORD = ".record.json"  # behind the name of the file that it belongs to
 
@@ -193,6 +195,8 @@ def _table(
     content, record = _written(source, course, drive, options)
     if not record.breaches:
         return content, record
+    if _partial(options):
+        return _planned_again(source, drive, options, record)
     if not options.within_limits:
         raise _refusal(record, "; --within-limits optimises the motion again inside the limits")
     if source.truss is None or course.signal == "angle":
@@ -215,6 +219,38 @@ def _table(
         if not record.breaches:
             return content, record
     raise _refusal(record, ", even after the motion was optimised inside the lowered limits")
+
+
+def _planned_again(
+    source: Source, drive: Drive, options: argparse.Namespace, record: RoundTrip
+) -> tuple[str, RoundTrip]:
+    """The table of a stop, or of what follows it, planned inside lower limits.
+
+    Such a course rides its limit. What interpolation, rounding and the loop add comes on top, so
+    that it is planned again inside a limit that is lower by as much as the table was above.
+    """
+    from studies.export.round_trip import Breach
+
+    inside, planned = drive, ("speed", "acceleration", "jerk")
+    for _ in range(PLANS):
+        lower = {
+            breach.name: getattr(inside, breach.name) * breach.limit / breach.value * (1 - ASIDE)
+            for breach in record.breaches
+            if isinstance(breach, Breach) and breach.name in planned and breach.value > breach.limit
+        }
+        if not lower:
+            break
+        inside = dataclasses.replace(inside, **lower)
+        try:
+            course = _course(source, inside, options)
+        except StudyError:  # the lower limits leave no such course
+            break
+        content, record = _written(source, course, drive, options)
+        if not record.breaches:
+            return content, record
+    tried = "" if inside is drive else ", with lower limits of the plan, too"
+    remedy = "; give it more time by --stop-within, or take another --step or more counts"
+    raise _refusal(record, tried + remedy)
 
 
 def _written(

@@ -337,6 +337,34 @@ def test_a_stop_and_the_way_on_are_profiles(
     assert ends["--resume-at"][1] == pytest.approx(6.6099, abs=1e-4)
 
 
+def test_a_stop_leaves_room_for_what_its_table_adds(
+    folder: Path, drive_file: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, peak = tmp_path / "stop", "peak acceleration behind the loop [m/s^2]"
+    axis = "bandwidth = 20\nperiod = 0.05\n"
+
+    def stopped(limit: str, within: float) -> int:
+        words = ("--to", "pvt", "--stop-at", 2, "--stop-within", within, "--output", file)
+        return export(folder, *words, "--drive", drive_file(axis + limit))
+
+    def found() -> float:
+        record = tmp_path / "stop.record.json"
+        value = json.loads(record.read_text("utf-8"))[peak]
+        file.unlink()
+        record.unlink()
+        return float(value)
+
+    assert stopped("", 1.0) == 0
+    limit = 0.97 * found()
+    assert stopped(f"acceleration = {limit}", 1.0) == 0
+    assert found() <= limit * (1 + 1e-9)
+
+    # the remedy is one that a stop has
+    capsys.readouterr()
+    assert stopped(f"acceleration = {0.5 * limit}", 1.0) == 5
+    assert "--stop-within" in complaint(capsys)
+
+
 @pytest.mark.parametrize(
     ("words", "answer"),
     [
