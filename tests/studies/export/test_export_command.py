@@ -1,5 +1,6 @@
 """`antenna-ocp export` end to end, and its answers to misuse."""
 
+import dataclasses
 import json
 import math
 from collections.abc import Callable
@@ -335,6 +336,23 @@ def test_a_stop_and_the_way_on_are_profiles(
     # it goes on from where it stopped, to the end, to a count of 2 micrometres
     assert ends["--resume-at"][0] == pytest.approx(ends["--stop-at"][1], abs=2e-6)
     assert ends["--resume-at"][1] == pytest.approx(6.6099, abs=1e-4)
+
+
+def test_caps_of_the_study_that_a_table_exceeds_are_in_the_record(
+    short: Result, tmp_path: Path, drive_file: Write
+) -> None:
+    peak = float(np.abs(short.arrays["rope_speed"].values).max())
+    path, line = tmp_path / "capped", "peak rope speed beyond the cap of the study [1]"
+    path.mkdir()
+    records = []
+    for cap in (0.9 * peak, 1.1 * peak):
+        capped = {**short.configuration, "caps": {"rope_speed": cap}}
+        dataclasses.replace(short, configuration=capped).save(path)
+        file = tmp_path / f"table {cap}"
+        assert export(path, "--to", "pvt", "--drive", drive_file(), "--output", file) == 0
+        records.append(json.loads(Path(f"{file}.record.json").read_text("utf-8")))
+    assert records[0][line] == pytest.approx(1 / 0.9 - 1, rel=1e-2)
+    assert line not in records[1]
 
 
 def test_a_stop_leaves_room_for_what_its_table_adds(
