@@ -53,8 +53,8 @@ class PeakRange:
     ----------
     value, time : of the recovered motion, and when it is taken [s].
     low, high : least and greatest that it may be.
-    estimated : whether the lower one, or of a least value the upper one, is estimated from the rows
-        without a proof.
+    estimated : whether the lower one, or of a least value the upper one, is estimated from the
+        rows, as it is wherever they are noisy, without a proof.
     """
 
     value: float
@@ -164,8 +164,7 @@ def peak_ranges(found: TrussProfile, deployment: Deployment) -> dict[str, PeakRa
             floor = proven.get(key, estimated.get(key, -math.inf if sign(key) < 0 else 0.0))
             ends = (min(floor, height), height)
         low, high = sorted(sign(key) * end for end in ends)
-        guessed = recovered.fit is None and key not in proven
-        ranges[key] = PeakRange(value, time, min(low, value), max(high, value), guessed)
+        ranges[key] = PeakRange(value, time, min(low, value), max(high, value), key not in proven)
     return ranges
 
 

@@ -75,7 +75,7 @@ def test_a_cap_is_broken_only_beyond_the_noise(sigma: float, tmp_path: Path) -> 
     assert check(path, acceleration=1.002 * peak).passed
     result = check(path, acceleration=0.9 * peak)
     (failed,) = [c for c in result.checks if not c.passed]
-    assert "broken by at least" in failed.sentence
+    assert "exceeded by an estimated" in failed.sentence
     assert result.verdict.sentence.startswith("measured: breaks 1 of")
 
 
