@@ -8,7 +8,7 @@ written out as text.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -30,6 +30,9 @@ _OPERANDS = {
     **dict.fromkeys(_OF_TWO.split(), 2),
 }
 
+
+# makes the result of an operation of its operands
+Replacement = Callable[[list[ca.SX]], ca.SX]
 
 _MOST_NAMES = 8  # of symbols that stand for an expression too long to write
 
@@ -96,12 +99,21 @@ class ExpressionGraph:
         if not all(0 <= i < len(self.instructions) for i in self.results):
             raise ValueError("a result is none of the instructions")
 
-    def rebuilt(self, symbols: Sequence[ca.SX]) -> list[ca.SX]:
-        """The expressions, of the given symbols."""
+    def rebuilt(
+        self, symbols: Sequence[ca.SX], instead: Mapping[int, Replacement] | None = None
+    ) -> list[ca.SX]:
+        """The expressions, of the given symbols.
+
+        Parameters
+        ----------
+        instead : what makes the results of some instructions of their operands, by position.
+        """
         codes, values = _codes(), list[ca.SX]()
-        for instruction in self.instructions:
+        for position, instruction in enumerate(self.instructions):
             operands = instruction.operands
-            if instruction.operation == "number":
+            if instead and position in instead:
+                values.append(instead[position]([values[i] for i in operands]))
+            elif instruction.operation == "number":
                 values.append(ca.SX(instruction.number))
             elif instruction.operation == "symbol":
                 values.append(symbols[operands[0]])

@@ -1,7 +1,8 @@
 """Operations of expressions whose results are constant piece by piece: comparisons, signs, floors.
 
 Where such a result changes, the expressions may step.  The derivative of the result is zero on both
-sides, so nothing that is built on derivatives sees the step.
+sides, so nothing that is built on derivatives sees the step.  A remainder has a quotient of the
+kind: ``fmod(a, b) = a - n b`` with a whole number n.
 """
 
 from __future__ import annotations
@@ -11,9 +12,10 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from ocp.numerics.expression_graph import ExpressionGraph, Instruction, graph_of
+from ocp.numerics.expression_graph import ExpressionGraph, Replacement, graph_of
 
 _STEPWISE = {"lt", "le", "eq", "ne", "sign", "floor", "ceil"}
+_REMAINDERS = {"fmod", "remainder"}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -38,19 +40,37 @@ def stepwise_operations(
     """The stepwise operations of scalar expressions, or None where there are none."""
     # most expressions have none, which is seen without building their graphs
     function = ca.Function("expressions", list(symbols), [ca.vertcat(*expressions)])
-    codes = {getattr(ca, f"OP_{name.upper()}") for name in _STEPWISE}
+    codes = {getattr(ca, f"OP_{name.upper()}") for name in _STEPWISE | _REMAINDERS}
     if codes.isdisjoint(function.instruction_id(k) for k in range(function.n_instructions())):
         return None
 
     graph = graph_of(expressions, symbols)
-    places = [i for i, one in enumerate(graph.instructions) if one.operation in _STEPWISE]
-    results = ExpressionGraph(graph.instructions, tuple(places)).rebuilt(symbols)
+    named = {i: one.operation for i, one in enumerate(graph.instructions)}
+    places = [i for i, name in named.items() if name in _STEPWISE | _REMAINDERS]
+    results = [_result(graph, place, symbols) for place in places]
+
     held = [ca.SX.sym(f"result_{i}") for i in range(len(places))]
-    instructions = list(graph.instructions)
-    for number, place in enumerate(places):
-        instructions[place] = Instruction("symbol", (len(symbols) + number,))
-    values = ExpressionGraph(tuple(instructions), graph.results).rebuilt([*symbols, *held])
+    values = graph.rebuilt(
+        symbols, {i: _with_held(named[i], own) for i, own in zip(places, held, strict=True)}
+    )
     inputs = [ca.vertcat(*symbols, ca.SX(0, 1)), ca.vertcat(*held)]
     return StepwiseOperations(
         tuple(results), ca.Function("held", inputs, [ca.densify(ca.vertcat(*values))])
     )
+
+
+def _result(graph: ExpressionGraph, place: int, symbols: Sequence[ca.SX]) -> ca.SX:
+    """The result of a stepwise operation, or the whole number of a remainder."""
+    instruction = graph.instructions[place]
+    of = (place, *instruction.operands)
+    found, *operands = ExpressionGraph(graph.instructions, of).rebuilt(symbols)
+    if instruction.operation not in _REMAINDERS:
+        return found
+    return ca.floor((operands[0] - found) / operands[1] + 0.5)
+
+
+def _with_held(name: str, held: ca.SX) -> Replacement:
+    """An operation with its stepwise result, or quotient, given."""
+    if name in _REMAINDERS:
+        return lambda operands: operands[0] - held * operands[1]
+    return lambda _: held

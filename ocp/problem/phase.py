@@ -119,6 +119,10 @@ class Phase:
         for what in ("dynamics", "initial", "final", "guess"):
             check_mapping(self.name, what, getattr(self, what))
 
+        if not self.dynamics:
+            raise StatementError(
+                f"phase '{self.name}' has no state; write dynamics={{state: its rate}}"
+            )
         derivatives = {}
         for state, rate in self.dynamics.items():
             if not isinstance(state, State):

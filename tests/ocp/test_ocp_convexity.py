@@ -9,6 +9,7 @@ from ocp import (
     TIME,
     Between,
     Bound,
+    Constant,
     Control,
     Phase,
     Problem,
@@ -23,6 +24,7 @@ from ocp.refinement.first_round.convexity import seems_convex
 
 x, v = State("x", "m"), State("v", "m/s")
 near = State("near", "m", lower=-1, upper=1)
+WEIGHT, FORWARD = Constant("weight", value=2.0), Control("forward", lower=0)
 u, limited = Control("u"), Control("limited", lower=-1, upper=1)
 
 
@@ -86,6 +88,11 @@ def moving(objective=None, bounds=(), rate=u):
     return Problem("move", phase, minimise=phase.integral(u**2) if objective is None else objective)
 
 
+def priced(price, effort=u**2):
+    phase = Phase("move", {x: u}, {x: 0}, {x: 1}, end=1.0)
+    return Problem("priced", phase, minimise=phase.integral(price * effort + u**2 * 0.1))
+
+
 def two_phases():
     meeting = Between(0.1, 0.9)
     first = Phase("first", {x: u}, {x: 0}, end=meeting)
@@ -102,6 +109,10 @@ STATEMENTS = {
     "a rate that is not linear": (moving(rate=u - ca.sin(x)), False),
     "phases that meet at a free time": (two_phases(), False),
     "a maximum of what is convex": (farthest(), False),
+    "a constant that is not negative": (moving(bounds=[WEIGHT * v**2 <= 4]), True),
+    "a price that rises with time": (priced(TIME + 0.1), True),
+    "a price that falls below zero": (priced(0.5 - TIME), False),
+    "a cube of what is not negative": (priced(1, FORWARD**3), True),
 }
 
 

@@ -371,3 +371,8 @@ def test_a_limit_of_a_time_is_a_number():
 def test_a_bound_of_the_optimum_is_a_finite_number(bound):
     with pytest.raises(StatementError, match=r"argument 'bound' is .*; give a finite number"):
         solve(task(drive()), bound=bound)
+
+
+def test_a_phase_has_a_state():
+    with pytest.raises(StatementError, match=r"phase 'idle' has no state; write dynamics"):
+        Phase("idle", {}, end=1.0)

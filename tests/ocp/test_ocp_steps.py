@@ -59,6 +59,12 @@ def test_the_remedy_finds_the_optimum():
     assert certify(found).passed
 
 
+def test_a_remainder_steps_too():
+    place = speed - 0.5 * ca.fmod(x.symbol, 0.6)
+    with pytest.warns(StatementWarning, match=r"rate of 'x'.* steps at .*fmod"):
+        solve(crossing(place))
+
+
 CONTINUOUS = {
     "one comparison": ca.if_else(x < 0.5, 1, 2 * x),
     "two that change together": ca.if_else(x < 0.5, 1, 0) + ca.if_else(x - 0.5 >= 0, 2 * x, 0),

@@ -8,6 +8,7 @@ that does not pass is not.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 import casadi as ca
@@ -15,8 +16,20 @@ import numpy as np
 
 from ocp.problem.bounds import Bound
 from ocp.problem.functionals import Peak
+from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import Between, Constant, Time, is_number, resolve
+from ocp.problem.symbols import (
+    Between,
+    Constant,
+    Signal,
+    Symbol,
+    Time,
+    Unknown,
+    is_number,
+    resolve,
+)
+
+Interval = tuple[float, float]
 
 # Random points at which curvatures are looked at, and the part of the largest one that is rounding.
 _POINTS = 8
@@ -32,7 +45,9 @@ def seems_convex(problem: Problem) -> bool:
     free = any(isinstance(time, Between) for p in problem.phases for time in (p.start, p.end))
     if len(problem.phases) > 1 and free:
         return False
-    return _has_linear_rates(problem) and not any(map(_is_concave, _curved(problem)))
+    return _has_linear_rates(problem) and not any(
+        _is_concave(expression, times) for expression, times in _curved(problem)
+    )
 
 
 def _has_linear_rates(problem: Problem) -> bool:
@@ -47,22 +62,34 @@ def _has_linear_rates(problem: Problem) -> bool:
     return True
 
 
-def _curved(problem: Problem) -> Iterator[ca.SX]:
-    """What has to be convex: objective, functionals by their weights, limited sides of bounds."""
+def _curved(problem: Problem) -> Iterator[tuple[ca.SX, Interval]]:
+    """What has to be convex, and when: the objective, its functionals, limited sides of bounds."""
     symbols = [symbol.symbol for symbol in problem.objective_symbols]
-    yield problem.objective
+    yield problem.objective, (0.0, 0.0)
     for functional in problem.functionals:
         if not ca.depends_on(problem.objective, functional.symbol):
             continue
         weight = ca.jacobian(problem.objective, functional.symbol)
-        for _, expression in functional.pieces:
+        for name, expression in functional.pieces:
             # the largest absolute value of a linear expression is convex, and others seldom are not
             if not (isinstance(functional, Peak) and functional.absolute):
-                yield ca.substitute(weight, ca.vertcat(*symbols), _ones(symbols)) * expression
+                weighted = ca.substitute(weight, ca.vertcat(*symbols), _ones(symbols)) * expression
+                yield weighted, _times(problem.phase(name))
 
-    bounds = [bound for phase in problem.phases for bound in phase.bounds]
-    for bound in (*bounds, *problem.boundary_constraints):
-        yield from _sides(bound)
+    for phase in problem.phases:
+        for bound in phase.bounds:
+            yield from ((side, _times(phase)) for side in _sides(bound))
+    for bound in problem.boundary_constraints:
+        yield from ((side, (0.0, 0.0)) for side in _sides(bound))
+
+
+def _times(phase: Phase) -> Interval:
+    """Initial and final time of a phase, the guessed ones where they are free [s]."""
+    start, end = (
+        time.start if isinstance(time, Between) else float(time)
+        for time in (phase.start, phase.end)
+    )
+    return start, end
 
 
 def _ones(symbols: Sequence[ca.SX]) -> ca.SX:
@@ -76,22 +103,45 @@ def _sides(bound: Bound) -> Iterator[ca.SX]:
             yield sign * bound.expression
 
 
-def _is_concave(expression: ca.SX) -> bool:
-    """Whether an expression curves downwards in some direction at one of a few random points."""
+def _is_concave(expression: ca.SX, times: Interval) -> bool:
+    """Whether an expression curves downwards in some direction at one of a few random points.
+
+    Parameters
+    ----------
+    times : (first, last) at which it is looked at [s].
+    """
     symbols = resolve(expression, "an expression")
-    free = [s.symbol for s in symbols if not isinstance(s, (Constant, Time))]
-    known = [s.symbol for s in symbols if isinstance(s, (Constant, Time))]
-    variables, numbers = ca.vertcat(*free, ca.SX(0, 1)), ca.vertcat(*known, ca.SX(0, 1))
+    free = [s for s in symbols if not isinstance(s, (Constant, Time))]
+    known = [s for s in symbols if isinstance(s, (Constant, Time))]
+    variables, numbers = (ca.vertcat(*[s.symbol for s in p], ca.SX(0, 1)) for p in (free, known))
     if not free or ca.is_linear(expression, variables):
         return False
     second = ca.densify(ca.hessian(expression, variables)[0])
     hessian = ca.Function("hessian", [variables, numbers], [second])
     random = np.random.default_rng(0)
     for _ in range(_POINTS):
-        values = (random.uniform(-1.0, 1.0, len(part)) for part in (free, known))
+        values = ([_drawn(s, times, random) for s in part] for part in (free, known))
         curvature = np.array(hessian(*values))
         if np.isfinite(curvature).all():
             eigenvalues = np.linalg.eigvalsh(curvature)
             if eigenvalues[0] < -_ROUNDING * np.abs(eigenvalues).max():
                 return True
     return False
+
+
+def _drawn(symbol: Symbol, times: Interval, random: np.random.Generator) -> float:
+    """A random value that a symbol may have, not far from zero where its limits leave that open."""
+    if isinstance(symbol, Constant):
+        return float(symbol.value)
+    if isinstance(symbol, Time):
+        return float(random.uniform(*times))
+    low, high = -math.inf, math.inf
+    if isinstance(symbol, (Signal, Unknown)):
+        low, high = (
+            float(limit) if is_number(limit) else side
+            for limit, side in ((symbol.lower, low), (symbol.upper, high))
+        )
+    # a side without a limit leaves what is not far from zero and from the other limit
+    first = low if math.isfinite(low) else min(-1.0, high - 1.0)
+    last = high if math.isfinite(high) else max(1.0, low + 1.0)
+    return float(random.uniform(first, last))
