@@ -304,7 +304,8 @@ def _check_duration(solved: Sequence[SolvedMesh]) -> None:
         return
     last = latest[-1].iterate
     duration = sum(phase.end - phase.start for phase in last.trajectory.phases)
-    if duration > _NEXT_TO_NO_TIME * last.scales.time:
+    # later sizes are those of what was found
+    if duration > _NEXT_TO_NO_TIME * solved[0].iterate.scales.time:
         return
     raise Collapsed(
         f"the motion of '{last.problem.name}' shrinks to {duration:.1e} s, and finer controls "

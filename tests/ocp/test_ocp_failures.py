@@ -148,14 +148,11 @@ def test_a_polynomial_control_keeps_its_bounds_between_the_points():
     assert np.abs(values).max() <= 1 + 1e-9  # round-off of the interpolation
 
 
-@pytest.mark.slow
 def test_a_least_time_without_a_limit_of_the_force_collapses():
     x, v, free = State("x", "m"), State("v", "m/s"), Control("force", "N")
     rest = {"initial": {x: 0, v: 0}, "final": {x: 1, v: 0}}
     phase = Phase("push", {x: v, v: free / 2}, **rest, end=Between(0, 10))
-    with pytest.raises(
-        Collapsed, match=r"shrinks to .* promise to gain all of .*; bound the controls"
-    ):
+    with pytest.raises(Collapsed, match=r"motion of 'push' shrinks to .* bound what drives it"):
         solve(Problem("push", phase, minimise=phase.end_time))
 
 

@@ -46,8 +46,9 @@ _GUESSES_IF_FINER = 2
 # a still finer mesh is tried: what lacks for other reasons stays.
 _FALLING = 0.3
 
-# Scaled violation of rows that counts as none.
-_MET = 1e-6
+# Scaled violation of rows that counts as none on the way to a motion of no time: its control is
+# millions of times its size, and rounding with it.
+_MET = 1e-2
 
 # Iterations from which on a straight line that a user stated has led far round about. From guesses
 # that are near, a solver takes some dozens.
