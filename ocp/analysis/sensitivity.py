@@ -102,7 +102,8 @@ def sensitivities(solution: Solution) -> dict[str, float]:
     Warns
     -----
     ActiveSetWarning
-        Where the two sides differ, or where it was not found whether they do.
+        Where the two sides differ, where it was not found whether they do, and where an expression
+        steps at a time that moves, so that the slope is not known.
     """
     both_sides = one_sided_sensitivities(solution)
     kinks = [
@@ -117,6 +118,8 @@ def sensitivities(solution: Solution) -> dict[str, float]:
             ActiveSetWarning,
             stacklevel=3,
         )
+
+    # a slope that is one number may still hold on one side only, or lack the share of a step
     unknown = [f"'{name}'" for name, s in both_sides.items() if s.note == _UNKNOWN]
     if unknown:
         warnings.warn(
@@ -125,6 +128,7 @@ def sensitivities(solution: Solution) -> dict[str, float]:
             ActiveSetWarning,
             stacklevel=3,
         )
+
     stepping = [f"'{name}'" for name, s in both_sides.items() if s.note == _STEP]
     if stepping:
         warnings.warn(
