@@ -78,6 +78,7 @@ def test_the_guess_is_the_motion_at_the_guess_of_the_unknowns() -> None:
     assert 20 <= of_phase.intervals <= 100
 
 
+@pytest.mark.slow
 def test_a_stiff_fit_is_found() -> None:
     def misfit(log):
         return 1e4 * float(np.sum((motion(TIMES, np.exp(log)) - measured()) ** 2))

@@ -98,6 +98,7 @@ def test_long_durations_tend_to_a_limit_that_no_motion_attains(mu: float, angle:
     assert PLANES[mu].fastest(least.force * (1 - 1e-6)) is None
 
 
+@pytest.mark.slow
 def test_a_crawl_is_integrated_as_the_stiff_equation_that_it_is(monkeypatch) -> None:  # type: ignore[no-untyped-def]
     truss = dataclasses.replace(DYNAMIC_SET, modules=6, pulley_friction=0.01)
     plane = PhasePlane(truss)

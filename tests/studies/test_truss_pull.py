@@ -47,6 +47,7 @@ def test_under_a_force_cap_alone_it_is_that_of_the_phase_plane(mu, force):
     assert exact * (1 - 3e-4) <= bound <= exact  # 1e-4 is taken off, the steps cost the rest
 
 
+@pytest.mark.slow
 def test_every_cap_only_adds_to_the_time():
     loose = least_time_of_pull(DYNAMIC_SET, Caps(jerk=100.0), 100.0, enough=0.0)
     for caps, force in ((Caps(jerk=60.0), 100.0), (Caps(jerk=100.0, speed=1.5), 100.0)):

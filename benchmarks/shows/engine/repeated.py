@@ -9,6 +9,11 @@ import math
 import re
 from typing import Any
 
+import numpy as np
+from scipy.optimize import root
+
+from ocp.arrays import Array
+
 MASSES = 20
 POINTS = 20  # inside the rod
 TRAYS = 32  # condenser and reboiler included
@@ -137,24 +142,23 @@ def distillation() -> dict[str, Any]:
 
 
 def _steady_column(reflux: float) -> list[float]:
-    """Compositions of all stages at rest, to four digits, by following the column in time."""
+    """Compositions of all stages at rest, to four digits: where no flow changes them."""
     feed, volatility = 0.4, 1.6
     liquid = 0.2 * reflux
     vapour, below = liquid + 0.2, liquid + feed
-    holdups = [0.5, *[0.25] * (TRAYS - 2), 1.0]
-    x = [0.5] * TRAYS
-    for _ in range(40_000):
-        y = [volatility * v / (1 + (volatility - 1) * v) for v in x]
-        rates = [vapour * (y[1] - x[0])]
-        for i in range(1, TRAYS - 1):
-            flow = liquid if i < TRAYS // 2 else below
-            inflow = flow * (x[i - 1] - x[i])
-            if i == TRAYS // 2:
-                inflow = feed * 0.5 + liquid * x[i - 1] - below * x[i]
-            rates.append(inflow - vapour * (y[i] - y[i + 1]))
-        rates.append(below * x[-2] - (feed - 0.2) * x[-1] - vapour * y[-1])
-        x = [v + 0.05 * rate / h for v, rate, h in zip(x, rates, holdups, strict=True)]
-    return [float(f"{v:.4g}") for v in x]
+    at_feed = TRAYS // 2
+    downwards = np.where(np.arange(1, TRAYS - 1) < at_feed, liquid, below)
+
+    def flows(x: Array) -> Array:
+        y = volatility * x / (1 + (volatility - 1) * x)
+        inflow = downwards * (x[:-2] - x[1:-1])
+        inflow[at_feed - 1] = feed * 0.5 + liquid * x[at_feed - 1] - below * x[at_feed]
+        condenser = vapour * (y[1] - x[0])
+        reboiler = below * x[-2] - (feed - 0.2) * x[-1] - vapour * y[-1]
+        return np.concatenate([[condenser], inflow - vapour * (y[1:-1] - y[2:]), [reboiler]])
+
+    found = root(flows, np.linspace(0.95, 0.05, TRAYS), tol=1e-12)
+    return [float(f"{v:.4g}") for v in found.x]
 
 
 def arm() -> dict[str, Any]:

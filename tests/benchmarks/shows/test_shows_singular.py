@@ -11,6 +11,7 @@ from benchmarks.shows.engine.variant import Variant, catalogue
 
 SINGULAR = catalogue("singular")
 OF_ARCS = [name for name, stated in SINGULAR.items() if "arcs" in stated]
+TAKES_LONG = {"predators_and_prey"}
 
 # Fuller's curve of switches x = -C v |v|, and how much shorter each arc is than the one before:
 # A. T. Fuller, Int. J. Control 1 (1963); Zelikin and Borisov 1994, ch. 2
@@ -22,7 +23,9 @@ def stated_optimum(name: str) -> float:
     return Variant.nominal(name, "singular").value(SINGULAR[name]["optimum"])
 
 
-@pytest.mark.parametrize("name", OF_ARCS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow if n in TAKES_LONG else ()) for n in OF_ARCS]
+)
 def test_the_arcs_give_the_optimum(name: str) -> None:
     known = optimum_of(Variant.nominal(name, "singular"))
     assert known.error < 1e-10

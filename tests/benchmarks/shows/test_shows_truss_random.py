@@ -44,6 +44,7 @@ def test_every_command_is_understood_and_states_what_was_drawn() -> None:
             assert study.caps.jerk == pytest.approx(multiple / drawn["duration"] ** 3, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_a_study_that_ends_well_is_read(tmp_path: Path) -> None:
     command = ["truss", "--objective", "peak-acceleration", "--jerk-cap", "bezier"]
     command += ["--starts", "bezier", "--intervals", "8", "--no-figures"]

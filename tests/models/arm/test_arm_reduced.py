@@ -130,6 +130,7 @@ def test_breakpoints_are_met():
     assert energy[2] == pytest.approx(5.0 * run.q[0, 2], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_implicit_steps_follow_a_slow_torque_as_explicit_ones_do():
     model, duration = ReducedArm(ARM, elbow_lock=0.0), 20.0
     pull = Torque(lambda t: 0.1 * np.sin(2 * np.pi * t / duration))

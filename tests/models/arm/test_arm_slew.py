@@ -55,6 +55,7 @@ def test_full_model_keeps_its_energy():
     assert run.drift < 1e-6 * run.kinetic.max()
 
 
+@pytest.mark.slow
 def test_reduced_model_follows_the_reference():
     model = ReducedArm(ARM, elbow_lock=0.0)
     times = REF[0]

@@ -103,6 +103,7 @@ def test_our_own_profile_passes_with_one_column(
         assert result.value(key) == pytest.approx(exact[key], rel=1e-5), key
 
 
+@pytest.mark.slow
 def test_small_motion_backwards_is_noise_and_large_is_reported(tmp_path: Path) -> None:
     time, angle = noisy(BEZIER, 1e-3, 1401, seed=3)
     assert (np.diff(angle) < 0).any()

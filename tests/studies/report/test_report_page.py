@@ -205,6 +205,7 @@ def test_nothing_leaves_the_page(text, seen):
     assert len(text) < 4e6
 
 
+@pytest.mark.slow
 def test_words_of_others_are_only_words(result):
     evil = "<script>alert(1)</script>"
     name = f"x'\"&{evil}"

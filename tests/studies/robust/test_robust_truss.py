@@ -83,10 +83,10 @@ def test_a_stuck_joint_adds_its_moment_over_the_leverage() -> None:
 
 def test_the_rate_of_an_analytic_case() -> None:
     """The peak grows with mu, which is uniform: a cap at its 80 % point is broken by a fifth."""
-    study = slow(draws=4000)
+    study = slow(draws=1500)
     deployment = moved(study)
     at = replay(deployment, np.array([study.values_of({"pulley_friction": 0.013})])).peak[0]
-    found = rate(int((replay(deployment, drawn(study)).peak > at).sum()), 4000, 0.999)
+    found = rate(int((replay(deployment, drawn(study)).peak > at).sum()), 1500, 0.999)
     assert found.low < 0.2 < found.high
 
     none = rate(0, 10_000, 0.95)
@@ -224,6 +224,7 @@ def test_the_elastic_solve_names_the_scenario_whose_ropes_go_slack() -> None:
     assert not {"nominal", "rough"} & set(words.split())
 
 
+@pytest.mark.slow
 def test_the_nominal_scenario_alone_gives_the_optimum_of_the_truss() -> None:
     study = slow()
     found = _from_all_starts(study, ("nominal",), silent())

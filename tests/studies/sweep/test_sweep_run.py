@@ -81,6 +81,7 @@ def swept(study: Path, out: Path, *flags: str) -> int:
     return main(["sweep", str(study), "--results", str(out), "--no-figures", *flags])
 
 
+@pytest.mark.slow
 def test_a_sweep_killed_twice_ends_as_an_undisturbed_one(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
