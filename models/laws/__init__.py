@@ -3,18 +3,18 @@
 `motion` says what a law is and finds its peaks. The paper's laws are `step5` and `bezier`;
 `jerk_limited` has the least peak acceleration under a jerk cap, by the bounds of `bounds`.
 `piecewise`, `tabulated` and `hermite` state laws by polynomials, by points or by rows with rates,
-`rests` puts one between two rests, and `simple` has laws that serve as guesses.
+`rests` puts one between two rests, and `straight_line` serves as a guess.
 """
 
 from models.laws.bezier import PAPER_POINTS, Bezier, pinned
 from models.laws.bounds import least_jerk_cap, least_peak_acceleration
 from models.laws.hermite import Hermite
 from models.laws.jerk_limited import JerkLimited
-from models.laws.motion import AngularMotion, Law, Peaks, peaks
+from models.laws.motion import AngularMotion, DerivedLaw, Law, Peaks, peaks
 from models.laws.piecewise import Piecewise, constant_acceleration, constant_jerk, linear_jerk
 from models.laws.rests import BetweenRests
-from models.laws.simple import Dwell, StraightLine
 from models.laws.step5 import Step5
+from models.laws.straight_line import StraightLine
 from models.laws.tabulated import Tabulated
 
 __all__ = [
@@ -22,7 +22,7 @@ __all__ = [
     "AngularMotion",
     "BetweenRests",
     "Bezier",
-    "Dwell",
+    "DerivedLaw",
     "Hermite",
     "JerkLimited",
     "Law",

@@ -65,6 +65,38 @@ class Law(Protocol):
 
 
 @dataclass(frozen=True)
+class DerivedLaw:
+    """What is made from another law; times and ends are its own, unless a subclass says otherwise.
+
+    Attributes
+    ----------
+    law : the other law.
+    """
+
+    law: Law
+
+    @property
+    def duration(self) -> float:
+        """T [s]."""
+        return self.law.duration
+
+    @property
+    def start_angle(self) -> float:
+        """Angle at time 0 [rad]."""
+        return self.law.start_angle
+
+    @property
+    def end_angle(self) -> float:
+        """Angle at T [rad]."""
+        return self.law.end_angle
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Inner times at which pieces meet [s]."""
+        return self.law.breakpoints
+
+
+@dataclass(frozen=True)
 class Peaks:
     """Greatest absolute speed [rad/s], acceleration [rad/s^2] and jerk [rad/s^3] of a law."""
 

@@ -19,7 +19,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from models.laws import AngularMotion, Law, Piecewise
+from models.laws import AngularMotion, DerivedLaw, Piecewise
 from models.truss import rope_length
 from models.truss.kinematics import rope_speed
 from ocp.arrays import Array
@@ -39,7 +39,7 @@ Floors = dict[str, float]
 
 
 @dataclass(frozen=True, eq=False)
-class AtRows:
+class AtRows(DerivedLaw):
     """A law that knows its motion at some instants only.
 
     Attributes
@@ -48,28 +48,7 @@ class AtRows:
     rows : the motion that it answers with, whatever the times.
     """
 
-    law: Law
     rows: AngularMotion
-
-    @property
-    def duration(self) -> float:
-        """T [s]."""
-        return self.law.duration
-
-    @property
-    def start_angle(self) -> float:
-        """At time 0 [rad]."""
-        return self.law.start_angle
-
-    @property
-    def end_angle(self) -> float:
-        """At T [rad]."""
-        return self.law.end_angle
-
-    @property
-    def breakpoints(self) -> tuple[float, ...]:
-        """Those of the law."""
-        return self.law.breakpoints
 
     def motion(self, time: ArrayLike) -> AngularMotion:
         """The rows."""

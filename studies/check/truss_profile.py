@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
-from models.laws import AngularMotion, Law
+from models.laws import AngularMotion, DerivedLaw, Law
 from models.truss import TrussParameters, angle_from_rope_length, rope_length
 from models.truss.kinematics import rope_speed
 from ocp.arrays import Array
@@ -26,7 +26,7 @@ FAR_BEYOND = 0.5  # [rad] past both ends: an angle of something else
 
 
 @dataclass(frozen=True, eq=False)
-class ReachableLaw:
+class ReachableLaw(DerivedLaw):
     """A law with noise taken back to what the truss can do: at most open, the rope hauled in.
 
     Attributes
@@ -35,28 +35,7 @@ class ReachableLaw:
     forwards : whether negative speeds count as none, as pulley friction needs.
     """
 
-    law: Law
     forwards: bool
-
-    @property
-    def duration(self) -> float:
-        """T [s]."""
-        return self.law.duration
-
-    @property
-    def start_angle(self) -> float:
-        """At time 0 [rad]."""
-        return self.law.start_angle
-
-    @property
-    def end_angle(self) -> float:
-        """At T [rad]."""
-        return self.law.end_angle
-
-    @property
-    def breakpoints(self) -> tuple[float, ...]:
-        """Those of the law."""
-        return self.law.breakpoints
 
     def motion(self, time: ArrayLike) -> AngularMotion:
         """Motion at times (m,) in [0, T]."""

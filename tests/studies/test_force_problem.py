@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.laws import PAPER_POINTS, Bezier, Dwell, StraightLine, pinned
+from models.laws import PAPER_POINTS, BetweenRests, Bezier, StraightLine, pinned
 from models.truss import DYNAMIC_SET, rope_force, static_peak
 from ocp import Bound, Control, Phase, Problem, Settings, State, peak, solve
 
@@ -38,7 +38,9 @@ def force_problem(law):
 STARTS = {
     "bezier": Bezier(DURATION, pinned(PAPER_POINTS, TRUSS.stowed_angle, DEPLOYED)),
     "straight": StraightLine(DURATION, TRUSS.stowed_angle, DEPLOYED),
-    "dwell": Dwell(StraightLine(0.6 * DURATION, TRUSS.stowed_angle, DEPLOYED), 0.4 * DURATION),
+    "dwell": BetweenRests(
+        StraightLine(0.6 * DURATION, TRUSS.stowed_angle, DEPLOYED), before=0.4 * DURATION
+    ),
 }
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from models.laws import Dwell, Law, Step5, StraightLine
+from models.laws import BetweenRests, Law, Step5, StraightLine
 from ocp.arrays import Array
 from studies.truss.config import DEPLOYED, TrussStudy
 from studies.truss.limits.bounds import least_time
@@ -110,7 +110,7 @@ def _dwell(study: TrussStudy, duration: float) -> Law:
     """Wait, then swing about as fast as the caps on the angle's rates allow."""
     swing = max(duration / 3, SWING * least_time(study.stroke, study.caps))
     swing = min(swing, LONGEST_SWING * duration)
-    return Dwell(pinned_bezier(study.truss, swing), duration - swing)
+    return BetweenRests(pinned_bezier(study.truss, swing), before=duration - swing)
 
 
 def start_from_law(name: str, law: Law, study: TrussStudy) -> StartingMotion:

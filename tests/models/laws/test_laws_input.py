@@ -88,10 +88,12 @@ def test_bad_tables(times, angles, ends):
         laws.Tabulated(times, angles, ends)
 
 
-@pytest.mark.parametrize("wait", [0.0, -1.0, math.inf])
-def test_bad_waits(wait):
-    with pytest.raises(ModelError, match="wait"):
-        laws.Dwell(STEP5, wait)
+@pytest.mark.parametrize("rest", [-1.0, math.inf, math.nan])
+def test_bad_rests(rest):
+    with pytest.raises(ModelError, match="a rest is"):
+        laws.BetweenRests(STEP5, rest)
+    with pytest.raises(ModelError, match="a rest is"):
+        laws.BetweenRests(STEP5, after=rest)
 
 
 @pytest.mark.parametrize("time", [-0.1, 10.1, math.nan, np.zeros((2, 2))])

@@ -32,7 +32,7 @@ def resting_laws(draw):
     if kind == "table":
         times = np.linspace(0, duration, draw(st.integers(2, 12)))
         return laws.Tabulated(times, start + (end - start) * (times / duration) ** 2)
-    return laws.Dwell(laws.Step5(duration, start, end), draw(st.floats(0.1, 50.0)))
+    return laws.BetweenRests(laws.Step5(duration, start, end), draw(st.floats(0.1, 50.0)))
 
 
 @st.composite
@@ -136,9 +136,9 @@ def test_a_table_of_a_smooth_law_gives_it_back_at_sixth_order():
     assert order == pytest.approx(6, abs=0.5)  # of quintic splines, before its limit
 
 
-def test_dwell_waits_then_plays():
+def test_a_rest_before_a_law_waits_then_plays():
     law = laws.Step5(10.0, 0.1, 1.5)
-    dwell = laws.Dwell(law, 4.0)
+    dwell = laws.BetweenRests(law, before=4.0)
     times = np.array([0.0, 3.9, 4.0, 6.0, 14.0])
     motion = dwell.motion(times)
     assert list(motion.angle[:3]) == [0.1, 0.1, 0.1]
