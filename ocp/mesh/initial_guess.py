@@ -12,11 +12,12 @@ import numpy as np
 
 from ocp.arrays import Array
 from ocp.errors import StatementError
+from ocp.mesh.phase_times import guessed_times
 from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
 from ocp.problem.parameters import Parameters
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import Between, ByFraction, Signal, Unknown
+from ocp.problem.symbols import ByFraction, Signal, Unknown
 
 # Fractions of a phase at which a guess is looked at, and the part of its size that it may leave a
 # straight line by: rounding errors.
@@ -55,12 +56,13 @@ def initial_guess(
         When it is evaluated, if a guess is not finite or has a wrong shape.
     """
     known = {phase.name: phase for phase in trajectory.phases} if trajectory else {}
+    times = guessed_times(problem.phases)
     phases: dict[str, PhaseGuess] = {}
     for phase in problem.phases:
         motion, signals = known.get(phase.name), problem.signals[phase.name]
         if motion is not None:
             signals = tuple(signal for signal in signals if signal.name not in motion.signals)
-        stated = StatedGuess(phase, signals, parameters)
+        stated = StatedGuess(phase, signals, parameters, times[phase.name])
         phases[phase.name] = stated if motion is None else _Overlay(stated, motion)
 
     unknowns = {u.name: _unknown_guess(u) for u in problem.unknowns}
@@ -75,8 +77,9 @@ def states_a_motion(problem: Problem, parameters: Parameters) -> bool:
     A guess in which a state stays as it is, although it has to move between its boundary values,
     says no more of the motion than no guess does.
     """
+    times = guessed_times(problem.phases)
     for phase in problem.phases:
-        guess = StatedGuess(phase, problem.signals[phase.name], parameters)
+        guess = StatedGuess(phase, problem.signals[phase.name], parameters, times[phase.name])
         if phase.guess and not any(_stays(guess, state) for state in phase.states):
             return True
     return False
@@ -84,8 +87,9 @@ def states_a_motion(problem: Problem, parameters: Parameters) -> bool:
 
 def states_only_lines(problem: Problem, parameters: Parameters) -> bool:
     """Whether all states run on straight lines in the guess of every phase."""
+    times = guessed_times(problem.phases)
     for phase in problem.phases:
-        guess = StatedGuess(phase, problem.signals[phase.name], parameters)
+        guess = StatedGuess(phase, problem.signals[phase.name], parameters, times[phase.name])
         values = guess.at_fractions(_LOOKED_AT)
         for state in phase.states:
             line = np.interp(_LOOKED_AT, _LOOKED_AT[[0, -1]], values[state.name][[0, -1]])
@@ -96,8 +100,11 @@ def states_only_lines(problem: Problem, parameters: Parameters) -> bool:
 
 def guess_by_lines(problem: Problem, parameters: Parameters) -> InitialGuess:
     """The guess of a problem whose phases state none: its times and unknowns are kept."""
+    times = guessed_times(problem.phases)
     phases: dict[str, PhaseGuess] = {
-        phase.name: StatedGuess(phase, problem.signals[phase.name], parameters, left_aside=True)
+        phase.name: StatedGuess(
+            phase, problem.signals[phase.name], parameters, times[phase.name], left_aside=True
+        )
         for phase in problem.phases
     }
     return InitialGuess(phases, {u.name: _unknown_guess(u) for u in problem.unknowns})
@@ -121,6 +128,8 @@ class StatedGuess:
 
     Attributes
     ----------
+    times : (float, float)
+        Initial and final time, see `guessed_times` [s].
     left_aside : bool
         Whether all signals count as left out.
     """
@@ -128,17 +137,18 @@ class StatedGuess:
     phase: Phase
     signals: tuple[Signal, ...]
     parameters: Parameters
+    times: tuple[float, float]
     left_aside: bool = False
 
     @property
     def start(self) -> float:
         """Initial time [s]."""
-        return _time_guess(self.phase.start)
+        return self.times[0]
 
     @property
     def end(self) -> float:
         """Final time [s], a little after the start at least."""
-        return max(_time_guess(self.phase.end), self.start + 1e-6 * (1.0 + abs(self.start)))
+        return max(self.times[1], self.start + 1e-6 * (1.0 + abs(self.start)))
 
     def at_fractions(self, fractions: Array) -> Mapping[str, Array]:
         """Signals by name at fractions of the phase."""
@@ -201,10 +211,6 @@ def _boundary_value(stated: Any, values: tuple[float, float] | None) -> float | 
         finite = [float(v) for v in stated if isinstance(v, Real) and math.isfinite(v)]
         return sum(finite) / len(finite) if finite else None
     return values[0]
-
-
-def _time_guess(value: float | Between) -> float:
-    return value.start if isinstance(value, Between) else float(value)
 
 
 def _unknown_guess(unknown: Unknown) -> float:

@@ -10,14 +10,13 @@ import numpy as np
 
 from ocp.arrays import Array
 from ocp.mesh.initial_guess import InitialGuess, PhaseGuess
+from ocp.mesh.phase_times import drawn_times
 from ocp.problem.parameters import Parameters
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import Between, Signal
+from ocp.problem.symbols import Signal
 
 _WAVES = np.arange(4)  # cosines of half a period each, with amplitudes that fall as 1 / (1 + n)
-_FASTER = 2.0  # free times are stretched or shortened by up to this factor
-_SHORTEST = 1e-6  # of the typical duration, that a phase keeps
 
 
 def wavy_guess(
@@ -38,9 +37,10 @@ def wavy_guess(
         Typical sizes of the signals and of the unknowns.
     """
     # the same draws in the same order, so that a seed means the same start
-    stretch = float(np.exp(random.uniform(-1.0, 1.0) * np.log(_FASTER)))
+    guessed = {name: (phase.start, phase.end) for name, phase in around.phases.items()}
+    times = drawn_times(problem.phases, guessed, random)
     phases: dict[str, PhaseGuess] = {
-        phase.name: _wavy(problem, phase, around, sizes, parameters, stretch, random)
+        phase.name: _wavy(problem, phase, around, sizes, parameters, times[phase.name], random)
         for phase in problem.phases
     }
     unknowns = {
@@ -93,24 +93,16 @@ def _wavy(
     stated: InitialGuess,
     sizes: Mapping[str, float],
     parameters: Parameters,
-    stretch: float,
+    times: tuple[float, float],
     random: np.random.Generator,
 ) -> _WavyGuess:
     """Draw the waves of all signals of a phase."""
     own, signals = stated.phases[phase.name], problem.signals[phase.name]
-    first = min(p.start for p in stated.phases.values())
-    longest = max(p.end - p.start for p in stated.phases.values())
-    start, end = (
-        _inside(first + stretch * (guess - first), (time.lower, time.upper))
-        if isinstance(time, Between)
-        else guess
-        for time, guess in ((phase.start, own.start), (phase.end, own.end))
-    )
     reaches = {s.name: _reach(s, sizes, parameters) for s in signals}
     return _WavyGuess(
         stated=own,
-        start=start,
-        end=max(end, start + _SHORTEST * longest),
+        start=times[0],
+        end=times[1],
         limits={s.name: parameters.signal_limits[s.name] for s in signals},
         waves={name: _amplitudes(reach, random) for name, reach in reaches.items()},
         held={s.name: (s in phase.initial, s in phase.final) for s in signals},

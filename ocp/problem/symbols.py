@@ -343,7 +343,8 @@ class Between:
     lower, upper : float
         The limits [s].
     guess : float or None
-        Where the solver starts [s]. It is the middle of the limits if None.
+        Where the solver starts [s]. It is the middle of the limits if None, or evenly between the
+        other times where phases meet and the middles are not in order.
 
     Raises
     ------

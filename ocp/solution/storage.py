@@ -27,6 +27,7 @@ import numpy as np
 from ocp.arrays import Array
 from ocp.errors import FileError
 from ocp.mesh.initial_guess import StatedGuess
+from ocp.mesh.phase_times import guessed_times
 from ocp.numerics.expression_graph import ExpressionGraph, Instruction, graph_of
 from ocp.problem.parameters import parameters_of
 from ocp.problem.phase import Phase
@@ -344,10 +345,11 @@ def _tabulated(phase: Phase, problem: Problem | None) -> dict[Signal, Any]:
         guess[signal] = given
         of_time = callable(given) or isinstance(given, ByFraction)
         if of_time and problem is not None:
-            stated = StatedGuess(phase, (signal,), parameters_of(problem))
+            times = guessed_times(problem.phases)[phase.name]
+            stated = StatedGuess(phase, (signal,), parameters_of(problem), times)
             fractions = np.linspace(0.0, 1.0, _SAMPLES)
-            times = stated.start + fractions * (stated.end - stated.start)
-            guess[signal] = times, stated.at_fractions(fractions)[signal.name]
+            at = stated.start + fractions * (stated.end - stated.start)
+            guess[signal] = at, stated.at_fractions(fractions)[signal.name]
     return guess
 
 

@@ -2,7 +2,8 @@
 
 Starts of two kinds take turns: motions that are simulated under random controls, and random waves
 around straight lines. The search ends soon where the first answers agree. Where they differ it goes
-on until the best one was found more often, or a stated amount of work is done.
+on until the best one was found more often, or a stated amount of work is done. Where phases meet
+at a free time, the best answer is held against what comes of earlier and later ones.
 
 The least value of a mesh that is too coarse for its motion is often a motion that does not exist.
 So if the best of the first answers leaves its dynamics by more than the states' sizes, the search
@@ -17,10 +18,18 @@ from dataclasses import dataclass, replace
 from itertools import chain, islice, zip_longest
 from math import inf
 
+from ocp.mesh.phase_times import meet_freely
 from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import StartingPoint
 from ocp.refinement.estimates.error_estimate import MotionErrors
-from ocp.refinement.first_round.starts import PATIENCE, FirstRound, finer_mesh, simulated, wavy
+from ocp.refinement.first_round.starts import (
+    PATIENCE,
+    FirstRound,
+    finer_mesh,
+    shifted,
+    simulated,
+    wavy,
+)
 from ocp.refinement.mesh_iteration import iterations_of, record_of
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.solved_mesh import SolvedMesh
@@ -38,7 +47,8 @@ _SHARE = 0.4
 _SHARE_OF_ALL = 0.6
 
 # Relative difference of two answers of one mesh that are the same, in terms of the objective's
-# size at least; answers that have to agree where none differs, and where some do.
+# size at least; answers that have to agree where none differs, and where some do or where phases
+# meet at a free time, by which answers may be stationary that are no optima.
 _SAME = 1e-5
 _SMALLEST = 1e-2
 _AGREE = 2
@@ -51,6 +61,9 @@ _COMPARABLE = 1e-2
 _NO_MOTION = 1.0
 # answers after which a mesh is judged by that
 _ENOUGH = 3
+
+# times that an answer is left for a better one whose phases meet earlier or later
+_SHIFTS = 3
 
 # Answers that are refined where values cannot be compared, those among them that come from a mesh
 # that was too coarse, and the rounds that each may take.
@@ -112,6 +125,7 @@ def best_of_several(
         again = first_round.meshes.first_program(None, mesh)
         finer = _FirstMeshSearch(again, (), search.last, search.starts)
         search, coarse = _searched(first_round, finer, may_refine=False), search.answers
+    search = _with_other_meetings(first_round, search)
 
     last, starts = search.last, search.starts
     if last.outcome == "interrupted" or search.seems_unbounded:
@@ -171,6 +185,7 @@ def _searched(
     """
     program, search = before.program, before
     limit = _Limit.of(first_round, program, before.last)
+    agree = _AGREE_IF_OTHERS if meet_freely(first_round.meshes.problem.phases) else _AGREE
     attempts = ((first_round.solver, point) for point in _alternating(first_round.meshes, program))
     for last in first_round.runs(program, attempts, before.last):
         answers = search.answers
@@ -180,11 +195,31 @@ def _searched(
         unbounded = search.unbounded + (last.outcome == "unbounded")
         search = _FirstMeshSearch(program, answers, last, search.starts + 1, no_motion, unbounded)
 
-        if last.outcome == "interrupted" or _settled(answers) or (may_refine and no_motion):
+        if last.outcome == "interrupted" or _settled(answers, agree) or (may_refine and no_motion):
             break
         if search.seems_unbounded:
             break
         if limit.reached(last.iterations, search.starts):
+            break
+    return search
+
+
+def _with_other_meetings(first_round: FirstRound, before: _FirstMeshSearch) -> _FirstMeshSearch:
+    """The search gone on with from its best answer, with phases that meet at other times."""
+    search, program = before, before.program
+    for _ in range(_SHIFTS):
+        if not search.answers or search.last.outcome == "interrupted" or search.seems_unbounded:
+            break
+        best = min(search.answers, key=_value)
+        points = shifted(first_round.meshes, program, best.result.x)
+        attempts = ((first_round.solver, point) for point in points)
+        for last in first_round.runs(program, attempts, search.last):
+            answers = search.answers
+            if last.outcome == "solved":
+                answers = (*answers, _examined(first_round.meshes, program, last))
+            search = replace(search, answers=answers, last=last, starts=search.starts + 1)
+        better = min(search.answers, key=_value)
+        if better is best or _same(better, best):
             break
     return search
 
@@ -244,13 +279,13 @@ def _same(one: _Answer, other: _Answer) -> bool:
     return abs(one.value - other.value) <= _SAME * size
 
 
-def _settled(answers: Sequence[_Answer]) -> bool:
-    """Whether the best answer was found often enough."""
+def _settled(answers: Sequence[_Answer], enough: int) -> bool:
+    """Whether the best answer was found often enough, where `enough` is if none differs."""
     if not answers:
         return False
     best = min(answers, key=_value)
     agree = sum(_same(best, answer) for answer in answers)
-    return agree >= (_AGREE if agree == len(answers) else _AGREE_IF_OTHERS)
+    return agree >= (enough if agree == len(answers) else _AGREE_IF_OTHERS)
 
 
 def _distinct(answers: Sequence[_Answer]) -> list[_Answer]:

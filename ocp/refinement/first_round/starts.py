@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
 
-from ocp.mesh.initial_guess import InitialGuess, guess_by_lines, initial_guess
+from ocp.arrays import Array
+from ocp.mesh.initial_guess import InitialGuess, PhaseGuess, guess_by_lines, initial_guess
 from ocp.mesh.mesh import Mesh, uniform
+from ocp.mesh.phase_times import shifted_times
 from ocp.mesh.simulated_guess import simulated_guesses
 from ocp.mesh.wavy_guess import wavy_guess
 from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import NlpSolver, StartingPoint
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of
 from ocp.refinement.mesh_solver import MeshSolver
-from ocp.transcription.packing import decision_vector
+from ocp.transcription.packing import decision_vector, trajectory_of
 from ocp.transcription.transcribe import Transcription
 
 Attempts = Iterable[tuple[NlpSolver, StartingPoint]]
@@ -91,6 +93,33 @@ def wavy(meshes: MeshSolver, program: Transcription, count: int) -> Iterator[Sta
             meshes.problem, meshes.parameters, lines, sizes.signals, sizes.unknowns, random
         )
         yield _point(meshes, program, guess)
+
+
+def shifted(meshes: MeshSolver, program: Transcription, x: Array) -> Iterator[StartingPoint]:
+    """Starting points from a motion whose phases meet earlier or later.
+
+    An answer may be no minimum by such a time: on one side the objective falls, on the other side
+    it leads back. None where no such time is free.
+    """
+    found = trajectory_of(program, x, meshes.parameters)
+    times = {motion.name: (motion.start, motion.end) for motion in found.phases}
+    guess = initial_guess(meshes.problem, meshes.parameters, found)
+    for other in shifted_times(meshes.problem.phases, times):
+        phases = {name: _Retimed(phase, *other[name]) for name, phase in guess.phases.items()}
+        yield _point(meshes, program, InitialGuess(phases, guess.unknowns))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class _Retimed:
+    """A guess of a phase at other times [s]."""
+
+    guess: PhaseGuess
+    start: float
+    end: float
+
+    def at_fractions(self, fractions: Array) -> Mapping[str, Array]:
+        """Signals by name at fractions of the phase."""
+        return self.guess.at_fractions(fractions)
 
 
 def _point(meshes: MeshSolver, program: Transcription, guess: InitialGuess) -> StartingPoint:

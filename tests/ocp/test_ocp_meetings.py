@@ -1,0 +1,132 @@
+"""Phases that meet at free times: guesses in order, several starts, phases that need no time.
+
+A metre from rest to rest in a second, with forces of which each phase has its own strength. By the
+times at which they meet the least effort is stationary where it is no minimum, and least where a
+phase takes no time.
+"""
+
+from __future__ import annotations
+
+import itertools
+import warnings
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from ocp import Between, Control, Phase, Problem, State, audit, certify, joined, solve
+from ocp.mesh.phase_times import drawn_times, guessed_times, shifted_times
+
+x, v, u = State("x"), State("v"), Control("u")
+
+
+def least_effort(meetings: Sequence[float], strengths: Sequence[float]) -> float:
+    """Closed form with given meetings: the inverse of the Gramian of moments of (1 - t, 1)."""
+
+    def moment(first: float, last: float, power: int) -> float:
+        return ((1 - first) ** (power + 1) - (1 - last) ** (power + 1)) / (power + 1)
+
+    gramian = np.zeros((2, 2))
+    ends = itertools.pairwise([0.0, *meetings, 1.0])
+    for (first, last), strength in zip(ends, strengths, strict=True):
+        powers = ((2, 1), (1, 0))
+        gramian += strength**2 * np.array([[moment(first, last, p) for p in row] for row in powers])
+    return float(np.linalg.solve(gramian, [1.0, 0.0])[0])
+
+
+def metre(strengths: Sequence[float], latest: float) -> Problem:
+    """Phases that meet anywhere between 0 and `latest`, without a guess."""
+    last = len(strengths) - 1
+    phases = [
+        Phase(
+            f"p{i}",
+            dynamics={x: v, v: strength * u},
+            initial={x: 0, v: 0} if i == 0 else {},
+            final={x: 1, v: 0} if i == last else {},
+            start=Between(0, latest) if i else 0.0,
+            end=1.0 if i == last else Between(0, latest),
+        )
+        for i, strength in enumerate(strengths)
+    ]
+    links = [link for pair in itertools.pairwise(phases) for link in joined(*pair)]
+    return Problem("metre", phases, minimise=sum(p.integral(u**2) for p in phases), links=links)
+
+
+def test_the_closed_form_is_stationary_where_it_is_no_minimum() -> None:
+    near = [least_effort([t], (0.5, 1.0)) for t in (0.64, 2 / 3, 0.69)]
+    assert near[1] == pytest.approx(27.0, rel=1e-12)
+    assert near[0] < near[1] < near[2]
+    assert near[1] - near[0] < 1e-2
+    assert least_effort([0.0], (0.5, 1.0)) == pytest.approx(12.0, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("strengths", "latest", "meetings"),
+    [
+        ((0.5, 1.0), 5.0, (0.0,)),
+        ((0.99, 0.76, 1.27, 0.73), 5.0, (0.0, 0.0, 1.0)),
+        ((1.25, 1.07, 1.41), 1.0, (0.0, 0.0)),
+        ((1.45, 0.56, 1.44), 1.0, (1.0, 1.0)),
+        ((0.98, 0.91, 0.47), 0.8, (0.8, 0.8)),
+    ],
+)
+def test_the_least_effort_is_found_and_weak_phases_take_no_time(strengths, latest, meetings):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # rates of a phase without length divide by nothing
+        solution = solve(metre(strengths, latest))
+    assert solution.objective == pytest.approx(least_effort(meetings, strengths), rel=1e-8)
+    assert certify(solution).passed
+    ends = [solution.value(phase.end_time) for phase in solution.problem.phases[:-1]]
+    assert ends == pytest.approx(meetings, abs=1e-6)
+
+
+def test_an_audit_draws_the_meetings() -> None:
+    found = audit(metre((0.5, 1.0), 5.0), starts=6)
+    assert found.best.objective == pytest.approx(12.0, rel=1e-8)
+
+
+def test_times_without_a_guess_are_spread_between_the_others() -> None:
+    phases = metre((1, 1, 1, 1), 5.0).phases
+    times = guessed_times(phases)
+    assert [times[p.name] for p in phases] == [(0, 0.25), (0.25, 0.5), (0.5, 0.75), (0.75, 1.0)]
+    # middles that are in order stay, and so does what is stated
+    assert guessed_times(metre((1, 1), 0.8).phases)["p1"] == (0.4, 1.0)
+    stated = Between(0, 5, guess=3.0)
+    first = Phase("first", {x: u}, initial={x: 0}, end=stated)
+    second = Phase("second", {x: u}, start=stated, end=Between(0, 9))
+    third = Phase("third", {x: u}, final={x: 1}, start=Between(0, 9), end=Between(0, 8))
+    assert guessed_times([first, second, third]) == {
+        "first": (0, 3),
+        "second": (3, 3.5),
+        "third": (3.5, 4),
+    }
+    with_gap = Phase("third", {x: u}, final={x: 1}, start=4.5, end=6.0)
+    assert guessed_times([first, second, with_gap])["third"] == (4.5, 6.0)
+
+
+def test_drawn_times_keep_their_order_what_is_known_and_their_limits() -> None:
+    phases = metre((1, 1, 1), 0.9).phases
+    random = np.random.default_rng(0)
+    ends = []
+    for _ in range(50):
+        drawn = drawn_times(phases, guessed_times(phases), random)
+        times = [drawn["p0"][0], *(drawn[p.name][1] for p in phases)]
+        assert all(a < b for a, b in itertools.pairwise(times))
+        assert (times[0], times[-1]) == (0.0, 1.0)
+        assert max(times[1:-1]) <= 0.9
+        ends.append(times[1])
+    assert min(ends) < 0.1
+    assert max(ends) > 0.6
+
+
+def test_shifted_times_make_each_phase_longer_once() -> None:
+    phases = metre((1, 1), 5.0).phases
+    longer, shorter = shifted_times(phases, {"p0": (0.0, 0.5), "p1": (0.5, 1.0)})
+    assert longer["p0"][1] == pytest.approx(1 - shorter["p0"][1])
+    assert max(longer["p0"][1], shorter["p0"][1]) == pytest.approx(0.9)
+    # a phase without length takes no turn: those beside it are shifted against each other
+    phases = metre((1, 1, 1), 5.0).phases
+    times = shifted_times(phases, {"p0": (0, 0.5), "p1": (0.5, 0.5001), "p2": (0.5001, 1.0)})
+    assert sorted(round(t["p0"][1], 2) for t in times) == [0.1, 0.9]
+    one = Phase("one", {x: u}, initial={x: 0}, final={x: 1}, end=Between(0, 1))
+    assert shifted_times([one], {"one": (0.0, 1.0)}) == []
