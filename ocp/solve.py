@@ -17,6 +17,7 @@ from ocp.mesh.mesh import Mesh, uniform
 from ocp.mesh.simulated_fit import determined_motion
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.failures import collapsed, failure
+from ocp.optimality.active_set import acting_intervals
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multiplier_sets import fitted_to_switches
 from ocp.optimality.multipliers import multipliers
@@ -27,6 +28,7 @@ from ocp.problem.problem import Problem, check_is_problem
 from ocp.problem.symbols import Constant, is_real
 from ocp.problem.validation import check_values
 from ocp.progress import Progress, shown
+from ocp.refinement.estimates.other_controls import other_controls, others_remark
 from ocp.refinement.loop import Refinement, refine
 from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver, Start
@@ -291,6 +293,10 @@ def _solution(
         verdict = _verdict(meshes, refinement, bound)
         if shortfall := _shortfall(meshes, refinement):
             verdict += f"; {shortfall}"
+    if checked.verification.passed and settings.scheme.informative_multipliers:
+        others = list(other_controls(iterate, meshes.evaluator, acting_intervals(iterate)))
+        if told := others_remark(others, iterate):
+            verdict += f"; {told}"
     remark = step_remark(steps_along(meshes.problem, iterate.trajectory, meshes.evaluator))
     if remark:
         verdict += f"; {remark}"

@@ -24,6 +24,7 @@ from ocp.optimality.steps import step_remark, steps_along
 from ocp.problem.functionals import BoundaryValue, End, Functional, Peak, PhaseTime
 from ocp.problem.symbols import TIME, Between
 from ocp.refinement.accuracy import Accuracy
+from ocp.refinement.estimates.other_controls import other_controls, others_remark
 from ocp.refinement.estimates.promised_gain import promised_gain
 from ocp.refinement.estimates.switch_detection import control_jumps
 from ocp.verification.minimum_principle import MinimumPrinciple, minimum_principle
@@ -274,6 +275,15 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
             promised_gain(iterate, evidence.evaluator, acting),
             allowed.gain,
             "what they promise to gain, to first order, relative to the objective",
+        )
+        others = list(other_controls(iterate, evidence.evaluator, acting))
+        yield Condition(
+            "other controls",
+            sum(other.gain for other in others) / iterate.objective_size,
+            allowed.gain,
+            others_remark(others, iterate)
+            or "what controls far from these promise to gain, to first order, relative to the "
+            "objective; each was tried over its whole range",
         )
 
 

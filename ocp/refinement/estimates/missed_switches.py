@@ -17,6 +17,7 @@ from ocp.mesh.mesh import SAME_POINT
 from ocp.mesh.trajectory import Evaluator
 from ocp.optimality.hamiltonian import shifts
 from ocp.optimality.iterate import Iterate
+from ocp.refinement.estimates.other_controls import others_of_phase
 from ocp.refinement.estimates.switch_detection import Jump
 
 # Of the objective: what a shift by the shorter interval beside it has to promise. At the optima of
@@ -47,7 +48,19 @@ def missed_switches(
     moving = np.isin(np.arange(1, motion.intervals), mesh.movable)
 
     gained = shifts(iterate, evaluator, index) / iterate.objective_size
-    gained[~jumped | pinned | moving | (gained < _MISSED)] = 0.0
+    fixed = jumped & ~pinned & ~moving
+    gained[gained < _MISSED] = 0.0
+
+    # a control that jumps between two valleys of the Hamiltonian is in the worse one on one side
+    beside = np.zeros(motion.intervals, dtype=bool)
+    beside[:-1] |= fixed
+    beside[1:] |= fixed
+    others = others_of_phase(iterate, evaluator, index, beside)
+    if others is not None:
+        of_intervals = others.of_intervals(motion.intervals) / iterate.objective_size
+        gained = np.maximum(gained, of_intervals[:-1] + of_intervals[1:])
+
+    gained[~fixed] = 0.0
     missed[:-1] += 0.5 * gained
     missed[1:] += 0.5 * gained
     return missed

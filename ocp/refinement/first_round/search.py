@@ -29,6 +29,7 @@ from ocp.refinement.first_round.starts import (
     shifted,
     simulated,
     wavy,
+    with_other_controls,
 )
 from ocp.refinement.mesh_iteration import iterations_of, record_of
 from ocp.refinement.mesh_solver import MeshSolver
@@ -62,8 +63,8 @@ _NO_MOTION = 1.0
 # answers after which a mesh is judged by that
 _ENOUGH = 3
 
-# times that an answer is left for a better one whose phases meet earlier or later
-_SHIFTS = 3
+# times that an answer is left for a better one with other controls or other meetings of phases
+_IMPROVEMENTS = 3
 
 # Answers that are refined where values cannot be compared, those among them that come from a mesh
 # that was too coarse, and the rounds that each may take.
@@ -125,7 +126,7 @@ def best_of_several(
         again = first_round.meshes.first_program(None, mesh)
         finer = _FirstMeshSearch(again, (), search.last, search.starts)
         search, coarse = _searched(first_round, finer, may_refine=False), search.answers
-    search = _with_other_meetings(first_round, search)
+    search = _improved(first_round, search)
 
     last, starts = search.last, search.starts
     if last.outcome == "interrupted" or search.seems_unbounded:
@@ -204,19 +205,22 @@ def _searched(
     return search
 
 
-def _with_other_meetings(first_round: FirstRound, before: _FirstMeshSearch) -> _FirstMeshSearch:
-    """The search gone on with from its best answer, with phases that meet at other times."""
-    search, program = before, before.program
-    for _ in range(_SHIFTS):
+def _improved(first_round: FirstRound, before: _FirstMeshSearch) -> _FirstMeshSearch:
+    """The search gone on with from its best answer: other controls, phases that meet elsewhere."""
+    search, program, meshes = before, before.program, first_round.meshes
+    for _ in range(_IMPROVEMENTS):
         if not search.answers or search.last.outcome == "interrupted" or search.seems_unbounded:
             break
         best = min(search.answers, key=_value)
-        points = shifted(first_round.meshes, program, best.result.x)
+        points = chain(
+            with_other_controls(meshes, program, best.result),
+            shifted(meshes, program, best.result.x),
+        )
         attempts = ((first_round.solver, point) for point in points)
         for last in first_round.runs(program, attempts, search.last):
             answers = search.answers
             if last.outcome == "solved":
-                answers = (*answers, _examined(first_round.meshes, program, last))
+                answers = (*answers, _examined(meshes, program, last))
             search = replace(search, answers=answers, last=last, starts=search.starts + 1)
         better = min(search.answers, key=_value)
         if better is best or _same(better, best):

@@ -16,6 +16,9 @@ from ocp.mesh.simulated_guess import simulated_guesses
 from ocp.mesh.wavy_guess import wavy_guess
 from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import NlpSolver, StartingPoint
+from ocp.optimality.active_set import acting_intervals
+from ocp.optimality.iterate import iterate_of
+from ocp.refinement.estimates.other_controls import guess_with_others, other_controls
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.transcription.packing import decision_vector, trajectory_of
@@ -25,6 +28,9 @@ Attempts = Iterable[tuple[NlpSolver, StartingPoint]]
 
 # Iterations of an attempt: what takes longer has mostly lost its way.
 PATIENCE = 300
+
+# Part of the objective that other controls have to promise on a first, coarse mesh
+_PROMISED = 1e-4
 
 # Times as many intervals where a mesh has led to nothing, and the most that such a mesh may have.
 # Controls of so many pieces are within a percent of any that switches now and then.
@@ -107,6 +113,21 @@ def shifted(meshes: MeshSolver, program: Transcription, x: Array) -> Iterator[St
     for other in shifted_times(meshes.problem.phases, times):
         phases = {name: _Retimed(phase, *other[name]) for name, phase in guess.phases.items()}
         yield _point(meshes, program, InitialGuess(phases, guess.unknowns))
+
+
+def with_other_controls(
+    meshes: MeshSolver, program: Transcription, result: NlpResult
+) -> Iterator[StartingPoint]:
+    """A starting point from a motion with the best of the controls that were tried in its place.
+
+    None where no others are better. See `ocp.refinement.estimates.other_controls`.
+    """
+    found = trajectory_of(program, result.x, meshes.parameters)
+    iterate = iterate_of(program, result, found)
+    others = list(other_controls(iterate, meshes.evaluator, acting_intervals(iterate)))
+    if sum(other.gain for other in others) > _PROMISED * iterate.objective_size:
+        guess = initial_guess(meshes.problem, meshes.parameters, found)
+        yield _point(meshes, program, guess_with_others(guess, others))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

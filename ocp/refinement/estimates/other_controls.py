@@ -1,0 +1,293 @@
+"""Controls far from those of a motion that make less of the Hamiltonian.
+
+Pontryagin's minimum principle asks for the least value of the Hamiltonian among all controls that
+are allowed, not only among those nearby. A nonlinear program compares neighbours: where the
+Hamiltonian has several valleys, its answer stays in the one where it began. A control that changes
+to a better valley for a short time changes the objective by the difference of the Hamiltonian times
+that time, to first order (Bryson and Ho, "Applied Optimal Control", ch. 2 and 3).
+
+Controls are tried at points of the motion, with its states and costates: each control alone over
+its whole range, and all together at points that fill the box. What is tried is evaluated, so that
+what is found is no estimate. What is not tried may be better still.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from scipy.stats import qmc
+
+from ocp.arrays import Array, Flags, Integers
+from ocp.mesh.initial_guess import InitialGuess, PhaseGuess
+from ocp.mesh.trajectory import Evaluator
+from ocp.numerics.columnwise import columnwise
+from ocp.optimality.hamiltonian import Hamiltonian, hamiltonian_of
+from ocp.optimality.iterate import Iterate
+from ocp.optimality.multipliers import phase_costates
+from ocp.problem.display import with_unit
+
+# Of the objective: what a certificate lets finer controls promise. It is ten times the default of a
+# solve, because the promise is of first order, and often ten times what they give.
+CERTIFIED_GAIN = 1e-5
+
+# Gauss points of an interval, values of each control that are tried alone, points of the box, and
+# evaluations in all: on fine meshes fewer points of an interval are looked at
+_POINTS = 4
+_ALONE = 33
+_TOGETHER = 64
+_EVALUATIONS = 200_000
+
+# Part of the largest curvature, and of a constraint's size, that is rounding
+_ROUNDING = 1e-9
+
+# Part of the Hamiltonian's terms that a difference has to exceed: valleys that are as deep as each
+# other, as those of an angle, differ by the errors of the costates
+_LEAST = 1e-6
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class OtherControls:
+    """The best of the controls that were tried, at `m` points of a phase.
+
+    Attributes
+    ----------
+    phase : str
+    names : (n_u,) str
+        Of the controls.
+    intervals : (m,)
+        Their numbers.
+    fractions : (m,)
+        Of the phase's duration, in order.
+    times : (m,)
+        [s].
+    own, best : (m, n_u)
+        Controls of the motion, and the best ones; the same where none is better.
+    less : (m,)
+        By which the best ones make less of the Hamiltonian, not negative [unit of the objective/s].
+    weights : (m,)
+        Of the points [s], so that ``weights . less`` is the integral.
+    """
+
+    phase: str
+    names: tuple[str, ...]
+    intervals: Integers
+    fractions: Array
+    times: Array
+    own: Array
+    best: Array
+    less: Array
+    weights: Array
+
+    @property
+    def gain(self) -> float:
+        """What the best controls promise while the rest stays as it is [unit of the objective]."""
+        return float(self.weights @ self.less)
+
+    def of_intervals(self, count: int) -> Array:
+        """`gain` of each of all intervals of the phase, shape (count,)."""
+        gains = np.zeros(count)
+        np.add.at(gains, self.intervals, self.weights * self.less)
+        return gains
+
+    def gains_at_changes(self, count: int) -> Array:
+        """`of_intervals` in which others are better at some points only, or not in those beside."""
+        worse = np.ones(count, dtype=bool)
+        np.logical_and.at(worse, self.intervals, self.less > 0.0)
+        beside = np.concatenate([[True], worse[:-1]]) & np.concatenate([worse[1:], [True]])
+        return np.where(worse & beside, 0.0, self.of_intervals(count))
+
+
+def other_controls(
+    iterate: Iterate, evaluator: Evaluator, acting: Sequence[Flags]
+) -> Iterator[OtherControls]:
+    """The best controls that were tried, for each phase in which others than neighbours may be.
+
+    Parameters
+    ----------
+    acting : sequence of (N,)
+        Of each phase, intervals in which a path constraint, a peak or a state's bound acts. The
+        costates there say little of the controls, and nothing is tried.
+    """
+    for index in range(len(iterate.trajectory.phases)):
+        found = others_of_phase(iterate, evaluator, index, ~acting[index])
+        if found is not None:
+            yield found
+
+
+def guess_with_others(guess: InitialGuess, found: Sequence[OtherControls]) -> InitialGuess:
+    """A guess with other controls near the points at which they are better."""
+    phases = dict(guess.phases)
+    for others in found:
+        phases[others.phase] = _WithOthers(phases[others.phase], others)
+    return InitialGuess(phases, guess.unknowns)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class _WithOthers:
+    """A guess of a phase with other controls."""
+
+    guess: PhaseGuess
+    others: OtherControls
+
+    @property
+    def start(self) -> float:
+        """Initial time [s]."""
+        return self.guess.start
+
+    @property
+    def end(self) -> float:
+        """Final time [s]."""
+        return self.guess.end
+
+    def at_fractions(self, fractions: Array) -> Mapping[str, Array]:
+        """Signals by name at fractions of the phase."""
+        known, values = self.others.fractions, dict(self.guess.at_fractions(fractions))
+        nearest = np.searchsorted(0.5 * (known[1:] + known[:-1]), fractions)
+        better = self.others.less[nearest] > 0.0
+        for name, best in zip(self.others.names, self.others.best[nearest].T, strict=True):
+            values[name] = np.where(better, best, values[name])
+        return values
+
+
+def others_remark(found: Sequence[OtherControls], iterate: Iterate) -> str:
+    """A sentence on controls that promise more than a certificate lets pass; empty if none do."""
+    gain = sum(other.gain for other in found) / iterate.objective_size
+    if not gain > CERTIFIED_GAIN:
+        return ""
+    most = max(found, key=lambda other: other.gain)
+    k = int(np.argmax(most.less))
+    units = {control.name: control.unit for control in iterate.problem.controls[most.phase]}
+    moved = [
+        f"{with_unit(f'{name} = {best:.4g}', units[name])} for {own:.4g}"
+        for name, own, best in zip(most.names, most.own[k], most.best[k], strict=True)
+        if own != best
+    ]
+    return (
+        f"other controls promise to gain {gain:.2g} of the objective, such as {', '.join(moved)} "
+        f"at {most.times[k]:.4g} s; start from there with guess={{...}}, or from nowhere without it"
+    )
+
+
+def others_of_phase(
+    iterate: Iterate, evaluator: Evaluator, index: int, where: Flags
+) -> OtherControls | None:
+    """The best of what is tried in some intervals (N,) of a phase; None if there is no need."""
+    phase = iterate.trajectory.phases[index]
+    hamiltonian = hamiltonian_of(evaluator, iterate.transcription, index)
+    columns = [phase.signals.index(control.name) for control in hamiltonian.controls]
+    symbols, (value, path) = _called(hamiltonian)
+    u = symbols[0][columns]
+    if not columns or ca.is_linear(value, u):
+        return None
+    intervals, tau, weights = _points_of(np.flatnonzero(where), len(hamiltonian.controls))
+    if intervals.size == 0:
+        return None
+    costates = phase_costates(iterate, index)
+    own = hamiltonian.along(evaluator, iterate.trajectory, costates, intervals, tau)
+    square = ca.is_quadratic(value, u) and ca.is_linear(path, u)
+    if square and _is_convex(own.curvature):
+        return None
+
+    signals = phase.local(intervals, tau)
+    controls = signals[:, columns]
+    fixed = (
+        evaluator.times(phase, intervals, tau)[:, None],
+        evaluator.numbers(iterate.trajectory),
+        costates.local(intervals, tau),
+    )
+    function = _values_of(evaluator, hamiltonian, index)
+    least, best = own.value.copy(), controls.copy()
+    for candidate in _candidates(iterate, hamiltonian, controls):
+        signals[:, columns] = candidate
+        values, paths = columnwise(function, signals, *fixed)
+        better = (values[:, 0] < least) & _allowed(iterate, hamiltonian, paths, own.path, index)
+        least = np.where(better, values[:, 0], least)
+        best[better] = candidate[better]
+
+    size = np.abs(own.terms).sum(axis=1)
+    less = own.value - least
+    less = np.where(less > _LEAST * size, less, 0.0)
+    best = np.where((less > 0.0)[:, None], best, controls)
+    return OtherControls(
+        phase=phase.name,
+        names=tuple(control.name for control in hamiltonian.controls),
+        intervals=intervals,
+        fractions=(fixed[0][:, 0] - phase.start) / (phase.end - phase.start),
+        times=fixed[0][:, 0],
+        own=controls,
+        best=best,
+        less=less,
+        weights=weights * np.diff(phase.breakpoints)[intervals],
+    )
+
+
+def _points_of(intervals: Integers, controls: int) -> tuple[Integers, Array, Array]:
+    """Gauss points of intervals: numbers, local times, and weights that add up to one in each."""
+    tries = _ALONE * controls + _TOGETHER
+    points = int(np.clip(_EVALUATIONS // max(tries * intervals.size, 1), 1, _POINTS))
+    nodes, weights = np.polynomial.legendre.leggauss(points)
+    tau, shares = np.tile(0.5 * (nodes + 1.0), intervals.size), np.tile(weights, intervals.size)
+    return np.repeat(intervals, points), tau, 0.5 * shares
+
+
+def _is_convex(curvature: Array) -> bool:
+    """Whether symmetric matrices (m, n, n) have no negative eigenvalue beyond rounding."""
+    sizes = np.abs(curvature).max(axis=(1, 2))
+    return bool((np.linalg.eigvalsh(curvature)[:, 0] >= -_ROUNDING * sizes).all())
+
+
+def _candidates(iterate: Iterate, hamiltonian: Hamiltonian, own: Array) -> Iterator[Array]:
+    """Controls that are tried in place of a motion's own, (m, n_u) each."""
+    names = [control.name for control in hamiltonian.controls]
+    low, high = own.min(axis=0), own.max(axis=0)
+    # without a bound, as far again as the motion goes
+    reach = np.maximum(high - low, [iterate.scales.signals[name] for name in names])
+    limits = np.array([iterate.parameters.signal_limits[name] for name in names])
+    first = np.where(np.isfinite(limits[:, 0]), limits[:, 0], low - reach)
+    last = np.where(np.isfinite(limits[:, 1]), limits[:, 1], high + reach)
+
+    for j in range(len(names)):
+        for value in np.linspace(first[j], last[j], _ALONE):
+            candidate = own.copy()
+            candidate[:, j] = value
+            yield candidate
+    if len(names) > 1:
+        for point in qmc.Sobol(len(names), seed=0).random(_TOGETHER):
+            yield np.broadcast_to(first + point * (last - first), own.shape)
+
+
+def _allowed(
+    iterate: Iterate, hamiltonian: Hamiltonian, path: Array, own: Array, index: int
+) -> Flags:
+    """Whether path constraints that depend on a control are met, or no worse than by a motion."""
+    peaks = iterate.trajectory.peaks_of(iterate.problem)
+    allowed = np.ones(len(path), dtype=bool)
+    for i, number in enumerate(hamiltonian.paths):
+        if hamiltonian.limits_controls[i]:
+            constraint = iterate.transcription.constraints[index][number]
+            lower, upper = constraint.limits(iterate.parameters, peaks)
+            slack = _ROUNDING * (1.0 + np.abs(own[:, i]))
+            allowed &= path[:, i] >= np.minimum(lower, own[:, i]) - slack
+            allowed &= path[:, i] <= np.maximum(upper, own[:, i]) + slack
+    return allowed
+
+
+def _values_of(evaluator: Evaluator, hamiltonian: Hamiltonian, index: int) -> ca.Function:
+    """``(signals, time, unknowns and constants, costates) -> H, path constraints``, kept."""
+    names = tuple(control.name for control in hamiltonian.controls)
+    key = ("hamiltonian alone", index, names, hamiltonian.paths)
+    if key not in evaluator.compiled:
+        symbols, outputs = _called(hamiltonian)
+        evaluator.compiled[key] = ca.Function("hamiltonian_alone", symbols, ca.cse(outputs))
+    function: ca.Function = evaluator.compiled[key]
+    return function
+
+
+def _called(hamiltonian: Hamiltonian) -> tuple[list[ca.SX], list[ca.SX]]:
+    """Symbols for the inputs, and the expressions of the Hamiltonian and its path constraints."""
+    symbols = [ca.SX.sym(f"i{i}", hamiltonian.function.size1_in(i)) for i in range(4)]
+    value, *_, path, _ = hamiltonian.function(*symbols)
+    return symbols, [value, path]
