@@ -8,6 +8,7 @@ at 2.5 s, and end at 1 s. Times without a guess are then spread evenly between t
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
@@ -41,16 +42,28 @@ def guessed_times(phases: Sequence[Phase]) -> dict[str, Ends]:
 def drawn_times(
     phases: Sequence[Phase], guessed: Mapping[str, Ends], random: np.random.Generator
 ) -> dict[str, Ends]:
-    """Times about guessed ones: stretched all alike, and with other parts for each phase.
+    """Times about guessed ones, with other parts for each phase; known times stay.
 
-    Known times stay. What lies between two of them is not stretched.
+    A free last time is guessed ones stretched, or anywhere within its limits, every other time. A
+    free first time is anywhere within its limits as often, where both are finite.
     """
+    knots = _knots(guessed)
     stretch = float(np.exp(random.uniform(-1.0, 1.0) * np.log(_FASTER)))
-    pieces = _knots(guessed).size - 1
-    weights = np.ones(pieces)
-    if pieces > 1:
-        weights = np.exp(random.uniform(-1.0, 1.0, pieces) * np.log(_SHARES))
-    return _moved(phases, guessed, stretch, weights)
+    first = _anywhere(phases[0].start, float(knots[0]), random)
+    end = first + stretch * float(knots[-1] - knots[0])
+    last = _anywhere(phases[-1].end, end, random)
+    weights = np.ones(knots.size - 1)
+    if weights.size > 1:
+        weights = np.exp(random.uniform(-1.0, 1.0, weights.size) * np.log(_SHARES))
+    return _moved(phases, guessed, (first, last), weights)
+
+
+def _anywhere(time: Time, otherwise: float, random: np.random.Generator) -> float:
+    """A free time anywhere within finite limits, every other time, else what is given."""
+    if not isinstance(time, Between) or not math.isfinite(time.upper - time.lower):
+        return otherwise
+    drawn, coin = random.uniform(time.lower, time.upper), random.random()
+    return float(drawn) if coin < 0.5 else otherwise
 
 
 def meet_freely(phases: Sequence[Phase]) -> bool:
@@ -68,7 +81,8 @@ def shifted_times(phases: Sequence[Phase], times: Mapping[str, Ends]) -> list[di
     pieces = np.diff(_knots(times))
     # what has no length takes no turn
     signs = (-1.0) ** np.cumsum(pieces > _LONG * pieces.sum())
-    return [_moved(phases, times, 1.0, _SHIFT ** (sign * signs)) for sign in (1.0, -1.0)]
+    ends = float(_knots(times)[0]), float(_knots(times)[-1])
+    return [_moved(phases, times, ends, _SHIFT ** (sign * signs)) for sign in (1.0, -1.0)]
 
 
 def _knots(times: Mapping[str, Ends]) -> Array:
@@ -77,13 +91,13 @@ def _knots(times: Mapping[str, Ends]) -> Array:
 
 
 def _moved(
-    phases: Sequence[Phase], times: Mapping[str, Ends], stretch: float, weights: Array
+    phases: Sequence[Phase], times: Mapping[str, Ends], ends: Ends, weights: Array
 ) -> dict[str, Ends]:
     """Times of which the pieces between two knots have other lengths.
 
     Parameters
     ----------
-    stretch : of what follows the last known time.
+    ends : of all, where they are free [s].
     weights : (K - 1,) of the pieces between K knots. Between known times, parts change with it.
     """
     known = {
@@ -92,18 +106,19 @@ def _moved(
         for time, value in zip((phase.start, phase.end), times[phase.name], strict=True)
         if not isinstance(time, Between)
     }
-    knots = _knots(times)
+    knots, last = _knots(times), len(weights)
     pieces = np.diff(knots) * weights
-    fixed = [0, *(k for k in range(1, knots.size) if float(knots[k]) in known)]
+    held = sorted({0, last, *(k for k in range(last + 1) if float(knots[k]) in known)})
 
     moved = knots.copy()
-    for first, last in itertools.pairwise([*fixed, knots.size - 1]):
-        if first < last:
-            length = (knots[last] - knots[first]) * (1.0 if last in fixed else stretch)
-            passed = pieces[first:last].cumsum()
-            moved[first + 1 : last + 1] = moved[first] + length * passed / passed[-1]
-    by_knot = dict(zip(knots.tolist(), moved.tolist(), strict=True))
+    for k, end in ((0, ends[0]), (last, ends[1])):
+        moved[k] = knots[k] if float(knots[k]) in known else end
     shortest = _SHORTEST * float(knots[-1] - knots[0])
+    for a, b in itertools.pairwise(held):
+        passed = pieces[a:b].cumsum()
+        length = max(moved[b] - moved[a], shortest)
+        moved[a + 1 : b + 1] = moved[a] + length * passed / passed[-1]
+    by_knot = dict(zip(knots.tolist(), moved.tolist(), strict=True))
     return {phase.name: _ends(phase, times[phase.name], by_knot, shortest) for phase in phases}
 
 

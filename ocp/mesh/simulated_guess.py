@@ -155,7 +155,7 @@ def _drawn(
 ) -> _Draws:
     """All draws of a phase, from where the phase before it ended."""
     own = stated.phases[phase.name]
-    first = before[-1].ends[1] if before else np.full(_DRAWS, _time(phase.start, own.start))
+    first = before[-1].ends[1] if before else _first_times(phase, own, random)
     ends = np.stack([first, _last_times(phase, first, own, random)])
     x = _first_states(problem, phase, parameters, own, before)
     u = _controls(problem, phase, parameters, own, sizes, random)
@@ -186,8 +186,12 @@ def _drawn(
     return _Draws(ends, motion, u, last, miss[last, np.arange(_DRAWS)])
 
 
-def _time(stated: float | Between, guess: float) -> float:
-    return guess if isinstance(stated, Between) else float(stated)
+def _first_times(phase: Phase, own: PhaseGuess, random: np.random.Generator) -> Array:
+    """Initial times: as guessed, and if free anywhere within finite limits in every other draw."""
+    times, start = np.full(_DRAWS, own.start), phase.start
+    if isinstance(start, Between) and math.isfinite(start.upper - start.lower):
+        times[::2] = random.uniform(start.lower, start.upper, times[::2].size)
+    return times
 
 
 def _last_times(phase: Phase, first: Array, own: PhaseGuess, random: np.random.Generator) -> Array:

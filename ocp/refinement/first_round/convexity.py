@@ -9,13 +9,13 @@ that does not pass is not.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import casadi as ca
 import numpy as np
 
 from ocp.problem.bounds import Bound
-from ocp.problem.functionals import Peak
+from ocp.problem.functionals import AnyFunctional, Peak
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import (
@@ -39,11 +39,9 @@ _ROUNDING = 1e-9
 def seems_convex(problem: Problem) -> bool:
     """Whether nothing tells that a problem may have several optima.
 
-    A free time of one phase alone does not count: least times of linear systems have one optimum.
-    Where phases meet at a free time, their durations multiply their rates.
+    A free time does: the duration of a phase multiplies its rates.
     """
-    free = any(isinstance(time, Between) for p in problem.phases for time in (p.start, p.end))
-    if len(problem.phases) > 1 and free:
+    if any(isinstance(time, Between) for p in problem.phases for time in (p.start, p.end)):
         return False
     return _has_linear_rates(problem) and not any(
         _is_concave(expression, times) for expression, times in _curved(problem)
@@ -63,24 +61,36 @@ def _has_linear_rates(problem: Problem) -> bool:
 
 
 def _curved(problem: Problem) -> Iterator[tuple[ca.SX, Interval]]:
-    """What has to be convex, and when: the objective, its functionals, limited sides of bounds."""
-    symbols = [symbol.symbol for symbol in problem.objective_symbols]
-    yield problem.objective, (0.0, 0.0)
-    for functional in problem.functionals:
-        if not ca.depends_on(problem.objective, functional.symbol):
-            continue
-        weight = ca.jacobian(problem.objective, functional.symbol)
-        for name, expression in functional.pieces:
-            # the largest absolute value of a linear expression is convex, and others seldom are not
-            if not (isinstance(functional, Peak) and functional.absolute):
-                weighted = ca.substitute(weight, ca.vertcat(*symbols), _ones(symbols)) * expression
-                yield weighted, _times(problem.phase(name))
+    """What has to be convex, and when: what is minimised, and limited sides of bounds and links."""
+    of_problem = (side for bound in problem.boundary_constraints for side in _sides(bound))
+    for expression in (problem.objective, *of_problem):
+        yield expression, (0.0, 0.0)
+        for functional in problem.functionals:
+            if ca.depends_on(expression, functional.symbol):
+                yield from _pieces(problem, expression, functional)
 
     for phase in problem.phases:
         for bound in phase.bounds:
             yield from ((side, _times(phase)) for side in _sides(bound))
-    for bound in problem.boundary_constraints:
-        yield from ((side, (0.0, 0.0)) for side in _sides(bound))
+
+
+def _pieces(
+    problem: Problem, expression: ca.SX, functional: AnyFunctional
+) -> Iterator[tuple[ca.SX, Interval]]:
+    """What of a functional has to be convex, so that an expression of it can be."""
+    # the largest absolute value of a linear expression is convex, and others seldom are not
+    if isinstance(functional, Peak) and functional.absolute:
+        return
+    constants = ca.vertcat(*[constant.symbol for constant in problem.constants], ca.SX(0, 1))
+    values = ca.vertcat(*[float(constant.value) for constant in problem.constants], ca.DM(0, 1))
+    slope = ca.substitute(ca.jacobian(expression, functional.symbol), constants, values)
+
+    # by a slope of either sign what is convex may become concave
+    slope = ca.simplify(slope)
+    weights = [float(slope)] if slope.is_constant() else [1.0, -1.0]
+    for name, piece in functional.pieces:
+        times = _times(problem.phase(name))
+        yield from ((weight * piece, times) for weight in weights)
 
 
 def _times(phase: Phase) -> Interval:
@@ -90,10 +100,6 @@ def _times(phase: Phase) -> Interval:
         for time in (phase.start, phase.end)
     )
     return start, end
-
-
-def _ones(symbols: Sequence[ca.SX]) -> ca.SX:
-    return ca.SX.ones(len(symbols), 1)
 
 
 def _sides(bound: Bound) -> Iterator[ca.SX]:
@@ -117,15 +123,22 @@ def _is_concave(expression: ca.SX, times: Interval) -> bool:
     if not free or ca.is_linear(expression, variables):
         return False
     second = ca.densify(ca.hessian(expression, variables)[0])
-    hessian = ca.Function("hessian", [variables, numbers], [second])
+    both = ca.Function("both", [variables, numbers], [expression, second])
     random = np.random.default_rng(0)
     for _ in range(_POINTS):
-        values = ([_drawn(s, times, random) for s in part] for part in (free, known))
-        curvature = np.array(hessian(*values))
+        one, other = (np.array([_drawn(s, times, random) for s in free]) for _ in range(2))
+        at = [_drawn(s, times, random) for s in known]
+        value, curvature = both(one, at)
+        curvature = np.array(curvature)
         if np.isfinite(curvature).all():
             eigenvalues = np.linalg.eigvalsh(curvature)
             if eigenvalues[0] < -_ROUNDING * np.abs(eigenvalues).max():
                 return True
+        # a kink has no curvature: the middle of a chord tells
+        ends = float(value), float(both(other, at)[0])
+        middle = float(both(0.5 * (one + other), at)[0])
+        if middle > 0.5 * sum(ends) + _ROUNDING * (abs(middle) + max(map(abs, ends))):
+            return True
     return False
 
 

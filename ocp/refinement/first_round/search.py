@@ -42,6 +42,9 @@ from ocp.transcription.transcribe import Transcription
 _STARTS = 24
 _WORK = 8e6
 _LEAST_STARTS = 4
+# Starts that are made at least while they are cheap: this much work takes about half a second.
+_CHEAP_STARTS = 6
+_CHEAP_WORK = 1.25e5
 # parts of a budget that may go into the search, and into the search and the comparison of its
 # answers: refinement needs the rest
 _SHARE = 0.4
@@ -196,7 +199,9 @@ def _searched(
         unbounded = search.unbounded + (last.outcome == "unbounded")
         search = _FirstMeshSearch(program, answers, last, search.starts + 1, no_motion, unbounded)
 
-        if last.outcome == "interrupted" or _settled(answers, agree) or (may_refine and no_motion):
+        enough = search.starts >= _CHEAP_STARTS or last.iterations >= limit.cheap
+        settled = enough and _settled(answers, agree)
+        if last.outcome == "interrupted" or settled or (may_refine and no_motion):
             break
         if search.seems_unbounded:
             break
@@ -234,12 +239,14 @@ class _Limit:
 
     Attributes
     ----------
-    iterations, budget : of this mesh iteration, by its work and by the budget of the whole solve.
+    iterations, cheap, budget : of this mesh iteration, by its work, by work that is little, and by
+        the budget of the whole solve.
     seconds : of the clock, since the budget was made.
     """
 
     meshes: MeshSolver
     iterations: float
+    cheap: float
     budget: float
     seconds: float
 
@@ -250,6 +257,7 @@ class _Limit:
         return cls(
             first_round.meshes,
             done.iterations + _WORK / program.columns.count,
+            done.iterations + _CHEAP_WORK / program.columns.count,
             _SHARE * budget.iterations - iterations_of(first_round.before),
             _SHARE * budget.seconds,
         )
