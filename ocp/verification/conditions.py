@@ -24,6 +24,8 @@ from ocp.optimality.steps import step_remark, steps_along
 from ocp.problem.functionals import BoundaryValue, End, Functional, Peak, PhaseTime
 from ocp.problem.symbols import TIME, Between
 from ocp.refinement.accuracy import Accuracy
+from ocp.refinement.estimates.error_estimate import MotionErrors
+from ocp.refinement.estimates.excess_price import worth_of_excess
 from ocp.refinement.estimates.other_controls import other_controls, others_remark
 from ocp.refinement.estimates.promised_gain import promised_gain
 from ocp.refinement.estimates.switch_detection import control_jumps
@@ -143,6 +145,17 @@ def motion_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condi
         abs(verification.replayed_objective - iterate.objective) / iterate.objective_size,
         allowed.objective,
         "the replayed motion has an objective that differs by this part",
+    )
+
+    between_points = MotionErrors(
+        iterate.transcription, iterate.trajectory, evaluator, iterate.parameters
+    )
+    yield Condition(
+        "worth of the excess",
+        worth_of_excess(iterate, between_points.excess),
+        allowed.objective,
+        "the motion exceeds its path constraints, bounds and peaks between the points by what is "
+        "worth this part of the objective, to first order",
     )
 
     # bounds and links of the problem, with the peaks of the replay as they are between the points

@@ -25,12 +25,16 @@ from ocp.problem.functionals import Peak
 from ocp.problem.symbols import TIME
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.error_estimate import MotionErrors, dense_peak
+from ocp.refinement.estimates.excess_price import worth_of_excess
 from ocp.transcription.path_constraints import PathConstraint
 from ocp.verification.simulation import SimulatedMotion
 
 # A replay may exceed by this factor what the solve was held to: errors of the intervals add up on
 # the way to its end.
 _SLACK = 10.0
+
+# Of the objective: what limits may be exceeded by in worth. Above it the answer is of another kind.
+_WORTH = 1e-2
 
 # Part of a peak that the motion may stay below it, where something else makes the difference
 _LOOSE = 1e-3
@@ -118,6 +122,9 @@ def verify(
                                                 they may be exceeded by as much
     bounds and links        10 ``replay``       relative to the largest of value, limits and scale:
                                                 as the objective
+    worth of the excess     1e-2                of the objective, by the limits' multipliers: what
+                                                is exceeded by a small part of its size may be most
+                                                of what the objective pays for
     ======================  ==================  ==================================================
 
     Parameters
@@ -154,14 +161,16 @@ def verify(
         restarts=simulated.restarts,
     )
     boundary = dict(boundary_excesses(iterate, replay, evaluator, peaks))
-    stated = _reasons(numbers, errors.worst_dynamics, boundary, iterate.objective_size, accuracy)
+    worth = worth_of_excess(iterate, errors.excess)
+    of_motion = errors.worst_dynamics, worth
+    stated = _reasons(numbers, of_motion, boundary, iterate.objective_size, accuracy)
     reasons = tuple(reason for reason in stated if reason)
     return replace(numbers, passed=not reasons, reasons=reasons)
 
 
 def _reasons(
     numbers: Verification,
-    dynamics: float,
+    of_motion: tuple[float, float],
     boundary: Mapping[str, float],
     size: float,
     accuracy: Accuracy,
@@ -170,13 +179,15 @@ def _reasons(
 
     Parameters
     ----------
-    dynamics : float
-        Error of the dynamics between the points.
+    of_motion : (float, float)
+        Error of the dynamics between the points, and what the excess there is worth, of the
+        objective.
     boundary : mapping of str to float
         Excess of the problem's bounds and links, by name.
     size : float
         Of the objective.
     """
+    dynamics, worth = of_motion
     yield _over(numbers.miss, accuracy.replay, "the replay misses the end state by {} of its size")
     yield _over(
         numbers.excess,
@@ -187,6 +198,12 @@ def _reasons(
         dynamics,
         _SLACK * accuracy.dynamics,
         "the dynamics, an integral or an equation is off by {} between the points",
+    )
+    yield _over(
+        worth,
+        _WORTH,
+        "what limits are exceeded by is worth {} of the objective: state the limit that matters as "
+        "a Bound with scale=, the size of what may not be exceeded",
     )
     yield _over(
         abs(numbers.replayed_objective - numbers.objective) / size,

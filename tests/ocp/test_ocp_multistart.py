@@ -32,10 +32,13 @@ FEW = Settings(intervals=5)
 
 
 def valley():
-    """Two valleys of k at -1 and 1, the left one deeper by 0.4, beside least effort of 12."""
+    """Two valleys of k at -1 and 1, the left one deeper by 0.4, beside least effort of 12.
+
+    A motion is guessed, so that a solve stays in the valley of the guessed k.
+    """
     x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
     k = Unknown("k", lower=-2, upper=2, guess=0.9)
-    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
+    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0, guess={x: (0, 1)})
     cost = phase.integral(u**2) + (k**2 - 1) ** 2 + 0.2 * k
     return Problem("valley", [phase], minimise=cost), x, k
 

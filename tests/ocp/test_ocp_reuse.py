@@ -34,7 +34,12 @@ def race() -> Problem:
     """Least time between two points of rest, ``2 sqrt(distance / cap)``."""
     x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", lower=-CAP, upper=CAP)
     phase = Phase(
-        "race", {x: v, v: u}, {x: 0, v: 0}, {x: DISTANCE, v: 0}, end=Between(0.1, 20, guess=2)
+        "race",
+        {x: v, v: u},
+        {x: 0, v: 0},
+        {x: DISTANCE, v: 0},
+        end=Between(0.1, 20, guess=2),
+        guess={x: (0, DISTANCE)},
     )
     return Problem("race", phase, minimise=phase.end_time)
 

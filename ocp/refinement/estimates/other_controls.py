@@ -7,8 +7,8 @@ to a better valley for a short time changes the objective by the difference of t
 that time, to first order (Bryson and Ho, "Applied Optimal Control", ch. 2 and 3).
 
 Controls are tried at points of the motion, with its states and costates: each control alone over
-its whole range, and all together at points that fill the box. What is tried is evaluated, so that
-what is found is no estimate. What is not tried may be better still.
+its whole range, and all together at random points of the box, the same in every run. What is tried
+is evaluated, so that what is found is no estimate. What is not tried may be better still.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-from scipy.stats import qmc
 
 from ocp.arrays import Array, Flags, Integers
 from ocp.mesh.initial_guess import InitialGuess, PhaseGuess
@@ -255,7 +254,7 @@ def _candidates(iterate: Iterate, hamiltonian: Hamiltonian, own: Array) -> Itera
             candidate[:, j] = value
             yield candidate
     if len(names) > 1:
-        for point in qmc.Sobol(len(names), seed=0).random(_TOGETHER):
+        for point in np.random.default_rng(0).random((_TOGETHER, len(names))):
             yield np.broadcast_to(first + point * (last - first), own.shape)
 
 
