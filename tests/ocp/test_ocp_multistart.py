@@ -133,7 +133,7 @@ def started_at(guess):
     """The two valleys, with a start of one's own for k."""
     x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
     k = Unknown("k", lower=-2, upper=2, guess=guess)
-    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
+    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0, guess={x: (0, 1)})
     cost = phase.integral(u**2) + (k**2 - 1) ** 2 + 0.2 * k
     return Problem("valley", [phase], minimise=cost)
 

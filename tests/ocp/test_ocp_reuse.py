@@ -39,7 +39,7 @@ def race() -> Problem:
         {x: 0, v: 0},
         {x: DISTANCE, v: 0},
         end=Between(0.1, 20, guess=2),
-        guess={x: (0, DISTANCE)},
+        guess={x: (0, 1)},
     )
     return Problem("race", phase, minimise=phase.end_time)
 
