@@ -3,7 +3,10 @@
 import math
 
 import casadi as ca
+import numpy as np
 import pytest
+from scipy.integrate import quad
+from scipy.optimize import minimize_scalar
 
 from ocp import (
     TIME,
@@ -101,10 +104,28 @@ def two_phases():
     return Problem("two", [first, second], minimise=cost, links=joined(first, second))
 
 
+def least_time():
+    phase = Phase("go", {x: v, v: limited}, {x: 0, v: 0}, {x: 1, v: 0}, end=Between(0.5, 9))
+    return Problem("go", phase, minimise=phase.end_time)
+
+
+def ending(bound):
+    phase = Phase("end", {x: u}, {x: 0.3}, end=1.0)
+    return Problem("end", phase, minimise=phase.integral((u + 0.9) ** 2), bounds=[bound(phase)])
+
+
+def near_an_energy():
+    phase = Phase("near", {x: u}, {x: 0.3}, end=1.0)
+    return Problem("near", phase, minimise=(phase.integral(x**2) - 0.5) ** 2)
+
+
 STATEMENTS = {
     "effort": (moving(), True),
     "an upper limit of a convex expression": (moving(bounds=[x**2 + u**2 <= 9]), True),
-    "a lower limit of it": (moving(bounds=[Bound("outside", x**2 + v**2, lower=-1)]), False),
+    "a lower limit of a convex expression": (
+        moving(bounds=[Bound("outside", x**2 + v**2, lower=-1)]),
+        False,
+    ),
     "a limit that moves": (moving(bounds=[x <= 2 + TIME**2]), True),
     "a rate that is not linear": (moving(rate=u - ca.sin(x)), False),
     "phases that meet at a free time": (two_phases(), False),
@@ -113,9 +134,60 @@ STATEMENTS = {
     "a price that rises with time": (priced(TIME + 0.1), True),
     "a price that falls below zero": (priced(0.5 - TIME), False),
     "a cube of what is not negative": (priced(1, FORWARD**3), True),
+    "a free end": (least_time(), False),
+    "a lower limit of a squared end value": (ending(lambda p: p.at_end(x**2) >= 1), False),
+    "an upper limit of it": (ending(lambda p: p.at_end(x**2) <= 1), True),
+    "a lower limit of a modulus": (ending(lambda p: p.at_end(ca.fabs(x)) >= 1), False),
+    "an upper limit of an effort": (ending(lambda p: p.integral(u**2) <= 3), True),
+    "a lower limit of it": (ending(lambda p: p.integral(u**2) >= 3), False),
+    "a square of what an integral misses": (near_an_energy(), False),
 }
 
 
 @pytest.mark.parametrize(("problem", "expected"), STATEMENTS.values(), ids=STATEMENTS)
 def test_what_seems_convex(problem, expected):
     assert seems_convex(problem) == expected
+
+
+def outside(start, end, weights, gate):
+    """Least effort past a gate in the middle: at least one away from zero on either side."""
+    phase = Phase("pass", {x: u}, {x: start}, {x: end}, end=1.0, breakpoints=[0.5])
+    first, second = weights
+    cost = phase.integral(ca.if_else(TIME.symbol < 0.5, first, second) * u**2)
+    return Problem("pass", phase, minimise=cost, bounds=[gate(phase)])
+
+
+@pytest.mark.parametrize(
+    "gate",
+    [lambda p: p.at(0.5, x**2) >= 1, lambda p: p.at(0.5, ca.fabs(x)) >= 1],
+    ids=["square", "modulus"],
+)
+def test_a_gate_of_two_sides_is_passed_on_the_better_one(gate):
+    """From 2 to -1.5: 52 by way of 1, and 20 by way of -1."""
+    found = solve(outside(2.0, -1.5, (1.0, 4.0), gate))
+    assert found.objective == pytest.approx(20.0, rel=1e-6)
+
+
+def test_a_window_of_time_is_found_anywhere():
+    """A metre in a second, which may begin when it costs least."""
+
+    def cost(start):
+        rate = quad(lambda t: 1 / (2 + math.sin(t) + 0.05 * t), start, start + 1)[0]
+        return 1 / rate
+
+    grid = np.linspace(0, 30, 601)
+    best = grid[np.argmin([cost(start) for start in grid])]
+    exact = minimize_scalar(cost, bounds=(best - 0.1, best + 0.1), options={"xatol": 1e-10}).fun
+    phase = Phase("go", {x: u}, {x: 0}, {x: 1}, start=Between(0, 30), end=Between(0.5, 31))
+    effort = phase.integral((2 + ca.sin(TIME) + 0.05 * TIME) * u**2)
+    lasts = Bound("lasts", phase.duration, "s", lower=1, upper=1)
+    found = solve(Problem("window", phase, minimise=effort, bounds=[lasts]))
+    assert found.objective == pytest.approx(exact, rel=1e-8)
+
+
+def test_half_a_swing_is_not_taken_for_three():
+    """x'' = -x + u from 1 to -1: free after half a period, and after three halves."""
+    phase = Phase("swing", {x: v, v: u - x}, {x: 1, v: 0}, {x: -1, v: 0}, end=Between(0.5, 20))
+    found = solve(Problem("swing", phase, minimise=phase.integral(u**2) + 0.01 * phase.end_time))
+    assert found.value(phase.end_time) == pytest.approx(math.pi, rel=1e-2)
+    assert found.objective < 0.01 * math.pi

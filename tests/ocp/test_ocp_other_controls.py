@@ -1,0 +1,91 @@
+"""The least Hamiltonian among all controls, where it has more than one valley."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from ocp import TIME, Control, Phase, Problem, State, certify, solve
+
+x = State("x")
+throttle = Control("throttle", lower=-2, upper=2)
+VALUES = np.linspace(-2, 2, 8001)
+
+
+def two_modes(**options):
+    """x' has two hills by the throttle, at -1 and 1: which is higher changes with the sign of x."""
+    rate = 1 - (throttle**2 - 1) ** 2 + 0.3 * throttle * x
+    phase = Phase("go", {x: rate}, initial={x: -1}, end=2.0, **options)
+    return Problem("two modes", phase, maximise=phase.at_end(x))
+
+
+def greedy():
+    """The optimum: x moves one way only, so that the fastest rate is best at any time."""
+
+    def fastest(t, y):
+        return [(1 - (VALUES**2 - 1) ** 2 + 0.3 * VALUES * y[0]).max()]
+
+    return solve_ivp(fastest, (0, 2), [-1.0], rtol=1e-10, atol=1e-12, max_step=0.01).y[0, -1]
+
+
+def checks(solution):
+    return {check.name: check for check in certify(solution).checks}
+
+
+def test_without_a_guess_the_better_mode_is_found() -> None:
+    found = solve(two_modes())
+    assert found.objective == pytest.approx(greedy(), rel=1e-6)
+    assert certify(found).passed
+
+
+@pytest.mark.parametrize("guessed", [1.0, -1.0])
+def test_a_guess_in_one_mode_stays_there_and_that_is_said(guessed: float) -> None:
+    found = solve(two_modes(guess={x: (-1, 1), throttle: guessed}))
+    assert found.objective < greedy() - 0.1
+    assert "other controls promise to gain" in found.verdict
+    assert f"throttle = {-guessed:.0f}"[:12] in found.verdict
+    check = checks(found)["other controls"]
+    assert not check.passed
+    assert check.value > 0.1
+
+
+def test_a_guess_that_changes_the_mode_is_certified() -> None:
+    changing = {x: (-1, 1.3), throttle: lambda t: np.where(t < 0.9, -1.0, 1.0)}
+    found = solve(two_modes(guess=changing))
+    assert found.objective == pytest.approx(greedy(), rel=1e-6)
+    assert "other controls" not in found.verdict
+    assert certify(found).passed
+
+
+def test_an_interval_is_cut_where_the_mode_changes() -> None:
+    """The best hill of a cosine that moves with time: a jump inside an interval."""
+    control = Control("u", lower=-2, upper=2)
+    rate = 1 - (control**2 - 1) ** 2 + 0.5 * (TIME - 0.437) * control
+    phase = Phase("go", {x: rate}, initial={x: 0}, end=1.0)
+    found = solve(Problem("moving hills", phase, maximise=phase.at_end(x)))
+
+    times = (np.arange(20_000) + 0.5) / 20_000
+    rates = 1 - (VALUES**2 - 1) ** 2 + 0.5 * (times[:, None] - 0.437) * VALUES
+    assert found.objective == pytest.approx(rates.max(axis=1).mean(), rel=1e-6)
+    assert certify(found).passed
+
+
+def test_controls_that_a_constraint_forbids_are_none() -> None:
+    forward = Phase(
+        "go",
+        {x: 1 - (throttle**2 - 1) ** 2 + 0.3 * throttle * x},
+        initial={x: -1},
+        end=2.0,
+        bounds=[throttle * (1 + 0.1 * throttle**2) >= 0],
+    )
+    found = solve(Problem("forward", forward, maximise=forward.at_end(x)))
+    assert checks(found)["other controls"].passed
+    assert "other controls" not in found.verdict
+
+
+def test_where_the_hamiltonian_is_convex_nothing_is_tried() -> None:
+    v, u = State("v"), Control("u")
+    phase = Phase("go", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
+    check = checks(solve(Problem("go", phase, minimise=phase.integral(u**2))))["other controls"]
+    assert check.value == 0.0
