@@ -68,6 +68,7 @@ _ENOUGH = 3
 
 # times that an answer is left for a better one with other controls or other meetings of phases
 _IMPROVEMENTS = 3
+_IMPROVED_WITHIN = 60  # iterations of each of these runs, which begin near a motion
 
 # Answers that are refined where values cannot be compared, those among them that come from a mesh
 # that was too coarse, and the rounds that each may take.
@@ -222,7 +223,7 @@ def _improved(first_round: FirstRound, before: _FirstMeshSearch) -> _FirstMeshSe
             shifted(meshes, program, best.result.x),
         )
         attempts = ((first_round.solver, point) for point in points)
-        for last in first_round.runs(program, attempts, search.last):
+        for last in first_round.runs(program, attempts, search.last, _IMPROVED_WITHIN):
             answers = search.answers
             if last.outcome == "solved":
                 answers = (*answers, _examined(meshes, program, last))

@@ -56,7 +56,11 @@ class FirstRound:
     before: tuple[MeshIteration, ...]
 
     def runs(
-        self, program: Transcription, attempts: Attempts, done: NlpResult
+        self,
+        program: Transcription,
+        attempts: Attempts,
+        done: NlpResult,
+        patience: int = PATIENCE,
     ) -> Iterator[NlpResult]:
         """What comes of attempts while the budget lasts; each counts what all took since `done`.
 
@@ -64,13 +68,15 @@ class FirstRound:
         ----------
         done : NlpResult
             The last run on this mesh.
+        patience : int
+            Iterations of each attempt.
         """
         limits, before = program.limits(self.meshes.parameters), iterations_of(self.before)
         iterations, seconds = done.iterations, done.seconds
         for solver, point in attempts:
             if self.meshes.budget.spent(before + iterations):
                 return
-            patient = self.meshes.budget.within(solver.within(PATIENCE, inf), before + iterations)
+            patient = self.meshes.budget.within(solver.within(patience, inf), before + iterations)
             result = self.meshes.run(program, patient, point, limits, len(self.before) + 1)
             iterations, seconds = iterations + result.iterations, seconds + result.seconds
             yield replace(result, iterations=iterations, seconds=seconds)
