@@ -36,8 +36,8 @@ class Stretch:
 
     Attributes
     ----------
-    derivatives : maps times (m,) to the rope's stretch since the start, with three derivatives,
-        (4, m) [m].
+    derivatives : maps times (m,) to the rope's stretch since the stowed truss was at rest, with
+        three derivatives, (4, m) [m].
     missed : the most of the tension that it does not account for [N]: a step takes no time.
     """
 

@@ -26,7 +26,10 @@ MOST = 0.25  # of the motion, beyond which the average is no tension of it any m
 
 
 def stretched(course: Course, truss: TrussParameters, drive: Drive) -> Course:
-    """A course of the rope, and the change of its stretch since the start.
+    """A course of the rope, and the change of its stretch since the stowed truss was at rest.
+
+    A course that begins elsewhere, as behind a stop, begins with the stretch that its rope has at
+    rest there. So the positions of a motion, its stop and the way on are those of one drum.
 
     Raises
     ------
@@ -42,7 +45,7 @@ def stretched(course: Course, truss: TrussParameters, drive: Drive) -> Course:
 
     # time runs faster inside of the average: from a ramp before the start to one after the end
     gain = 1.0 + 2.0 * ramp / course.duration
-    at_rest = float(pull(-ramp))
+    stowed = float(on_the_truss(np.zeros((4, 1)), truss).force[0])
 
     def averaged(time: Array) -> Array:
         time = np.asarray(time, dtype=float)
@@ -52,7 +55,7 @@ def stretched(course: Course, truss: TrussParameters, drive: Drive) -> Course:
             (f(sides[0]) - 2.0 * f(sides[1]) + f(sides[2])) / ramp**2
             for f in (twice, once, pull, slope)
         ]
-        rows[0] -= at_rest
+        rows[0] -= stowed
         found = np.stack([row * gain**order for order, row in enumerate(rows)])
         found[1:, (time <= 0.0) | (time >= course.duration)] = 0.0
         return found
@@ -64,7 +67,7 @@ def stretched(course: Course, truss: TrussParameters, drive: Drive) -> Course:
         return found
 
     time = course.grid(SAMPLES)
-    missed = float(np.abs(pull(time) - at_rest - averaged(time)[0]).max())
+    missed = float(np.abs(pull(time) - stowed - averaged(time)[0]).max())
     return dataclasses.replace(
         course,
         switches=_corners(course, ramp, gain),

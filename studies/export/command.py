@@ -266,6 +266,8 @@ def _written(
     # what was written is what the drive gets, its digits included
     count = drive.count(course.unit) if form.counts else None
     again = form.read(content, count)
+    if form.relative:  # the axis stands where the table begins
+        again = dataclasses.replace(again, positions=again.positions + points.positions[0])
     record = round_trip(
         course, again, drive, form.interpolation, source.truss, source.result, _partial(options)
     )

@@ -338,6 +338,47 @@ def test_a_stop_and_the_way_on_are_profiles(
     assert ends["--resume-at"][1] == pytest.approx(6.6099, abs=1e-4)
 
 
+@pytest.mark.parametrize("friction", [0.0, 0.01])
+def test_a_stop_and_the_way_on_of_a_yielding_rope_join(
+    friction: float, short: Result, tmp_path: Path, drive_file: Write
+) -> None:
+    path = tmp_path / "rubbed"
+    path.mkdir()
+    truss = {**short.configuration["truss"], "pulley_friction": friction}
+    dataclasses.replace(short, configuration={**short.configuration, "truss": truss}).save(path)
+    drive = drive_file("period = 0.05\nrope_stiffness = 500")
+
+    ends = {}
+    for words in ((), ("--stop-at", 2, "--stop-within", 1), ("--resume-at", 2, "--stop-within", 1)):
+        file = tmp_path / f"table{len(ends)}"
+        assert export(path, "--to", "ethercat", "--drive", drive, *words, "--output", file) == 0
+        lines = file.read_text("utf-8").splitlines()
+        counts = [int(line) for line in lines if line.isdigit()]
+        ends[words[:1]] = counts[0], counts[-1]
+    # all three are positions of one drum, to the rounding of a count
+    assert ends["--resume-at",][0] == pytest.approx(ends["--stop-at",][1], abs=1)
+    assert ends["--resume-at",][1] == pytest.approx(ends[()][1], abs=1)
+    assert ends[()][0] == ends["--stop-at",][0] == 0
+
+
+@pytest.mark.parametrize("form", ["newport-xps", "galil"])
+def test_displacements_behind_a_stop_are_played_from_where_it_ended(
+    form: str, folder: Path, drive_file: Write, tmp_path: Path
+) -> None:
+    drive = drive_file("period = 0.05\nrope_stiffness = 5000\nbandwidth = 20")
+    records = []
+    for to in (form, "pvt"):
+        file = tmp_path / to
+        words = ("--resume-at", 2, "--stop-within", 1, "--output", file)
+        assert export(folder, "--to", to, "--drive", drive, *words) == 0
+        records.append(json.loads(Path(f"{file}.record.json").read_text("utf-8")))
+    # half a count of rope, 1 micrometre
+    assert abs(records[0]["miss of the last position [m]"]) < 2e-6
+    assert records[0]["terminal angle [deg]"] == pytest.approx(90, abs=2e-5)
+    force = "peak rope force [N]"
+    assert records[0][force] == pytest.approx(records[1][force], rel=2e-2)
+
+
 def test_caps_of_the_study_that_a_table_exceeds_are_in_the_record(
     short: Result, tmp_path: Path, drive_file: Write
 ) -> None:
