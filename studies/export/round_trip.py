@@ -17,6 +17,7 @@ from studies.drive.course import DRUM, SAMPLES, Course, Stretch
 from studies.drive.playback import (
     Playback,
     TrussPlayback,
+    at_common_times,
     extremes_on_the_truss,
     hauled,
     motor_peaks,
@@ -154,9 +155,10 @@ def round_trip(
         if course.stretch is not None:
             moved = played(course, relieved(course, points, drum), drive, kind)
             moved = moved if drum is None else hauled(moved, drum)
+            output, moved = at_common_times(output, moved)
             values |= _of_the_stretch(course, course.stretch)
         try:
-            replayed = on_the_truss(moved.motion, truss)
+            replayed = on_the_truss(moved.motion, truss, output.motion[1])
         except ModelError as error:
             raise StudyError(f"the played rope leaves the mechanism: {error}") from error
         on_truss, broken = _of_the_truss(output, replayed, drive, course, truss)
@@ -205,7 +207,8 @@ def _of_the_stretch(course: Course, stretch: Stretch) -> dict[str, Any]:
         "largest stretch hauled in beforehand [m]": float(
             np.abs(stretch.derivatives(course.grid(SAMPLES))[0]).max()
         ),
-        "most of the tension that it misses at a step [N]": stretch.missed,
+        "most of the mean tension that it misses at a step [N]": stretch.missed,
+        "stretch of the rope on the drum, left out, about [m]": stretch.on_the_drum,
     }
 
 
