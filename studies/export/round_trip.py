@@ -27,9 +27,8 @@ from studies.drive.playback import (
 )
 from studies.drive.schema import Drive
 from studies.drive.setpoints import SetPoints
-from studies.truss.checks import broken_caps
+from studies.export.beyond_caps import beyond_caps
 from studies.truss.motions.laws import study_of
-from studies.truss.quantities import QUANTITIES
 
 TOLERANCE = 1e-6  # of a limit: what an optimiser that rides it leaves
 SLACK = 1e-3  # of the peak force: what spline and interpolation leave of a tension of zero
@@ -166,7 +165,7 @@ def round_trip(
         breaches += broken
         if result is not None:
             values |= _beside_the_optimum(output, replayed, result, partial)
-            values |= _beyond_caps(output, replayed, result)
+            values |= beyond_caps(output, replayed, drive, study_of(result))
     return RoundTrip(output, replayed, values, tuple(breaches))
 
 
@@ -313,22 +312,6 @@ def _beside_the_optimum(
             own = next(iter(row.values.values()))
             values[f"{row.title} above the optimum [1]"] = extremes[row.key][0] / own - 1.0
     return values
-
-
-def _beyond_caps(output: Playback, replayed: TrussPlayback, result: Result) -> dict[str, Any]:
-    """By how much the played table exceeds the caps of the study, relative.
-
-    The motion keeps them, and a table between its points need not. Only what the drive states as a
-    limit is refused.
-    """
-    extremes = extremes_on_the_truss(output, replayed)
-    values = {key: value for key, (value, _) in extremes.items()}
-    for order, name in enumerate(("speed", "acceleration", "jerk"), start=1):
-        values[f"peak-rope-{name}"] = output.peak(order)[0]
-    return {
-        f"{QUANTITIES[key].title} beyond the cap of the study [1]": excess
-        for key, excess in broken_caps(study_of(result), values).items()
-    }
 
 
 def _shown(value: Any) -> str:
