@@ -340,11 +340,15 @@ def _in_float(segments: Segments, course: Course, options: argparse.Namespace) -
 def _columns(
     source: Source, course: Course, drive: Drive, stated: bool, options: argparse.Namespace
 ) -> tuple[str | bytes, RoundTrip | None]:
-    """The whole profile at the times that are asked for; played where a drive is stated."""
+    """The whole profile at the times that are asked for.
+
+    Where a drive is stated its set-points are further columns, and these are played.
+    """
     import numpy as np
 
     from studies.drive.setpoints import sampled, switch_point_times, uniform_times
     from studies.export.round_trip import round_trip
+    from studies.export.set_point_columns import SET_POINT, with_set_points
     from studies.export.source import with_rests
 
     spacing = _spacing(options)
@@ -353,15 +357,17 @@ def _columns(
     else:
         times = np.minimum(uniform_times(course, spacing.step or drive.period), course.duration)
     columns = with_rests(source, drive).rows(times)
-    content = _columns_of(source.result, columns, options)
     if not stated:
-        return content, None
+        return _columns_of(source.result, columns, options), None
 
     points = sampled(course, times, drive.count(course.unit))
     record = round_trip(course, points, drive, None, source.truss, source.result)
     if record.breaches:
         raise _refusal(record, "; lower the motion's own caps, or raise the drive's limits")
-    return content, record
+    result, columns = with_set_points(source.result, columns, course, points, drive)
+    about = {"column that is played": SET_POINT.format(signal=course.signal)}
+    record = dataclasses.replace(record, values={**about, **record.values})
+    return _columns_of(result, columns, options), record
 
 
 def _columns_of(

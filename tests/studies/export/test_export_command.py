@@ -269,6 +269,41 @@ def test_what_is_impossible_by_proof_is_said_with_the_limit_as_stated(
     assert "at most 1.6 m/s; the least possible is 1.65247 m/s" in complaint(capsys)
 
 
+@pytest.mark.parametrize("form", ["csv", "json", "mat"])
+def test_columns_hold_the_set_points_that_their_record_is_about(
+    form: str, folder: Path, drive_file: Write, tmp_path: Path
+) -> None:
+    drum, yielding = "rope_diameter = 0.003\nlayer_turns = 10\n", "rope_stiffness = 500\n"
+    read: dict[str, Callable[[Path], dict[str, np.ndarray]]] = {
+        "csv": lambda file: text.read_csv(file.read_text("utf-8"), Dialect()),
+        "json": lambda file: text.read_json(file.read_text("utf-8")),
+        "mat": lambda file: binary.read_mat(file.read_bytes()),
+    }
+    hauled = []
+    for lines in ("", yielding, drum + yielding):
+        file, table = tmp_path / f"{form}{len(hauled)}", tmp_path / f"pvt{len(hauled)}"
+        drive = drive_file(f"{lines}period = 0.1")
+        assert export(folder, "--to", form, "--drive", drive, "--output", file) == 0
+        words = ("--to", "pvt", "--step", 0.1, "--drive", drive, "--output", table)
+        assert export(folder, *words) == 0
+
+        record = json.loads(Path(f"{file}.record.json").read_text("utf-8"))
+        name = "drum_set_point" if drum in lines else "rope_set_point"
+        assert record["column that is played"] == name
+        columns = read[form](file)
+        beside = text.read_csv(table.read_text("utf-8"), Dialect())
+        # the digits of the table of positions
+        assert columns[name] == pytest.approx(beside["position"], abs=1e-12)
+        assert columns[f"{name}_speed"] == pytest.approx(beside["velocity"], abs=1e-12)
+        hauled.append(columns["rope_set_point"][-1])
+
+    # the rope's own length has no stretch; what is hauled in has, by whichever drum
+    travel = columns["rope_length"][0] - columns["rope_length"][-1]
+    assert hauled[0] == pytest.approx(travel, abs=2e-6)
+    assert hauled[1] > travel + 0.01
+    assert hauled[2] == pytest.approx(hauled[1], abs=4e-6)
+
+
 def test_positions_alone_are_not_played_with_velocities(
     folder: Path, drive_file: Write, capsys: pytest.CaptureFixture[str]
 ) -> None:
