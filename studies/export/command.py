@@ -27,7 +27,7 @@ FORMATS = (
     *("codesys-x", "codesys-xy", "codesys-xyva", "beckhoff", "sew", "sew-spline", "ethercat"),
     *("segments", "c99"),
 )
-ROUNDS = 3  # of optimising again inside lower limits
+ROUNDS = 5  # of optimising again inside lower limits
 PLANS = 8  # of a stop, which take a moment each
 ASIDE = 1e-3  # of a lower limit: what a table adds changes with its motion
 MORE_TENSION = 1.2  # times what is missing: the ringing changes with the motion
@@ -204,12 +204,13 @@ def _table(
 
     from studies.export.formats import TABLES, tabulated
     from studies.export.source import with_law
-    from studies.export.within_limits import law_within, lowered
+    from studies.export.within_limits import law_within, lowered, nearer
 
     kind, tension = TABLES[options.to].interpolation or drive.interpolation, 0.0
+    inside = drive
     for _ in range(ROUNDS):  # what a table adds depends on its motion
         points = tabulated(course, options.to, drive, _spacing(options))
-        limits = lowered(course, points, drive, kind)
+        limits = lowered(course, points, inside, kind)
         console.progress(f"broken: {record.breaches[0].sentence}; optimising again")
         tension += MORE_TENSION * record.push
         source = with_law(source, law_within(source.result, drive, limits, tension))
@@ -218,6 +219,7 @@ def _table(
         content, record = _written(source, course, drive, options)
         if not record.breaches:
             return content, record
+        inside = nearer(inside, record.breaches)
     raise _refusal(record, ", even after the motion was optimised inside the lowered limits")
 
 

@@ -23,6 +23,15 @@ def export(*words: object) -> int:
     return main(["export", *map(str, words)])
 
 
+def rubbed(result: Result, friction: float, tmp_path: Path) -> Path:
+    """A folder with the same motion on a truss whose pulleys rub."""
+    path = tmp_path / "rubbed"
+    path.mkdir()
+    truss = {**result.configuration["truss"], "pulley_friction": friction}
+    dataclasses.replace(result, configuration={**result.configuration, "truss": truss}).save(path)
+    return path
+
+
 def complaint(capsys: pytest.CaptureFixture[str]) -> str:
     return capsys.readouterr().err
 
@@ -189,6 +198,28 @@ def test_within_limits_the_motion_is_optimised_again(
     record = json.loads((tmp_path / "table.pvt.record.json").read_text("utf-8"))
     assert record["peak acceleration behind the loop [m/s^2]"] <= 4.0 * (1 + 1e-6)
     assert 0 < record["peak angular acceleration above the optimum [1]"] < 0.2
+
+
+@pytest.mark.slow
+def test_the_stretch_of_the_rope_is_kept_within_limits(
+    brisk: Result, drive_file: Write, tmp_path: Path
+) -> None:
+    folder = rubbed(brisk, 0.01, tmp_path)
+    yielding, line = "period = 0.05\nrope_stiffness = 500\n", "peak motor power [W]"
+    peaks = []
+    for lines in ("period = 0.05\n", yielding):
+        file = tmp_path / f"free{len(peaks)}"
+        assert export(folder, "--to", "pvt", "--drive", drive_file(lines), "--output", file) == 0
+        peaks.append(json.loads(Path(f"{file}.record.json").read_text("utf-8"))[line])
+
+    # the motion keeps this limit, but for the stretch
+    limit = (peaks[0] + peaks[1]) / 2
+    assert peaks[0] < 0.999 * limit
+    words = ("--to", "pvt", "--drive", drive_file(f"{yielding}power = {limit}"))
+    assert export(folder, *words, "--output", tmp_path / "t") == 5
+    assert export(folder, *words, "--output", tmp_path / "t", "--within-limits") == 0
+    record = json.loads((tmp_path / "t.record.json").read_text("utf-8"))
+    assert 0.9 * limit < record[line] <= limit * (1 + 1e-6)
 
 
 def test_rests_and_a_yielding_rope_are_part_of_what_is_written(
@@ -377,10 +408,7 @@ def test_a_stop_and_the_way_on_are_profiles(
 def test_a_stop_and_the_way_on_of_a_yielding_rope_join(
     friction: float, short: Result, tmp_path: Path, drive_file: Write
 ) -> None:
-    path = tmp_path / "rubbed"
-    path.mkdir()
-    truss = {**short.configuration["truss"], "pulley_friction": friction}
-    dataclasses.replace(short, configuration={**short.configuration, "truss": truss}).save(path)
+    path = rubbed(short, friction, tmp_path)
     drive = drive_file("period = 0.05\nrope_stiffness = 500")
 
     ends = {}
