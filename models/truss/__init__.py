@@ -56,6 +56,7 @@ from models.truss.parameters import (
 from models.truss.potential import Net, potential, potential_slope
 from models.truss.rope import (
     far_end_ratio,
+    mean_tension_ratio,
     pulley_loss,
     pulley_loss_by_sum,
     rope_leverage,
@@ -88,6 +89,7 @@ __all__ = [
     "least_peak_reaction",
     "least_peak_rope_acceleration",
     "linear_momentum",
+    "mean_tension_ratio",
     "node_motion",
     "node_position",
     "potential",

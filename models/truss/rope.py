@@ -20,7 +20,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from models.arrays import Array
-from models.truss.kinematics import Expression, rope_speed, slider_distance_slope
+from models.truss.kinematics import (
+    Expression,
+    rope_speed,
+    slider_distance,
+    slider_distance_slope,
+)
 from models.truss.parameters import TrussParameters
 
 _SERIES_TERMS = 8  # for z <= 1/2 the first neglected term is 3e-23, its second derivative 4e-20
@@ -51,13 +56,25 @@ def rope_leverage(parameters: TrussParameters, alpha: Expression) -> Expression:
     The sum over modules is a geometric series of ratio exp(-x), x = 4 mu (pi - alpha).
     """
     mu, n = parameters.pulley_friction, parameters.modules
-
-    # the quotient of two means is the sum of the series, and n where the friction is zero
-    x = 4 * mu * (math.pi - alpha)
-    series = n * decay_mean(n * x) / decay_mean(x)
-
     slope = slider_distance_slope(parameters, alpha)
+    series = n * _mean_of_modules(parameters, alpha)
     return -2 * slope * series * (1 + ca.exp(-mu * (3 * math.pi - 4 * alpha)))
+
+
+def mean_tension_ratio(parameters: TrussParameters, alpha: Expression) -> Expression:
+    """Mean of T_k / T1 along a rope, by the lengths e, b, b, e of the segments in each module."""
+    mu = parameters.pulley_friction
+    e, b = slider_distance(parameters, alpha), parameters.half_cross_bar
+    sliding = 1 + ca.exp(-mu * (3 * math.pi - 4 * alpha))
+    fixed = ca.exp(-mu * (math.pi - alpha)) + ca.exp(-mu * (2 * math.pi - 3 * alpha))
+    return _mean_of_modules(parameters, alpha) * (e * sliding + b * fixed) / (2 * (e + b))
+
+
+def _mean_of_modules(parameters: TrussParameters, alpha: Expression) -> Expression:
+    """Mean of exp(-i x) over the modules i, x = 4 mu (pi - alpha): of their first tensions."""
+    # the quotient of two means is the sum of the series over n, and 1 where the friction is zero
+    x = 4 * parameters.pulley_friction * (math.pi - alpha)
+    return decay_mean(parameters.modules * x) / decay_mean(x)
 
 
 def pulley_loss(

@@ -18,6 +18,7 @@ from models.truss import (
     rope_length,
     slider_distance_curvature,
     slider_distance_slope,
+    slider_distance_third,
 )
 from ocp.arrays import Array
 from studies.drive.drum import Drum
@@ -36,13 +37,16 @@ class Stretch:
 
     Attributes
     ----------
-    derivatives : maps times (m,) to the rope's stretch since the start, with three derivatives,
-        (4, m) [m].
-    missed : the most of the tension that it does not account for [N]: a step takes no time.
+    derivatives : maps times (m,) to the rope's stretch since the stowed truss was at rest, with
+        three derivatives, (4, m) [m].
+    missed : the most of the mean tension that it does not account for [N]: a step takes no time.
+    on_the_drum : about the most that it leaves out [m]: hauled in, a rope keeps the stretch that
+        it had at the motor.
     """
 
     derivatives: Callable[[Array], Array]
     missed: float
+    on_the_drum: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,6 +164,13 @@ def rope_slopes(truss: TrussParameters, angle: Array) -> tuple[Array, Array]:
     return slope.full().ravel(), curvature.full().ravel()
 
 
+def rope_third(truss: TrussParameters, angle: Array) -> Array:
+    """Third derivative of L by the angle, (m,) [m/rad^3]."""
+    third = 2 * truss.modules * slider_distance_third(truss, ca.DM(angle))
+    row: Array = third.full().ravel()
+    return row
+
+
 def switch_times(law: Law) -> tuple[float, ...]:
     """Start, end and the times at which jerk or acceleration jumps, without points of a mesh."""
     inner = np.array(law.breakpoints)
@@ -256,5 +267,5 @@ def with_dwells(course: Course, before: float, after: float) -> Course:
         duration=total,
         switches=tuple(sorted({0.0, *moved, total})),
         derivatives=between(course.derivatives),
-        stretch=stretch and Stretch(between(stretch.derivatives), stretch.missed),
+        stretch=stretch and dataclasses.replace(stretch, derivatives=between(stretch.derivatives)),
     )

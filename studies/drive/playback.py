@@ -18,11 +18,12 @@ from models.truss import (
     far_end_ratio,
     force_coefficients,
     kinetic_energy,
+    mean_tension_ratio,
     reaction_force,
     rope_length,
 )
 from ocp.arrays import Array
-from studies.drive.course import Course, rope_slopes
+from studies.drive.course import Course, rope_slopes, rope_third
 from studies.drive.drum import Drum
 from studies.drive.interpolation import (
     ERROR_CONSTANTS,
@@ -57,6 +58,7 @@ class Playback:
     bound : of the acceleration by interpolation and rounding alone; None where it has none.
     most : what the acceleration in `motion` can at most be by proof; None where it has no bound.
     end : time of the table's last point [s].
+    at : maps other times (m,) to the same motion, (4, m).
     """
 
     time: Array
@@ -65,6 +67,7 @@ class Playback:
     bound: AccelerationBound | None
     most: float | None
     end: float
+    at: Callable[[Array], Array]
 
     def peak(self, order: int) -> tuple[float, float]:
         """Greatest modulus of a derivative, and when it is taken; nan where there is none."""
@@ -90,22 +93,23 @@ def played(course: Course, points: SetPoints, drive: Drive, kind: str | None = N
     loop = loop_of(drive)
 
     if loop is None:
-        time, motion = _sampled(
-            points.times,
-            math.inf,
-            lambda time: np.stack([curve(time, nu=order) for order in range(5)]),
-        )
         # between its points a straight line has no acceleration; at them it has no bound
         smooth = {"hold": 1, "linear": 2}.get(kind, 4)
-        motion[smooth:] = np.nan
+
+        def of_the_curve(time: Array, count: int = 4) -> Array:
+            rows = np.stack([curve(time, nu=order) for order in range(count)])
+            rows[smooth:4] = np.nan
+            return rows
+
+        time, motion = _sampled(points.times, math.inf, lambda time: of_the_curve(time, 5))
         most = bound.total if bound is not None and smooth > 2 else None
-        return Playback(time, motion, raw, bound, most, end)
+        return Playback(time, motion, raw, bound, most, end, of_the_curve)
 
     output = followed(curve, loop, float(points.positions[-1]))
     finest = FINEST / loop.frequency
     time, motion = _sampled(output.edges, finest, lambda time: output.derivatives(time, 5))
     most = filtered_bound(course, points, kind, loop)
-    return Playback(time, motion, raw, bound, most, end)
+    return Playback(time, motion, raw, bound, most, end, output.derivatives)
 
 
 def hauled(played: Playback, drum: Drum) -> Playback:
@@ -113,7 +117,18 @@ def hauled(played: Playback, drum: Drum) -> Playback:
 
     What is said of the table itself stays that of the drum's turn.
     """
-    return dataclasses.replace(played, motion=drum.hauled(played.motion))
+    return dataclasses.replace(
+        played,
+        motion=drum.hauled(played.motion),
+        at=lambda time: drum.hauled(played.at(time)),
+    )
+
+
+def at_common_times(first: Playback, second: Playback) -> tuple[Playback, Playback]:
+    """Both at the times of either: what follows from the two is worked out sample by sample."""
+    time = np.union1d(first.time, second.time)
+    both = [dataclasses.replace(one, time=time, motion=one.at(time)) for one in (first, second)]
+    return both[0], both[1]
 
 
 def relieved(course: Course, points: SetPoints, drum: Drum | None = None) -> SetPoints:
@@ -228,8 +243,9 @@ class TrussPlayback:
 
     Attributes
     ----------
-    angle, speed, acceleration : of the deployment angle (n,) [rad, rad/s, rad/s^2].
+    angle, speed, acceleration, jerk : of the deployment angle (n,) [rad, rad/s, rad/s^2, rad/s^3].
     force, far_end : pull of the motor and of the rope's fixed end on each rope (n,) [N].
+    mean_tension : of each rope along its length (n,) [N].
     power : of both motors (n,) [W].
     reaction : on the arm (n,) [N].
     energy : of motion (n,) [J].
@@ -238,18 +254,27 @@ class TrussPlayback:
     angle: Array
     speed: Array
     acceleration: Array
+    jerk: Array
     force: Array
     far_end: Array
+    mean_tension: Array
     power: Array
     reaction: Array
     energy: Array
 
 
-def on_the_truss(motion: Array, truss: TrussParameters) -> TrussPlayback:
+def on_the_truss(
+    motion: Array, truss: TrussParameters, hauling: Array | None = None
+) -> TrussPlayback:
     """Replay a rope's motion (4, n) on the truss.
 
     The rope's length gives the angle, and its rates those of the angle. Where the rope pays out,
     the sense of its friction is kept: the model's force holds for a rope that is hauled in.
+
+    Parameters
+    ----------
+    hauling : speed at which the motor hauls (n,) [m/s], where it is not that of the motion: it
+        hauls in the stretch of its rope, too.
 
     Raises
     ------
@@ -263,6 +288,9 @@ def on_the_truss(motion: Array, truss: TrussParameters) -> TrussPlayback:
     speed = -motion[1] / slope
     acceleration = (-motion[2] - curvature * speed**2) / slope
     acceleration = np.where(np.isnan(motion[2]), np.nan, acceleration)
+    bent = 3 * curvature * speed * acceleration + rope_third(truss, angle) * speed**3
+    jerk = (-motion[3] - bent) / slope
+    hauling = motion[1] if hauling is None else hauling
     forwards = np.maximum(speed, 0.0)
     row = _along(truss, angle)
     # (38); all terms but the viscous one are even in the speed
@@ -271,16 +299,18 @@ def on_the_truss(motion: Array, truss: TrussParameters) -> TrussPlayback:
         angle=angle,
         speed=speed,
         acceleration=acceleration,
+        jerk=jerk,
         force=force,
         far_end=force * row[4],
-        power=-2 * force * slope * forwards,
-        reaction=row[5] * speed**2 + row[6] * acceleration,
-        energy=row[7] * speed**2,
+        mean_tension=force * row[5],
+        power=2 * force * np.maximum(hauling, 0.0),
+        reaction=row[6] * speed**2 + row[7] * acceleration,
+        energy=row[8] * speed**2,
     )
 
 
 def _along(truss: TrussParameters, angle: Array) -> Array:
-    """The eight functions of the angle that make up forces and energy, (8, n)."""
+    """The nine functions of the angle that make up forces and energy, (9, n)."""
     slack, taut = _splines(truss)
     rows: Array = np.where(angle < truss.net_angle, slack(angle).T, taut(angle).T)
     return rows
@@ -300,6 +330,7 @@ def _splines(truss: TrussParameters) -> tuple[Any, Any]:
     outputs = [
         *terms,
         far_end_ratio(truss, alpha),
+        mean_tension_ratio(truss, alpha),
         reaction_force(truss, alpha, 1.0, 0.0),
         reaction_force(truss, alpha, 0.0, 1.0),
         kinetic_energy(truss, alpha, 1.0),
@@ -323,6 +354,8 @@ def extremes_on_the_truss(
     rows = {
         "peak-acceleration": np.abs(truss.acceleration),
         "peak-speed": np.abs(truss.speed),
+        "peak-jerk": np.abs(truss.jerk),
+        "peak-far-end-tension": truss.far_end,
         "peak-force": truss.force,
         "peak-power": truss.power,
         "peak-reaction": np.abs(truss.reaction),

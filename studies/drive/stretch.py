@@ -1,5 +1,7 @@
 """The stretch of a rope that yields under its tension, hauled in beforehand.
 
+The pulleys take of the motor's pull, so that the tension falls along the rope. What counts is its
+mean over the length of the rope.
 A step of the tension would need an infinite speed of the motor. So the stretch that is hauled in is
 that of a tension which is averaged twice over a time, the ramp: it has a speed and an acceleration.
 At the start the average looks back, at the end it looks ahead. So the motor rests at both.
@@ -12,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from models.truss import TrussParameters
+from models.truss import TrussParameters, rope_length
 from ocp.arrays import Array
 from studies.common.exit_codes import StudyError
 from studies.drive.course import SAMPLES, Course, Stretch
@@ -26,7 +28,10 @@ MOST = 0.25  # of the motion, beyond which the average is no tension of it any m
 
 
 def stretched(course: Course, truss: TrussParameters, drive: Drive) -> Course:
-    """A course of the rope, and the change of its stretch since the start.
+    """A course of the rope, and the change of its stretch since the stowed truss was at rest.
+
+    A course that begins elsewhere, as behind a stop, begins with the stretch that its rope has at
+    rest there. So the positions of a motion, its stop and the way on are those of one drum.
 
     Raises
     ------
@@ -42,7 +47,7 @@ def stretched(course: Course, truss: TrussParameters, drive: Drive) -> Course:
 
     # time runs faster inside of the average: from a ramp before the start to one after the end
     gain = 1.0 + 2.0 * ramp / course.duration
-    at_rest = float(pull(-ramp))
+    stowed = float(on_the_truss(np.zeros((4, 1)), truss).mean_tension[0])
 
     def averaged(time: Array) -> Array:
         time = np.asarray(time, dtype=float)
@@ -52,7 +57,7 @@ def stretched(course: Course, truss: TrussParameters, drive: Drive) -> Course:
             (f(sides[0]) - 2.0 * f(sides[1]) + f(sides[2])) / ramp**2
             for f in (twice, once, pull, slope)
         ]
-        rows[0] -= at_rest
+        rows[0] -= stowed
         found = np.stack([row * gain**order for order, row in enumerate(rows)])
         found[1:, (time <= 0.0) | (time >= course.duration)] = 0.0
         return found
@@ -64,14 +69,14 @@ def stretched(course: Course, truss: TrussParameters, drive: Drive) -> Course:
         return found
 
     time = course.grid(SAMPLES)
-    missed = float(np.abs(pull(time) - at_rest - averaged(time)[0]).max())
+    missed = float(np.abs(pull(time) - stowed - averaged(time)[0]).max())
     return dataclasses.replace(
         course,
         switches=_corners(course, ramp, gain),
         derivatives=lambda time: course.derivatives(time) + rows(time),
         note=f"with the stretch of a rope of {drive.rope_stiffness:g} N/m, "
         f"of a tension averaged twice over {ramp:.4g} s",
-        stretch=Stretch(rows, missed),
+        stretch=Stretch(rows, missed, yielding * _on_the_drum(course, truss)),
     )
 
 
@@ -87,24 +92,47 @@ def _ramp(course: Course, drive: Drive) -> float:
 
 
 def _tension(course: Course, truss: TrussParameters, ramp: float) -> Any:
-    """The motor's pull on a rope over time, and that of rest before and after [N].
+    """The mean tension along a rope over time, and that of rest before and after [N].
 
     It is a curve through samples on both sides of each switch that adds no overshoot to a step.
     """
     from scipy.interpolate import PchipInterpolator
 
     time = course.grid(SAMPLES)[1:-1]
-    force = on_the_truss(course.derivatives(time), truss).force
+    tension = on_the_truss(course.derivatives(time), truss).mean_tension
     ends = course.derivatives(np.array([0.0, course.duration]))
     ends[1:] = 0.0
-    first, last = on_the_truss(ends, truss).force.tolist()
+    first, last = on_the_truss(ends, truss).mean_tension.tolist()
 
     beyond = 2.0 * ramp * np.array([1.0, 1e-9])
     before, after = -beyond, course.duration + beyond[::-1]
     return PchipInterpolator(
         np.concatenate([before, time, after]),
-        np.concatenate([[first, first], force, [last, last]]),
+        np.concatenate([[first, first], tension, [last, last]]),
     )
+
+
+def _on_the_drum(course: Course, truss: TrussParameters) -> float:
+    """The most by which tension times share of the rope is off at the motor's drum [N].
+
+    The stretch takes the rope on the drum to have the mean tension that the free rope has now. It
+    keeps the tension with which it was hauled in. Before the course that is taken as that of rest.
+    """
+    time = course.grid(SAMPLES)
+    motion = course.derivatives(time)
+    before = np.zeros((4, SAMPLES))
+    before[0] = np.linspace(0.0, motion[0, 0], SAMPLES)
+
+    wound = float(_work(before[0], on_the_truss(before, truss).force)[-1])
+    found = on_the_truss(motion, truss)
+    kept = wound + _work(motion[0], found.force) - found.mean_tension * motion[0]
+    return float(np.abs(kept).max() / rope_length(truss, truss.stowed_angle))
+
+
+def _work(hauled: Array, force: Array) -> Array:
+    """The integral of a force over the rope that is hauled in, (m,) [J]."""
+    steps = (force[1:] + force[:-1]) / 2 * np.diff(hauled)
+    return np.concatenate([[0.0], np.cumsum(steps)])
 
 
 def _corners(course: Course, ramp: float, gain: float) -> tuple[float, ...]:

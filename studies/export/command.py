@@ -27,7 +27,7 @@ FORMATS = (
     *("codesys-x", "codesys-xy", "codesys-xyva", "beckhoff", "sew", "sew-spline", "ethercat"),
     *("segments", "c99"),
 )
-ROUNDS = 3  # of optimising again inside lower limits
+ROUNDS = 5  # of optimising again inside lower limits
 PLANS = 8  # of a stop, which take a moment each
 ASIDE = 1e-3  # of a lower limit: what a table adds changes with its motion
 MORE_TENSION = 1.2  # times what is missing: the ringing changes with the motion
@@ -204,12 +204,13 @@ def _table(
 
     from studies.export.formats import TABLES, tabulated
     from studies.export.source import with_law
-    from studies.export.within_limits import law_within, lowered
+    from studies.export.within_limits import law_within, lowered, nearer
 
     kind, tension = TABLES[options.to].interpolation or drive.interpolation, 0.0
+    inside = drive
     for _ in range(ROUNDS):  # what a table adds depends on its motion
         points = tabulated(course, options.to, drive, _spacing(options))
-        limits = lowered(course, points, drive, kind)
+        limits = lowered(course, points, inside, kind)
         console.progress(f"broken: {record.breaches[0].sentence}; optimising again")
         tension += MORE_TENSION * record.push
         source = with_law(source, law_within(source.result, drive, limits, tension))
@@ -218,6 +219,7 @@ def _table(
         content, record = _written(source, course, drive, options)
         if not record.breaches:
             return content, record
+        inside = nearer(inside, record.breaches)
     raise _refusal(record, ", even after the motion was optimised inside the lowered limits")
 
 
@@ -266,6 +268,8 @@ def _written(
     # what was written is what the drive gets, its digits included
     count = drive.count(course.unit) if form.counts else None
     again = form.read(content, count)
+    if form.relative:  # the axis stands where the table begins
+        again = dataclasses.replace(again, positions=again.positions + points.positions[0])
     record = round_trip(
         course, again, drive, form.interpolation, source.truss, source.result, _partial(options)
     )
@@ -338,11 +342,15 @@ def _in_float(segments: Segments, course: Course, options: argparse.Namespace) -
 def _columns(
     source: Source, course: Course, drive: Drive, stated: bool, options: argparse.Namespace
 ) -> tuple[str | bytes, RoundTrip | None]:
-    """The whole profile at the times that are asked for; played where a drive is stated."""
+    """The whole profile at the times that are asked for.
+
+    Where a drive is stated its set-points are further columns, and these are played.
+    """
     import numpy as np
 
     from studies.drive.setpoints import sampled, switch_point_times, uniform_times
     from studies.export.round_trip import round_trip
+    from studies.export.set_point_columns import SET_POINT, with_set_points
     from studies.export.source import with_rests
 
     spacing = _spacing(options)
@@ -351,15 +359,17 @@ def _columns(
     else:
         times = np.minimum(uniform_times(course, spacing.step or drive.period), course.duration)
     columns = with_rests(source, drive).rows(times)
-    content = _columns_of(source.result, columns, options)
     if not stated:
-        return content, None
+        return _columns_of(source.result, columns, options), None
 
     points = sampled(course, times, drive.count(course.unit))
     record = round_trip(course, points, drive, None, source.truss, source.result)
     if record.breaches:
         raise _refusal(record, "; lower the motion's own caps, or raise the drive's limits")
-    return content, record
+    result, columns = with_set_points(source.result, columns, course, points, drive)
+    about = {"column that is played": SET_POINT.format(signal=course.signal)}
+    record = dataclasses.replace(record, values={**about, **record.values})
+    return _columns_of(result, columns, options), record
 
 
 def _columns_of(

@@ -32,6 +32,7 @@ class TableFormat:
     sample : of which all times are multiples [s]; None is any time.
     segments : whether its limit is of segments, which are one fewer than the points.
     holds : derivatives in it, the position among them: 1 is positions alone.
+    relative : whether it says how far the axis moves, and not where it is.
     """
 
     write: Callable[[SetPoints, Mapping[str, str], int], str]
@@ -43,11 +44,14 @@ class TableFormat:
     sample: float | None = None
     segments: bool = False
     holds: int = 2
+    relative: bool = False
 
 
 TABLES: Mapping[str, TableFormat] = {
     "pvt": TableFormat(pvt.write_plain, pvt.read_plain, "hermite", counts=True),
-    "newport-xps": TableFormat(pvt.write_newport, pvt.read_newport, "hermite", counts=True),
+    "newport-xps": TableFormat(
+        pvt.write_newport, pvt.read_newport, "hermite", counts=True, relative=True
+    ),
     "galil": TableFormat(
         pvt.write_galil,
         pvt.read_galil,
@@ -56,6 +60,7 @@ TABLES: Mapping[str, TableFormat] = {
         most=pvt.GALIL_SEGMENTS,
         sample=pvt.GALIL_SAMPLE,
         segments=True,
+        relative=True,
     ),
     "codesys-x": TableFormat(cams.write_codesys_x, cams.read_codesys_x, None, even=True, holds=1),
     "codesys-xy": TableFormat(cams.write_codesys_xy, cams.read_codesys_xy, None, holds=1),

@@ -17,6 +17,7 @@ from studies.drive.course import DRUM, SAMPLES, Course, Stretch
 from studies.drive.playback import (
     Playback,
     TrussPlayback,
+    at_common_times,
     extremes_on_the_truss,
     hauled,
     motor_peaks,
@@ -26,9 +27,8 @@ from studies.drive.playback import (
 )
 from studies.drive.schema import Drive
 from studies.drive.setpoints import SetPoints
-from studies.truss.checks import broken_caps
+from studies.export.beyond_caps import beyond_caps
 from studies.truss.motions.laws import study_of
-from studies.truss.quantities import QUANTITIES
 
 TOLERANCE = 1e-6  # of a limit: what an optimiser that rides it leaves
 SLACK = 1e-3  # of the peak force: what spline and interpolation leave of a tension of zero
@@ -154,9 +154,10 @@ def round_trip(
         if course.stretch is not None:
             moved = played(course, relieved(course, points, drum), drive, kind)
             moved = moved if drum is None else hauled(moved, drum)
+            output, moved = at_common_times(output, moved)
             values |= _of_the_stretch(course, course.stretch)
         try:
-            replayed = on_the_truss(moved.motion, truss)
+            replayed = on_the_truss(moved.motion, truss, output.motion[1])
         except ModelError as error:
             raise StudyError(f"the played rope leaves the mechanism: {error}") from error
         on_truss, broken = _of_the_truss(output, replayed, drive, course, truss)
@@ -164,7 +165,7 @@ def round_trip(
         breaches += broken
         if result is not None:
             values |= _beside_the_optimum(output, replayed, result, partial)
-            values |= _beyond_caps(output, replayed, result)
+            values |= beyond_caps(output, replayed, drive, study_of(result))
     return RoundTrip(output, replayed, values, tuple(breaches))
 
 
@@ -205,7 +206,8 @@ def _of_the_stretch(course: Course, stretch: Stretch) -> dict[str, Any]:
         "largest stretch hauled in beforehand [m]": float(
             np.abs(stretch.derivatives(course.grid(SAMPLES))[0]).max()
         ),
-        "most of the tension that it misses at a step [N]": stretch.missed,
+        "most of the mean tension that it misses at a step [N]": stretch.missed,
+        "stretch of the rope on the drum, left out, about [m]": stretch.on_the_drum,
     }
 
 
@@ -310,22 +312,6 @@ def _beside_the_optimum(
             own = next(iter(row.values.values()))
             values[f"{row.title} above the optimum [1]"] = extremes[row.key][0] / own - 1.0
     return values
-
-
-def _beyond_caps(output: Playback, replayed: TrussPlayback, result: Result) -> dict[str, Any]:
-    """By how much the played table exceeds the caps of the study, relative.
-
-    The motion keeps them, and a table between its points need not. Only what the drive states as a
-    limit is refused.
-    """
-    extremes = extremes_on_the_truss(output, replayed)
-    values = {key: value for key, (value, _) in extremes.items()}
-    for order, name in enumerate(("speed", "acceleration", "jerk"), start=1):
-        values[f"peak-rope-{name}"] = output.peak(order)[0]
-    return {
-        f"{QUANTITIES[key].title} beyond the cap of the study [1]": excess
-        for key, excess in broken_caps(study_of(result), values).items()
-    }
 
 
 def _shown(value: Any) -> str:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from models.laws import Law
@@ -20,14 +21,45 @@ from studies.drive.additions import additions, hauled_peaks, on_the_rope
 from studies.drive.course import DRUM, Course
 from studies.drive.schema import Drive
 from studies.drive.setpoints import SetPoints
+from studies.export.round_trip import Breach, Slack
 from studies.truss.expressions import Reserve
 
 SECONDS = 30.0  # for one motion: what has a solution takes a few
 KEPT = 1e-5  # of a limit: what the solver may leave beyond it, and the replay of it
+MORE = 1.5  # times what a played motion is above a limit: the next one is another motion
+_OF_A_BREACH = {  # key of the drive, by the name of the limit in a record
+    "speed": "speed",
+    "acceleration": "acceleration",
+    "jerk": "jerk",
+    "rope force": "force",
+    "motor power": "power",
+    "motor speed": "motor_speed",
+    "motor torque": "motor_torque",
+    "torque-speed curve": "torque_speed",
+}
 _SMOOTHER = (
     "take the interpolation hermite on a drum of one layer, or remove drive.jerk and lower "
     "caps.rope_jerk of the study instead"
 )
+
+
+def nearer(inside: Drive, breaches: Sequence[Breach | Slack]) -> Drive:
+    """Lower limits for the next motion, after one that was found inside of `inside` broke limits.
+
+    What the bounds of `lowered` do not know adds to that motion: the stretch of a rope is hauled in
+    with a speed and an acceleration of its own.
+    """
+    changes: dict[str, Any] = {}
+    for breach in breaches:
+        if not isinstance(breach, Breach) or not breach.value > breach.limit:
+            continue
+        key, share = _OF_A_BREACH[breach.name], 1 - MORE * (1 - breach.limit / breach.value)
+        limit = getattr(inside, key)
+        if key == "torque_speed":  # with both of a corner each share of the curve is larger
+            changes[key] = tuple((share * speed, share * torque) for speed, torque in limit)
+        else:
+            changes[key] = share * limit
+    return dataclasses.replace(inside, **changes)
 
 
 def lowered(course: Course, points: SetPoints, drive: Drive, kind: str) -> tuple[Drive, Reserve]:

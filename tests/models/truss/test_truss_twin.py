@@ -72,6 +72,11 @@ def test_rope(twin, modules, mu):
         assert truss.far_end_ratio(p, alpha) == close(ratios[-1])
         assert truss.rope_leverage(p, alpha) == close(leverage)
         assert truss.rope_speed(p, alpha, 1.0) == close(rates.sum())
+        # segment by segment: from slider to bar end, along the cross-bars, and back to the slider
+        ends, half = float(truss.slider_distance(p, alpha)), p.half_cross_bar
+        lengths = np.array([ends, half, half, ends] * p.modules)
+        assert lengths.sum() == close(float(truss.rope_length(p, alpha)))
+        assert truss.mean_tension_ratio(p, alpha) == close(ratios @ lengths / lengths.sum())
 
 
 @pytest.mark.parametrize("mu", [0.0, 1e-12, 1e-6, 0.01])

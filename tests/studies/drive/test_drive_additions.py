@@ -10,9 +10,11 @@ from studies.common.exit_codes import StudyError
 from studies.drive import Drive
 from studies.drive.additions import additions, hauled_peaks, on_the_rope
 from studies.drive.course import drum_course, rope_course
+from studies.drive.motor import shares_of_the_curve
 from studies.drive.playback import hauled, loop_of, played
 from studies.drive.setpoints import sampled, switch_point_times, uniform_times
-from studies.export.within_limits import lowered
+from studies.export.round_trip import Breach, Slack
+from studies.export.within_limits import lowered, nearer
 
 LAW = JerkLimited(10.0, DYNAMIC_SET.stowed_angle, math.pi / 2, jerk=0.2)
 ROPE = rope_course(LAW.profile, DYNAMIC_SET)
@@ -82,6 +84,30 @@ def test_limits_of_the_motion_are_lowered_and_others_get_a_reserve() -> None:
     assert within.force == pytest.approx(60.0, rel=2e-5)
     assert reserve.acceleration == found.acceleration > 0
     assert within.speed is None
+
+
+def test_what_a_motion_breaks_inside_lower_limits_lowers_them_further() -> None:
+    corners = [[0, 3.0], [100, 3.0], [300, 1.0]]
+    drive = Drive(drum_radius=0.02, speed=2.0, power=50.0, torque_speed=corners)
+    found = (
+        Breach("speed", "m/s", 2.1, 2.0, 1.0),
+        Breach("torque-speed curve", "of it", 1.05, 1.0, 1.0),
+        Breach("acceleration", "m/s^2", math.nan, 1.0, 1.0),
+        Slack(1.0, 1.0),
+    )
+    inside = nearer(drive, found)
+    # a motion that was above by one part has to come down by more than that
+    assert inside.speed is not None
+    assert 0.9 * 2.0 < inside.speed < 2.0 * 2.0 / 2.1
+    assert inside.power == 50.0
+    for speed, torque in ((50.0, 2.0), (200.0, 1.5), (280.0, 0.5)):
+        before = max(shares_of_the_curve(drive, speed, torque))
+        share = inside.speed / 2.0
+        assert max(shares_of_the_curve(inside, speed, torque)) == pytest.approx(before / share)
+    # and further down with each round
+    again = nearer(inside, found)
+    assert again.speed is not None
+    assert again.speed < inside.speed
 
 
 def test_a_jerk_without_a_bound_is_refused() -> None:

@@ -45,6 +45,12 @@ def short() -> Result:
 
 
 @pytest.fixture(scope="session")
+def brisk() -> Result:
+    """A deployment in 10 s at the Bezier law's peak jerk: its forces have no steps."""
+    return stored(10.0, 124.22)
+
+
+@pytest.fixture(scope="session")
 def slow() -> Result:
     """The deployment of the main study: 140 s at the Bezier law's peak jerk, 124.22/T^3."""
     return stored(140.0, 124.22)

@@ -23,6 +23,15 @@ def export(*words: object) -> int:
     return main(["export", *map(str, words)])
 
 
+def rubbed(result: Result, friction: float, tmp_path: Path) -> Path:
+    """A folder with the same motion on a truss whose pulleys rub."""
+    path = tmp_path / "rubbed"
+    path.mkdir()
+    truss = {**result.configuration["truss"], "pulley_friction": friction}
+    dataclasses.replace(result, configuration={**result.configuration, "truss": truss}).save(path)
+    return path
+
+
 def complaint(capsys: pytest.CaptureFixture[str]) -> str:
     return capsys.readouterr().err
 
@@ -191,6 +200,28 @@ def test_within_limits_the_motion_is_optimised_again(
     assert 0 < record["peak angular acceleration above the optimum [1]"] < 0.2
 
 
+@pytest.mark.slow
+def test_the_stretch_of_the_rope_is_kept_within_limits(
+    brisk: Result, drive_file: Write, tmp_path: Path
+) -> None:
+    folder = rubbed(brisk, 0.01, tmp_path)
+    yielding, line = "period = 0.05\nrope_stiffness = 500\n", "peak motor power [W]"
+    peaks = []
+    for lines in ("period = 0.05\n", yielding):
+        file = tmp_path / f"free{len(peaks)}"
+        assert export(folder, "--to", "pvt", "--drive", drive_file(lines), "--output", file) == 0
+        peaks.append(json.loads(Path(f"{file}.record.json").read_text("utf-8"))[line])
+
+    # the motion keeps this limit, but for the stretch
+    limit = (peaks[0] + peaks[1]) / 2
+    assert peaks[0] < 0.999 * limit
+    words = ("--to", "pvt", "--drive", drive_file(f"{yielding}power = {limit}"))
+    assert export(folder, *words, "--output", tmp_path / "t") == 5
+    assert export(folder, *words, "--output", tmp_path / "t", "--within-limits") == 0
+    record = json.loads((tmp_path / "t.record.json").read_text("utf-8"))
+    assert 0.9 * limit < record[line] <= limit * (1 + 1e-6)
+
+
 def test_rests_and_a_yielding_rope_are_part_of_what_is_written(
     folder: Path, drive_file: Write, tmp_path: Path
 ) -> None:
@@ -269,6 +300,41 @@ def test_what_is_impossible_by_proof_is_said_with_the_limit_as_stated(
     assert "at most 1.6 m/s; the least possible is 1.65247 m/s" in complaint(capsys)
 
 
+@pytest.mark.parametrize("form", ["csv", "json", "mat"])
+def test_columns_hold_the_set_points_that_their_record_is_about(
+    form: str, folder: Path, drive_file: Write, tmp_path: Path
+) -> None:
+    drum, yielding = "rope_diameter = 0.003\nlayer_turns = 10\n", "rope_stiffness = 500\n"
+    read: dict[str, Callable[[Path], dict[str, np.ndarray]]] = {
+        "csv": lambda file: text.read_csv(file.read_text("utf-8"), Dialect()),
+        "json": lambda file: text.read_json(file.read_text("utf-8")),
+        "mat": lambda file: binary.read_mat(file.read_bytes()),
+    }
+    hauled = []
+    for lines in ("", yielding, drum + yielding):
+        file, table = tmp_path / f"{form}{len(hauled)}", tmp_path / f"pvt{len(hauled)}"
+        drive = drive_file(f"{lines}period = 0.1")
+        assert export(folder, "--to", form, "--drive", drive, "--output", file) == 0
+        words = ("--to", "pvt", "--step", 0.1, "--drive", drive, "--output", table)
+        assert export(folder, *words) == 0
+
+        record = json.loads(Path(f"{file}.record.json").read_text("utf-8"))
+        name = "drum_set_point" if drum in lines else "rope_set_point"
+        assert record["column that is played"] == name
+        columns = read[form](file)
+        beside = text.read_csv(table.read_text("utf-8"), Dialect())
+        # the digits of the table of positions
+        assert columns[name] == pytest.approx(beside["position"], abs=1e-12)
+        assert columns[f"{name}_speed"] == pytest.approx(beside["velocity"], abs=1e-12)
+        hauled.append(columns["rope_set_point"][-1])
+
+    # the rope's own length has no stretch; what is hauled in has, by whichever drum
+    travel = columns["rope_length"][0] - columns["rope_length"][-1]
+    assert hauled[0] == pytest.approx(travel, abs=2e-6)
+    assert hauled[1] > travel + 0.01
+    assert hauled[2] == pytest.approx(hauled[1], abs=4e-6)
+
+
 def test_positions_alone_are_not_played_with_velocities(
     folder: Path, drive_file: Write, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -336,6 +402,44 @@ def test_a_stop_and_the_way_on_are_profiles(
     # it goes on from where it stopped, to the end, to a count of 2 micrometres
     assert ends["--resume-at"][0] == pytest.approx(ends["--stop-at"][1], abs=2e-6)
     assert ends["--resume-at"][1] == pytest.approx(6.6099, abs=1e-4)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.01])
+def test_a_stop_and_the_way_on_of_a_yielding_rope_join(
+    friction: float, short: Result, tmp_path: Path, drive_file: Write
+) -> None:
+    path = rubbed(short, friction, tmp_path)
+    drive = drive_file("period = 0.05\nrope_stiffness = 500")
+
+    ends = {}
+    for words in ((), ("--stop-at", 2, "--stop-within", 1), ("--resume-at", 2, "--stop-within", 1)):
+        file = tmp_path / f"table{len(ends)}"
+        assert export(path, "--to", "ethercat", "--drive", drive, *words, "--output", file) == 0
+        lines = file.read_text("utf-8").splitlines()
+        counts = [int(line) for line in lines if line.isdigit()]
+        ends[words[:1]] = counts[0], counts[-1]
+    # all three are positions of one drum, to the rounding of a count
+    assert ends["--resume-at",][0] == pytest.approx(ends["--stop-at",][1], abs=1)
+    assert ends["--resume-at",][1] == pytest.approx(ends[()][1], abs=1)
+    assert ends[()][0] == ends["--stop-at",][0] == 0
+
+
+@pytest.mark.parametrize("form", ["newport-xps", "galil"])
+def test_displacements_behind_a_stop_are_played_from_where_it_ended(
+    form: str, folder: Path, drive_file: Write, tmp_path: Path
+) -> None:
+    drive = drive_file("period = 0.05\nrope_stiffness = 5000\nbandwidth = 20")
+    records = []
+    for to in (form, "pvt"):
+        file = tmp_path / to
+        words = ("--resume-at", 2, "--stop-within", 1, "--output", file)
+        assert export(folder, "--to", to, "--drive", drive, *words) == 0
+        records.append(json.loads(Path(f"{file}.record.json").read_text("utf-8")))
+    # half a count of rope, 1 micrometre
+    assert abs(records[0]["miss of the last position [m]"]) < 2e-6
+    assert records[0]["terminal angle [deg]"] == pytest.approx(90, abs=2e-5)
+    force = "peak rope force [N]"
+    assert records[0][force] == pytest.approx(records[1][force], rel=2e-2)
 
 
 def test_caps_of_the_study_that_a_table_exceeds_are_in_the_record(

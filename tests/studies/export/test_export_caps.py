@@ -1,0 +1,67 @@
+"""The record says of every cap of a study how far a played table is beyond it."""
+
+import dataclasses
+import math
+
+import pytest
+
+from models.laws import JerkLimited
+from studies.drive import Drive
+from studies.drive.course import rope_course
+from studies.drive.playback import on_the_truss, played
+from studies.drive.setpoints import sampled, switch_point_times
+from studies.export.beyond_caps import beyond_caps
+from studies.truss.config import DEPLOYED, TrussStudy
+from studies.truss.limits.caps import CAPPED
+from studies.truss.motions.deployment import Deployment
+from studies.truss.quantities import QUANTITIES
+
+DRIVE = Drive(drum_radius=0.02, interpolation="quintic", torque_speed=[[0, 1.0], [300, 0.0]])
+STUDY = TrussStudy(
+    minimise="peak-acceleration",
+    duration=4.0,
+    truss={"pulley_friction": 0.01},
+    drive=DRIVE,
+    margin={"preset": "aiaa-s-114"},
+)
+LAW = JerkLimited(4.0, STUDY.truss.stowed_angle, DEPLOYED, jerk=3.0).profile
+DEPLOYMENT = Deployment("optimal", LAW, STUDY.truss, DRIVE, STUDY.margin)
+
+
+def lines(study: TrussStudy, drive: Drive) -> dict[str, float]:
+    course = rope_course(LAW, study.truss)
+    output = played(course, sampled(course, switch_point_times(course, 400)), drive)
+    replayed = on_the_truss(output.motion, study.truss)
+    return beyond_caps(output, replayed, drive, study)
+
+
+def capped(factor: float) -> TrussStudy:
+    caps = {name: factor * DEPLOYMENT.values[key] for key, name in CAPPED.items()}
+    caps["least_tension"] = DEPLOYMENT.values["least-tension"] + (1 - factor)
+    return dataclasses.replace(STUDY, caps=caps)
+
+
+def test_every_cap_that_is_broken_has_its_line() -> None:
+    found = lines(capped(0.8), DRIVE)
+    for key in (*CAPPED, "peak-motor-load"):
+        name = f"{QUANTITIES[key].title} beyond the cap of the study [1]"
+        if key == "peak-motor-load":
+            expected = DEPLOYMENT.values[key] - 1.0
+        elif key == "least-tension":
+            expected = 0.2 / DEPLOYMENT.values["peak-force"]
+        else:
+            expected = 1 / 0.8 - 1
+        # points on the switches: a quintic follows all but the steps of the jerk
+        assert found[name] == pytest.approx(expected, rel=5e-3), key
+
+
+def test_what_has_no_value_between_the_points_is_said_and_not_passed_over() -> None:
+    study = capped(1.2)
+    # nothing is beyond but the curve, which this motor does not keep
+    assert set(lines(study, DRIVE)) == {
+        "largest share of the torque-speed curve beyond the cap of the study [1]"
+    }
+    found = lines(study, dataclasses.replace(DRIVE, interpolation="linear"))
+    assert math.isnan(found["peak angular acceleration beyond the cap of the study [1]"])
+    assert math.isnan(found["largest force in a bar beyond the cap of the study [1]"])
+    assert "peak rope speed beyond the cap of the study [1]" not in found
