@@ -40,6 +40,7 @@ from studies.common.console import Console
 from studies.common.exit_codes import StudyError
 from studies.pareto.config import ParetoStudy
 from studies.pareto.continuation import FrontPoint, NotFoundError, Way
+from studies.pareto.searches import best_law
 from studies.truss.checks import criteria, judged
 from studies.truss.config import SolverOptions, TrussStudy
 from studies.truss.limits.bounds import lower_bounds
@@ -235,7 +236,7 @@ class TrussFront:
     def _found(self, study: TrussStudy) -> Law:
         """The best motion of a search from all starts."""
         self.console.progress(f"an end of the front: {study.question}")
-        return Search(study, self.console).run().deployment.law
+        return best_law(study, self.console)
 
     def _deployment(self, law: Law) -> Deployment:
         return Deployment("front", law, self.truss.truss, self.truss.drive, self.truss.margin)

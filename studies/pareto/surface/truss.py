@@ -8,9 +8,10 @@ from functools import cached_property
 from models.laws import least_jerk_cap
 from ocp import Constant
 from studies.common.console import Console
-from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.exit_codes import StudyError
 from studies.pareto.columns import FrontAxis
 from studies.pareto.config import ParetoStudy
+from studies.pareto.searches import best_law
 from studies.pareto.surface.slices import SliceFront
 from studies.pareto.surface.walk import ABOVE, Slice, SliceRequest
 from studies.pareto.truss import TrussFront, limited
@@ -115,11 +116,6 @@ class TrussSurface:
         """What is sliced, of the motion with the least of an objective."""
         self.console.progress(f"an end of the surface: the least {QUANTITIES[name].title}")
         truss = self.alone.minimising(name)
-        try:
-            law = Search(truss, self.console).run().deployment.law
-        except StudyError as error:
-            if error.exit_code is ExitCode.INTERRUPTED:
-                raise KeyboardInterrupt from error
-            raise
+        law = best_law(truss, self.console)
         values = Deployment("end", law, truss.truss, truss.drive, truss.margin).values
         return values[self.sliced]
