@@ -12,11 +12,12 @@ import pytest
 
 from models.arm.parameters import ArmParameters
 from models.truss import DYNAMIC_SET
+from ocp import Interrupted
 from studies.cli import main
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.result import Result
-from studies.mission import MissionStudy, study_from
+from studies.mission import MissionStudy, stages, study_from
 from studies.mission import study as work
 from studies.mission.config import as_dictionary
 from studies.mission.split import EQUAL, StageCurve, duration_at_the_cap, equal_split
@@ -140,6 +141,43 @@ def test_figure_report_and_columns(folder: Path) -> None:
     assert "ring_drive" in table.read_text()
 
 
+@pytest.mark.parametrize(("moves", "found"), [(1, 1), (2, 2), (4, 3)])
+def test_what_was_found_is_kept_when_the_user_stops(
+    moves: int, found: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the first round the stages that have a motion, later those of the last whole round."""
+    left = iter(range(moves))
+
+    def stopped(study: MissionStudy, name: str, duration: float, console: Console) -> StageMotion:
+        if next(left, None) is None:
+            raise KeyboardInterrupt
+        # the stages differ, so that the first round is not the last
+        return _rigid(study, name, duration, console)
+
+    monkeypatch.setattr(work, "move", stopped)
+    monkeypatch.setattr(work, "rigid_duration", lambda study, name: {"ring": 3.0}.get(name, 1.0))
+    path = tmp_path / "found"
+    assert main(["mission", "--total", "36", "--results", str(path)]) == ExitCode.INTERRUPTED
+    result = Result.load(path)
+    assert result.interrupted
+    names = ["big arm", "small arm", "ring"][:found]
+    assert [stage["stage"] for stage in result.details["stages"]] == names
+    assert ("total time" in [check.name for check in result.checks]) == (found == 3)
+    if found == 3:  # all of one round
+        assert result.value("total") == pytest.approx(36.0, rel=1e-9)
+    assert "small_arm_angle" in result.arrays or found == 1
+    assert main(["report", str(path), "--figures", "png"]) == ExitCode.OK
+
+
+def test_a_stop_in_the_ring_is_no_failure_of_its_motion(monkeypatch: pytest.MonkeyPatch) -> None:
+    def stopped(*arguments: object, **named: object) -> None:
+        raise Interrupted("ring was stopped")
+
+    monkeypatch.setattr(stages, "solve", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        move(study_from({}), RING, 6.0, Console())
+
+
 def test_least_time_uses_all_caps(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(work, "move", _rigid)
     result = work.run(study_from({"least": "time"}))
@@ -229,6 +267,7 @@ def test_a_stage_that_no_time_helps_is_sent_to_its_cap(monkeypatch) -> None:
 def test_a_least_time_that_breaks_a_cap_does_not_send_the_user_to_itself() -> None:
     broken = SimpleNamespace(name="ring", utilisation=1.02, passed=True)
     mission = SimpleNamespace(
+        stopped=False,
         motions=[broken],
         largest=broken,
         total=30.0,
