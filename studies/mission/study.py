@@ -265,7 +265,7 @@ def _rows(mission: Mission) -> tuple[TableRow, ...]:
             "total time",
             "s",
             {"mission": mission.total},
-            cap=mission.study.total if mission.study.least == "utilisation" else None,
+            cap=mission.study.total,
             minimised=mission.study.least == "time",
         ),
         TableRow(
@@ -349,8 +349,8 @@ def _checks(mission: Mission) -> tuple[Criterion, ...]:
         for motion in mission.motions
         for use in motion.uses
     ]
-    if mission.whole and mission.study.least == "utilisation":
-        total = mission.study.total
+    total = mission.study.total
+    if mission.whole and total is not None:
         kept = bool(mission.total <= total * (1 + WITHIN))
         uses.append(Criterion("total time", "s", mission.total, total, kept))
     return tuple(uses)

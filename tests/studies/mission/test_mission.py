@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import tomllib
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -19,7 +20,7 @@ from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.result import Result
 from studies.mission import MissionStudy, stages, study_from
 from studies.mission import study as work
-from studies.mission.config import as_dictionary
+from studies.mission.config import as_dictionary, as_toml
 from studies.mission.split import EQUAL, StageCurve, duration_at_the_cap, equal_split
 from studies.mission.stages import RING, StageMotion, Use, move, ring_history
 from studies.mission.vibration import arm_response
@@ -204,6 +205,7 @@ def test_the_ring_of_a_mission_meets_both_caps_at_least_cost() -> None:
     ("raw", "sentence"),
     [
         ({"total": 5.0}, "three dwells of 2 s leave nothing to move in"),
+        ({"least": "time", "total": 5.0}, "total is 5 s, but with least = time the total is what"),
         ({"least": "tme"}, "did you mean time"),
         ({"big_torqe": 3.0}, "did you mean big_torque"),
         ({"rope_force": -1.0}, "rope_force is -1"),
@@ -226,6 +228,12 @@ def test_the_resolved_study_states_itself_again() -> None:
     study = study_from({"total": 40.0, "truss": {"pulley_friction": 0.01}})
     assert study_from(as_dictionary(study)) == study
     assert study.truss.crank == DYNAMIC_SET.crank
+    # the least time has no total, and the file that states it again has none
+    least = study_from({"least": "time"})
+    assert least.total is None
+    assert study_from(tomllib.loads(as_toml(least))) == least
+    assert study_from({}).total == 36.0
+    assert main(["mission", "--least", "time", "--total", "5"]) == ExitCode.BAD_INPUT
 
 
 @pytest.mark.slow
