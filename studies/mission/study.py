@@ -184,12 +184,15 @@ def _result(mission: Mission) -> Result:
         )
     ]
 
+    table = _rows(mission)
+    parts = tuple(dict.fromkeys(name for row in table for name in row.values if name != "mission"))
     return Result(
         kind="mission",
         question=study.question,
         configuration=as_dictionary(study),
         arrays=_arrays(mission),
-        table=_rows(mission),
+        table=table,
+        also_found=parts,
         verdict=_verdict(mission),
         checks=_checks(mission),
         remarks=tuple(_remarks(mission)),

@@ -18,12 +18,14 @@ from studies.cli import main
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.result import Result
+from studies.common.writers import outcome_text
 from studies.mission import MissionStudy, stages, study_from
 from studies.mission import study as work
 from studies.mission.config import as_dictionary, as_toml
 from studies.mission.split import EQUAL, StageCurve, duration_at_the_cap, equal_split
 from studies.mission.stages import RING, StageMotion, Use, move, ring_history
 from studies.mission.vibration import arm_response
+from studies.report import words
 from studies.truss.motions.laws import paper_laws
 
 
@@ -132,6 +134,16 @@ def test_the_result_is_a_timeline_of_the_whole_time(folder: Path) -> None:
     assert stages["big arm"] == pytest.approx(30 / (2 + math.sqrt(0.5)), rel=2 * EQUAL)
     assert any("All stages use their caps alike" in remark for remark in result.remarks)
     assert result.value("arm-energy", "ring by Step5") > 0.0
+
+
+def test_the_page_sets_no_stage_beside_the_mission_as_another_law(folder: Path) -> None:
+    (sentence,) = words.answer(Result.load(folder))
+    assert sentence.startswith("The largest part of a cap that is used is 0.32")
+    assert all(f"{stage} 0.32" in sentence for stage in ("big arm", "small arm", "ring"))
+    assert "best of the other laws" not in sentence
+    assert not words.compared(Result.load(folder))
+    # nor does the command set their durations beside each other as baselines
+    assert "baseline" not in outcome_text(Result.load(folder))
 
 
 def test_figure_report_and_columns(folder: Path) -> None:
