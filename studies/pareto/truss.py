@@ -40,7 +40,6 @@ from studies.common.console import Console
 from studies.common.exit_codes import StudyError
 from studies.pareto.config import ParetoStudy
 from studies.pareto.continuation import FrontPoint, NotFoundError, Way
-from studies.pareto.searches import best_law
 from studies.truss.checks import criteria, judged
 from studies.truss.config import SolverOptions, TrussStudy
 from studies.truss.limits.bounds import lower_bounds
@@ -50,6 +49,7 @@ from studies.truss.motions.laws import law_of
 from studies.truss.motions.starts import start_from_law
 from studies.truss.problem import Statement, state
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
+from studies.truss.search.best_law import best_law
 from studies.truss.search.motion_search import Search
 from studies.truss.search.smoothness import first_price
 

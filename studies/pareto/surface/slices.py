@@ -21,13 +21,13 @@ from studies.pareto.both_ways import Walked, both_ways, walked_down
 from studies.pareto.config import ParetoStudy
 from studies.pareto.continuation import FrontPoint, NotFoundError, Way
 from studies.pareto.envelope import alone
-from studies.pareto.searches import best_law
 from studies.pareto.surface.shape import SurfacePoint
 from studies.pareto.surface.walk import OutOfTimeError, Slice
 from studies.pareto.truss import ABOVE_THE_LEAST, LEAK, LONGER, FrontProgram, TrussFront, limited
 from studies.truss.config import TrussStudy
 from studies.truss.motions.deployment import Deployment
 from studies.truss.quantities import QUANTITIES
+from studies.truss.search.best_law import best_law
 
 if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
     from studies.truss.motions.phase_plane import LeastForce

@@ -11,13 +11,13 @@ from studies.common.console import Console
 from studies.common.exit_codes import StudyError
 from studies.pareto.columns import FrontAxis
 from studies.pareto.config import ParetoStudy
-from studies.pareto.searches import best_law
 from studies.pareto.surface.slices import SliceFront
 from studies.pareto.surface.walk import ABOVE, Slice, SliceRequest
 from studies.pareto.truss import TrussFront, limited
 from studies.truss.limits.caps import cap_on
 from studies.truss.motions.deployment import Deployment
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
+from studies.truss.search.best_law import best_law
 from studies.truss.search.motion_search import Search
 
 SECONDS = 45.0, 15.0  # that a slice takes, and one of a sketch

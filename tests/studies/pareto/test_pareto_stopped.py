@@ -7,11 +7,11 @@ import pytest
 
 from studies.common.console import silent
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.pareto import searches
 from studies.pareto.columns import FrontAxis, front_details, front_series
 from studies.pareto.continuation import FrontPoint
 from studies.pareto.study import front_found
 from studies.pareto.words import front_in_words
+from studies.truss.search import best_law as searches
 
 POINT = FrontPoint(2.0, 2.0, 0.5, -0.25, "up", False, 1.0, None)
 

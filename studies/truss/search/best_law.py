@@ -1,4 +1,4 @@
-"""Searches for motions from which walks begin; where the user stops one, the work ends."""
+"""The best motion as the beginning of further work, which ends where the user stops the search."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def best_law(study: TrussStudy, console: Console, neighbour: Law | None = None) 
     Raises
     ------
     KeyboardInterrupt
-        If the user stopped the search: the best until then is no end of a front.
+        If the user stopped the search: the best until then is no motion to go on from.
     StudyError
         If no motion was found.
     """
