@@ -62,7 +62,7 @@ def sign(key: str) -> float:
 
 def proven_floors(found: TrussProfile, deployment: Deployment) -> Floors:
     """What is proven of the peaks of exact rows, by quantity."""
-    time, angle, wrong = _rows(found)
+    time, angle, wrong = exact_rows(found)
     of_differences = _by_differences(time, angle, wrong, deployment)
     if not found.stated:
         return of_differences
@@ -76,7 +76,7 @@ def estimated_floors(found: TrussProfile, deployment: Deployment) -> Floors:
     much where the motion is smooth. So the difference is taken off, and three rows in a row have to
     say the same. An end that is taken as at rest says what holds the truss there.
     """
-    time, angle, _ = _rows(found)
+    time, angle, _ = exact_rows(found)
     if time.size < 8:
         return {}
     near, wide = (_heights_by_means(time, angle, k, found, deployment) for k in (1, 2))
@@ -95,7 +95,7 @@ def estimated_floors(found: TrussProfile, deployment: Deployment) -> Floors:
     return {key: max(floor, float(heights[key].max())) for key, floor in floors.items()}
 
 
-def _rows(found: TrussProfile) -> tuple[Array, Array, Array]:
+def exact_rows(found: TrussProfile) -> tuple[Array, Array, Array]:
     """Times, angles, and by how much each angle may be wrong, (m,) each."""
     kept = kept_rows(found.angle.size)
     measured, recovered = found.measured, found.recovered

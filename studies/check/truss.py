@@ -16,7 +16,8 @@ import numpy as np
 
 from models.laws import Law
 from ocp.arrays import Array
-from studies.check.floors import estimated_floors, proven_floors, sign
+from studies.check.ends import at_rest, end_rate
+from studies.check.floors import estimated_floors, exact_rows, proven_floors, sign
 from studies.check.judgement import PROFILE, judged
 from studies.check.optimum import OPTIMUM, optimum_of
 from studies.check.reading.profile import MeasuredProfile
@@ -240,11 +241,30 @@ def _at_the_ends(
     if study.jerk_limited:  # else zero acceleration means nothing
         rates.append(("acceleration", 2, "rad/s^2", ends.acceleration, "peak-acceleration"))
     for word, order, unit, values, key in rates:
+        peak = ranges[key].value
+        if recovered.fit is None and not found.stated:
+            held.append(_by_rows(found, word, order, unit, np.abs(values), REST * peak))
+            continue
         place = int(np.argmax(np.abs(values)))
-        limit = REST * ranges[key].value + recovered.deviation((0.0, duration)[place], order)
+        limit = REST * peak + recovered.deviation((0.0, duration)[place], order)
         worst = abs(float(values[place]))
         held.append(at_most(f"{word} at the {('start', 'end')[place]}", unit, worst, limit))
     return held
+
+
+def _by_rows(
+    found: TrussProfile, word: str, order: int, unit: str, drawn: Array, limit: float
+) -> Criterion:
+    """Rest at the worse end (2,) of exact rows: the curve between them alone breaks nothing."""
+    time, angle, wrong = exact_rows(found)
+    rates = [
+        end_rate(time, angle, wrong, order),
+        end_rate(time[::-1], angle[::-1], wrong[::-1], order),
+    ]
+    beyond = [max(abs(rate.value) - rate.wrong, 0.0) for rate in rates]
+    place = int(np.argmax(beyond if max(beyond) > limit else drawn))
+    name = f"{word} at the {('start', 'end')[place]}"
+    return at_rest(name, unit, float(drawn[place]), rates[place], limit)
 
 
 def _within_reach(found: TrussProfile) -> list[Criterion]:

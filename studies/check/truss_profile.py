@@ -153,6 +153,13 @@ def _refuse_lengths(
         if shortest * 0.9 < high * factor < longest * 1.1:
             hint = f"; these look like {unit}: write 'rope_length [{unit}]'" * (unit != "km")
             hint = hint or "; these look like m: write 'rope_length [m]'"
+    travel = longest - shortest
+    room = BEYOND * travel
+    if not hint and abs(low) <= room and travel / 2 < high <= travel + room:
+        hint = (
+            "; these look like lengths hauled in, from 0 on: give what is left of the rope, "
+            f"{longest:.6g} m less the length hauled in"
+        )
     if not hint:
         hint = "; one rope is meant; state the truss that it belongs to, or mend the column"
     refuse(

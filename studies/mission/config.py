@@ -18,6 +18,7 @@ from studies.common.configuration import (
     from_mapping,
     key,
     not_negative,
+    optional_key,
     positive,
     section,
     toml_text,
@@ -29,6 +30,7 @@ from studies.truss.config import as_dictionary as truss_dictionary
 from studies.truss.limits.caps import jerk_cap
 
 AIMS = ("utilisation", "time")
+TOTAL = 36.0  # [s], where none is stated
 
 
 def _truss(name: str, value: Any) -> TrussParameters:
@@ -45,7 +47,7 @@ class MissionStudy:
     ----------
     least : "utilisation" for the least largest one in `total`, "time" for the least total under
         the caps.
-    total : of stages and dwells [s].
+    total : of stages and dwells [s]; None for the least one, which is what is found.
     dwell : after each stage, for its latch and what has to come to rest [s].
     big_torque, small_torque : caps on the root's and the elbow's torque [N m].
     residual_energy : cap on what each lock of the arm leaves [J].
@@ -65,7 +67,9 @@ class MissionStudy:
     least: str = key(
         choice(AIMS), "", "utilisation (in total) or time (under the caps)", default="utilisation"
     )
-    total: float = key(positive, "s", "of all stages and dwells", default=36.0)
+    total: float | None = optional_key(
+        positive, "s", "of all stages and dwells; 36 if nothing is stated, none for the least time"
+    )
     dwell: float = key(not_negative, "s", "after each stage, for its latch", default=2.0)
     big_torque: float = key(positive, "N m", "cap on the torque at the root", default=5.0)
     small_torque: float = key(positive, "N m", "cap on the torque at the elbow", default=12.0)
@@ -94,7 +98,16 @@ class MissionStudy:
 
     def __post_init__(self) -> None:
         check(self)
-        if self.least == "utilisation" and self.moving <= 0.0:
+        if self.least == "time":
+            if self.total is not None:
+                raise StudyError(
+                    f"total is {self.total:g} s, but with least = time the total is what is looked "
+                    "for; leave total out, or ask for the least utilisation in it"
+                )
+            return
+        if self.total is None:
+            object.__setattr__(self, "total", TOTAL)
+        if self.moving <= 0.0:
             raise StudyError(
                 f"total is {self.total:g} s, but three dwells of {self.dwell:g} s leave nothing to "
                 "move in; give more, or shorter dwells",
@@ -103,7 +116,8 @@ class MissionStudy:
 
     @property
     def moving(self) -> float:
-        """Time for the motions of the three stages [s]."""
+        """Time for the motions of the three stages [s], of a mission with a total."""
+        assert self.total is not None
         return self.total - 3 * self.dwell
 
     @property
@@ -131,7 +145,8 @@ def study_from(raw: Mapping[str, Any]) -> MissionStudy:
 def as_dictionary(study: MissionStudy) -> dict[str, Any]:
     """The nested dictionary from which `study_from` makes the same study again."""
     ring = truss_dictionary(TrussStudy(minimise="energy", truss=study.truss))["truss"]
-    return {**dataclasses.asdict(study), "truss": ring}
+    stated = {name: value for name, value in dataclasses.asdict(study).items() if value is not None}
+    return {**stated, "truss": ring}
 
 
 def as_toml(study: MissionStudy) -> str:

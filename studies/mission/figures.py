@@ -29,7 +29,8 @@ def timeline_figure(result: Result) -> Figure:
     drives = figure.add_subplot(grid[1, :], sharex=angles)
     _draw_angles(angles, result, stages)
     _draw_drives(drives, result, stages)
-    _draw_vibration(figure.add_subplot(grid[2, 0]), result)
+    if "reaction" in result.arrays:  # else it was stopped before the ring moved
+        _draw_vibration(figure.add_subplot(grid[2, 0]), result)
     _draw_uses(figure.add_subplot(grid[2, 1]), stages)
     return figure
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from models.ancf.joints.angles import joint_angles
 from models.truss import least_peak_reaction
-from ocp import AdaptiveMesh, OcpError, Problem, Settings, Solution, peak, solve
+from ocp import AdaptiveMesh, Interrupted, OcpError, Problem, Settings, Solution, peak, solve
 from ocp.arrays import Array
 from studies.arm.config import ArmStudy
 from studies.arm.optimal.motion import OptimalMotion
@@ -183,6 +183,8 @@ def _ring(study: MissionStudy, duration: float, console: Console) -> StageMotion
             settings=Settings(intervals=20, refinement=AdaptiveMesh(move_breakpoints=False)),
             progress=console.live,
         )
+    except Interrupted as stop:
+        raise KeyboardInterrupt from stop
     except OcpError as error:
         raise StudyError(
             f"no motion of the ring in {duration:.4g} s was found: {error}", ExitCode.NOT_SOLVED

@@ -17,6 +17,7 @@ import numpy as np
 from ocp.arrays import Array
 from studies.common.comparison_table import TableRow
 from studies.common.console import Console, silent
+from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.folder import provenance
 from studies.common.result import Criterion, Result, Series, Verdict
 from studies.mission.config import MissionStudy, as_dictionary
@@ -42,15 +43,23 @@ class Mission:
     Attributes
     ----------
     study : that was asked.
-    curves : utilisation against duration, of each stage.
-    motions : the stages in the durations that were found, in order.
-    responses : of the arm to the ring, by law.
+    curves : utilisation against duration, of each stage that has a motion.
+    motions : the stages in the durations that were found, in order; if the user stopped, perhaps
+        only the first ones.
+    responses : of the arm to the ring, by law; empty without a motion of the ring.
+    stopped : whether the user stopped the search.
     """
 
     study: MissionStudy
     curves: Sequence[StageCurve]
     motions: Sequence[StageMotion]
     responses: Mapping[str, ArmResponse]
+    stopped: bool = False
+
+    @property
+    def whole(self) -> bool:
+        """Whether each stage has a motion."""
+        return len(self.motions) == len(STAGES)
 
     @property
     def starts(self) -> list[float]:
@@ -87,14 +96,19 @@ def run(study: MissionStudy, console: Console | None = None) -> Result:
     Raises
     ------
     StudyError
-        If a stage has no motion in a time that it is given.
+        If a stage has no motion in a time that it is given, or the user stopped before there was
+        a motion.
     """
     console = console or silent()
     known: dict[tuple[str, float], StageMotion] = {}
+    latest: dict[str, StageMotion] = {}
+    whole: dict[str, StageMotion] = {}  # the latest of all stages, which belong together
 
     def curve(name: str) -> StageCurve:
         def evaluate(duration: float) -> float:
-            motion = known[name, duration] = move(study, name, duration, console)
+            motion = latest[name] = known[name, duration] = move(study, name, duration, console)
+            if name == STAGES[-1]:
+                whole.update(latest)
             most = motion.governing
             console.progress(
                 f"{name} in {duration:.5g} s: {100 * motion.utilisation:.4g} % ({most.title})"
@@ -105,17 +119,40 @@ def run(study: MissionStudy, console: Console | None = None) -> Result:
 
     curves = [curve(name) for name in STAGES]
     rigid = [rigid_duration(study, name) for name in STAGES]
-    if study.least == "time":
-        durations = [
-            duration_at_the_cap(one, first) for one, first in zip(curves, rigid, strict=True)
-        ]
-    else:
-        durations = equal_split(curves, study.moving, rigid)
+    try:
+        if study.least == "time":
+            durations = [
+                duration_at_the_cap(one, first) for one, first in zip(curves, rigid, strict=True)
+            ]
+        else:
+            durations = equal_split(curves, study.moving, rigid)
+        for one, duration in zip(curves, durations, strict=True):
+            one.at(duration)
+    except KeyboardInterrupt as stop:
+        motions = list((whole or latest).values())
+        if not motions:
+            raise StudyError(
+                "stopped before a motion of a stage was found; the inputs are kept",
+                ExitCode.INTERRUPTED,
+            ) from stop
+        return _result(_mission(study, curves, motions, stopped=True))
 
-    for one, duration in zip(curves, durations, strict=True):
-        one.at(duration)
     motions = [known[name, duration] for name, duration in zip(STAGES, durations, strict=True)]
-    return _result(Mission(study, curves, motions, _responses(study, motions[-1])))
+    return _result(_mission(study, curves, motions, stopped=False))
+
+
+def _mission(
+    study: MissionStudy,
+    curves: Sequence[StageCurve],
+    motions: Sequence[StageMotion],
+    *,
+    stopped: bool,
+) -> Mission:
+    """The motions of all stages, or of the first ones, with what follows from them."""
+    names = {motion.name for motion in motions}
+    responses = _responses(study, motions[-1]) if RING in names else {}
+    begun = [curve for curve in curves if curve.name in names]
+    return Mission(study, begun, motions, responses, stopped)
 
 
 def _responses(study: MissionStudy, ring: StageMotion) -> dict[str, ArmResponse]:
@@ -147,20 +184,24 @@ def _result(mission: Mission) -> Result:
         )
     ]
 
+    table = _rows(mission)
+    parts = tuple(dict.fromkeys(name for row in table for name in row.values if name != "mission"))
     return Result(
         kind="mission",
         question=study.question,
         configuration=as_dictionary(study),
         arrays=_arrays(mission),
-        table=_rows(mission),
+        table=table,
+        also_found=parts,
         verdict=_verdict(mission),
         checks=_checks(mission),
         remarks=tuple(_remarks(mission)),
         details={
             "stages": stages,
-            "arm_frequencies_Hz": next(iter(mission.responses.values())).frequencies,
+            "arm_frequencies_Hz": next((one.frequencies for one in mission.responses.values()), ()),
         },
         provenance=provenance(),
+        interrupted=mission.stopped,
     )
 
 
@@ -192,6 +233,8 @@ def _arrays(mission: Mission) -> dict[str, Series]:
             "force on one rope" if motion.name == RING else f"torque of the {motion.name}",
         )
 
+    if not mission.responses:
+        return arrays
     arrays["reaction"] = Series(
         "N",
         "time",
@@ -225,7 +268,7 @@ def _rows(mission: Mission) -> tuple[TableRow, ...]:
             "total time",
             "s",
             {"mission": mission.total},
-            cap=mission.study.total if mission.study.least == "utilisation" else None,
+            cap=mission.study.total,
             minimised=mission.study.least == "time",
         ),
         TableRow(
@@ -239,6 +282,8 @@ def _rows(mission: Mission) -> tuple[TableRow, ...]:
         ),
         row("duration", "duration", "s", {n: m.duration for n, m in motions.items()}),
     ]
+    if not mission.whole:
+        rows = rows[1:]  # a part has no total
     for title in titles:
         used = {n: u.value for n, m in motions.items() for u in m.uses if u.title == title}
         rows.append(row(title.replace(" ", "-"), title, units[title], used))
@@ -248,11 +293,15 @@ def _rows(mission: Mission) -> tuple[TableRow, ...]:
         ("arm-energy", "energy of the arm afterwards", "J", lambda r: r.energy),
     ):
         values = {f"ring by {name}": of(r) for name, r in mission.responses.items()}
-        rows.append(row(key, title, unit, values))
+        if values:
+            rows.append(row(key, title, unit, values))
     return tuple(rows)
 
 
 def _verdict(mission: Mission) -> Verdict:
+    if mission.stopped:
+        found = " and the ".join(motion.name for motion in mission.motions)
+        return Verdict("unverified", f"unverified: stopped with motions of the {found}")
     failed = [motion.name for motion in mission.motions if not motion.passed]
     if failed:
         return Verdict("unverified", f"unverified: the motion of the {' and the '.join(failed)}")
@@ -303,8 +352,8 @@ def _checks(mission: Mission) -> tuple[Criterion, ...]:
         for motion in mission.motions
         for use in motion.uses
     ]
-    if mission.study.least == "utilisation":
-        total = mission.study.total
+    total = mission.study.total
+    if mission.whole and total is not None:
         kept = bool(mission.total <= total * (1 + WITHIN))
         uses.append(Criterion("total time", "s", mission.total, total, kept))
     return tuple(uses)
@@ -320,7 +369,11 @@ def _remarks(mission: Mission) -> list[str]:
         for m in mission.motions
     ]
 
-    if most / least <= 1.0 + EQUAL:
+    if mission.stopped:
+        remarks.insert(
+            0, f"Stopped before time was shared out; until then the caps' use is: {said}."
+        )
+    elif most / least <= 1.0 + EQUAL:
         remarks.insert(0, f"All stages use their caps alike: {said}.")
     else:
         slow = [

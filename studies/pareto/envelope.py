@@ -46,6 +46,11 @@ def front_of(points: Sequence[FrontPoint], ranges: Ranges, widest: float) -> Fro
     return Front(tuple(best), tuple(rest), gaps, knee_of(best, ranges))
 
 
+def alone(point: FrontPoint) -> Front:
+    """A front of one point."""
+    return front_of([point], Ranges((point.x, point.x), (point.y, point.y)), 1.0)
+
+
 def undominated(
     points: Sequence[FrontPoint],
 ) -> tuple[list[FrontPoint], list[FrontPoint]]:

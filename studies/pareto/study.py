@@ -20,7 +20,7 @@ from studies.pareto.both_ways import Walked, both_ways
 from studies.pareto.columns import front_details, front_series, law_series
 from studies.pareto.config import ParetoStudy, configuration_of
 from studies.pareto.continuation import FrontPoint, NotFoundError
-from studies.pareto.envelope import Front
+from studies.pareto.envelope import Front, alone
 from studies.pareto.keys import FRONT
 from studies.pareto.laws import axis_of, broken_titles, laws_in
 from studies.pareto.motions import motion_series
@@ -83,19 +83,29 @@ def front_found(subject: TrussFront) -> Walked:
     Raises
     ------
     StudyError
-        If an end of the front has no motion.
+        If an end of the front has no motion, or the user stopped before there was a point.
     """
     pareto = subject.study.pareto
-    (lows, slow), (high, free) = subject.ends()
+    found: list[FrontPoint] = []
     try:
-        left = subject.first(subject.program(slow, high), lows, "up")
-        right = subject.first(subject.program(free, high), (high,), "down")
+        (lows, slow), (high, free) = subject.ends()
+        found.append(subject.first(subject.program(slow, high), lows, "up"))
+        found.append(subject.first(subject.program(free, high), (high,), "down"))
     except NotFoundError as error:
         raise StudyError(
             f"no motion was found at an end of the front, between {lows[0]:.6g} and {high:.6g}: "
             f"{error}; state a smaller pareto.range",
             ExitCode.NOT_SOLVED,
         ) from error
+    except KeyboardInterrupt as stop:
+        if not found:
+            raise StudyError(
+                "stopped before a point of the front was found; the inputs are kept",
+                ExitCode.INTERRUPTED,
+            ) from stop
+        return Walked(alone(found[0]), (), stopped=True)
+
+    left, right = found
     wanted = pareto.points or FRONT
     count = min(wanted, COARSE_POINTS) if pareto.coarse else wanted
     return both_ways(subject, left, right, count, subject.console.progress)

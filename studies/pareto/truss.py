@@ -49,6 +49,7 @@ from studies.truss.motions.laws import law_of
 from studies.truss.motions.starts import start_from_law
 from studies.truss.problem import Statement, state
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
+from studies.truss.search.best_law import best_law
 from studies.truss.search.motion_search import Search
 from studies.truss.search.smoothness import first_price
 
@@ -235,7 +236,7 @@ class TrussFront:
     def _found(self, study: TrussStudy) -> Law:
         """The best motion of a search from all starts."""
         self.console.progress(f"an end of the front: {study.question}")
-        return Search(study, self.console).run().deployment.law
+        return best_law(study, self.console)
 
     def _deployment(self, law: Law) -> Deployment:
         return Deployment("front", law, self.truss.truss, self.truss.drive, self.truss.margin)

@@ -17,7 +17,8 @@ def front_verdict(front: Front, stopped: bool) -> Verdict:
     """Local: from both ends, or unverified where the user stopped it."""
     count = len(front.points)
     if stopped:
-        return Verdict("unverified", f"unverified: stopped with {count} points of the front")
+        words = f"{count} point{'s' * (count != 1)} of the front"
+        return Verdict("unverified", f"unverified: stopped with {words}")
     return Verdict(
         "local",
         f"local: {count} verified points, each the best of walks from both ends of the front",

@@ -51,6 +51,8 @@ _MEANS = {
 }
 
 
+# kinds whose further columns are parts of the one motion
+_OF_PARTS = ("mission",)
 # what a verdict means of many cases, whose columns are no laws beside each other
 CASES = "sweep"
 _MEANS_OF_CASES = {
@@ -73,7 +75,7 @@ def answer(result: Result) -> list[str]:
     if result.kind == CASES:
         return _of_cases(result)
     sentences = [_least(result, row) for row in result.table if row.minimised]
-    if sentences and result.also_found:
+    if sentences and result.also_found and result.kind not in _OF_PARTS:
         sentences.insert(0, f"These are the numbers of one of the motions: {result.laws[0]}.")
     if not sentences:
         sentences = [_ANSWERS[result.verdict.kind]]
@@ -128,9 +130,14 @@ def _first_values(result: Result) -> list[str]:
 
 def _least(result: Result, row: TableRow) -> str:
     value, unit = row.values.get(result.laws[0], math.nan), _unit(row)
-    others = {law: row.values.get(law, math.nan) for law in result.compared_with}
+    in_parts = result.kind in _OF_PARTS
+    beside = result.also_found if in_parts else result.compared_with
+    others = {law: row.values.get(law, math.nan) for law in beside}
     known = {law: other for law, other in others.items() if math.isfinite(other)}
     sentence = f"The {row.title} is {number(value, 6)}{unit}"
+    if known and in_parts:
+        parts = ", ".join(f"{part} {number(other, 6)}{unit}" for part, other in known.items())
+        return f"{sentence}: {parts}."
     if not known or not math.isfinite(value):
         return f"{sentence}."
 

@@ -27,6 +27,7 @@ SEEN = 40  # lines of numbers by which a separator is judged
 
 _POINT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eEdD][-+]?\d+)?|nan|[-+]?inf", re.IGNORECASE)
 _COMMA = re.compile(r"[-+]?(\d+,?\d*|,\d+)([eEdD][-+]?\d+)?")
+_FORTRAN = re.compile(r"(?<=[\d.,])[dD](?=[-+]?\d)")  # the D of 1.0D-03
 _PLACE = re.compile(r"string '(?P<cell>.*)' to float64 at row (?P<row>\d+)")
 _RAGGED = re.compile(r"at row (?P<row>\d+)")
 
@@ -217,7 +218,7 @@ def _columns(path: Path, layout: TextLayout, places: tuple[int, ...]) -> list[Ar
 
 
 def _rows(path: Path, file: io.TextIOWrapper, layout: TextLayout) -> Iterator[str]:
-    """Lines of numbers with decimal points."""
+    """Lines of numbers with decimal points, and exponents behind an e."""
     for _ in range(layout.skipped):
         next(file)
     comma, separator = layout.decimal == ",", layout.separator
@@ -236,6 +237,8 @@ def _rows(path: Path, file: io.TextIOWrapper, layout: TextLayout) -> Iterator[st
                 f"is ragged: row {row} below the header has more cells than the first one; give as "
                 "many cells in each row as in the header",
             )
+        if "D" in line or "d" in line:
+            line = _FORTRAN.sub("e", line)
         yield line.replace(",", ".") if comma else line
 
 

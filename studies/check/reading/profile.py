@@ -21,6 +21,7 @@ from studies.common.exit_codes import StudyError, quoted
 
 LEAST_ROWS = 20  # so that the motion between the rows is known
 LONGEST = 3600.0  # [s]: a longer deployment is so rare that its unit is asked about
+ROUND = 360.0  # no joint of ours turns as many degrees: what is larger is in milliradians
 TURNED = 4.0  # [rad]: no joint of ours turns as far, so that these are degrees
 SAME = 1e-3  # of the range: columns of one quantity that differ by more contradict each other
 TRUSS, ARM = "truss", "arm"
@@ -183,10 +184,12 @@ def _check_units(table: RawTable, values: Sequence[tuple[Column, Array]]) -> Non
         largest = float(np.abs(array).max()) / column.factor
         stated = f"in {column.unit}" if column.unit else "without a unit, taken in rad"
         if column.factor == 1.0 and largest > TURNED:
+            thousandths = ROUND < largest <= 1e3 * TURNED
+            like, unit = ("milliradians", "mrad") if thousandths else ("degrees", "deg")
             refuse(
                 table.path,
                 f"has angles up to {largest:.6g} in '{column.header}', {stated}: these look like "
-                "degrees; write the unit, as in 'angle [deg]', or mend the values",
+                f"{like}; write the unit, as in 'angle [{unit}]', or mend the values",
             )
         if column.unit and 0 < np.degrees(float(np.abs(array).max())) < TURNED and largest < TURNED:
             refuse(

@@ -19,15 +19,15 @@ from ocp import Constant
 from studies.common.console import Console
 from studies.pareto.both_ways import Walked, both_ways, walked_down
 from studies.pareto.config import ParetoStudy
-from studies.pareto.continuation import FrontPoint, NotFoundError, Ranges, Way
-from studies.pareto.envelope import front_of
+from studies.pareto.continuation import FrontPoint, NotFoundError, Way
+from studies.pareto.envelope import alone
 from studies.pareto.surface.shape import SurfacePoint
 from studies.pareto.surface.walk import OutOfTimeError, Slice
 from studies.pareto.truss import ABOVE_THE_LEAST, LEAK, LONGER, FrontProgram, TrussFront, limited
 from studies.truss.config import TrussStudy
 from studies.truss.motions.deployment import Deployment
 from studies.truss.quantities import QUANTITIES
-from studies.truss.search.motion_search import Search
+from studies.truss.search.best_law import best_law
 
 if TYPE_CHECKING:  # SciPy loads with it, and only where it is needed
     from studies.truss.motions.phase_plane import LeastForce
@@ -98,8 +98,7 @@ class SliceFront(TrussFront):
         right = self._right(neighbours)
         if lows[0] >= right.x * (1 - SAME):
             # nothing is traded on this slice: one point is all of it
-            alone = front_of([right], Ranges((right.x, right.x), (right.y, right.y)), 1.0)
-            return Slice(self, right, right, Walked(alone, (), stopped=False))
+            return Slice(self, right, right, Walked(alone(right), (), stopped=False))
         if not self.study.pareto.coarse:
             left = self._left(neighbours, lows, slow, right.limit)
             return Slice(self, left, right, both_ways(self, left, right, count, _nowhere))
@@ -113,10 +112,10 @@ class SliceFront(TrussFront):
         self.console.live(f"the least {self.limited} of a slice")
         study = self.minimising(self.limited)
         if not neighbours:
-            return Search(study, self.console).run().deployment.law
+            return best_law(study, self.console)
         study = replace(study, solver=replace(study.solver, starts=study.solver.starts[:1]))
         law = neighbours[0].left.motion.deployment.law
-        return Search(study, self.console, neighbour=law).run().deployment.law
+        return best_law(study, self.console, law)
 
     def _lows(self, slow: Law) -> list[float]:
         """Lowest limits to try: a little above the least, and within what is stated.

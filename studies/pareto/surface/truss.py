@@ -8,7 +8,7 @@ from functools import cached_property
 from models.laws import least_jerk_cap
 from ocp import Constant
 from studies.common.console import Console
-from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.exit_codes import StudyError
 from studies.pareto.columns import FrontAxis
 from studies.pareto.config import ParetoStudy
 from studies.pareto.surface.slices import SliceFront
@@ -17,6 +17,7 @@ from studies.pareto.truss import TrussFront, limited
 from studies.truss.limits.caps import cap_on
 from studies.truss.motions.deployment import Deployment
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
+from studies.truss.search.best_law import best_law
 from studies.truss.search.motion_search import Search
 
 SECONDS = 45.0, 15.0  # that a slice takes, and one of a sketch
@@ -115,11 +116,6 @@ class TrussSurface:
         """What is sliced, of the motion with the least of an objective."""
         self.console.progress(f"an end of the surface: the least {QUANTITIES[name].title}")
         truss = self.alone.minimising(name)
-        try:
-            law = Search(truss, self.console).run().deployment.law
-        except StudyError as error:
-            if error.exit_code is ExitCode.INTERRUPTED:
-                raise KeyboardInterrupt from error
-            raise
+        law = best_law(truss, self.console)
         values = Deployment("end", law, truss.truss, truss.drive, truss.margin).values
         return values[self.sliced]

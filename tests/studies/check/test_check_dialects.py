@@ -60,6 +60,12 @@ def records(path: Path) -> None:
     path.write_text(json.dumps(rows))
 
 
+def fortran(path: Path) -> None:
+    """Numbers such as 1.0D-03, as a program in double precision writes them."""
+    rows = (f"{t:.9E} {a:.9E}".replace("E", "D") for t, a in zip(TIME, ANGLE, strict=True))
+    path.write_text("\n".join(["Time Angle", *rows]) + "\n")
+
+
 READ: dict[str, tuple[str, Write]] = {
     "plain": ("a.csv", text("time [s],angle [rad]", TIME, ANGLE)),
     "no units": ("a.csv", text("time,angle", TIME, ANGLE)),
@@ -94,7 +100,7 @@ READ: dict[str, tuple[str, Write]] = {
     "records of JSON": ("a.json", records),
     "MATLAB": ("a.mat", lambda path: savemat(path, {"run": {"time": TIME, "angle_deg": DEGREES}})),
     "Excel": ("a.xlsx", excel),
-    "exponents of Fortran": ("a.csv", text("time,angle", TIME, ANGLE, digits=".9e")),
+    "exponents of Fortran": ("a.csv", fortran),
 }
 
 
@@ -123,6 +129,16 @@ def moved(row: int, to: float) -> np.ndarray:
 
 REFUSED: dict[str, tuple[str, Write, str]] = {
     "degrees as radians": ("a.csv", text("time,angle", TIME, DEGREES), "look like degrees"),
+    "milliradians as radians": (
+        "a.csv",
+        text("t,angle [rad]", TIME, 1e3 * ANGLE),
+        "look like milliradians; write the unit, as in 'angle [mrad]'",
+    ),
+    "length hauled in": (
+        "a.csv",
+        text("t,rope_length [m]", TIME, ROPE[0] - ROPE),
+        "look like lengths hauled in, from 0 on: give what is left of the rope",
+    ),
     "radians as degrees": ("a.csv", text("t,angle [deg]", TIME, ANGLE), "look like radians"),
     "two angles": ("a.csv", text("t,angle,angle_deg", TIME, ANGLE, 1.1 * DEGREES), "contradicts"),
     "angle and another rope": (

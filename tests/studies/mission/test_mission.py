@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import tomllib
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -12,16 +13,19 @@ import pytest
 
 from models.arm.parameters import ArmParameters
 from models.truss import DYNAMIC_SET
+from ocp import Interrupted
 from studies.cli import main
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.result import Result
-from studies.mission import MissionStudy, study_from
+from studies.common.writers import outcome_text
+from studies.mission import MissionStudy, stages, study_from
 from studies.mission import study as work
-from studies.mission.config import as_dictionary
+from studies.mission.config import as_dictionary, as_toml
 from studies.mission.split import EQUAL, StageCurve, duration_at_the_cap, equal_split
 from studies.mission.stages import RING, StageMotion, Use, move, ring_history
 from studies.mission.vibration import arm_response
+from studies.report import words
 from studies.truss.motions.laws import paper_laws
 
 
@@ -132,12 +136,59 @@ def test_the_result_is_a_timeline_of_the_whole_time(folder: Path) -> None:
     assert result.value("arm-energy", "ring by Step5") > 0.0
 
 
+def test_the_page_sets_no_stage_beside_the_mission_as_another_law(folder: Path) -> None:
+    (sentence,) = words.answer(Result.load(folder))
+    assert sentence.startswith("The largest part of a cap that is used is 0.32")
+    assert all(f"{stage} 0.32" in sentence for stage in ("big arm", "small arm", "ring"))
+    assert "best of the other laws" not in sentence
+    assert not words.compared(Result.load(folder))
+    # nor does the command set their durations beside each other as baselines
+    assert "baseline" not in outcome_text(Result.load(folder))
+
+
 def test_figure_report_and_columns(folder: Path) -> None:
     assert (folder / "timeline.png").stat().st_size > 20_000
     assert main(["report", str(folder)]) == 0
     table = folder.parent / "mission.csv"
     assert main(["export", str(folder), "--to", "csv", "--output", str(table)]) == 0
     assert "ring_drive" in table.read_text()
+
+
+@pytest.mark.parametrize(("moves", "found"), [(1, 1), (2, 2), (4, 3)])
+def test_what_was_found_is_kept_when_the_user_stops(
+    moves: int, found: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the first round the stages that have a motion, later those of the last whole round."""
+    left = iter(range(moves))
+
+    def stopped(study: MissionStudy, name: str, duration: float, console: Console) -> StageMotion:
+        if next(left, None) is None:
+            raise KeyboardInterrupt
+        # the stages differ, so that the first round is not the last
+        return _rigid(study, name, duration, console)
+
+    monkeypatch.setattr(work, "move", stopped)
+    monkeypatch.setattr(work, "rigid_duration", lambda study, name: {"ring": 3.0}.get(name, 1.0))
+    path = tmp_path / "found"
+    assert main(["mission", "--total", "36", "--results", str(path)]) == ExitCode.INTERRUPTED
+    result = Result.load(path)
+    assert result.interrupted
+    names = ["big arm", "small arm", "ring"][:found]
+    assert [stage["stage"] for stage in result.details["stages"]] == names
+    assert ("total time" in [check.name for check in result.checks]) == (found == 3)
+    if found == 3:  # all of one round
+        assert result.value("total") == pytest.approx(36.0, rel=1e-9)
+    assert "small_arm_angle" in result.arrays or found == 1
+    assert main(["report", str(path), "--figures", "png"]) == ExitCode.OK
+
+
+def test_a_stop_in_the_ring_is_no_failure_of_its_motion(monkeypatch: pytest.MonkeyPatch) -> None:
+    def stopped(*arguments: object, **named: object) -> None:
+        raise Interrupted("ring was stopped")
+
+    monkeypatch.setattr(stages, "solve", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        move(study_from({}), RING, 6.0, Console())
 
 
 def test_least_time_uses_all_caps(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -166,6 +217,7 @@ def test_the_ring_of_a_mission_meets_both_caps_at_least_cost() -> None:
     ("raw", "sentence"),
     [
         ({"total": 5.0}, "three dwells of 2 s leave nothing to move in"),
+        ({"least": "time", "total": 5.0}, "total is 5 s, but with least = time the total is what"),
         ({"least": "tme"}, "did you mean time"),
         ({"big_torqe": 3.0}, "did you mean big_torque"),
         ({"rope_force": -1.0}, "rope_force is -1"),
@@ -188,6 +240,12 @@ def test_the_resolved_study_states_itself_again() -> None:
     study = study_from({"total": 40.0, "truss": {"pulley_friction": 0.01}})
     assert study_from(as_dictionary(study)) == study
     assert study.truss.crank == DYNAMIC_SET.crank
+    # the least time has no total, and the file that states it again has none
+    least = study_from({"least": "time"})
+    assert least.total is None
+    assert study_from(tomllib.loads(as_toml(least))) == least
+    assert study_from({}).total == 36.0
+    assert main(["mission", "--least", "time", "--total", "5"]) == ExitCode.BAD_INPUT
 
 
 @pytest.mark.slow
@@ -229,6 +287,7 @@ def test_a_stage_that_no_time_helps_is_sent_to_its_cap(monkeypatch) -> None:
 def test_a_least_time_that_breaks_a_cap_does_not_send_the_user_to_itself() -> None:
     broken = SimpleNamespace(name="ring", utilisation=1.02, passed=True)
     mission = SimpleNamespace(
+        stopped=False,
         motions=[broken],
         largest=broken,
         total=30.0,

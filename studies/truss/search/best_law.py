@@ -1,0 +1,35 @@
+"""The best motion as the beginning of further work, which ends where the user stops the search."""
+
+from __future__ import annotations
+
+from models.laws import Law
+from studies.common.console import Console
+from studies.common.exit_codes import ExitCode, StudyError
+from studies.truss.config import TrussStudy
+from studies.truss.search.motion_search import Search
+
+
+def best_law(study: TrussStudy, console: Console, neighbour: Law | None = None) -> Law:
+    """The best motion of a study of the truss.
+
+    Parameters
+    ----------
+    neighbour : law, optional
+        Of a like study, from which the first start begins.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If the user stopped the search: the best until then is no motion to go on from.
+    StudyError
+        If no motion was found.
+    """
+    try:
+        best = Search(study, console, neighbour=neighbour).run()
+    except StudyError as error:
+        if error.exit_code is ExitCode.INTERRUPTED:
+            raise KeyboardInterrupt from error
+        raise
+    if best.interrupted:
+        raise KeyboardInterrupt
+    return best.deployment.law

@@ -1,0 +1,73 @@
+"""Ctrl-C before a front is walked: the work ends, and what was found is kept."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from studies.common.console import silent
+from studies.common.exit_codes import ExitCode, StudyError
+from studies.pareto.columns import FrontAxis, front_details, front_series
+from studies.pareto.continuation import FrontPoint
+from studies.pareto.study import front_found
+from studies.pareto.words import front_in_words
+from studies.truss.search import best_law as searches
+
+POINT = FrontPoint(2.0, 2.0, 0.5, -0.25, "up", False, 1.0, None)
+
+
+class StoppedFront:
+    """A front whose user stops it after a number of its points."""
+
+    console = silent()
+    study = SimpleNamespace(pareto=SimpleNamespace(points=None, coarse=False))
+
+    def __init__(self, points):
+        self.points = points
+
+    def ends(self):
+        return ((2.0,), None), (4.0, None)
+
+    def program(self, law, highest):
+        return None
+
+    def first(self, program, limits, way):
+        if self.points == 0:
+            raise KeyboardInterrupt
+        self.points -= 1
+        return POINT
+
+
+@pytest.mark.parametrize("raised", [False, True])
+def test_a_search_that_the_user_stopped_gives_no_end_of_a_front(raised, monkeypatch):
+    """Whether the search has a motion by then, or raises for want of one."""
+
+    class Search:
+        def __init__(self, *arguments, **named):
+            pass
+
+        def run(self):
+            if raised:
+                raise StudyError("interrupted", ExitCode.INTERRUPTED)
+            return SimpleNamespace(interrupted=True, deployment=None)
+
+    monkeypatch.setattr(searches, "Search", Search)
+    with pytest.raises(KeyboardInterrupt):
+        searches.best_law(None, silent())
+
+
+def test_a_front_that_is_stopped_before_its_first_point_has_the_code_of_that():
+    with pytest.raises(StudyError, match="stopped before a point of the front") as raised:
+        front_found(StoppedFront(0))
+    assert raised.value.exit_code is ExitCode.INTERRUPTED
+
+
+def test_the_first_point_of_a_front_that_is_stopped_is_kept():
+    walked = front_found(StoppedFront(1))
+    assert walked.stopped
+    assert walked.front.points == (POINT,)
+    # one point has columns and words, as a front has
+    axes = FrontAxis("time", "duration", "s"), FrontAxis("peak-force", "peak rope force", "N")
+    assert front_series(walked.front, np.array([0.4]), *axes)["time"].values.tolist() == [2.0]
+    assert front_details(walked.front, *axes)
+    assert "one verified point" in " ".join(front_in_words(walked.front, *axes))
