@@ -20,8 +20,11 @@ from ocp.errors import (
 )
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.result import NlpResult
+from ocp.numerics.kinks import kinked_operations
+from ocp.problem.display import functional_text
 from ocp.problem.integrator_chains import in_equation
 from ocp.problem.parameters import Parameters
+from ocp.problem.problem import Problem
 from ocp.transcription.columns import PhaseColumns
 from ocp.transcription.rows import PhaseRows
 from ocp.transcription.transcribe import ProgramLimits, Transcription
@@ -142,7 +145,8 @@ def failure(
     if result.outcome == "budget":
         return IterationLimit(
             f"'{name}' used up its budget of iterations or seconds after {count} iterations"
-            f"{in_brackets}; raise the budget, give a better guess or check the scales",
+            f"{in_brackets}; {_of_kinks(transcription.problem)}raise the budget, give a better "
+            "guess or check the scales",
             iterate,
         )
 
@@ -167,10 +171,29 @@ def failure(
 
     return NumericalTrouble(
         f"IPOPT got into numerical trouble on '{name}' after {count} iterations "
-        f"('{result.status}'), {f'with {listed}' if worst else 'all constraints met'}; state "
-        "sizes by `scale`, give a better guess, or bound what the objective depends on",
+        f"('{result.status}'), {f'with {listed}' if worst else 'all constraints met'}; "
+        f"{_of_kinks(transcription.problem)}state sizes by `scale`, give a better guess, or bound "
+        "what the objective depends on",
         iterate,
     )
+
+
+def _of_kinks(problem: Problem) -> str:
+    """What has kinks, which a solver of smooth problems may not get past; empty if nothing."""
+    expressions = [
+        *((f"the rate of '{s.name}'", e) for p in problem.phases for s, e in p.dynamics.items()),
+        *((functional_text(f), piece) for f in problem.functionals for _, piece in f.pieces),
+        *((f"'{b.name}'", b.expression) for p in problem.phases for b in p.bounds),
+        *((f"'{b.name}'", b.expression) for b in problem.boundary_constraints),
+        ("the objective", problem.objective),
+    ]
+    for what, expression in expressions:
+        if found := kinked_operations(expression):
+            return (
+                f"{what} has a kink, by {' and '.join(found)}: state both sides as bounds, or "
+                "the parts above and below it as controls of their own, each not negative; or "
+            )
+    return ""
 
 
 def _algebraic(transcription: Transcription) -> str:

@@ -1,0 +1,47 @@
+"""A failed solve names the expression whose derivative jumps."""
+
+from __future__ import annotations
+
+import casadi as ca
+import pytest
+
+from ocp import Control, Ipopt, Phase, Problem, Settings, SolveFailed, State, collocate
+from ocp.numerics.kinks import kinked_operations
+
+x, v = State("x", "m"), State("v", "m/s")
+u = Control("u", "m/s^2", lower=-1, upper=1)
+
+
+def burn(cost, rate=u):
+    phase = Phase("burn", {x: v, v: rate}, {x: 0, v: 0}, {x: 1, v: 0}, end=3.0)
+    return Problem("burn", phase, minimise=phase.integral(cost))
+
+
+def complaint(problem):
+    with pytest.raises(SolveFailed) as failed:
+        collocate(problem, settings=Settings(solver=Ipopt(max_iterations=3)))
+    return str(failed.value)
+
+
+def test_the_operations_are_named():
+    a, b = ca.SX.sym("a"), ca.SX.sym("b")
+    assert kinked_operations(ca.fabs(a) + ca.fmax(a, b)) == ["fabs", "fmax"]
+    assert kinked_operations(ca.sqrt(a**2 + b) * ca.sin(a)) == []
+
+
+@pytest.mark.parametrize(
+    ("problem", "words"),
+    [
+        (burn(ca.fabs(u)), "integral of abs(u) over burn has a kink, by fabs"),
+        (burn(u**2, u - v * ca.fabs(v)), "the rate of 'v' has a kink, by fabs"),
+    ],
+    ids=["integrand", "rate"],
+)
+def test_what_has_a_kink_is_named_with_a_remedy(problem, words):
+    said = complaint(problem)
+    assert words in said
+    assert "controls of their own, each not negative" in said
+
+
+def test_where_all_is_smooth_nothing_is_said_of_kinks():
+    assert "kink" not in complaint(burn(u**4))
