@@ -268,7 +268,9 @@ class _Probe:
     def variation(self, expression: ca.SX) -> tuple[float, str]:
         """Largest change when one signal or unknown moves by its size, and which one."""
         values = self._evaluate(expression)
-        moves = [_size((moved - values[0]) / _STEP) for moved in values[1:]]
+        # an infinite value at the guess, such as the logarithm of zero, is left out
+        with np.errstate(invalid="ignore"):
+            moves = [_size((moved - values[0]) / _STEP) for moved in values[1:]]
         if not any(moves):
             return 0.0, ""
         worst = int(np.argmax(moves))

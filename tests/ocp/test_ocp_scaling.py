@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import casadi as ca
 import pytest
 
 from ocp import (
@@ -180,3 +181,11 @@ def test_an_optimum_far_below_zero_is_not_called_unbounded(price):
     found = solve(Problem("deep", phase, minimise=phase.integral(x + price * u**2)))
     assert found.objective == pytest.approx(-1 / (12 * price), rel=1e-7)
     assert certify(found).passed
+
+
+def test_a_logarithm_of_zero_at_the_guess_is_no_warning():
+    """The most of the integral of log(c), spent from 1 in a second: c = 1 and J = 0."""
+    wealth, spent = State("wealth", lower=0), Control("spent", lower=0)
+    phase = Phase("spend", {wealth: -spent}, {wealth: 1}, {wealth: 0}, end=1.0)
+    found = solve(Problem("spend", phase, maximise=2 + phase.integral(ca.log(spent))))
+    assert found.objective == pytest.approx(2.0, rel=1e-6)
