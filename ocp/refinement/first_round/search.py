@@ -201,6 +201,8 @@ def _searched(
         search = _FirstMeshSearch(program, answers, last, search.starts + 1, no_motion, unbounded)
 
         enough = search.starts >= _CHEAP_STARTS or last.iterations >= limit.cheap
+        # on a mesh too coarse to compare values, further ones would only differ
+        enough |= min((a.dynamics for a in answers), default=inf) > _COMPARABLE
         settled = enough and _settled(answers, agree)
         if last.outcome == "interrupted" or settled or (may_refine and no_motion):
             break
