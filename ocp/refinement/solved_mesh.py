@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.error_estimate import MeshErrors
-from ocp.refinement.estimates.other_controls import CERTIFIED_GAIN
+from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 
 # Factor by which constraints may miss their tolerance in a round that is good enough to be verified
 # where no better one was found: the slack that the verification has, too.

@@ -269,6 +269,7 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
     """The minimum principle, phase by phase."""
     iterate, informative = evidence.iterate, evidence.iterate.scheme.informative_multipliers
     acting = acting_intervals(iterate)
+
     for index, costates in enumerate(evidence.multipliers.costates):
         principle = minimum_principle(iterate, evidence.evaluator, costates, index, acting[index])
         yield from _between_changes(principle, allowed)
@@ -282,6 +283,8 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
                 "what moving breakpoints promises to gain by its changes, to first order, relative "
                 "to the objective",
             )
+
+    # other schemes have multipliers that meet the principle on any mesh
     if informative:
         yield Condition(
             "finer controls",

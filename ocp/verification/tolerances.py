@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 
 from ocp.errors import StatementError
 from ocp.keywords import checked_keywords
-from ocp.refinement.estimates.other_controls import CERTIFIED_GAIN
+from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 
 
 @checked_keywords({"corners": "write changes={value}"})

@@ -27,10 +27,7 @@ from ocp.optimality.hamiltonian import Hamiltonian, hamiltonian_of
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import phase_costates
 from ocp.problem.display import with_unit
-
-# Of the objective: what a certificate lets finer controls promise. It is ten times the default of a
-# solve, because the promise is of first order, and often ten times what they give.
-CERTIFIED_GAIN = 1e-5
+from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 
 # Gauss points of an interval, values of each control that are tried alone, points of the box, and
 # evaluations in all: on fine meshes fewer points of an interval are looked at
@@ -90,13 +87,6 @@ class OtherControls:
         gains = np.zeros(count)
         np.add.at(gains, self.intervals, self.weights * self.less)
         return gains
-
-    def gains_at_changes(self, count: int) -> Array:
-        """`of_intervals` in which others are better at some points only, or not in those beside."""
-        worse = np.ones(count, dtype=bool)
-        np.logical_and.at(worse, self.intervals, self.less > 0.0)
-        beside = np.concatenate([[True], worse[:-1]]) & np.concatenate([worse[1:], [True]])
-        return np.where(worse & beside, 0.0, self.of_intervals(count))
 
 
 def other_controls(

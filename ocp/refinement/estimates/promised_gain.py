@@ -18,11 +18,15 @@ from ocp.refinement.estimates.control_resolution import (
     parts_to_resolve,
     saturated,
 )
-from ocp.refinement.estimates.other_controls import others_of_phase
 
 # part of a control's range that its shape may be off by before the control counts as rough: what a
 # finer smooth control would gain is the square of it, a tenth of the tolerance on the objective
 _SMOOTH = 3e-4
+
+
+# Of the objective: what a certificate lets finer controls promise. It is ten times the default of a
+# solve, because the promise is of first order, and often ten times what they give.
+CERTIFIED_GAIN = 1e-5
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -59,12 +63,7 @@ class PhaseGains:
         acting : sequence of (N,)
             Of each phase, the intervals in which a path constraint, a peak or a state's bound acts.
         """
-        anywhere = gains(iterate, evaluator, index)
-        # an interval in which a control changes to another valley of the Hamiltonian
-        others = others_of_phase(iterate, evaluator, index, ~acting[index])
-        if others is not None:
-            anywhere = np.maximum(anywhere, others.gains_at_changes(anywhere.size))
-        anywhere /= iterate.objective_size
+        anywhere = gains(iterate, evaluator, index) / iterate.objective_size
         motion, mesh = iterate.trajectory.phases[index], iterate.mesh.phases[index]
         parts = parts_to_resolve(motion, mesh, _SMOOTH)
         back_offs = back_off_costs(iterate, index)
