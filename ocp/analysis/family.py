@@ -18,6 +18,7 @@ import numpy as np
 from ocp.arrays import Array
 from ocp.errors import FamilyStopped, Interrupted, SolveFailed, StatementError
 from ocp.keywords import checked_keywords
+from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import StartingPoint
@@ -37,6 +38,7 @@ from ocp.refinement.policies.moving_mesh import (
     moving_mesh,
     price_of_widths,
 )
+from ocp.refinement.saddles import lower_motion
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
 from ocp.solve import solve, solve_from
@@ -315,14 +317,14 @@ class _Walk:
         for _ in range(_RENEWALS):
             if found is None:
                 break
-            if not self._held_back(found):
+            if found.alone or not self._held_back(found):
                 return replace(found, iterations=iterations)
             # the limits of all widths are set anew, from where the breakpoints are
             mesh = moving_mesh(found.iterate, base.evaluator, _MERGED)
             program = meshes.first_program(found.iterate, mesh)
             found = self._solved(meshes, program, found.iterate)
             iterations += found.iterations if found else 0
-        return self._alone(meshes, last)
+        return self._alone(meshes, last.trajectory, last.iterate.mesh)
 
     def _solved(
         self, meshes: MeshSolver, program: Transcription, start: StartingPoint | Iterate
@@ -337,6 +339,8 @@ class _Walk:
             )
         if result.outcome != "solved":
             return None
+        if below := self._below(meshes, program, result):
+            return self._alone(meshes, below, below.mesh)
         return Member(
             value=meshes.parameters.values[self.constant.name],
             objective=meshes.problem.sense * result.objective * program.scales.objective,
@@ -347,10 +351,21 @@ class _Walk:
             answer=result,
         )
 
-    def _alone(self, meshes: MeshSolver, last: Member) -> Member:
-        """A member refined on a mesh of its own, from the one before as far as it leads."""
-        start = last.iterate
-        found = refine(meshes, start.trajectory, start.mesh, meshes.settings.accuracy)
+    def _below(
+        self, meshes: MeshSolver, program: Transcription, result: NlpResult
+    ) -> Iterate | None:
+        """A motion of a lower objective, where what was found is a saddle.
+
+        A minimum of the neighbour may go on as one, beyond a bifurcation.
+        """
+        if result.seems_least:
+            return None
+        found = iterate_of(program, result, trajectory_of(program, result.x, meshes.parameters))
+        return lower_motion(meshes, found, [])
+
+    def _alone(self, meshes: MeshSolver, start: Iterate | Trajectory, mesh: Mesh) -> Member:
+        """A member refined on a mesh of its own, from a motion nearby as far as it leads."""
+        found = refine(meshes, start, mesh, meshes.settings.accuracy)
         return self._followable(found.best.iterate, meshes.parameters, iterations_of(found.rounds))
 
     def _followable(self, iterate: Iterate, parameters: Parameters, iterations: int) -> Member:

@@ -263,6 +263,8 @@ class Ipopt:
                 f"IPOPT finds no library with the linear solver '{self.linear_solver}' here; "
                 "install it where the system looks for libraries, or choose mumps"
             )
+        # a run that never began has none
+        added = statistics.get("iterations", {}).get("regularization_size", ())
         log.debug("IPOPT: %s after %d iterations", status, count)
 
         if run.diverged:
@@ -277,6 +279,7 @@ class Ipopt:
             row_multipliers=solution["lam_g"],
             iterations=count,
             seconds=clock.perf_counter() - begin,
+            added_curvature=float(added[-1]) if len(added) > 1 else math.nan,
         )
         if result.outcome not in ("solved", "interrupted") or run.stood_still:
             result = _at_best(result, standstill, stopped=interrupts.asked)

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
 from ocp.arrays import Array
+
+# Steps after which the last one began near the point where it ends, and scaled curvature that is
+# nothing: where the objective curves downwards by less, a change of size 1 lowers it by less still.
+NEAR = 3
+_NO_CURVATURE = 1e-5
 
 Outcome = Literal[
     "solved",
@@ -43,6 +49,9 @@ class NlpResult:
         The one that ran.
     attempts : int
         Runs that it took, where there were several.
+    added_curvature : float
+        What the last step needed to lead down, scaled: nothing near a least value, something near a
+        saddle. nan where no step was made, or where the solver does not tell.
     """
 
     outcome: Outcome
@@ -56,3 +65,13 @@ class NlpResult:
     seconds: float
     solver: str = "ipopt"
     attempts: int = 1
+    added_curvature: float = math.nan
+
+    @property
+    def seems_least(self) -> bool:
+        """Whether the last step led down by itself, from a point near the one where it ends.
+
+        A warm start for other constants may take one step, with the curvature that there was.
+        """
+        near = self.attempts == 1 and self.iterations >= NEAR
+        return near and self.added_curvature <= _NO_CURVATURE

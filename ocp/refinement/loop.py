@@ -13,7 +13,7 @@ from ocp.errors import BudgetSpent, Collapsed, Interrupted, NumericalTrouble
 from ocp.mesh.mesh import Mesh, same_intervals
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.failures import failure
-from ocp.nlp.result import NlpResult
+from ocp.nlp.result import NEAR, NlpResult
 from ocp.optimality.iterate import Iterate
 from ocp.problem.problem import Problem
 from ocp.refinement.accuracy import Accuracy
@@ -24,6 +24,7 @@ from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_o
 from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.policies.movable import most_iterations
 from ocp.refinement.policies.policy import RefinementPolicy
+from ocp.refinement.saddles import lower_motion
 from ocp.refinement.solved_mesh import LOOSER, SolvedMesh, best_of, gain_falls
 from ocp.refinement.unwrapping import lost_angle
 from ocp.transcription.packing import trajectory_of
@@ -58,6 +59,9 @@ _LITTLE = 10.0
 # A round may end above the least objective of its mesh by this part of what finer controls promise,
 # or of the tolerance on the objective. A motion further from it is not the one to be refined.
 _NEAR = 0.1
+
+# Saddles that are left one after the other.
+_SADDLES = 2
 
 # Part of the last leak that the next round may have, where a leak is about to be closed.
 _FALLING = 0.5
@@ -115,9 +119,22 @@ def refine(
         The user stopped it.
     """
     solved: list[SolvedMesh] = []
-    rounds = list(before)
+    rounds, lower = list(before), list[float]()
     try:
         ending = _refine(meshes, start, mesh, accuracy, solved, rounds)
+        while len(lower) < _SADDLES and ending not in ("budget", "failure"):
+            best = best_of(solved, accuracy)
+            if _seems_least(best, solved):
+                break
+            below = lower_motion(meshes, best.iterate, rounds)
+            if below is None:
+                break
+            lower.append(below.objective)
+            further: list[SolvedMesh] = []
+            try:
+                ending = _refine(meshes, below, below.mesh, accuracy, further, rounds)
+            finally:
+                solved += further
     except KeyboardInterrupt as stop:
         raise _interrupted(meshes.problem, solved, accuracy, None) from stop
 
@@ -125,6 +142,14 @@ def refine(
     if ending == "budget" and not best.holds(accuracy, LOOSER):
         raise _budget_spent(meshes, rounds, best.iterate.trajectory, best)
     return Refinement(best, tuple(rounds), ending)
+
+
+def _seems_least(best: SolvedMesh, solved: Sequence[SolvedMesh]) -> bool:
+    """Whether the best answer is no saddle, by what the solver last told on the way to it."""
+    # a mesh solved again takes hardly a step, and tells nothing new
+    until = solved[: solved.index(best) + 1]
+    told = [s.seems_least for s in until if s.iterations >= NEAR]
+    return bool(told) and told[-1]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -196,7 +196,9 @@ class MeshSolver:
         iterate = unwrapped(iterate_of(program, result, trajectory), self.evaluator)
         errors = estimate_errors(iterate, self.evaluator, self.settings.accuracy)
         violation = float(iterate.limits.excess(result.rows).max(initial=0.0))
-        return SolvedMesh(iterate, errors, violation, tight, finer, result.iterations)
+        return SolvedMesh(
+            iterate, errors, violation, tight, finer, result.iterations, result.seems_least
+        )
 
     def spent(self, rounds: Sequence[MeshIteration]) -> bool:
         """Whether the budget is used up after some mesh iterations."""

@@ -33,6 +33,8 @@ class SolvedMesh:
         Whether its mesh has more intervals than the one before.
     iterations : int
         Of the solver.
+    seems_least : bool
+        Whether it is no saddle of its program, see `ocp.nlp.result.NlpResult`.
     """
 
     iterate: Iterate
@@ -41,6 +43,7 @@ class SolvedMesh:
     tight: bool
     finer: bool
     iterations: int = 0
+    seems_least: bool = False
 
     def holds(self, accuracy: Accuracy, slack: float = 1.0) -> bool:
         """Whether the motion meets the dynamics and all constraints, between its points too.

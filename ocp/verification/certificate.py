@@ -20,6 +20,7 @@ from ocp.optimality.multipliers import Multipliers, all_multipliers
 from ocp.verification.conditions import (
     Condition,
     Evidence,
+    curvature_condition,
     motion_conditions,
     optimality_conditions,
     peak_conditions,
@@ -144,6 +145,7 @@ def certify(solution: Certifiable, tolerances: Tolerances | None = None) -> Cert
     checks = (
         *motion_conditions(evidence, allowed),
         *program_conditions(evidence, allowed),
+        curvature_condition(evidence, allowed),
         *optimality_conditions(evidence, allowed),
         *step_conditions(evidence, allowed),
         *peak_conditions(evidence, allowed),

@@ -1,9 +1,10 @@
 """The conditions of a certificate: what is tested of a solution, and how closely.
 
 Each group of conditions is a function that yields them: the replayed motion against the statement
-(`motion_conditions`), the first-order conditions of the nonlinear program (`program_conditions`),
-the minimum principle (`optimality_conditions`), steps that no derivative shows (`step_conditions`)
-and the multipliers of peaks (`peak_conditions`).
+(`motion_conditions`), the first-order conditions of the nonlinear program (`program_conditions`)
+and its second-order one (`curvature_condition`), the minimum principle (`optimality_conditions`),
+steps that no derivative shows (`step_conditions`) and the multipliers of peaks
+(`peak_conditions`).
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array
+from ocp.errors import Unbounded
 from ocp.mesh.trajectory import Evaluator
 from ocp.optimality.active_set import acting_intervals, limit_distances
 from ocp.optimality.iterate import Iterate
@@ -29,6 +31,9 @@ from ocp.refinement.estimates.excess_price import worth_of_excess
 from ocp.refinement.estimates.other_controls import other_controls, others_remark
 from ocp.refinement.estimates.promised_gain import promised_gain
 from ocp.refinement.estimates.switch_detection import control_jumps
+from ocp.refinement.mesh_solver import MeshSolver
+from ocp.refinement.saddles import lower_motion
+from ocp.settings import Settings
 from ocp.verification.minimum_principle import MinimumPrinciple, minimum_principle
 from ocp.verification.simulation import SimulatedMotion, replayed, simulate
 from ocp.verification.tolerances import Tolerances
@@ -224,6 +229,26 @@ def program_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Cond
         "costates and other multipliers, as they are shown, differ from those of the program's "
         "rows by this part",
     )
+
+
+def curvature_condition(evidence: Evidence, allowed: Tolerances) -> Condition:
+    """The second-order condition of the nonlinear program: the answer is no saddle."""
+    iterate = evidence.iterate
+    meshes = MeshSolver.of(
+        iterate.problem, Settings(), iterate.parameters, evaluator=evidence.evaluator
+    )
+    gain, sentence = 0.0, "no small change of the motion lowers the objective to second order"
+    try:
+        lower = lower_motion(meshes, iterate, [])
+    except Unbounded:
+        gain, sentence = np.inf, "the answer is a saddle, beside which the objective runs away"
+    else:
+        if lower is not None:
+            gain = abs(lower.objective - iterate.objective) / iterate.objective_size
+            sentence = (
+                "the answer is a saddle: on its mesh a motion beside it is better by this part"
+            )
+    return Condition("curvature", gain, allowed.gain, sentence)
 
 
 def _shown_difference(shown: Multipliers, program: Multipliers) -> float:

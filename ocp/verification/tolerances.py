@@ -51,9 +51,9 @@ class Tolerances:
     concave : float
         Negative curvature of the Hamiltonian by a free control: rounding of a few products.
     gain : float
-        What finer controls promise, or other breakpoints where a path constraint acts, relative
-        to the objective: ten times the default of a solve, because the promise is of first order,
-        and often ten times what they give.
+        What finer controls promise, other breakpoints where a path constraint acts, or a motion
+        beside a saddle, relative to the objective: ten times the default of a solve, because the
+        promise is of first order, and often ten times what they give.
     steps : float
         Step of a rate, integrand or constraint whose time depends on the motion, relative to its
         largest value: what is left where two branches are meant to be one function.

@@ -1,0 +1,68 @@
+"""Whether a stationary point is a saddle, and starts beside it.
+
+At a least value the objective curves upwards along all small changes that the constraints allow.
+Elsewhere the matrix of a Newton step has too many negative eigenvalues, and IPOPT adds curvature
+until the step leads down (Waechter and Biegler 2006, section 3.1). So what it adds tells which of
+the two a point is. At a saddle itself no step shows the way down, as the slope is zero. From a
+point beside it a solver goes down.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ocp.arrays import Array
+from ocp.nlp.ipopt import Ipopt
+from ocp.nlp.solver import StartingPoint
+from ocp.transcription.kernels import Program
+from ocp.transcription.transcribe import ProgramLimits
+
+# Random changes of scaled unknowns: a small one stays near, a large one gets away where the
+# objective curves little.
+_CHANGES = (1e-3, 3e-2)
+
+# Iterations within which the solver is back, or at a lower point. Most take thirty to fifty.
+PATIENCE = 100
+
+# The change where one step is made to see what is added. At the point itself IPOPT may stop before
+# it makes any. Small pivots are not worth their speed where the signs of eigenvalues are asked for.
+_BESIDE = 1e-8
+_ONE_STEP = Ipopt(tolerance=1e-12, max_iterations=1, stall=0, pivot_tolerance=1e-3)
+
+
+def added_curvature(
+    program: Program, point: StartingPoint, limits: ProgramLimits, parameters: Array
+) -> float:
+    """What IPOPT adds to the Hessian of the Lagrangian for a step from a stationary point, scaled.
+
+    It is 0 at a strict minimum, more at a saddle, and may be either where some change alters
+    nothing.
+
+    Parameters
+    ----------
+    point : StartingPoint
+        With its multipliers.
+    parameters : (n_p,)
+        Values of the problem's constants.
+    """
+    beside = _beside(point, limits, _BESIDE, np.random.default_rng(0))
+    return _ONE_STEP.solve(program, beside, limits, parameters).added_curvature
+
+
+def starts_beside(point: StartingPoint, limits: ProgramLimits) -> Iterator[StartingPoint]:
+    """Starts from which a solver leaves a saddle, the same in every run."""
+    random = np.random.default_rng(0)
+    for size in _CHANGES:
+        yield _beside(point, limits, size, random)
+
+
+def _beside(
+    point: StartingPoint, limits: ProgramLimits, size: float, random: np.random.Generator
+) -> StartingPoint:
+    """A random point beside one; unknowns at a limit stay there."""
+    lower, upper = limits.columns
+    free = (point.x > lower) & (point.x < upper)
+    changes = size * random.standard_normal(point.x.size) * free
+    return StartingPoint(np.clip(point.x + changes, lower, upper), point.multipliers)

@@ -1,0 +1,114 @@
+"""A lower motion beside an answer that is a saddle.
+
+A solver that starts at a stationary point stays there. Along a family, or from a motion that a user
+states, that point may be a minimum no longer: beyond a bifurcation it is a saddle, and all
+first-order conditions hold at it. Then the solver is run again from points beside it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from ocp.errors import Unbounded
+from ocp.nlp.failures import failure
+from ocp.nlp.saddle import PATIENCE, added_curvature, starts_beside
+from ocp.nlp.solver import StartingPoint
+from ocp.optimality.iterate import Iterate, iterate_of
+from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_of
+from ocp.refinement.mesh_solver import MeshSolver
+from ocp.transcription.packing import trajectory_of
+from ocp.transcription.transcribe import Transcription
+
+# Scaled violation of the rows up to which a motion counts as one of its mesh.
+_MET = 1e-8
+
+
+def lower_motion(
+    meshes: MeshSolver, answer: Iterate, rounds: list[MeshIteration]
+) -> Iterate | None:
+    """A motion on the same mesh whose objective is lower, where the answer is a saddle.
+
+    The solver may still be on its way down.
+
+    Parameters
+    ----------
+    rounds : list of MeshIteration
+        Until now. What is tried is appended.
+
+    Raises
+    ------
+    Unbounded
+        From beside the answer the objective runs away.
+    KeyboardInterrupt
+        The user stopped it.
+    """
+    if _least(meshes, answer):
+        return None
+    if any(phase.movable for phase in answer.mesh.phases):
+        # where breakpoints lie alters the objective by errors of the mesh alone, up or down
+        held = _held_still(meshes, answer, rounds)
+        if held is None or _least(meshes, held):
+            return None
+        answer = held
+
+    least = meshes.settings.accuracy.objective * answer.objective_size
+    for start in starts_beside(_point(answer), answer.limits):
+        below = _found(meshes, answer.transcription, start, rounds)
+        if below and meshes.problem.sense * (answer.objective - below.objective) > least:
+            return below
+    return None
+
+
+def _least(meshes: MeshSolver, answer: Iterate) -> bool:
+    """Whether an answer is a minimum of its program, to second order."""
+    program, values = answer.transcription.program, meshes.parameters.vector
+    return added_curvature(program, _point(answer), answer.limits, values) == 0
+
+
+def _held_still(meshes: MeshSolver, answer: Iterate, rounds: list[MeshIteration]) -> Iterate | None:
+    """The answer on a mesh of the same intervals that do not move; None if the solver fails."""
+    motions = answer.trajectory.phases
+    phases = tuple(
+        replace(mesh, breakpoints=motion.fractions, movable=())
+        for mesh, motion in zip(answer.mesh.phases, motions, strict=True)
+    )
+    program = meshes.next_program(answer, replace(answer.mesh, phases=phases))
+    start = meshes.starting_point(program, answer, program.limits(meshes.parameters))
+    return _found(meshes, program, start, rounds)
+
+
+def _found(
+    meshes: MeshSolver,
+    program: Transcription,
+    start: StartingPoint,
+    rounds: list[MeshIteration],
+) -> Iterate | None:
+    """Where a program's solver comes to from a start, if that meets its rows.
+
+    It may be on its way down. The record is appended.
+    """
+    done = iterations_of(rounds)
+    if meshes.budget.spent(done):
+        return None
+    solver = meshes.budget.within(meshes.settings.solver.within(PATIENCE, math.inf), done)
+    limits = program.limits(meshes.parameters)
+    result = meshes.run(program, solver, start, limits, len(rounds) + 1)
+    motion = trajectory_of(program, result.x, meshes.parameters)
+    if result.outcome == "interrupted":
+        raise KeyboardInterrupt
+
+    solved = None
+    if result.outcome == "solved":
+        solved = meshes.examined(program, result, tight=True, finer=False)
+    else:
+        error = failure(program, result, meshes.parameters, motion)
+        if isinstance(error, Unbounded):
+            raise error
+    rounds.append(record_of(program.mesh, result, solved))
+    met = float(limits.excess(result.rows).max(initial=0.0)) <= _MET
+    return iterate_of(program, result, motion) if met else None
+
+
+def _point(answer: Iterate) -> StartingPoint:
+    return StartingPoint(answer.x, (answer.bound_multipliers, answer.row_multipliers))
