@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ocp.arrays import Array
+from ocp.arrays import Array, Flags
 from ocp.mesh.mesh import SAME_POINT
 from ocp.mesh.trajectory import Evaluator
 from ocp.optimality.hamiltonian import shifts
@@ -25,6 +25,22 @@ from ocp.refinement.estimates.switch_detection import Jump
 _MISSED = 1e-3
 
 
+def held_switches(iterate: Iterate, index: int, jumps: Sequence[Jump]) -> Flags:
+    """Whether controls jump at an inner breakpoint that cannot move, (N - 1,).
+
+    Not at a known time, where the Hamiltonian may jump.
+    """
+    motion, mesh = iterate.trajectory.phases[index], iterate.mesh.phases[index]
+    inner = motion.fractions[1:-1, None]
+    at = np.array([jump.at for jump in jumps])
+    known = motion.fractions_of(iterate.problem.instants[motion.name])
+    jumped, pinned = (
+        np.abs(inner - places).min(axis=1, initial=np.inf) <= SAME_POINT for places in (at, known)
+    )
+    moving = np.isin(np.arange(1, motion.intervals), mesh.movable)
+    return jumped & ~pinned & ~moving
+
+
 def missed_switches(
     iterate: Iterate, evaluator: Evaluator, index: int, jumps: Sequence[Jump]
 ) -> Array:
@@ -33,22 +49,13 @@ def missed_switches(
     Nothing beside breakpoints that move, or that stand at a known time, and nothing by schemes
     whose multipliers do not tell.
     """
-    motion, mesh = iterate.trajectory.phases[index], iterate.mesh.phases[index]
+    motion = iterate.trajectory.phases[index]
     missed = np.zeros(motion.intervals)
     if not (jumps and iterate.scheme.informative_multipliers):
         return missed
 
-    # at a known time the Hamiltonian may jump
-    fractions = motion.fractions
-    known = motion.fractions_of(iterate.problem.instants[motion.name])
-    jumped = (
-        np.abs(fractions[1:-1, None] - np.array([j.at for j in jumps])).min(axis=1) <= SAME_POINT
-    )
-    pinned = np.abs(fractions[1:-1, None] - known).min(axis=1, initial=np.inf) <= SAME_POINT
-    moving = np.isin(np.arange(1, motion.intervals), mesh.movable)
-
     gained = shifts(iterate, evaluator, index) / iterate.objective_size
-    fixed = jumped & ~pinned & ~moving
+    fixed = held_switches(iterate, index, jumps)
     gained[gained < _MISSED] = 0.0
 
     # a control that jumps between two valleys of the Hamiltonian is in the worse one on one side

@@ -18,7 +18,7 @@ from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.error_estimate import MeshErrors, PhaseErrors
 from ocp.refinement.estimates.switch_detection import Jump
 from ocp.refinement.policies.back_off import chosen_back_offs, without_closed
-from ocp.refinement.policies.brackets import settled, with_brackets
+from ocp.refinement.policies.brackets import settled, with_brackets, with_movable_switches
 from ocp.refinement.policies.marks import WHOLE, Marks
 from ocp.refinement.policies.movable import hindered
 from ocp.refinement.policies.policy import RefinementPolicy, check_counts
@@ -95,6 +95,8 @@ class AdaptiveMesh:
         following = self._adapted(last, accuracy, resolve_controls=not converged)
         if following is not None and not self.move_breakpoints:
             following = following.frozen()
+        elif following is not None and informative and _promises_in_vain(solved, accuracy):
+            following = with_movable_switches(last.iterate) or following
 
         if following is None and not converged and not informative:
             # the multipliers of these schemes meet the minimum principle on any mesh: compare two
@@ -143,6 +145,15 @@ class AdaptiveMesh:
             tuple(step.extra_points() for step in steps),
             tuple(step.back_off() for step in steps),
         )
+
+
+def _promises_in_vain(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> bool:
+    """Whether a motion that holds promises a gain though its mesh, a finer one, gained nothing."""
+    if len(solved) < 2 or not solved[-1].holds(accuracy):
+        return False
+    before, after = solved[-2:]
+    change = _change(before.iterate, after.iterate)
+    return after.finer and after.errors.gain > accuracy.objective >= change
 
 
 def _controls_converged(

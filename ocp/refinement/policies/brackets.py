@@ -7,13 +7,16 @@ jump may lie anywhere in an interval, that interval is the bracket.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from ocp.arrays import Array
-from ocp.mesh.mesh import SAME_POINT, PhaseMesh, distinct
+from ocp.mesh.mesh import SAME_POINT, Mesh, PhaseMesh, distinct
 from ocp.mesh.trajectory import PhaseTrajectory
-from ocp.refinement.estimates.switch_detection import ROUND_OFF, Jump, jumps_at
+from ocp.optimality.iterate import Iterate
+from ocp.refinement.estimates.missed_switches import held_switches
+from ocp.refinement.estimates.switch_detection import ROUND_OFF, Jump, control_jumps, jumps_at
 
 # Half the width of a bracket as a part of the width within which the jump may lie: narrow enough
 # that its ends need not move, wide enough that the optimum is inside.
@@ -86,6 +89,22 @@ def _uncertainty(points: Array, jump: Jump) -> float:
     k = int(np.clip(np.searchsorted(points, jump.at) - 1, 0, points.size - 2))
     near = np.diff(points)[max(k - 1, 0) : k + 2]
     return max(jump.last - jump.first, float(near.min()))
+
+
+def with_movable_switches(iterate: Iterate) -> Mesh | None:
+    """The mesh of a solved one whose breakpoints may move where a control jumps at them.
+
+    Beside a jump at a breakpoint that stays the multipliers are not unique, and what they promise
+    means nothing. None if there is no such jump, or at known times only.
+    """
+    phases, none = list[PhaseMesh](), True
+    for index, motion in enumerate(iterate.trajectory.phases):
+        mesh = iterate.mesh.phases[index]
+        held = np.flatnonzero(held_switches(iterate, index, control_jumps(motion))) + 1
+        movable = tuple(sorted({*mesh.movable, *held.tolist()}))
+        phases.append(replace(mesh, breakpoints=motion.fractions, movable=movable))
+        none &= not held.size
+    return None if none else replace(iterate.mesh, phases=tuple(phases))
 
 
 def settled(mesh: PhaseMesh, motion: PhaseTrajectory) -> tuple[PhaseMesh, bool]:
