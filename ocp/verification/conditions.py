@@ -28,7 +28,7 @@ from ocp.problem.symbols import TIME, Between
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.error_estimate import MotionErrors
 from ocp.refinement.estimates.excess_price import worth_of_excess
-from ocp.refinement.estimates.other_controls import other_controls, others_remark
+from ocp.refinement.estimates.other_controls import other_controls, others_remark, promised_by
 from ocp.refinement.estimates.promised_gain import promised_gain
 from ocp.refinement.estimates.switch_detection import control_jumps
 from ocp.refinement.mesh_solver import MeshSolver
@@ -320,7 +320,7 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
         others = list(other_controls(iterate, evidence.evaluator, acting))
         yield Condition(
             "other controls",
-            sum(other.gain for other in others) / iterate.objective_size,
+            promised_by(others, iterate),
             allowed.gain,
             others_remark(others, iterate)
             or "what controls far from these promise to gain, to first order, relative to the "

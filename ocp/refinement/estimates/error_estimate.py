@@ -20,7 +20,7 @@ from ocp.problem.functionals import Integral, Peak
 from ocp.problem.parameters import Parameters
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.constrained_arcs import arc_gains
-from ocp.refinement.estimates.excess_price import priced
+from ocp.refinement.estimates.excess_price import weighted_by_worth
 from ocp.refinement.estimates.missed_switches import missed_switches
 from ocp.refinement.estimates.promised_gain import PhaseGains
 from ocp.refinement.estimates.switch_detection import Jump, control_jumps
@@ -310,7 +310,7 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
         gains = PhaseGains.of(iterate, evaluator, index, acting)
         missed = missed_switches(iterate, evaluator, index, jumps)
         on_arcs = arc_gains(iterate, evaluator, index, acting[index]) / iterate.objective_size
-        excess = priced(iterate, index, motion_errors.excess[index], accuracy)
+        excess = weighted_by_worth(iterate, index, motion_errors.excess[index], accuracy)
         over = [e.values > _COARSE for e in excess]
         wide = np.diff(motion.fractions) > NARROW
         phases.append(

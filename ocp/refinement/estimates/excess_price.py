@@ -49,7 +49,7 @@ def worth_of_excess(iterate: Iterate, excess: Sequence[tuple[Extremes, ...]]) ->
     )
 
 
-def priced(
+def weighted_by_worth(
     iterate: Iterate, index: int, excess: tuple[Extremes, ...], accuracy: Accuracy
 ) -> tuple[Extremes, ...]:
     """Excesses that count more where their part of the objective would exceed its tolerance."""

@@ -141,9 +141,14 @@ class _WithOthers:
         return values
 
 
+def promised_by(found: Sequence[OtherControls], iterate: Iterate) -> float:
+    """What other controls promise to gain together, relative to the objective."""
+    return sum(other.gain for other in found) / iterate.objective_size
+
+
 def others_remark(found: Sequence[OtherControls], iterate: Iterate) -> str:
     """A sentence on controls that promise more than a certificate lets pass; empty if none do."""
-    gain = sum(other.gain for other in found) / iterate.objective_size
+    gain = promised_by(found, iterate)
     if not gain > CERTIFIED_GAIN:
         return ""
     most = max(found, key=lambda other: other.gain)
@@ -156,7 +161,7 @@ def others_remark(found: Sequence[OtherControls], iterate: Iterate) -> str:
     ]
     return (
         f"other controls promise to gain {gain:.2g} of the objective, such as {', '.join(moved)} "
-        f"at {most.times[k]:.4g} s; start from there with guess={{...}}, or from nowhere without it"
+        f"at {most.times[k]:.4g} s; state these controls as a guess, or leave the guess out"
     )
 
 

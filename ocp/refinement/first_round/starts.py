@@ -18,7 +18,7 @@ from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import NlpSolver, StartingPoint
 from ocp.optimality.active_set import acting_intervals
 from ocp.optimality.iterate import iterate_of
-from ocp.refinement.estimates.other_controls import guess_with_others, other_controls
+from ocp.refinement.estimates.other_controls import guess_with_others, other_controls, promised_by
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.transcription.packing import decision_vector, trajectory_of
@@ -131,7 +131,7 @@ def with_other_controls(
     found = trajectory_of(program, result.x, meshes.parameters)
     iterate = iterate_of(program, result, found)
     others = list(other_controls(iterate, meshes.evaluator, acting_intervals(iterate)))
-    if sum(other.gain for other in others) > _PROMISED * iterate.objective_size:
+    if promised_by(others, iterate) > _PROMISED:
         guess = initial_guess(meshes.problem, meshes.parameters, found)
         yield _point(meshes, program, guess_with_others(guess, others))
 
