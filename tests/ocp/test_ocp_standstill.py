@@ -9,7 +9,7 @@ from ocp import Accuracy, Control, Ipopt, Phase, Problem, Settings, State, Unkno
 from ocp.mesh.mesh import Mesh, uniform
 from ocp.nlp.standstill import Standstill
 from ocp.problem.parameters import parameters_of
-from ocp.refinement.loop import stands_still
+from ocp.refinement.endings import stands_still
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.solved_mesh import SolvedMesh, best_of
 

@@ -1,0 +1,158 @@
+"""When a refinement ends short of its tolerances, and when no finer mesh would help."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import Literal
+
+from ocp.errors import Collapsed, NumericalTrouble
+from ocp.refinement.accuracy import Accuracy
+from ocp.refinement.mesh_iteration import MeshIteration
+from ocp.refinement.mesh_solver import MeshSolver
+from ocp.refinement.solved_mesh import LOOSER, SolvedMesh, gain_falls
+from ocp.refinement.unwrapping import lost_angle
+
+Ending = Literal["tolerances", "standstill", "rounds", "failure", "budget"]
+
+# Mesh iterations after which an angle that still turns to and fro does so on finer meshes, too, and
+# after which a motion that has shrunk to next to no time will not grow.
+_TURNING = 3
+
+# What such an angle leaves at least, of the dynamics or as a promised gain.
+_FAR = 1e-3
+
+# Part of the objective that is as good as all of it, and of the typical time that is next to none.
+_ALL_OF_IT = 0.5
+_NEXT_TO_NO_TIME = 1e-2
+
+# Rounds in a row over which the objective stands still where nothing more is to be gained. It takes
+# one more where only a promised gain is open or much is promised, as a mesh may have been finer at
+# the wrong place, and where the next round only closes leaks, which costs little.
+_STILL = 2
+_STILL_IN_DOUBT = 3
+
+# Times the tolerance, up to which a promised gain is little: it is of first order, and often ten
+# times what is gained.
+LITTLE = 10.0
+
+# Part of the last leak that the next round may have, where a leak is about to be closed.
+_FALLING = 0.5
+
+
+def _check_angles(solved: Sequence[SolvedMesh]) -> None:
+    """NumericalTrouble where an angle without bounds is one that no finer mesh makes smooth."""
+    last = solved[-1]
+    # dynamics may hold while neighbouring intervals are whole turns apart, and much is promised
+    if len(solved) < _TURNING or max(last.errors.dynamics, last.errors.gain) < _FAR:
+        return
+    if lost := lost_angle(last.iterate):
+        phase, control = lost
+        raise NumericalTrouble(
+            f"the control '{control.name}' of phase '{phase}' turns to and fro between "
+            f"neighbouring points, after {len(solved)} mesh iterations, too: it has no bounds, and "
+            "more than its sine and cosine depends on it, so that whole turns cannot be taken out; "
+            f"bound this angle, as in Control({control.name!r}, lower=-4, upper=4)",
+            last.iterate.trajectory,
+        )
+
+
+def _check_duration(solved: Sequence[SolvedMesh]) -> None:
+    """Collapsed where next to no time is left, and meshes in a row promise the whole objective.
+
+    Where the optimum is at infinite controls, as a least time without a limit of the force, the
+    solver stops somewhere on the way, and finer meshes lead nowhere.
+    """
+    latest = solved[-_TURNING:]
+    if len(latest) < _TURNING or min(s.errors.gain for s in latest) < _ALL_OF_IT:
+        return
+    last = latest[-1].iterate
+    duration = sum(phase.end - phase.start for phase in last.trajectory.phases)
+    # later sizes are those of what was found
+    if duration > _NEXT_TO_NO_TIME * solved[0].iterate.scales.time:
+        return
+    raise Collapsed(
+        f"the motion of '{last.problem.name}' shrinks to {duration:.1e} s, and finer controls "
+        "promise to gain all of the objective: nothing seems to limit them; bound the controls, or "
+        "prescribe a least duration",
+        last.trajectory,
+    )
+
+
+def ending_of(
+    meshes: MeshSolver,
+    solved: Sequence[SolvedMesh],
+    rounds: Sequence[MeshIteration],
+    accuracy: Accuracy,
+    *,
+    over: bool,
+    again: bool,
+    closes_leaks: bool,
+) -> Ending | None:
+    """What ends a refinement that has a next mesh, if anything does.
+
+    Parameters
+    ----------
+    over : bool
+        Whether the policy allows no further mesh.
+    again : bool
+        Whether the next mesh is the last one, to be solved to the tolerance asked for.
+    closes_leaks : bool
+        Whether the next mesh only imposes limits at more points.
+
+    Raises
+    ------
+    NumericalTrouble
+        An angle without bounds turns to and fro on finer meshes, too.
+    Collapsed
+        Next to no time is left.
+    """
+    _check_angles(solved)
+    _check_duration(solved)
+    if over and not again:
+        return "rounds"
+    if meshes.spent(rounds):
+        return "budget"
+    if again or not stands_still(solved, accuracy, closes_leaks=closes_leaks):
+        return None
+    return "standstill"
+
+
+def stands_still(
+    solved: Sequence[SolvedMesh], accuracy: Accuracy, *, closes_leaks: bool = False
+) -> bool:
+    """Whether further rounds would change nothing but last digits of the constraints' tolerance.
+
+    The objective has stayed within its tolerance for several rounds, and one of them is good enough
+    to be verified. What the last of them promises to gain is below the tolerance, too, or refuted:
+    a finer mesh has gained nothing, and the promise is about what it was.
+
+    Parameters
+    ----------
+    closes_leaks : bool
+        Whether the next round would only impose limits at more points: then one more is waited for.
+    """
+    last, promised = solved[-1], solved[-1].errors.gain
+    leaks, much = last.leak > accuracy.path, promised > LITTLE * accuracy.objective
+    count = _STILL if leaks and not (much or closes_leaks) else _STILL_IN_DOUBT
+    latest = solved[-count:]
+    # a rough solve that is made again to the tolerance asked for is no second mesh
+    if len(latest) < count or not all(s.tight for s in latest):
+        return False
+
+    # what leaks of the looser tolerance may be worth, however loosely the optimum is asked for
+    objectives = [s.iterate.objective for s in latest]
+    slack = min(accuracy.objective, LOOSER * accuracy.path) * last.iterate.objective_size
+    if max(objectives) - min(objectives) > slack:
+        return False
+    refuted = any(s.finer for s in latest[1:]) and not gain_falls(latest, len(latest) - 1)
+    if promised > accuracy.objective and not refuted:
+        return False
+    if leaks and _leaks_fall(latest):
+        return False
+    return any(s.holds(accuracy, LOOSER) for s in latest)
+
+
+def _leaks_fall(latest: Sequence[SolvedMesh]) -> bool:
+    """Whether each of the rounds left much less over the limits than the one before."""
+    return all(new.leak <= _FALLING * old.leak for old, new in itertools.pairwise(latest))
