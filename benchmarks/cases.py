@@ -121,7 +121,7 @@ def measure(name: str) -> Record:
                 name, None, 0.0, effort.rounds, effort.iterations, seconds, failure=failure
             )
 
-    # counted no longer: a certificate solves nothing today, and is no part of the effort
+    # counted no longer: a certificate is no part of the effort
     certificate = certify(answer.solution)
     outcomes = [*((c.name, c.passed) for c in certificate.checks), *answer.study_checks]
     return Record(

@@ -293,6 +293,11 @@ def _solution(
         verdict = _verdict(meshes, refinement, bound)
         if shortfall := _shortfall(meshes, refinement):
             verdict += f"; {shortfall}"
+        if refinement.lower is not None and settings.refinement.adapts:
+            verdict += (
+                f"; it is a saddle: beside it lies a motion of {refinement.lower:.6g} on its mesh, "
+                "from which none was found that holds between the points"
+            )
     if checked.verification.passed and settings.scheme.informative_multipliers:
         others = list(other_controls(iterate, meshes.evaluator, acting_intervals(iterate)))
         if told := others_remark(others, iterate):

@@ -29,7 +29,7 @@ from ocp.problem.symbols import Constant
 from ocp.problem.validation import check_values
 from ocp.progress import Progress, shown
 from ocp.refinement.loop import refine
-from ocp.refinement.mesh_iteration import iterations_of
+from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_of
 from ocp.refinement.mesh_solver import LOOSE, MeshSolver
 from ocp.refinement.policies.moving_mesh import (
     KeptWhileGood,
@@ -253,6 +253,8 @@ def family(
             except SolveFailed as error:
                 found = Family(problem, constant, settings, first.evaluator, tuple(members))
                 raise _stopped(found, value, error) from error
+            except KeyboardInterrupt as stop:
+                raise walk.interrupted(value, members[-1].trajectory) from stop
     return Family(problem, constant, settings, first.evaluator, tuple(members))
 
 
@@ -332,19 +334,17 @@ class _Walk:
         """The member on a mesh, from a neighbour; None where there is none."""
         result = meshes.solve(program, start, meshes.settings.solver)
         if result.outcome == "interrupted":
-            raise Interrupted(
-                f"the family of '{meshes.problem.name}' was stopped at "
-                f"{self._place(meshes.parameters)}",
-                trajectory_of(program, result.x, meshes.parameters),
-            )
+            motion = trajectory_of(program, result.x, meshes.parameters)
+            raise self.interrupted(meshes.parameters.values[self.constant.name], motion)
         if result.outcome != "solved":
             return None
-        if below := self._below(meshes, program, result):
-            return self._alone(meshes, below, below.mesh)
+        rounds = [record_of(program.mesh, result, None)]
+        if below := self._below(meshes, program, result, rounds):
+            return self._alone(meshes, below, below.mesh, rounds)
         return Member(
             value=meshes.parameters.values[self.constant.name],
             objective=meshes.problem.sense * result.objective * program.scales.objective,
-            iterations=result.iterations,
+            iterations=iterations_of(rounds),
             alone=False,
             program=program,
             parameters=meshes.parameters,
@@ -352,20 +352,31 @@ class _Walk:
         )
 
     def _below(
-        self, meshes: MeshSolver, program: Transcription, result: NlpResult
+        self,
+        meshes: MeshSolver,
+        program: Transcription,
+        result: NlpResult,
+        rounds: list[MeshIteration],
     ) -> Iterate | None:
         """A motion of a lower objective, where what was found is a saddle.
 
-        A minimum of the neighbour may go on as one, beyond a bifurcation.
+        A minimum of the neighbour may go on as one, beyond a bifurcation. What is tried is appended
+        to the rounds.
         """
         if result.seems_least:
             return None
-        found = iterate_of(program, result, trajectory_of(program, result.x, meshes.parameters))
-        return lower_motion(meshes, found, [])
+        motion = trajectory_of(program, result.x, meshes.parameters)
+        return lower_motion(meshes, iterate_of(program, result, motion), rounds)
 
-    def _alone(self, meshes: MeshSolver, start: Iterate | Trajectory, mesh: Mesh) -> Member:
+    def _alone(
+        self,
+        meshes: MeshSolver,
+        start: Iterate | Trajectory,
+        mesh: Mesh,
+        rounds: Sequence[MeshIteration] = (),
+    ) -> Member:
         """A member refined on a mesh of its own, from a motion nearby as far as it leads."""
-        found = refine(meshes, start, mesh, meshes.settings.accuracy)
+        found = refine(meshes, start, mesh, meshes.settings.accuracy, rounds)
         return self._followable(found.best.iterate, meshes.parameters, iterations_of(found.rounds))
 
     def _followable(self, iterate: Iterate, parameters: Parameters, iterations: int) -> Member:
@@ -404,6 +415,11 @@ class _Walk:
         size = abs(member.objective) / member.program.scales.objective
         return price > settings.accuracy.objective * size
 
-    def _place(self, parameters: Parameters) -> str:
-        value = parameters.values[self.constant.name]
-        return f"'{self.constant.name}' = {value:.6g} {self.constant.unit}"
+    def interrupted(self, value: float, motion: Trajectory) -> Interrupted:
+        """The error of a walk that the user stopped on the way to a value."""
+        name, unit = self.constant.name, self.constant.unit
+        return Interrupted(
+            f"the family of '{self.base.problem.name}' was stopped at '{name}' = {value:.6g} "
+            f"{unit}",
+            motion,
+        )

@@ -7,7 +7,7 @@ patterns and sets IPOPT up. Along a family of motions the program stays, and onl
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -77,24 +77,36 @@ class KeptSolver:
         return {name: values.copy() for name, values in self.results.items()}
 
 
-# The last one of each program, which goes with the program. IPOPT frees its factors after a run.
-_KEPT: WeakKeyDictionary[Program, KeptSolver] = WeakKeyDictionary()
+# The last ones of each program, which go with the program. IPOPT frees its factors after a run.
+# There are two, as each run may be followed by a single step that has options of its own.
+_MOST = 2
+_KEPT: WeakKeyDictionary[Program, list[KeptSolver]] = WeakKeyDictionary()
 
 
 @contextmanager
 def kept_solver(program: Program, options: Mapping[str, Any]) -> Iterator[KeptSolver]:
-    """Lend the IPOPT object of a program: the last one if it has the same options, or a new one.
+    """Lend the IPOPT object of a program: a kept one if it has the same options, or a new one.
 
-    It is nobody else's inside the block: a run within a run, or in another thread, finds none and
-    makes its own. One that an error came out of is not kept.
+    It is nobody else's inside the block: a run within a run, or in another thread, does not find it
+    and makes its own. One that an error came out of is not kept.
 
     Parameters
     ----------
     options : mapping
         Numbers and texts, of CasADi and of IPOPT.
     """
-    kept = _KEPT.pop(program, None)
-    if kept is None or kept.options != options:
-        kept = KeptSolver.of(program, options)
-    yield kept
-    _KEPT[program] = kept
+    kept = _KEPT.setdefault(program, [])
+    lent = _taken(kept, options) or KeptSolver.of(program, options)
+    yield lent
+    kept.append(lent)
+    del kept[:-_MOST]
+
+
+def _taken(kept: list[KeptSolver], options: Mapping[str, Any]) -> KeptSolver | None:
+    """One with these options, which is no longer among the kept ones; None if there is none."""
+    for each in tuple(kept):
+        if each.options == options:
+            with suppress(ValueError):  # another thread has taken it
+                kept.remove(each)
+                return each
+    return None

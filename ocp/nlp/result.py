@@ -8,10 +8,8 @@ from typing import Literal
 
 from ocp.arrays import Array
 
-# Steps after which the last one began near the point where it ends, and scaled curvature that is
-# nothing: where the objective curves downwards by less, a change of size 1 lowers it by less still.
+# Steps after which the last one began near the point where it ends.
 NEAR = 3
-_NO_CURVATURE = 1e-5
 
 Outcome = Literal[
     "solved",
@@ -73,5 +71,4 @@ class NlpResult:
 
         A warm start for other constants may take one step, with the curvature that there was.
         """
-        near = self.attempts == 1 and self.iterations >= NEAR
-        return near and self.added_curvature <= _NO_CURVATURE
+        return self.added_curvature == 0 and self.attempts == 1 and self.iterations >= NEAR

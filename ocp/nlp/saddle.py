@@ -10,17 +10,18 @@ point beside it a solver goes down.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from ocp.arrays import Array
 from ocp.nlp.ipopt import Ipopt
-from ocp.nlp.solver import StartingPoint
+from ocp.nlp.solver import NlpSolver, StartingPoint
 from ocp.transcription.kernels import Program
 from ocp.transcription.transcribe import ProgramLimits
 
-# Random changes of scaled unknowns: a small one stays near, a large one gets away where the
-# objective curves little.
+# Random changes of scaled unknowns: small ones stay near, large ones get away where the objective
+# curves little.
 _CHANGES = (1e-3, 3e-2)
 
 # Iterations within which the solver is back, or at a lower point. Most take thirty to fifty.
@@ -46,23 +47,39 @@ def added_curvature(
         With its multipliers.
     parameters : (n_p,)
         Values of the problem's constants.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        The user stopped it.
     """
-    beside = _beside(point, limits, _BESIDE, np.random.default_rng(0))
-    return _ONE_STEP.solve(program, beside, limits, parameters).added_curvature
+    change = np.random.default_rng(0).standard_normal(point.x.size)
+    step = _ONE_STEP.solve(program, _beside(point, limits, _BESIDE * change), limits, parameters)
+    if step.outcome == "interrupted":
+        raise KeyboardInterrupt
+    return step.added_curvature
 
 
-def starts_beside(point: StartingPoint, limits: ProgramLimits) -> Iterator[StartingPoint]:
-    """Starts from which a solver leaves a saddle, the same in every run."""
+def starts_beside(
+    point: StartingPoint, limits: ProgramLimits
+) -> Iterator[tuple[StartingPoint, StartingPoint]]:
+    """Pairs of starts on both sides of a point, from which a solver leaves a saddle.
+
+    They are the same in every run.
+    """
     random = np.random.default_rng(0)
     for size in _CHANGES:
-        yield _beside(point, limits, size, random)
+        change = size * random.standard_normal(point.x.size)
+        yield _beside(point, limits, change), _beside(point, limits, -change)
 
 
-def _beside(
-    point: StartingPoint, limits: ProgramLimits, size: float, random: np.random.Generator
-) -> StartingPoint:
-    """A random point beside one; unknowns at a limit stay there."""
+def without_standstill(solver: NlpSolver) -> NlpSolver:
+    """A solver that goes on where progress is slow, as it is beside a saddle."""
+    return replace(solver, stall=0) if isinstance(solver, Ipopt) else solver
+
+
+def _beside(point: StartingPoint, limits: ProgramLimits, change: Array) -> StartingPoint:
+    """A point beside one; unknowns at a limit stay there."""
     lower, upper = limits.columns
     free = (point.x > lower) & (point.x < upper)
-    changes = size * random.standard_normal(point.x.size) * free
-    return StartingPoint(np.clip(point.x + changes, lower, upper), point.multipliers)
+    return StartingPoint(np.clip(point.x + change * free, lower, upper), point.multipliers)

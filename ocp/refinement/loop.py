@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from ocp.errors import BudgetSpent, Interrupted
+from ocp.errors import BudgetSpent, Collapsed, Interrupted, SolveFailed, Unbounded
 from ocp.mesh.mesh import Mesh, same_intervals
 from ocp.nlp.result import NEAR
 from ocp.optimality.iterate import Iterate
@@ -53,11 +53,15 @@ class Refinement:
         Records of all, those before this refinement included.
     ending : str
         What ended it.
+    lower : float or None
+        Objective of a motion beside a saddle, on its mesh, from which none was found that holds
+        [unit of the objective].
     """
 
     best: SolvedMesh
     rounds: tuple[MeshIteration, ...]
     ending: Ending
+    lower: float | None = None
 
 
 def refine(
@@ -93,14 +97,14 @@ def refine(
     rounds = list(before)
     try:
         ending = _refine(meshes, start, mesh, accuracy, solved, rounds)
-        ending = _left_saddles(meshes, accuracy, solved, rounds, ending)
+        ending, lower = _left_saddles(meshes, accuracy, solved, rounds, ending)
     except KeyboardInterrupt as stop:
         raise interrupted(meshes.problem, solved, accuracy, None) from stop
 
     best = best_of(solved, accuracy)
     if ending == "budget" and not best.holds(accuracy, LOOSER):
         raise budget_spent(meshes, rounds, best.iterate.trajectory, best)
-    return Refinement(best, tuple(rounds), ending)
+    return Refinement(best, tuple(rounds), ending, lower)
 
 
 def _left_saddles(
@@ -109,20 +113,20 @@ def _left_saddles(
     solved: list[SolvedMesh],
     rounds: list[MeshIteration],
     ending: Ending,
-) -> Ending:
-    """How a refinement ends that goes on from beside an answer, while that is a saddle.
+) -> tuple[Ending, float | None]:
+    """The end of a refinement that goes on from beside its answer, while that is a saddle.
 
-    It appends to `solved` and `rounds`.
+    The second is the objective of a lower motion of the last mesh, where its refinement led to
+    none that holds. It appends to `solved` and `rounds`.
     """
     for _ in range(_SADDLES):
-        if ending in ("budget", "failure"):
-            break
         best = best_of(solved, accuracy)
-        below = None if _seems_least(best, solved) else lower_motion(meshes, best.iterate, rounds)
-        if below is None:
+        if ending == "budget" or _seems_least(best, solved):
             break
+        below = lower_motion(meshes, best.iterate, rounds)
+        if below is None:
+            return "budget" if meshes.spent(rounds) else ending, None
 
-        # what was found before is not lost
         further: list[SolvedMesh] = []
         try:
             ending = _refine(meshes, below, below.mesh, accuracy, further, rounds)
@@ -131,8 +135,18 @@ def _left_saddles(
             raise interrupted(meshes.problem, found, accuracy, stop.iterate) from stop
         except BudgetSpent:
             ending = "budget"
+        except (Collapsed, Unbounded):
+            raise
+        except SolveFailed:
+            ending = "failure"
+
+        if further and not meshes.settings.refinement.adapts:
+            # on a mesh that stays a saddle holds better than what is lower, and is no answer
+            solved.clear()
         solved += further
-    return ending
+        if not any(s.holds(accuracy, LOOSER) for s in further):
+            return ending, below.objective
+    return ending, None
 
 
 def _seems_least(best: SolvedMesh, solved: Sequence[SolvedMesh]) -> bool:

@@ -27,7 +27,7 @@ from ocp.refinement.solved_mesh import SolvedMesh
 from ocp.refinement.unwrapping import unwrapped
 from ocp.settings import Settings
 from ocp.transcription.packing import decision_vector, trajectory_of
-from ocp.transcription.scaling import Scales, oversized, resized, scales_of
+from ocp.transcription.scaling import Scales, oversized, resized, scales_of, vanishes
 from ocp.transcription.transcribe import ProgramLimits, Transcription, transcribe
 
 Start = Iterate | Trajectory | None
@@ -98,9 +98,7 @@ class MeshSolver:
             return self.prepared
 
         if not isinstance(start, Iterate):
-            guess = initial_guess(self.problem, self.parameters, start)
-            scales = scales_of(self.problem, guess, self.parameters)
-            settings = self.settings
+            scales, settings = self._scales_of(start), self.settings
             return transcribe(self.problem, mesh, settings.scheme, settings.controls, scales)
 
         if mesh is start.mesh:
@@ -108,6 +106,18 @@ class MeshSolver:
         return transcribe(
             self.problem, mesh, start.scheme, start.controls, start.scales, start.transcription
         )
+
+    def _scales_of(self, start: Trajectory | None) -> Scales:
+        """Those of a motion, or of the statement's guess where there is none or it vanishes."""
+        stated = scales_of(
+            self.problem, initial_guess(self.problem, self.parameters), self.parameters
+        )
+        if start is None:
+            return stated
+        guess = initial_guess(self.problem, self.parameters, start)
+        if vanishes(stated, guess):
+            return stated
+        return scales_of(self.problem, guess, self.parameters)
 
     def at(self, parameters: Parameters) -> MeshSolver:
         """The same for other values of the constants, with a budget of its own."""
@@ -126,12 +136,15 @@ class MeshSolver:
     def scales_after(self, last: Iterate) -> Scales:
         """Those of a solved mesh, its objective sized by its value; the same if it is near.
 
-        All are taken from the motion where its values are far from the sizes that the guess gave.
+        All are taken from the motion where its values are far from the sizes that the guess gave. A
+        motion that vanishes says nothing of sizes.
         """
         found, least = last.scales, 0.0
         outsized = float(np.abs(last.x).max(initial=0.0)) > OUTSIZED
         if outsized or oversized(last.scales, last.objective):
             guess = initial_guess(self.problem, self.parameters, last.trajectory)
+            if not outsized and vanishes(last.scales, guess):
+                return last.scales
             of_motion = scales_of(self.problem, guess, self.parameters)
             found, least = of_motion if outsized else found, of_motion.objective
         return resized(found, last.objective, least)

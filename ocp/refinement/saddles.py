@@ -12,8 +12,8 @@ from dataclasses import replace
 
 from ocp.errors import Unbounded
 from ocp.nlp.failures import failure
-from ocp.nlp.saddle import PATIENCE, added_curvature, starts_beside
-from ocp.nlp.solver import StartingPoint
+from ocp.nlp.saddle import PATIENCE, added_curvature, starts_beside, without_standstill
+from ocp.nlp.solver import NlpSolver, StartingPoint
 from ocp.optimality.iterate import Iterate, iterate_of
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_of
 from ocp.refinement.mesh_solver import MeshSolver
@@ -52,10 +52,18 @@ def lower_motion(
             return None
         answer = held
 
+    sense = meshes.problem.sense
     least = meshes.settings.accuracy.objective * answer.objective_size
-    for start in starts_beside(_point(answer), answer.limits):
-        below = _found(meshes, answer.transcription, start, rounds)
-        if below and meshes.problem.sense * (answer.objective - below.objective) > least:
+    solver = without_standstill(meshes.settings.solver).within(PATIENCE, math.inf)
+    for pair in starts_beside(_point(answer), answer.limits):
+        # one side may lead to a corner nearby, and the other one far down
+        found = [_found(meshes, solver, answer.transcription, start, rounds) for start in pair]
+        below = min(
+            (each for each in found if each is not None),
+            key=lambda each: sense * each.objective,
+            default=answer,
+        )
+        if sense * (answer.objective - below.objective) > least:
             return below
     return None
 
@@ -75,25 +83,25 @@ def _held_still(meshes: MeshSolver, answer: Iterate, rounds: list[MeshIteration]
     )
     program = meshes.next_program(answer, replace(answer.mesh, phases=phases))
     start = meshes.starting_point(program, answer, program.limits(meshes.parameters))
-    return _found(meshes, program, start, rounds)
+    return _found(meshes, meshes.settings.solver, program, start, rounds)
 
 
 def _found(
     meshes: MeshSolver,
+    solver: NlpSolver,
     program: Transcription,
     start: StartingPoint,
     rounds: list[MeshIteration],
 ) -> Iterate | None:
-    """Where a program's solver comes to from a start, if that meets its rows.
+    """Where a solver comes to from a start, if that meets the rows and the budget lasts.
 
     It may be on its way down. The record is appended.
     """
     done = iterations_of(rounds)
     if meshes.budget.spent(done):
         return None
-    solver = meshes.budget.within(meshes.settings.solver.within(PATIENCE, math.inf), done)
     limits = program.limits(meshes.parameters)
-    result = meshes.run(program, solver, start, limits, len(rounds) + 1)
+    result = meshes.run(program, meshes.budget.within(solver, done), start, limits, len(rounds) + 1)
     motion = trajectory_of(program, result.x, meshes.parameters)
     if result.outcome == "interrupted":
         raise KeyboardInterrupt

@@ -35,6 +35,7 @@ _FRACTIONS = np.linspace(0.0, 1.0, 17)  # of a phase, at which a guess is looked
 _STEP = 0.5  # of a signal's size, by which it is moved to see how far an expression moves
 _OFF = 3.0  # factor from which on a solved objective replaces the size taken from the guess
 _FALL = 1e-3  # of its size, to which the objective's falls by a solved value of zero
+_NOTHING = 1e-4  # of its size, up to which a signal is what a solver leaves of zero
 _SOLVED = "value on an earlier mesh"
 _LONGEST = "longest duration of a phase in the guess"
 
@@ -114,6 +115,15 @@ def oversized(scales: Scales, objective: float) -> bool:
     """Whether the objective's size is many times a solved value, and was not stated."""
     stated = scales.reasons.get(("objective", "")) == "stated"
     return not stated and _OFF * abs(objective) < scales.objective
+
+
+def vanishes(scales: Scales, motion: InitialGuess) -> bool:
+    """Whether all signals of a motion are zero, next to their sizes: it has no sizes of its own."""
+    return all(
+        _size(values) <= _NOTHING * scales.signals[name]
+        for phase in motion.phases.values()
+        for name, values in phase.at_fractions(_FRACTIONS).items()
+    )
 
 
 def resized(scales: Scales, objective: float, least: float) -> Scales:

@@ -237,17 +237,15 @@ def curvature_condition(evidence: Evidence, allowed: Tolerances) -> Condition:
     meshes = MeshSolver.of(
         iterate.problem, Settings(), iterate.parameters, evaluator=evidence.evaluator
     )
-    gain, sentence = 0.0, "no small change of the motion lowers the objective to second order"
+    gain, sentence = 0.0, "motions beside this one gain no more than this part, to second order"
     try:
         lower = lower_motion(meshes, iterate, [])
     except Unbounded:
-        gain, sentence = np.inf, "the answer is a saddle, beside which the objective runs away"
+        gain, sentence = np.inf, "beside this motion the objective runs away"
     else:
         if lower is not None:
             gain = abs(lower.objective - iterate.objective) / iterate.objective_size
-            sentence = (
-                "the answer is a saddle: on its mesh a motion beside it is better by this part"
-            )
+            sentence = "a motion beside this one, on its mesh, is better by this part"
     return Condition("curvature", gain, allowed.gain, sentence)
 
 

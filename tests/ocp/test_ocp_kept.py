@@ -76,7 +76,7 @@ def test_warm_and_cold_runs_by_turns_do_not_disturb_each_other(made: list[KeptSo
     assert equal(cold, run(program))
     assert equal(warm, run(program, before=cold))
     assert equal(warm, run(program, before=cold))
-    assert len(made) == 4  # the last one is kept, with the options that it has
+    assert len(made) == 2
 
 
 def test_other_options_are_another_object(made: list[KeptSolver]) -> None:
@@ -85,7 +85,19 @@ def test_other_options_are_another_object(made: list[KeptSolver]) -> None:
     short = run(program, Ipopt(max_iterations=2))
     assert short.outcome == "budget"
     assert run(program).outcome == "solved"
+    assert len(made) == 2
+
+
+def test_no_more_than_two_are_kept(made: list[KeptSolver]) -> None:
+    program = race()
+    for most in (100, 200, 300):
+        run(program, Ipopt(max_iterations=most))
     assert len(made) == 3
+    run(program, Ipopt(max_iterations=300))
+    run(program, Ipopt(max_iterations=200))
+    assert len(made) == 3
+    run(program, Ipopt(max_iterations=100))
+    assert len(made) == 4
 
 
 def test_a_run_within_a_run_has_an_object_of_its_own(made: list[KeptSolver]) -> None:
