@@ -141,6 +141,9 @@ STATEMENTS = {
     "an upper limit of an effort": (ending(lambda p: p.integral(u**2) <= 3), True),
     "a lower limit of it": (ending(lambda p: p.integral(u**2) >= 3), False),
     "a square of what an integral misses": (near_an_energy(), False),
+    "a wave that is convex near zero": (priced(1, 1 - ca.cos(x)), False),
+    "what is convex as far as it is finite": (priced(1, ca.cosh(x) + x**4), True),
+    "a hill far from zero": (priced(1, u**2 + 10 * ca.exp(-((x - 30) ** 2))), False),
 }
 
 
@@ -166,6 +169,21 @@ def test_a_gate_of_two_sides_is_passed_on_the_better_one(gate):
     """From 2 to -1.5: 52 by way of 1, and 20 by way of -1."""
     found = solve(outside(2.0, -1.5, (1.0, 4.0), gate))
     assert found.objective == pytest.approx(20.0, rel=1e-6)
+
+
+def test_a_valley_beyond_a_ridge_is_found_without_limits():
+    """Start and end lie before the ridge at pi of a wave: the best motion visits the next valley."""
+
+    def visiting(position):
+        cost = u**2 + 4 * (1 - ca.cos(position)) + 0.03 * (position - 6) ** 2
+        phase = Phase("visit", {position: u}, {position: 2.9}, {position: 2.9}, end=10.0)
+        return solve(Problem("visit", phase, minimise=phase.integral(cost)))
+
+    found, limited = visiting(x), visiting(State("x", "m", lower=-20, upper=20))
+    assert found.objective == pytest.approx(limited.objective, rel=1e-7)
+    # to stay before the ridge costs 29.1
+    assert found.objective < 26
+    assert found.sample(x, 5.0) == pytest.approx(2 * math.pi, abs=0.1)
 
 
 def test_a_window_of_time_is_found_anywhere():

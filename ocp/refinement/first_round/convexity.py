@@ -31,8 +31,11 @@ from ocp.problem.symbols import (
 
 Interval = tuple[float, float]
 
-# Random points at which curvatures are looked at, and the part of the largest one that is rounding.
+# Random points at which curvatures are looked at: within all limits, and within each of these
+# distances from zero. What is convex near zero may not be so where the motion goes.
 _POINTS = 8
+_REACHES = (math.inf, 0.1, 0.3, 1.0, 3.0, 10.0, 1e2, 1e3, 1e4)
+# part of the largest curvature that is rounding
 _ROUNDING = 1e-9
 
 
@@ -125,9 +128,9 @@ def _is_concave(expression: ca.SX, times: Interval) -> bool:
     second = ca.densify(ca.hessian(expression, variables)[0])
     both = ca.Function("both", [variables, numbers], [expression, second])
     random = np.random.default_rng(0)
-    for _ in range(_POINTS):
-        one, other = (np.array([_drawn(s, times, random) for s in free]) for _ in range(2))
-        at = [_drawn(s, times, random) for s in known]
+    for reach in np.repeat(_REACHES, _POINTS):
+        one, other = (np.array([_drawn(s, times, reach, random) for s in free]) for _ in range(2))
+        at = [_drawn(s, times, reach, random) for s in known]
         value, curvature = both(one, at)
         curvature = np.array(curvature)
         if np.isfinite(curvature).all():
@@ -142,8 +145,8 @@ def _is_concave(expression: ca.SX, times: Interval) -> bool:
     return False
 
 
-def _drawn(symbol: Symbol, times: Interval, random: np.random.Generator) -> float:
-    """A random value that a symbol may have, not far from zero where its limits leave that open."""
+def _drawn(symbol: Symbol, times: Interval, reach: float, random: np.random.Generator) -> float:
+    """A random value that a symbol may have, within a reach of zero or of the limit next to it."""
     if isinstance(symbol, Constant):
         return float(symbol.value)
     if isinstance(symbol, Time):
@@ -154,7 +157,9 @@ def _drawn(symbol: Symbol, times: Interval, random: np.random.Generator) -> floa
             float(limit) if is_number(limit) else side
             for limit, side in ((symbol.lower, low), (symbol.upper, high))
         )
-    # a side without a limit leaves what is not far from zero and from the other limit
+    nearest = min(max(0.0, low), high)
+    low, high = max(low, nearest - reach), min(high, nearest + reach)
+    # without any reach a side without a limit leaves what is not far from zero and the other limit
     first = low if math.isfinite(low) else min(-1.0, high - 1.0)
     last = high if math.isfinite(high) else max(1.0, low + 1.0)
     return float(random.uniform(first, last))
