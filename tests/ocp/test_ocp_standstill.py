@@ -173,6 +173,15 @@ def test_the_best_round_is_the_answer_and_not_the_last():
     assert best_of([coarse, nearly, leaks_less], ACCURACY) is leaks_less
 
 
+def test_a_round_that_meets_all_tolerances_is_not_given_up_for_what_a_leak_gains():
+    leaks, meets = mesh_round(2.0, excess=5e-7, gain=4e-4), mesh_round(2.0 + 5e-6)
+    assert best_of([leaks, meets], ACCURACY) is meets
+    # nobody knows which of two is right that differ by more, or which of them ends too early
+    assert best_of([leaks, mesh_round(2.0 + 5e-5)], ACCURACY) is leaks
+    assert best_of([leaks, mesh_round(2.0 + 5e-6, gain=2e-6)], ACCURACY) is leaks
+    assert best_of([mesh_round(2.0), meets], ACCURACY).iterate.objective == 2.0
+
+
 def test_a_round_that_a_certificate_passes_is_the_better_of_equal_ones():
     promising = mesh_round(2.0, gain=3e-5)
     certified = mesh_round(2.0 + 1e-7, excess=5e-7, gain=5e-6)
