@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 import warnings
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -130,3 +131,34 @@ def test_shifted_times_make_each_phase_longer_once() -> None:
     assert sorted(round(t["p0"][1], 2) for t in times) == [0.1, 0.9]
     one = Phase("one", {x: u}, initial={x: 0}, final={x: 1}, end=Between(0, 1))
     assert shifted_times([one], {"one": (0.0, 1.0)}) == []
+
+
+def climb(weak_start: float | None = None) -> Problem:
+    """As fast as possible: a push of 2 for up to a second, then one of 1.5 against a drag of 1."""
+    speed = State("speed", "m/s")
+    first = Control("first push", "m/s^2", lower=0, upper=2)
+    second = Control("second push", "m/s^2", lower=0, upper=1.5)
+    guesses: list[dict[Any, Any]] = [{}, {}]
+    meeting, end = Between(0.5, 1), Between(0.5, 3)
+    if weak_start is not None:
+        guesses = [{first: 2, speed: (0, 2)}, {second: weak_start, speed: 2}]
+        meeting, end = Between(0.5, 1, guess=1), Between(0.5, 3, guess=1.01)
+    start = Phase("start", {speed: first}, {speed: 0}, end=meeting, guess=guesses[0])
+    climb = Phase("climb", {speed: second - 1}, start=meeting, end=end, guess=guesses[1])
+    fastest = climb.at_end(speed)
+    return Problem("climb", [start, climb], maximise=fastest, links=joined(start, climb))
+
+
+def test_a_phase_that_pays_with_other_controls_does_not_vanish() -> None:
+    # in a phase without duration any control is stationary, and by a weak one a longer phase loses
+    found = solve(climb())
+    assert found.objective == pytest.approx(2.0 + 0.5 * 2.0, rel=1e-6)
+    assert certify(found).passed
+
+
+def test_a_vanished_phase_is_refused_where_a_longer_one_would_pay() -> None:
+    # a stated guess is the user's choice of a valley
+    found = solve(climb(weak_start=0.8))
+    assert found.objective == pytest.approx(2.0, rel=1e-6)
+    assert "second push = 1.5 m/s^2 for" in found.verdict
+    assert [check.name for check in certify(found).checks if not check.passed] == ["other controls"]

@@ -36,6 +36,9 @@ _ALONE = 33
 _TOGETHER = 64
 _EVALUATIONS = 200_000
 
+# Part of the typical time, up to which a phase takes none
+_NO_TIME = 1e-6
+
 # Part of the largest curvature, and of a constraint's size, that is rounding
 _ROUNDING = 1e-9
 
@@ -174,7 +177,8 @@ def others_of_phase(
     columns = [phase.signals.index(control.name) for control in hamiltonian.controls]
     symbols, (value, path) = _called(hamiltonian)
     u = symbols[0][columns]
-    if not columns or ca.is_linear(value, u):
+    vanished = phase.end - phase.start <= _NO_TIME * iterate.scales.time
+    if not columns or (ca.is_linear(value, u) and not vanished):
         return None
     intervals, tau, weights = _points_of(np.flatnonzero(where), len(hamiltonian.controls))
     if intervals.size == 0:
@@ -182,7 +186,7 @@ def others_of_phase(
     costates = phase_costates(iterate, index)
     own = hamiltonian.along(evaluator, iterate.trajectory, costates, intervals, tau)
     square = ca.is_quadratic(value, u) and ca.is_linear(path, u)
-    if square and _is_convex(own.curvature):
+    if square and _is_convex(own.curvature) and not vanished:
         return None
 
     signals = phase.local(intervals, tau)
@@ -203,6 +207,12 @@ def others_of_phase(
 
     size = np.abs(own.terms).sum(axis=1)
     less = own.value - least
+    widths = np.diff(phase.breakpoints)
+    if vanished:
+        # no control matters there, and any is stationary. What counts is whether a longer phase
+        # would pay with the best one, of which its own hold nothing back but their price
+        less -= _price_of_time(iterate, index)
+        widths = np.diff(phase.fractions) * iterate.scales.time
     less = np.where(less > _LEAST * size, less, 0.0)
     best = np.where((less > 0.0)[:, None], best, controls)
     return OtherControls(
@@ -214,8 +224,15 @@ def others_of_phase(
         own=controls,
         best=best,
         less=less,
-        weights=weights * np.diff(phase.breakpoints)[intervals],
+        weights=weights * widths[intervals],
     )
+
+
+def _price_of_time(iterate: Iterate, index: int) -> float:
+    """What a phase at its least duration costs by being longer [unit of the objective / s]."""
+    rows = iterate.transcription.rows.phases[index].duration
+    slope = -float(iterate.row_multipliers[rows].sum())
+    return slope * iterate.scales.objective / iterate.scales.time
 
 
 def _points_of(intervals: Integers, controls: int) -> tuple[Integers, Array, Array]:
