@@ -11,6 +11,7 @@ import math
 from dataclasses import replace
 
 from ocp.errors import Unbounded
+from ocp.mesh.mesh import Mesh
 from ocp.nlp.failures import failure
 from ocp.nlp.saddle import PATIENCE, added_curvature, starts_beside, without_standstill
 from ocp.nlp.solver import NlpSolver, StartingPoint
@@ -43,21 +44,23 @@ def lower_motion(
     KeyboardInterrupt
         The user stopped it.
     """
-    if _least(meshes, answer):
+    program = answer.transcription
+    point = StartingPoint(answer.x, (answer.bound_multipliers, answer.row_multipliers))
+    if not _is_saddle(meshes, program, point):
         return None
     if any(phase.movable for phase in answer.mesh.phases):
         # where breakpoints lie alters the objective by errors of the mesh alone, up or down
-        held = _held_still(meshes, answer, rounds)
-        if held is None or _least(meshes, held):
+        program = meshes.next_program(answer, _held_still(answer))
+        point = meshes.starting_point(program, answer, program.limits(meshes.parameters))
+        if not _is_saddle(meshes, program, point):
             return None
-        answer = held
 
     sense = meshes.problem.sense
     least = meshes.settings.accuracy.objective * answer.objective_size
     solver = without_standstill(meshes.settings.solver).within(PATIENCE, math.inf)
-    for pair in starts_beside(_point(answer), answer.limits):
+    for pair in starts_beside(point, program.limits(meshes.parameters)):
         # one side may lead to a corner nearby, and the other one far down
-        found = [_found(meshes, solver, answer.transcription, start, rounds) for start in pair]
+        found = [_found(meshes, solver, program, start, rounds) for start in pair]
         below = min(
             (each for each in found if each is not None),
             key=lambda each: sense * each.objective,
@@ -68,22 +71,18 @@ def lower_motion(
     return None
 
 
-def _least(meshes: MeshSolver, answer: Iterate) -> bool:
-    """Whether an answer is a minimum of its program, to second order."""
-    program, values = answer.transcription.program, meshes.parameters.vector
-    return added_curvature(program, _point(answer), answer.limits, values) == 0
+def _is_saddle(meshes: MeshSolver, program: Transcription, point: StartingPoint) -> bool:
+    """Whether curvature has to be added at a point of a program: it may be a saddle, or flat."""
+    parameters = meshes.parameters
+    limits = program.limits(parameters)
+    return added_curvature(program.program, point, limits, parameters.vector) != 0
 
 
-def _held_still(meshes: MeshSolver, answer: Iterate, rounds: list[MeshIteration]) -> Iterate | None:
-    """The answer on a mesh of the same intervals that do not move; None if the solver fails."""
-    motions = answer.trajectory.phases
-    phases = tuple(
-        replace(mesh, breakpoints=motion.fractions, movable=())
-        for mesh, motion in zip(answer.mesh.phases, motions, strict=True)
-    )
-    program = meshes.next_program(answer, replace(answer.mesh, phases=phases))
-    start = meshes.starting_point(program, answer, program.limits(meshes.parameters))
-    return _found(meshes, meshes.settings.solver, program, start, rounds)
+def _held_still(answer: Iterate) -> Mesh:
+    """A mesh of the same intervals as an answer has, which do not move."""
+    pairs = zip(answer.mesh.phases, answer.trajectory.phases, strict=True)
+    phases = [replace(mesh, breakpoints=motion.fractions, movable=()) for mesh, motion in pairs]
+    return replace(answer.mesh, phases=tuple(phases))
 
 
 def _found(
@@ -116,7 +115,3 @@ def _found(
     rounds.append(record_of(program.mesh, result, solved))
     met = float(limits.excess(result.rows).max(initial=0.0)) <= _MET
     return iterate_of(program, result, motion) if met else None
-
-
-def _point(answer: Iterate) -> StartingPoint:
-    return StartingPoint(answer.x, (answer.bound_multipliers, answer.row_multipliers))
