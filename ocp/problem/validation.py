@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import casadi as ca
 
 from ocp.errors import StatementError, StatementWarning
+from ocp.numerics.expression_graph import graph_of
 from ocp.problem.functionals import BoundaryValue, Functional
 from ocp.problem.symbols import (
     Between,
@@ -175,6 +176,7 @@ def check_problem(problem: Problem) -> None:
     """StatementError unless names are unique and terminal expressions are of numbers."""
     if not problem.phases:
         raise StatementError(f"problem '{problem.name}' has no phase; give at least one")
+    _check_origins(problem)
     _check_names(problem)
     _check_coupled(problem)
 
@@ -208,6 +210,41 @@ def check_problem(problem: Problem) -> None:
         _check_limit(bound.lower, f"the lower limit of '{bound.name}'")
         _check_limit(bound.upper, f"the upper limit of '{bound.name}'")
     _check_peaks(problem)
+
+
+def _check_origins(problem: Problem) -> None:
+    """StatementError if a functional is of another phase that has the name of one of the problem.
+
+    A notebook cell that is run again leaves such phases behind, and their functionals would be
+    evaluated on the phase of the problem. A copy of a phase with another guess, other times or
+    limits has the same dynamics, and may take the functionals of the original.
+    """
+    phases = {phase.name: phase for phase in problem.phases}
+    for functional in problem.functionals:
+        # those that no phase made know no dynamics
+        for (name, _), dynamics in zip(functional.pieces, functional._dynamics, strict=False):
+            if name in phases and not _same_dynamics(dynamics, phases[name].dynamics):
+                raise StatementError(
+                    f"'{functional.name}' in problem '{problem.name}' was made from another phase "
+                    f"of the name '{name}', with other states or dynamics than the phase '{name}' "
+                    "of the problem; make it from the phase that you give to the problem"
+                )
+
+
+def _same_dynamics(one: Mapping[State, Any], other: Mapping[State, Any]) -> bool:
+    """Whether two phases have the same states, with the same rates."""
+    if one is other:
+        return True
+    if len(one) != len(other) or not all(state in other for state in one):
+        return False
+    pairs = [(one[state], other[state]) for state in one]
+    different = [(a, b) for a, b in pairs if a.element_hash() != b.element_hash()]
+    if not different:
+        return True
+    # the same code may have written them twice
+    symbols = ca.symvar(ca.vertcat(*itertools.chain(*different)))
+    ours, theirs = (graph_of(rates, symbols) for rates in zip(*different, strict=True))
+    return ours == theirs
 
 
 def _check_names(problem: Problem) -> None:

@@ -1,6 +1,7 @@
 """A mistake of a newcomer is answered in one sentence with thing, value and remedy."""
 
 import copy
+import dataclasses
 import math
 import pickle
 
@@ -376,3 +377,43 @@ def test_a_bound_of_the_optimum_is_a_finite_number(bound):
 def test_a_phase_has_a_state():
     with pytest.raises(StatementError, match=r"phase 'idle' has no state; write dynamics"):
         Phase("idle", {}, end=1.0)
+
+
+def other_cells():
+    """Phases that a notebook may be left with, of the name of another one."""
+    again = {state: State(state.name, state.unit) for state in (x, v)}
+    return {
+        "other rates": drive(dynamics={x: v, v: 2 * u}, end=3.0),
+        "other states": drive(
+            dynamics={again[x]: again[v], again[v]: u},
+            initial={again[x]: 0},
+            final={again[x]: 1},
+        ),
+        "fewer states": drive(dynamics={v: u}, initial={v: 0}, final={v: 1}),
+    }
+
+
+@pytest.mark.parametrize("which", other_cells())
+def test_a_functional_of_another_phase_of_that_name_is_refused(which):
+    phase, other = drive(), other_cells()[which]
+    words = r"in problem 'task' was made from another phase of the name 'drive'.*make it from the"
+    for misused in (
+        {"minimise": other.integral(u**2)},
+        {"minimise": phase.integral(u**2) + other.end_time},
+        {"bounds": [peak((phase, u), (other, u)) <= 3]},
+        {"links": [other.at_end(u) == 0]},
+    ):
+        with pytest.raises(StatementError, match=words):
+            task(phase, **misused)
+
+
+def test_functionals_of_a_phase_serve_its_copies():
+    original = drive()
+    longer = dataclasses.replace(original, end=4.0, guess={x: (0, 1)})
+    written_again = drive(dynamics={x: v, v: ca.SX(u)}, end=4.0)
+    damped, damped_again = (drive(dynamics={x: v, v: u - ca.sin(v) * 0.1}) for _ in range(2))
+    # a rest-to-rest move by d in T needs 12 d^2 / T^3
+    for copied in (longer, written_again):
+        found = solve(task(copied, minimise=original.integral(u**2)))
+        assert found.objective == pytest.approx(12 / 4**3, rel=1e-8)
+    assert task(damped, minimise=damped_again.integral(u**2)).phases == (damped,)
