@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from numbers import Real
 from typing import Any, Protocol
 
+import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array
 from ocp.errors import StatementError
 from ocp.mesh.phase_times import guessed_times
 from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
+from ocp.problem.bounds import Bound
+from ocp.problem.functionals import BoundaryValue
 from ocp.problem.parameters import Parameters
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import ByFraction, Signal, Unknown
+from ocp.problem.symbols import ByFraction, Constant, Signal, State, Symbol, Unknown
 
 # Fractions of a phase at which a guess is looked at, and the part of its size that it may leave a
 # straight line by: rounding errors.
@@ -53,17 +56,17 @@ def initial_guess(
     Raises
     ------
     StatementError
-        When it is evaluated, if a guess is not finite or has a wrong shape.
+        Here or when it is evaluated, if a guess is not finite or has a wrong shape.
     """
     known = {phase.name: phase for phase in trajectory.phases} if trajectory else {}
-    times = guessed_times(problem.phases)
     phases: dict[str, PhaseGuess] = {}
-    for phase in problem.phases:
-        motion, signals = known.get(phase.name), problem.signals[phase.name]
-        if motion is not None:
-            signals = tuple(signal for signal in signals if signal.name not in motion.signals)
-        stated = StatedGuess(phase, signals, parameters, times[phase.name])
-        phases[phase.name] = stated if motion is None else _Overlay(stated, motion)
+    for name, stated in _stated_guesses(problem, parameters).items():
+        motion = known.get(name)
+        if motion is None:
+            phases[name] = stated
+        else:
+            lacking = tuple(s for s in stated.signals if s.name not in motion.signals)
+            phases[name] = _Overlay(replace(stated, signals=lacking), motion)
 
     unknowns = {u.name: _unknown_guess(u) for u in problem.unknowns}
     if trajectory:
@@ -77,21 +80,17 @@ def states_a_motion(problem: Problem, parameters: Parameters) -> bool:
     A guess in which a state stays as it is, although it has to move between its boundary values,
     says no more of the motion than no guess does.
     """
-    times = guessed_times(problem.phases)
-    for phase in problem.phases:
-        guess = StatedGuess(phase, problem.signals[phase.name], parameters, times[phase.name])
-        if phase.guess and not any(_stays(guess, state) for state in phase.states):
-            return True
-    return False
+    return any(
+        guess.phase.guess and not any(_stays(guess, state) for state in guess.phase.states)
+        for guess in _stated_guesses(problem, parameters).values()
+    )
 
 
 def states_only_lines(problem: Problem, parameters: Parameters) -> bool:
     """Whether all states run on straight lines in the guess of every phase."""
-    times = guessed_times(problem.phases)
-    for phase in problem.phases:
-        guess = StatedGuess(phase, problem.signals[phase.name], parameters, times[phase.name])
+    for guess in _stated_guesses(problem, parameters).values():
         values = guess.at_fractions(_LOOKED_AT)
-        for state in phase.states:
+        for state in guess.phase.states:
             line = np.interp(_LOOKED_AT, _LOOKED_AT[[0, -1]], values[state.name][[0, -1]])
             if np.abs(values[state.name] - line).max() > _STRAIGHT * np.abs(line).max():
                 return False
@@ -100,14 +99,89 @@ def states_only_lines(problem: Problem, parameters: Parameters) -> bool:
 
 def guess_by_lines(problem: Problem, parameters: Parameters) -> InitialGuess:
     """The guess of a problem whose phases state none: its times and unknowns are kept."""
-    times = guessed_times(problem.phases)
-    phases: dict[str, PhaseGuess] = {
-        phase.name: StatedGuess(
-            phase, problem.signals[phase.name], parameters, times[phase.name], left_aside=True
-        )
-        for phase in problem.phases
-    }
+    phases = _stated_guesses(problem, parameters, left_aside=True)
     return InitialGuess(phases, {u.name: _unknown_guess(u) for u in problem.unknowns})
+
+
+def _stated_guesses(
+    problem: Problem, parameters: Parameters, *, left_aside: bool = False
+) -> dict[str, StatedGuess]:
+    """The guess in the statement of each phase, by name; see `StatedGuess`."""
+    times = guessed_times(problem.phases)
+    guesses: dict[str, StatedGuess] = {}
+    for phase in problem.phases:
+        signals, ends = problem.signals[phase.name], times[phase.name]
+        guess = StatedGuess(phase, signals, parameters, ends, left_aside)
+        carried = dict(_carried_values(problem, guess, guesses))
+        guesses[phase.name] = replace(guess, carried=carried)
+    return guesses
+
+
+def _carried_values(
+    problem: Problem, guess: StatedGuess, before: Mapping[str, StatedGuess]
+) -> Iterator[tuple[str, float]]:
+    """Names and values of states that have none of their own in a phase, but one by a link.
+
+    A mass that the first phase states is the mass of the next one, less what is dropped. Without
+    that it would be guessed to be 0, and its inverse has no value there.
+
+    Parameters
+    ----------
+    before : the guesses of the phases before this one.
+    """
+    alone = {s for s in guess.phase.states if not guess.knows(s)} if before else set()
+    for bound in problem.boundary_constraints if alone else ():
+        for start in bound.symbols if bound.is_equation else ():
+            state = _started(start, guess.phase, alone)
+            if state is not None:
+                value = _by_link(bound, start, guess.parameters, before)
+                if value is not None:
+                    lower, upper = _numbers(state)
+                    yield state.name, min(max(value, lower), upper)
+
+
+def _started(start: Symbol, phase: Phase, states: set[State]) -> State | None:
+    """The one of these states whose value at the start of a phase a symbol is, if any."""
+    if not isinstance(start, BoundaryValue) or (start.phase, start.end) != (phase.name, "start"):
+        return None
+    found = start.expression.element_hash()
+    return next((s for s in states if s.symbol.element_hash() == found), None)
+
+
+def _by_link(
+    link: Bound, start: Symbol, parameters: Parameters, before: Mapping[str, StatedGuess]
+) -> float | None:
+    """The value at a start that an equation asks for; None where it takes more than is stated."""
+    others = [symbol for symbol in link.symbols if symbol is not start]
+    stated = [_known(symbol, parameters, before) for symbol in others]
+    known = [value for value in stated if value is not None]
+    slope = ca.jacobian(link.expression, start.symbol)
+    if len(known) < len(others) or not (slope.is_constant() and slope.nnz() == 1):
+        return None
+    symbols = ca.vertcat(start.symbol, *[symbol.symbol for symbol in others])
+    rest = float(ca.substitute(link.expression, symbols, ca.SX([0.0, *known])))
+    value = (parameters.limit(link.lower) - rest) / float(slope)
+    return value if math.isfinite(value) else None
+
+
+def _known(
+    symbol: Symbol, parameters: Parameters, before: Mapping[str, StatedGuess]
+) -> float | None:
+    """A constant, or a value at the end of a phase of states that are stated there; else None."""
+    if isinstance(symbol, Constant):
+        return parameters.values[symbol.name]
+    if not isinstance(symbol, BoundaryValue) or symbol.end != "end" or symbol.phase not in before:
+        return None
+    guess, values = before[symbol.phase], list[float]()
+    for part in symbol.symbols:
+        if isinstance(part, Constant):
+            values.append(parameters.values[part.name])
+        elif isinstance(part, State) and guess.knows(part):
+            values.append(guess.at_end(part))
+        else:
+            return None
+    symbols = ca.vertcat(*[part.symbol for part in symbol.symbols], ca.SX(0, 1))
+    return float(ca.substitute(symbol.expression, symbols, ca.SX(values)))
 
 
 def _stays(guess: StatedGuess, state: Signal) -> bool:
@@ -126,12 +200,16 @@ def _stays(guess: StatedGuess, state: Signal) -> bool:
 class StatedGuess:
     """The guess in the statement of a phase; a signal left out joins its boundary values.
 
+    A state without any has the value that a link carries over from the phase before, if one does.
+
     Attributes
     ----------
     times : (float, float)
         Initial and final time, see `guessed_times` [s].
     left_aside : bool
         Whether all signals count as left out.
+    carried : mapping of name to float
+        Values of states by links, see `_carried_values`.
     """
 
     phase: Phase
@@ -139,6 +217,7 @@ class StatedGuess:
     parameters: Parameters
     times: tuple[float, float]
     left_aside: bool = False
+    carried: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def start(self) -> float:
@@ -155,6 +234,16 @@ class StatedGuess:
         times = self.start + fractions * (self.end - self.start)
         return {s.name: self._values(s, fractions, times) for s in self.signals}
 
+    def knows(self, state: State) -> bool:
+        """Whether there is a guess of a state, a boundary value, or a value by a link."""
+        if state.name in self.carried or (state in self.phase.guess and not self.left_aside):
+            return True
+        return any(value is not None for value in self._ends(state))
+
+    def at_end(self, signal: Signal) -> float:
+        """The value of a signal at the end."""
+        return float(self._values(signal, np.ones(1), np.array([self.end]))[0])
+
     def _values(self, signal: Signal, fractions: Array, times: Array) -> Array:
         stated = {} if self.left_aside else self.phase.guess
         given = stated.get(signal, self._between_ends(signal))
@@ -168,14 +257,19 @@ class StatedGuess:
 
     def _between_ends(self, signal: Signal) -> Any:
         """Boundary values of a signal that has any, else a value inside its bounds."""
-        key = self.phase.name, signal.name
-        first = _boundary_value(
-            self.phase.initial.get(signal), self.parameters.initial_values.get(key)
-        )
-        last = _boundary_value(self.phase.final.get(signal), self.parameters.final_values.get(key))
+        first, last = self._ends(signal)
         if first is None and last is None:
-            return _nearest_to_zero(signal)
+            return self.carried.get(signal.name, _nearest_to_zero(signal))
         return (first if first is not None else last, last if last is not None else first)
+
+    def _ends(self, signal: Signal) -> tuple[float | None, float | None]:
+        """Boundary values of a signal, None where it has none."""
+        key = self.phase.name, signal.name
+        initial, final = self.parameters.initial_values, self.parameters.final_values
+        return (
+            _boundary_value(self.phase.initial.get(signal), initial.get(key)),
+            _boundary_value(self.phase.final.get(signal), final.get(key)),
+        )
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -56,7 +56,8 @@ class Bound:
     Raises
     ------
     StatementError
-        When the expression is no scalar, the limits cross, or there is none.
+        When the expression is no scalar or is itself a relation, the limits cross, or there is no
+        limit.
     """
 
     name: str
@@ -74,6 +75,7 @@ class Bound:
         where = f"the bound '{self.name}'"
         object.__setattr__(self, "expression", scalar(self.expression, where))
         object.__setattr__(self, "symbols", resolve(self.expression, where))
+        _check_no_relation(self.expression, self.name)
         check_interval(self.name, self.lower, self.upper)
         check_scale(self.name, self.scale)
         if not is_limited(self.lower, self.upper):
@@ -128,6 +130,12 @@ def _with_plain_limits(bound: Bound) -> Iterator[Bound]:
             plain = limit if is_plain(limit) else 0.0
             lower, upper = (plain, math.inf) if side == "lower" else (-math.inf, plain)
             yield replace(bound, name=name, expression=expression, lower=lower, upper=upper)
+
+
+def _check_no_relation(expression: Any, name: str) -> None:
+    from ocp.problem.relations import check_no_relation  # which needs this module
+
+    check_no_relation(expression, name)
 
 
 def _from_relation(relation: Any, where: str) -> Bound:

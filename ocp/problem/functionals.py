@@ -7,12 +7,13 @@ trajectory, the expressions in the nonlinear program, the typical sizes and the 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
 import casadi as ca
 
-from ocp.problem.symbols import Symbol, check_scale
+from ocp.problem.symbols import State, Symbol, check_scale
 
 End = Literal["start", "end"]
 
@@ -42,6 +43,10 @@ class Functional(Symbol):
     symbol: ca.SX = field(init=False, repr=False)
     phase: str = field(init=False, repr=False)
     expression: ca.SX = field(init=False, repr=False)
+
+    # The dynamics of the phase of each piece. A piece holds its phase by name, and two phases may
+    # have one name. Unknown, (), for functionals that no phase made.
+    _dynamics: tuple[Mapping[State, ca.SX], ...] = field(init=False, repr=False, default=())
 
     def __post_init__(self) -> None:
         self._declare()

@@ -72,7 +72,8 @@ class Phase:
     guess : mapping of Signal to guess
         A number, a pair (first, last), a callable of time (vectorised), (times, values), or
         `ByFraction` of the last two, where the times are fractions of the phase. A signal without
-        one joins its boundary values. Where no signal of a problem has one, and a rate is not
+        one joins its boundary values. A state without these either has the value that a link
+        carries over from the phase before. Where no signal of a problem has one, and a rate is not
         linear, the first mesh is solved from simulated motions as well, and the best answer counts.
     breakpoints : sequence of number
         Times at which the mesh has a breakpoint [s], because something steps there. Where an
@@ -305,6 +306,7 @@ class Phase:
         return ((self.name, sx),), _varying(sx, f"the {name}")
 
     def _kept(self, functional: Kind) -> Kind:
+        object.__setattr__(functional, "_dynamics", (self.dynamics,))
         self._functionals.append(functional)
         return functional
 
@@ -359,6 +361,7 @@ def peak(
     expressions = tuple((phase.name, scalar(expression, where)) for phase, expression in pieces)
     symbols = dict.fromkeys(s for _, expression in expressions for s in _varying(expression, where))
     functional = Peak(name, unit, expressions, tuple(symbols), scale, absolute=absolute)
+    object.__setattr__(functional, "_dynamics", tuple(phase.dynamics for phase, _ in pieces))
     for phase, _ in pieces:
         phase._functionals.append(functional)
     return functional

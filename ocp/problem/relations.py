@@ -14,9 +14,10 @@ import casadi as ca
 from ocp.errors import StatementError
 from ocp.problem.bounds import Bound
 from ocp.problem.display import text_of, unit_of
-from ocp.problem.symbols import Constant, Symbol, resolve, scalar
+from ocp.problem.symbols import Constant, Symbol, is_limited, resolve, scalar
 
 _SIGNS = {ca.OP_LE: "<=", ca.OP_LT: "<=", ca.OP_EQ: "=="}
+_LOGICAL = {*_SIGNS, ca.OP_NE, ca.OP_NOT, ca.OP_AND, ca.OP_OR}
 _MIRRORED = {"<=": ">=", ">=": "<=", "==": "=="}
 _WRITE = "write a relation such as x <= 2, or Bound(name, expression, unit, lower, upper)"
 _LONGEST_NAME = 80
@@ -56,6 +57,39 @@ def bound_of(relation: Any, where: str) -> Bound:
         lower=-math.inf if sign == "<=" else limit,
         upper=math.inf if sign == ">=" else limit,
     )
+
+
+def check_no_relation(expression: ca.SX, name: str) -> None:
+    """StatementError if the expression of a bound is itself a relation, or several.
+
+    It would be 0 or 1, and a limit of that has no slope that a solver could follow. Relations
+    inside an expression, as ``ca.if_else`` has them, are none of this.
+    """
+    if expression.is_constant() or expression.is_symbolic() or expression.op() not in _LOGICAL:
+        return
+    where = f"the bound '{name}'"
+    raise StatementError(
+        f"the expression of {where} is '{text_of(expression, _LONGEST_NAME)}', which is 0 or 1; "
+        f"{_without_relation(expression, name, where)}"
+    )
+
+
+def _without_relation(relation: ca.SX, name: str, where: str) -> str:
+    """What to write instead of a bound of a relation."""
+    try:
+        meant = bound_of(relation, where)
+    except StatementError:
+        return (
+            "a bound limits an expression such as x, so state each limit as a bound of its own: "
+            "Bound(name, x, unit, upper=2)"
+        )
+    limits = "".join(
+        f", {side}={text_of(limit)}"
+        for side, limit in (("lower", meant.lower), ("upper", meant.upper))
+        if is_limited(limit)
+    )
+    text = text_of(meant.expression, _LONGEST_NAME)
+    return f"give the expression and its limit: Bound('{name}', {text}, '{meant.unit}'{limits})"
 
 
 def _sides(relation: Any, where: str) -> tuple[ca.SX, ca.SX, str]:

@@ -9,13 +9,14 @@ from __future__ import annotations
 import itertools
 import math
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
 from ocp.errors import StatementError, StatementWarning
-from ocp.problem.functionals import BoundaryValue, Functional
+from ocp.numerics.expression_graph import graph_of
+from ocp.problem.functionals import BoundaryValue, Functional, PhaseTime, PointValue
 from ocp.problem.symbols import (
     Between,
     Constant,
@@ -175,6 +176,7 @@ def check_problem(problem: Problem) -> None:
     """StatementError unless names are unique and terminal expressions are of numbers."""
     if not problem.phases:
         raise StatementError(f"problem '{problem.name}' has no phase; give at least one")
+    _check_origins(problem)
     _check_names(problem)
     _check_coupled(problem)
 
@@ -208,6 +210,41 @@ def check_problem(problem: Problem) -> None:
         _check_limit(bound.lower, f"the lower limit of '{bound.name}'")
         _check_limit(bound.upper, f"the upper limit of '{bound.name}'")
     _check_peaks(problem)
+
+
+def _check_origins(problem: Problem) -> None:
+    """StatementError if a functional is of another phase that has the name of one of the problem.
+
+    A notebook cell that is run again leaves such phases behind, and their functionals would be
+    evaluated on the phase of the problem. A copy of a phase with another guess, other times or
+    limits has the same dynamics, and may take the functionals of the original.
+    """
+    phases = {phase.name: phase for phase in problem.phases}
+    for functional in problem.functionals:
+        # those that no phase made know no dynamics
+        for (name, _), dynamics in zip(functional.pieces, functional._dynamics, strict=False):
+            if name in phases and not _same_dynamics(dynamics, phases[name].dynamics):
+                raise StatementError(
+                    f"'{functional.name}' in problem '{problem.name}' was made from another phase "
+                    f"of the name '{name}', with other states or dynamics than the phase '{name}' "
+                    "of the problem; make it from the phase that you give to the problem"
+                )
+
+
+def _same_dynamics(one: Mapping[State, Any], other: Mapping[State, Any]) -> bool:
+    """Whether two phases have the same states, with the same rates."""
+    if one is other:
+        return True
+    if len(one) != len(other) or not all(state in other for state in one):
+        return False
+    pairs = [(one[state], other[state]) for state in one]
+    different = [(a, b) for a, b in pairs if a.element_hash() != b.element_hash()]
+    if not different:
+        return True
+    # the same code may have written them twice
+    symbols = ca.symvar(ca.vertcat(*itertools.chain(*different)))
+    ours, theirs = (graph_of(rates, symbols) for rates in zip(*different, strict=True))
+    return ours == theirs
 
 
 def _check_names(problem: Problem) -> None:
@@ -275,11 +312,12 @@ def check_values(problem: Problem, parameters: Parameters) -> None:
             )
 
     for first, second in itertools.pairwise(problem.phases):
-        if shared := _unlinked(problem, first, second):
+        where, shared = _unlinked(problem, first, second)
+        if where:
             warnings.warn(
-                f"phase '{second.name}' begins at {second.start} s, where '{first.name}' ends, and "
-                f"both have the state '{shared}', but nothing links them; add "
-                "links=joined(first, second) with these phases",
+                f"phase '{second.name}' begins {where}, and both have the state '{shared}', but "
+                "nothing links them; add links=joined(first, second) with these phases, or give "
+                f"'{shared}' an initial value in '{second.name}' if it begins anew",
                 StatementWarning,
                 stacklevel=3,
             )
@@ -353,20 +391,63 @@ def _check_guess(problem: Problem, phase: Phase) -> None:
             )
 
 
-def _unlinked(problem: Problem, first: Phase, second: Phase) -> str:
-    """A state that two phases share which follow each other in time without a link, if any."""
-    meet = not isinstance(first.end, Between) and first.end == second.start
-    shared = [s.name for s in second.states if s in first.dynamics and s not in second.initial]
-    if not (meet and shared):
-        return ""
+def _unlinked(problem: Problem, first: Phase, second: Phase) -> tuple[str, str]:
+    """Where two phases meet without a link and a state that both have; empty if they do not.
+
+    They are linked where anything of the problem is a value at the start of the second phase, be it
+    in a jump, in a price or in a bound with an unknown that stands between the two. A state with an
+    initial value, or a range of them, is known to begin anew.
+    """
+    shared = [s for s in second.states if s in first.dynamics and s not in second.initial]
+    if not shared or any(_is_at_start(f, second, shared) for f in problem.functionals):
+        return "", ""
+    return _meeting(problem, first, second), shared[0].name
+
+
+def _is_at_start(functional: Functional, phase: Phase, states: Sequence[State]) -> bool:
+    """Whether a functional is a value of one of the states at the start of a phase."""
+    match functional:
+        case BoundaryValue():
+            there = functional.end == "start"
+        case PointValue():
+            there = functional.instant == phase.start
+        case _:
+            there = False
+    # a set, because symbols that are compared make a relation
+    return there and functional.phase == phase.name and bool({*states} & {*functional.symbols})
+
+
+def _meeting(problem: Problem, first: Phase, second: Phase) -> str:
+    """Where one phase begins as another one ends, in words; empty if nothing says that it does.
+
+    The end of the one and the start of the other have the same limits, or a bound links the two
+    times alone. Phases that have both times in common run side by side.
+    """
+    (begins, ends), (low, high) = _ranges(first), _ranges(second)[0]
+    if ends == (low, high) and (begins, ends) != _ranges(second):
+        where = f"at {low} s" if low == high else f"between {low} s and {high} s"
+        return f"{where}, where '{first.name}' {'ends' if low == high else 'may end'}"
+    times = {(first.name, "end"), (second.name, "start")}
     for bound in problem.boundary_constraints:
-        functionals = [s for s in bound.symbols if isinstance(s, Functional)]
-        if {first.name, second.name} <= {name for f in functionals for name, _ in f.pieces}:
-            return ""
-        # an unknown may stand between the two
-        if any(isinstance(f, BoundaryValue) and f.phase == second.name for f in functionals):
-            return ""
-    return shared[0]
+        named = [s for s in bound.symbols if not isinstance(s, Constant)]
+        of_phases = {(s.phase, s.end) for s in named if isinstance(s, PhaseTime)}
+        if bound.is_equation and of_phases == times and len(named) == len(times):
+            symbols = ca.vertcat(*[s.symbol for s in named])
+            gap = ca.substitute(bound.expression - bound.lower, symbols, ca.SX.ones(len(named)))
+            if gap.is_zero():
+                return f"when '{first.name}' ends"
+    return ""
+
+
+def _ranges(phase: Phase) -> tuple[tuple[float, float], tuple[float, float]]:
+    """The limits of both times of a phase [s]."""
+    start, end = (
+        (float(time.lower), float(time.upper))
+        if isinstance(time, Between)
+        else (float(time), float(time))
+        for time in (phase.start, phase.end)
+    )
+    return start, end
 
 
 def _unused(problem: Problem, phase: Phase) -> list[State]:

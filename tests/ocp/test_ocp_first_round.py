@@ -1,5 +1,7 @@
 """Where the stated guess leads nowhere: other barriers, and guesses by simulation."""
 
+from typing import ClassVar
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ from ocp import (
     ByFraction,
     Control,
     Infeasible,
+    InvalidNumber,
     Ipopt,
     Phase,
     Problem,
@@ -113,6 +116,57 @@ def test_a_search_leaves_most_of_a_budget_to_the_refinement():
     assert tight.mesh_iterations[0].starts < free.mesh_iterations[0].starts
     assert tight.mesh_iterations[0].iterations < 60
     assert tight.verification.passed
+
+
+def root_of_the_effort(duration, **guess):
+    """A metre from rest to rest with the least root of the effort, which has no slope at none."""
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
+    signals = {"x": x, "u": u}
+    phase = Phase(
+        "move",
+        {x: v, v: u},
+        {x: 0, v: 0},
+        {x: 1, v: 0},
+        end=duration,
+        guess={signals[name]: value for name, value in guess.items()},
+    )
+    return Problem("root", phase, minimise=ca.sqrt(phase.integral(u**2)))
+
+
+@pytest.mark.parametrize("duration", [1.0, 2.0])
+def test_a_slope_that_is_infinite_at_no_guess_is_left_by_other_starts(duration):
+    solution = solve(root_of_the_effort(duration))
+    # the least effort is 12 / T^3
+    assert solution.objective == pytest.approx(np.sqrt(12 / duration**3), rel=1e-8)
+    starts = solution.mesh_iterations[0].starts
+    assert starts > 1
+    assert solution.verdict == f"local: best of {starts} starts"
+
+
+def test_a_motion_of_the_user_with_an_infinite_slope_is_answered_with_its_expression():
+    words = r"the objective has a derivative that is NaN or infinite .*where 'integral' = 0; start"
+    with pytest.raises(InvalidNumber, match=words):
+        solve(root_of_the_effort(1.0, x=(0, 1), u=0.0))
+
+
+def test_no_more_than_a_few_starts_are_made_where_an_expression_has_no_value_anywhere():
+    class Counting(Ipopt):
+        """IPOPT that counts its runs."""
+
+        runs: ClassVar[list[str]] = []
+
+        def solve(self, *arguments, **options):
+            result = super().solve(*arguments, **options)
+            self.runs.append(result.outcome)
+            return result
+
+    x, u = State("x", "m"), Control("u", "m/s")
+    phase = Phase("move", {x: u}, {x: 0}, {x: 1}, end=1.0)
+    problem = Problem("no root", phase, minimise=phase.integral(u**2 + ca.sqrt(-1 - x**2)))
+    with pytest.raises(InvalidNumber, match=r"integrand of 'integral' .* NaN .*x = 0 m"):
+        solve(problem, settings=Settings(solver=Counting()))
+    # the stated guess and three others
+    assert Counting.runs == ["invalid number"] * 4
 
 
 def test_a_straight_line_as_a_guess_stays_the_users_choice():

@@ -3,8 +3,20 @@
 import numpy as np
 import pytest
 
-from ocp import Control, Mesh, Phase, Problem, Settings, State, Unknown, solve
-from ocp.mesh.initial_guess import initial_guess
+from ocp import (
+    Bound,
+    Constant,
+    Control,
+    Mesh,
+    Phase,
+    Problem,
+    Settings,
+    State,
+    Unknown,
+    joined,
+    solve,
+)
+from ocp.mesh.initial_guess import guess_by_lines, initial_guess
 from ocp.mesh.mesh import PhaseMesh, uniform
 from ocp.numerics.schemes import Gauss, HermiteSimpson, Radau
 from ocp.problem.parameters import parameters_of
@@ -121,3 +133,80 @@ def test_a_guess_for_another_duration_is_stretched():
     assert longer.value(longer.problem.phases[0].end_time) == 2.0
     direct = solve(transfer(2.0), settings=Settings(intervals=7))
     assert longer.objective == pytest.approx(direct.objective, rel=1e-7)
+
+
+DROPPED = Constant("dropped", "kg", 20.0)
+HEIGHT, MASS = State("height", "m"), State("mass", "kg", lower=25.0)
+THRUST = Control("thrust", "kN", lower=0, upper=30)
+
+
+def rocket(links, **of_phases):
+    """Three stages, of which only the first one states where its states begin."""
+    stages = [
+        Phase(
+            name,
+            {HEIGHT: THRUST / MASS, MASS: -0.01 * THRUST},
+            {HEIGHT: 3.0, MASS: 100.0} if start == 0.0 else {},
+            start=start,
+            end=start + 1.0,
+            **of_phases.get(name, {}),
+        )
+        for start, name in enumerate(("lift", "coast", "climb"))
+    ]
+    return Problem("rocket", stages, maximise=stages[-1].at_end(HEIGHT), links=links(*stages))
+
+
+def dropping(lift, coast, climb):
+    """A tank is dropped after the first stage."""
+    return *joined(lift, coast, jump={MASS: MASS - DROPPED}), *joined(coast, climb)
+
+
+def held(problem, start=stated):
+    """The height and the mass that each phase is guessed to hold."""
+    phases = start(problem).phases.values()
+    values = [phase.at_fractions(np.array([0.0, 1.0])) for phase in phases]
+    for value in values:
+        assert np.ptp(value["height"]) == np.ptp(value["mass"]) == 0.0
+    return [(float(value["height"][0]), float(value["mass"][0])) for value in values]
+
+
+def test_a_state_without_a_value_has_that_of_the_phase_before_by_its_links():
+    assert held(rocket(dropping)) == [(3.0, 100.0), (3.0, 80.0), (3.0, 80.0)]
+    lines = held(rocket(dropping), lambda p: guess_by_lines(p, parameters_of(p)))
+    assert lines == [(3.0, 100.0), (3.0, 80.0), (3.0, 80.0)]
+    lighter = initial_guess(p := rocket(dropping), parameters_of(p, {DROPPED: 30.0}))
+    assert lighter.phases["climb"].at_fractions(np.zeros(1))["mass"] == 70.0
+
+
+def test_links_carry_no_guess_over_a_value_of_its_own_nor_out_of_bounds():
+    heavy = rocket(dropping, coast={"guess": {MASS: 60.0}}, climb={"final": {HEIGHT: 9.0}})
+    assert held(heavy) == [(3.0, 100.0), (3.0, 60.0), (9.0, 60.0)]
+    empty = rocket(lambda a, b, c: (*joined(a, b, jump={MASS: MASS - 90}), *joined(b, c)))
+    assert held(empty) == [(3.0, 100.0), (3.0, 25.0), (3.0, 25.0)]
+
+
+def test_what_is_not_stated_before_is_not_carried():
+    # nothing is known of thrust, and a limit on one side is no link
+    none = [(3.0, 100.0), (0.0, 25.0), (0.0, 25.0)]
+    assert held(rocket(lambda *stages: ())) == none
+    unknown = rocket(lambda a, b, c: joined(a, b, jump={MASS: MASS - THRUST, HEIGHT: THRUST}))
+    assert held(unknown) == none
+    limited = rocket(lambda a, b, c: [Bound("lighter", b.at_start(MASS) - a.at_end(MASS), upper=0)])
+    assert held(limited) == none
+
+
+def test_a_rate_over_a_mass_that_only_the_first_stage_states_has_a_value():
+    speed, mass = State("speed", "m/s"), State("mass", "kg")
+    thrust, weaker = Control("thrust", "N", lower=0, upper=6), Control("weaker", "N", 0, 1)
+    first = Phase(
+        "first",
+        {speed: thrust / mass, mass: -thrust},
+        {speed: 0, mass: 8},
+        end=1.0,
+        guess={thrust: 3},  # who states something is not helped by other starts
+    )
+    second = Phase("second", {speed: weaker / mass, mass: -weaker}, start=1.0, end=2.0)
+    links = joined(first, second, jump={mass: mass - 0.6})
+    found = solve(Problem("stages", (first, second), maximise=second.at_end(speed), links=links))
+    # full thrust: ln(8 / 2), then ln(1.4 / 0.4)
+    assert found.objective == pytest.approx(np.log(14), rel=1e-8)

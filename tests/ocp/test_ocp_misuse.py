@@ -1,6 +1,7 @@
 """A mistake of a newcomer is answered in one sentence with thing, value and remedy."""
 
 import copy
+import dataclasses
 import math
 import pickle
 
@@ -32,6 +33,8 @@ from ocp import (
     solve,
     with_objective,
 )
+from ocp.problem.parameters import parameters_of
+from ocp.problem.validation import check_values
 
 x, v = State("position", "m"), State("speed", "m/s")
 u = Control("force", "N", lower=-4, upper=4)
@@ -354,6 +357,95 @@ def test_phases_that_follow_each_other_without_a_link_are_told():
     assert by_unknowns.objective == pytest.approx(linked.objective, rel=1e-8)
 
 
+ANY_TIME = Between(0.1, 1.9)
+
+
+def free_pair(begins=ANY_TIME, **second):
+    """Two phases of a drive, of which the first one ends at a free time."""
+    stated = {"final": GOAL, "start": begins, "end": 2.0, **second}
+    return Phase("push", RATES, initial=START, end=ANY_TIME), Phase("rest", RATES, **stated)
+
+
+def apart(phases, **changed):
+    """A problem of two phases, of each of which something depends on the states."""
+    effort = sum(phase.integral(u**2 + (x - 1) ** 2) for phase in phases)
+    return Problem("apart", phases, **{"minimise": effort, **changed})
+
+
+def checked(problem):
+    """What is checked before a solve, without one."""
+    check_values(problem, parameters_of(problem))
+
+
+def meeting_pairs():
+    """Problems of two phases that meet, with nothing between their states."""
+    same, linked = free_pair(), free_pair(begins=Between(0.0, 1.0, 0.5))
+    return {
+        "the same range": (
+            apart(same),
+            r"begins between 0\.1 s and 1\.9 s, where 'push' may end, and both have the state "
+            r"'position'.*links=joined.* or give 'position' an initial value in 'rest' if it",
+        ),
+        "another guess": (apart(free_pair(begins=Between(0.1, 1.9, 1.0))), "where 'push' may end"),
+        "a budget of both": (
+            apart(same, bounds=[sum(phase.integral(u**2) for phase in same) <= 9]),
+            "where 'push' may end",
+        ),
+        "an end value in a bound": (
+            apart(free_pair(final={}), bounds=[same[1].at_end(x) == 1]),
+            "where 'push' may end",
+        ),
+        "times linked alone": (
+            apart(linked, links=joined(*linked)[:1]),
+            r"'rest' begins when 'push' ends, and both",
+        ),
+        "times linked by a relation": (
+            apart(linked, links=[linked[0].end_time == linked[1].start_time]),
+            r"'rest' begins when 'push' ends, and both",
+        ),
+    }
+
+
+@pytest.mark.parametrize("which", meeting_pairs())
+def test_phases_that_meet_at_a_free_time_without_a_link_are_told(which):
+    problem, words = meeting_pairs()[which]
+    with pytest.warns(StatementWarning, match=words):
+        checked(problem)
+
+
+def separate_pairs():
+    """Problems of two phases that have a link, or that none needs."""
+    pair, jumping, later = free_pair(), free_pair(), free_pair(begins=Between(0.1, 1.8))
+    between = Unknown("between", "m")
+    alike = Between(0.0, 1.9)
+    side_by_side = tuple(
+        Phase(name, RATES, start=alike, end=alike, final=GOAL) for name in ("calm", "windy")
+    )
+    return {
+        "joined": apart(pair, links=joined(*pair)),
+        "jumping": apart(jumping, links=joined(*jumping, jump={v: -v})),
+        "by an unknown": apart(
+            pair, bounds=[pair[0].at_end(x) == between, pair[1].at_start(x) == between]
+        ),
+        "by an expression of several": apart(pair, bounds=[pair[1].at_start(v - 2 * x) == 0]),
+        "at a price": apart(
+            pair,
+            minimise=pair[0].integral(u**2) + (pair[1].at_start(x) - pair[0].at_end(x)) ** 2,
+            bounds=[pair[1].peak(u) <= 3],
+        ),
+        "begins anew": apart(free_pair(initial=START)),
+        "other ranges": apart(later),
+        "a pause between": apart(later, links=[later[1].start_time == later[0].end_time + 0.1]),
+        "side by side": apart(side_by_side),
+        "side by side from one time on": apart(free_pair(begins=0.0)),
+    }
+
+
+@pytest.mark.parametrize("which", separate_pairs())
+def test_phases_that_are_linked_or_separate_are_no_false_alarm(which):
+    checked(separate_pairs()[which])
+
+
 @pytest.mark.parametrize("value", [math.nan, math.inf, None, "2"])
 def test_a_value_of_a_constant_that_is_no_number_is_named(value):
     mass = Constant("mass", "kg", 1.0)
@@ -376,3 +468,43 @@ def test_a_bound_of_the_optimum_is_a_finite_number(bound):
 def test_a_phase_has_a_state():
     with pytest.raises(StatementError, match=r"phase 'idle' has no state; write dynamics"):
         Phase("idle", {}, end=1.0)
+
+
+def other_cells():
+    """Phases that a notebook may be left with, of the name of another one."""
+    again = {state: State(state.name, state.unit) for state in (x, v)}
+    return {
+        "other rates": drive(dynamics={x: v, v: 2 * u}, end=3.0),
+        "other states": drive(
+            dynamics={again[x]: again[v], again[v]: u},
+            initial={again[x]: 0},
+            final={again[x]: 1},
+        ),
+        "fewer states": drive(dynamics={v: u}, initial={v: 0}, final={v: 1}),
+    }
+
+
+@pytest.mark.parametrize("which", other_cells())
+def test_a_functional_of_another_phase_of_that_name_is_refused(which):
+    phase, other = drive(), other_cells()[which]
+    words = r"in problem 'task' was made from another phase of the name 'drive'.*make it from the"
+    for misused in (
+        {"minimise": other.integral(u**2)},
+        {"minimise": phase.integral(u**2) + other.end_time},
+        {"bounds": [peak((phase, u), (other, u)) <= 3]},
+        {"links": [other.at_end(u) == 0]},
+    ):
+        with pytest.raises(StatementError, match=words):
+            task(phase, **misused)
+
+
+def test_functionals_of_a_phase_serve_its_copies():
+    original = drive()
+    longer = dataclasses.replace(original, end=4.0, guess={x: (0, 1)})
+    written_again = drive(dynamics={x: v, v: ca.SX(u)}, end=4.0)
+    damped, damped_again = (drive(dynamics={x: v, v: u - ca.sin(v) * 0.1}) for _ in range(2))
+    # a rest-to-rest move by d in T needs 12 d^2 / T^3
+    for copied in (longer, written_again):
+        found = solve(task(copied, minimise=original.integral(u**2)))
+        assert found.objective == pytest.approx(12 / 4**3, rel=1e-8)
+    assert task(damped, minimise=damped_again.integral(u**2)).phases == (damped,)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from ocp.errors import StatementError
+from ocp.problem.bounds import Bound
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.relations import bound_of
@@ -88,6 +89,29 @@ def test_relations_stand_beside_bounds_in_a_statement():
 def test_what_is_no_relation_is_answered_with_what_to_write(relation, message):
     with pytest.raises(StatementError, match=message):
         bound_of(relation, "phase 'travel'")
+
+
+@pytest.mark.parametrize(
+    ("relation", "message"),
+    [
+        (v <= 0.12, r"'v <= 0\.12', which is 0 or 1; give .*: Bound\('b', v, 'm/s', upper=0\.12\)"),
+        (v >= c, r"Bound\('b', v, 'm/s', lower=c\)"),
+        (x == v, r"Bound\('b', x - v, 'm', lower=0, upper=0\)"),
+        (ca.sin(x) < v, r"Bound\('b', sin\(x\) - v, '1', upper=0\)"),
+        (v != 1, r"'v != 1', which is 0 or 1; .*state each limit as a bound of its own"),
+        (ca.logic_and(v <= 1, v >= 0), r"'v <= 1 and 0 <= v', which is 0 or 1; .*each limit"),
+        (ca.logic_not(v <= 1), r"which is 0 or 1; .*each limit"),
+        (TRAVEL.at_end(v) <= 1, r"Bound\('b', v at the end of travel, 'm/s', upper=1\)"),
+    ],
+)
+def test_a_relation_is_no_expression_of_a_bound(relation, message):
+    with pytest.raises(StatementError, match=rf"the expression of the bound 'b' is .*{message}"):
+        Bound("b", relation, upper=1)
+
+
+def test_a_relation_inside_an_expression_may_be_bounded():
+    for expression in (ca.if_else(x <= 1, v, u), ca.if_else(x <= 1, 1, 0), x * (v <= 1)):
+        assert Bound("b", expression, upper=1).upper == 1
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,10 @@ less, and from motions that are simulated under controls drawn at random
 (`ocp.mesh.simulated_guess`). The best of the first few that it finds is the answer of the round.
 The draws are the same in every run.
 
+The controls of no guess are zero. There the slope of a root may be infinite, which ends a run at
+once. So other starts are made after an invalid number, too, unless a motion is stated, until a few
+have shown that the expression has no value elsewhere either.
+
 Controls of a few intervals may also be too coarse for any motion, where the limits leave little
 room. So the same is tried on a finer mesh, and on a still finer one if that is nearly enough.
 
@@ -66,6 +70,8 @@ def first_answer(first_round: FirstRound, program: Transcription, result: NlpRes
     result : NlpResult
         What came of the stated guess; its iterations are counted on.
     """
+    if result.outcome == "invalid number":
+        return _with_values(first_round, program, result)
     if result.outcome != "solved":
         if not _hopeful(first_round.meshes, program, result):
             return FirstMotion(program, result)
@@ -77,6 +83,18 @@ def first_answer(first_round: FirstRound, program: Transcription, result: NlpRes
         return found
     sought = _sought(first_round, program, found.result)
     return replace(sought, starts=sought.starts + found.starts - 1)
+
+
+def _with_values(first_round: FirstRound, program: Transcription, failed: NlpResult) -> FirstMotion:
+    """The first mesh from other starts, where an expression has no value at the stated guess.
+
+    What failed first is kept where none leads anywhere: it names the expression at that guess. A
+    motion that the user states is the user's choice.
+    """
+    meshes = first_round.meshes
+    if states_a_motion(meshes.problem, meshes.parameters):
+        return FirstMotion(program, failed)
+    return best_of_several(first_round, program, failed)
 
 
 def _in_its_sizes(

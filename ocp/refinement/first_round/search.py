@@ -63,7 +63,8 @@ _AGREE_IF_OTHERS = 3
 # an answer may be of another kind than any motion.
 _COMPARABLE = 1e-2
 _NO_MOTION = 1.0
-# answers after which a mesh is judged by that
+# answers after which a mesh is judged by that; other starts after which an objective counts as
+# running away, or an expression as having no value anywhere
 _ENOUGH = 3
 
 # times that an answer is left for a better one with other controls or other meetings of phases
@@ -124,7 +125,9 @@ def best_of_several(
     """
     answers = [_examined(first_round.meshes, program, first)] if first.outcome == "solved" else []
     mesh = finer_mesh(first_round.meshes, program.mesh)
-    search, coarse = _FirstMeshSearch(program, tuple(answers), first, 1), tuple[_Answer, ...]()
+    undefined = int(first.outcome == "invalid number")
+    search = _FirstMeshSearch(program, tuple(answers), first, 1, undefined=undefined)
+    coarse = tuple[_Answer, ...]()
     search = _searched(first_round, search, may_refine=mesh is not None)
     if search.no_motion and mesh is not None:
         again = first_round.meshes.first_program(None, mesh)
@@ -160,8 +163,9 @@ class _FirstMeshSearch:
     no_motion : bool
         Whether the best of several answers misses its dynamics by so much that it may be of another
         kind than any motion.
-    unbounded : int
-        Starts from which the objective ran away.
+    unbounded, undefined : int
+        Starts from which the objective ran away, and those that ended where an expression has no
+        value.
     """
 
     program: Transcription
@@ -170,6 +174,12 @@ class _FirstMeshSearch:
     starts: int
     no_motion: bool = False
     unbounded: int = 0
+    undefined: int = 0
+
+    @property
+    def seems_undefined(self) -> bool:
+        """Whether an expression has had no value from any start, and there were several."""
+        return self.undefined == self.starts > _ENOUGH
 
     @property
     def seems_unbounded(self) -> bool:
@@ -198,7 +208,10 @@ def _searched(
             answers = (*answers, _examined(first_round.meshes, program, last))
         no_motion = len(answers) >= _ENOUGH and min(answers, key=_value).dynamics > _NO_MOTION
         unbounded = search.unbounded + (last.outcome == "unbounded")
-        search = _FirstMeshSearch(program, answers, last, search.starts + 1, no_motion, unbounded)
+        undefined = search.undefined + (last.outcome == "invalid number")
+        search = _FirstMeshSearch(
+            program, answers, last, search.starts + 1, no_motion, unbounded, undefined
+        )
 
         enough = search.starts >= _CHEAP_STARTS or last.iterations >= limit.cheap
         # on a mesh too coarse to compare values, further ones would only differ
@@ -206,7 +219,7 @@ def _searched(
         settled = enough and _settled(answers, agree)
         if last.outcome == "interrupted" or settled or (may_refine and no_motion):
             break
-        if search.seems_unbounded:
+        if search.seems_unbounded or search.seems_undefined:
             break
         if limit.reached(last.iterations, search.starts):
             break
