@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ocp.arrays import Array
+from ocp.arrays import Array, Flags
 from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.numerics.schemes import Collocation
 
@@ -183,10 +183,24 @@ def _located(times: Array, values: Array, breakpoints: Array, size: float) -> Ju
 
 def jumps_at(motion: PhaseTrajectory, breakpoint_index: int) -> bool:
     """Whether any control still jumps at a breakpoint."""
+    return bool(steps_at_breakpoints(motion)[breakpoint_index - 1] > _FLAT)
+
+
+def steps_at_breakpoints(motion: PhaseTrajectory) -> Array:
+    """The largest step of a control at each inner breakpoint, relative to its range, (N - 1,).
+
+    It compares both sides of the breakpoint itself, so that a control that goes on rising behind
+    its step has one, too.
+    """
+    largest = np.zeros(motion.intervals - 1)
     for name in motion.controls:
         size = float(np.ptp(control_samples(motion, name)[1]))
         ends = motion.polynomial(name).ends()[:, :, 0]
-        step = ends[breakpoint_index, 0] - ends[breakpoint_index - 1, 1]
-        if size > 0 and abs(step) > _FLAT * size:
-            return True
-    return False
+        if size > 0:
+            largest = np.maximum(largest, np.abs(ends[1:, 0] - ends[:-1, 1]) / size)
+    return largest
+
+
+def switches_at_breakpoints(motion: PhaseTrajectory) -> Flags:
+    """Whether a control jumps at each inner breakpoint, (N - 1,)."""
+    return np.asarray(steps_at_breakpoints(motion) > _FLAT)
