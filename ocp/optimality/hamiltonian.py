@@ -229,14 +229,26 @@ def shifts(iterate: Iterate, evaluator: Evaluator, index: int) -> Array:
 
 def hamiltonian_jumps(iterate: Iterate, evaluator: Evaluator, index: int) -> Array:
     """Right minus left value of the Hamiltonian at each inner breakpoint, (N - 1,)."""
+    values = _at_ends(iterate, evaluator, index).value.reshape(-1, 2)
+    return np.asarray(values[1:, 0] - values[:-1, 1])
+
+
+def relative_jumps(iterate: Iterate, evaluator: Evaluator, index: int) -> Array:
+    """Jumps of the Hamiltonian at inner breakpoints, relative to its terms there, (N - 1,)."""
+    values = _at_ends(iterate, evaluator, index)
+    ends = values.value.reshape(-1, 2)
+    sizes = np.abs(values.terms).sum(axis=1).reshape(-1, 2)
+    larger = np.maximum(sizes[1:, 0], sizes[:-1, 1])
+    return np.abs(ends[1:, 0] - ends[:-1, 1]) / np.where(larger > 0, larger, 1.0)
+
+
+def _at_ends(iterate: Iterate, evaluator: Evaluator, index: int) -> HamiltonianValues:
+    """Values at the beginning and the end of each interval, (2 N,) instants."""
     phase = iterate.trajectory.phases[index]
     hamiltonian = hamiltonian_of(evaluator, iterate.transcription, index)
     intervals, tau = np.repeat(np.arange(phase.intervals), 2), np.tile([0.0, 1.0], phase.intervals)
     costates = phase_costates(iterate, index)
-    values = hamiltonian.along(evaluator, iterate.trajectory, costates, intervals, tau).value
-
-    ends = values.reshape(phase.intervals, 2)
-    return np.asarray(ends[1:, 0] - ends[:-1, 1])
+    return hamiltonian.along(evaluator, iterate.trajectory, costates, intervals, tau)
 
 
 def _traded(

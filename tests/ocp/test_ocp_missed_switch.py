@@ -6,6 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from ocp import TIME as RADIUS
 from ocp import (
     AdaptiveMesh,
     Between,
@@ -19,7 +20,7 @@ from ocp import (
     solve,
 )
 from ocp.mesh.mesh import Mesh, PhaseMesh
-from ocp.refinement.estimates.missed_switches import missed_switches
+from ocp.refinement.estimates.missed_switches import missed_switches, shared
 from ocp.refinement.estimates.switch_detection import control_jumps
 from ocp.refinement.policies.brackets import with_movable_switches
 
@@ -62,10 +63,43 @@ def arm():
     return Problem("arm", move, minimise=move.end_time)
 
 
+def catalyst():
+    """The blend of a bifunctional catalyst for the most benzene (Luus and Bojkov 1994)."""
+    cubics = [
+        [0.2918487e-2, -0.8045787e-2, 0.6749947e-2, -0.1416647e-2],
+        [0.9509977e1, -0.3500994e2, 0.4283329e2, -0.1733333e2],
+        [0.2682093e2, -0.9556079e2, 0.1130398e3, -0.4429997e2],
+        [0.2087241e3, -0.7198052e3, 0.8277466e3, -0.3166655e3],
+        [0.1350005e1, -0.6850027e1, 0.1216671e2, -0.6666689e1],
+        [0.1921995e-1, -0.7945320e-1, 0.1105666, -0.5033333e-1],
+        [0.1323596, -0.4692550, 0.5539323, -0.2166664],
+        [0.7339981e1, -0.2527328e2, 0.2993329e2, -0.1199999e2],
+        [-0.3950534, 0.1679353e1, -0.1777829e1, 0.4974987],
+        [-0.2504665e-4, 0.1005854e-1, -0.1986696e-1, 0.9833470e-2],
+    ]
+    u, x = Control("blend", lower=0.6, upper=0.9), [State(f"x{i}") for i in range(1, 8)]
+    k = [a + b * u + c * u**2 + d * u**3 for a, b, c, d in cubics]
+    dynamics = {
+        x[0]: -k[0] * x[0],
+        x[1]: k[0] * x[0] - (k[1] + k[2]) * x[1] + k[3] * x[4],
+        x[2]: k[1] * x[1],
+        x[3]: -k[5] * x[3] + k[4] * x[4],
+        x[4]: k[2] * x[1] + k[5] * x[3] - (k[3] + k[4] + k[7] + k[8]) * x[4] + k[6] * x[5],
+        x[5]: k[7] * x[4] - k[6] * x[5],
+        x[6]: k[8] * x[4] - k[9] * x[6],
+    }
+    dynamics[x[4]] += k[9] * x[6]
+    # nothing depends on x3
+    del dynamics[x[2]]
+    start = {state: float(state is x[0]) for state in dynamics}
+    blend = Phase("blend", dynamics, start, end=2000.0)
+    return Problem("catalyst", blend, maximise=blend.at_end(x[6]))
+
+
 def missed(solution):
     jumps = control_jumps(solution.trajectory.phases[0])
     assert jumps
-    return missed_switches(solution.iterate, solution.evaluator, 0, jumps)
+    return shared(missed_switches(solution.iterate, solution.evaluator, 0, jumps))
 
 
 def test_the_hamiltonian_jumps_at_a_switch_that_comes_too_late():
@@ -114,6 +148,67 @@ def test_where_a_gain_is_promised_in_vain_switches_on_breakpoints_may_move():
     fractions, mesh = found.trajectory.phases[0].fractions, found.mesh.phases[0]
     assert 0.5 in np.round(fractions[list(mesh.movable)], 6)
     assert certify(found).passed
+
+
+def nose(height, **phase):
+    """Newton's nose of least drag: from the tip outwards, its slope may jump (radius 0 to 1)."""
+    y, u = State("y"), Control("u", lower=0, upper=200)
+    body = Phase("nose", {y: u}, {y: 0}, {y: height}, end=1.0, **phase)
+    return Problem("nose", body, minimise=body.integral(RADIUS / (1 + u**2)))
+
+
+def least_drag(height):
+    """Least drag of a nose, and the radius of its flat tip.
+
+    With r the radius, H = r / (1 + u^2) + p u has a constant costate p, and H_u = 0 says
+    r = c (1 + u^2)^2 / u with c = p / 2. Its other valley is the bound u = 0. Both are as deep as
+    each other where r = r / (1 + u^2) + p u, and there 1 + u^2 = 2: the slope jumps from 0 to 1, at
+    r = 4 c. Height and drag from there on are the integrals of u dr and r dr / (1 + u^2), with
+    dr = c (1 + u^2) (3 u^2 - 1) / u^2 du.
+    """
+
+    def of_end(slope):
+        c = slope / (1 + slope**2) ** 2
+        powers = 0.75 * slope**4 - 0.75
+        rises = c * (powers + slope**2 - 1 - math.log(slope))
+        drag = powers + 2.5 * (slope**2 - 1) + math.log(slope) + 0.5 * (slope**-2 - 1)
+        return rises, 4 * c, 8 * c**2 + c**2 * drag
+
+    low, high = 1.0, 100.0
+    for _ in range(100):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if of_end(middle)[0] < height else (low, middle)
+    _, tip, drag = of_end(low)
+    return drag, tip
+
+
+@pytest.mark.parametrize(
+    ("height", "intervals"), [(2.0, 20), (0.5, 10), (1.0, 5), (3.0, 20), (5.0, 37)]
+)
+def test_a_switch_between_two_valleys_leaves_the_breakpoint_where_it_began(height, intervals):
+    # the slope stayed in its valley on each side, at the breakpoint next to the tip's edge
+    least, tip = least_drag(height)
+    found = solve(nose(height), settings=Settings(intervals=intervals))
+    assert found.objective == pytest.approx(least, rel=1e-5)
+    assert certify(found).passed
+    phase, mesh = found.trajectory.phases[0], found.mesh.phases[0]
+    moved = phase.fractions[list(mesh.movable)]
+    assert not moved.size or np.abs(moved - tip).min() < 2e-3
+
+
+def test_a_switch_does_not_take_the_place_of_a_known_time():
+    # it would have to go on behind 0.11, and what is known of that time would be lost
+    found = solve(nose(2.0, breakpoints=[0.11]))
+    assert np.abs(found.trajectory.phases[0].fractions - 0.11).min() < 1e-9
+    assert "other controls promise" in found.verdict
+
+
+def test_a_switch_goes_on_through_several_intervals():
+    # two valleys, and stiff: the switch began 170 s too early, where breakpoints were held still
+    found = solve(catalyst(), settings=Settings(intervals=40))
+    assert certify(found).passed
+    in_two_phases = 0.0104649873
+    assert found.objective == pytest.approx(in_two_phases, rel=1e-5)
 
 
 def test_no_breakpoint_becomes_movable_without_a_switch_on_it():

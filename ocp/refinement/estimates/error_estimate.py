@@ -21,7 +21,13 @@ from ocp.problem.parameters import Parameters
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.constrained_arcs import arc_gains
 from ocp.refinement.estimates.excess_price import weighted_by_worth
-from ocp.refinement.estimates.missed_switches import missed_switches
+from ocp.refinement.estimates.missed_switches import (
+    between_valleys,
+    displaced_switches,
+    missed_switches,
+    shared,
+    steps,
+)
 from ocp.refinement.estimates.promised_gain import PhaseGains
 from ocp.refinement.estimates.switch_detection import Jump, control_jumps
 from ocp.transcription.path_constraints import PathConstraint
@@ -253,6 +259,15 @@ class PhaseErrors:
         backed off keep from the objective.
     switching : (N,)
         What a finer control could gain wherever it is.
+    valleys : (N - 1,)
+        What inner breakpoints that stay could gain, relative to the objective, because a control
+        changes there from one valley of the Hamiltonian to another at the wrong time. Half of it is
+        in `gain` on each side.
+    steps : bool
+        Whether an expression steps along the motion where no derivative tells.
+    displaced : (N - 1,)
+        Whether a control switches on an inner breakpoint that stays, and the Hamiltonian says that
+        it should do so at another time.
     excess : tuple of Extremes
         Excess of each path constraint, relative to its size on the trajectory.
     jumps : tuple of Jump
@@ -268,6 +283,9 @@ class PhaseErrors:
     dynamics: Array
     gain: Array
     switching: Array
+    valleys: Array
+    steps: bool
+    displaced: Flags
     excess: tuple[Extremes, ...]
     jumps: tuple[Jump, ...]
     crowded: Flags
@@ -308,7 +326,8 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
     for index, motion in enumerate(iterate.trajectory.phases):
         jumps = tuple(control_jumps(motion))
         gains = PhaseGains.of(iterate, evaluator, index, acting)
-        missed = missed_switches(iterate, evaluator, index, jumps)
+        valleys = between_valleys(iterate, evaluator, index)
+        missed = shared(np.maximum(missed_switches(iterate, evaluator, index, jumps), valleys))
         on_arcs = arc_gains(iterate, evaluator, index, acting[index]) / iterate.objective_size
         excess = weighted_by_worth(iterate, index, motion_errors.excess[index], accuracy)
         over = [e.values > _COARSE for e in excess]
@@ -318,6 +337,9 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
                 dynamics=motion_errors.dynamics[index],
                 gain=gains.told + missed + on_arcs,
                 switching=gains.anywhere + missed,
+                valleys=valleys,
+                steps=steps(iterate, evaluator, index),
+                displaced=displaced_switches(iterate, evaluator, index),
                 excess=excess,
                 jumps=jumps,
                 crowded=wide

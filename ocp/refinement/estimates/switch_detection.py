@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ocp.arrays import Array
+from ocp.arrays import Array, Flags
 from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.numerics.schemes import Collocation
 
@@ -27,6 +27,8 @@ _NEIGHBOUR = 0.25
 _INSIDE = 0.05
 # A breakpoint moves on only while the control jumps at it by this part of its range.
 _FLAT = 0.02
+# Of its largest value: a control whose range is less is a constant with rounding.
+_CONSTANT = 1e-9
 # rounding of fractions of the phase
 ROUND_OFF = 1e-12
 
@@ -183,10 +185,24 @@ def _located(times: Array, values: Array, breakpoints: Array, size: float) -> Ju
 
 def jumps_at(motion: PhaseTrajectory, breakpoint_index: int) -> bool:
     """Whether any control still jumps at a breakpoint."""
+    return bool(steps_at_breakpoints(motion)[breakpoint_index - 1] > _FLAT)
+
+
+def steps_at_breakpoints(motion: PhaseTrajectory) -> Array:
+    """The largest step of a control at each inner breakpoint, relative to its range, (N - 1,).
+
+    It compares both sides of the breakpoint itself, so that a control that goes on rising behind
+    its step has one, too.
+    """
+    largest = np.zeros(motion.intervals - 1)
     for name in motion.controls:
-        size = float(np.ptp(control_samples(motion, name)[1]))
-        ends = motion.polynomial(name).ends()[:, :, 0]
-        step = ends[breakpoint_index, 0] - ends[breakpoint_index - 1, 1]
-        if size > 0 and abs(step) > _FLAT * size:
-            return True
-    return False
+        values = control_samples(motion, name)[1]
+        size, ends = float(np.ptp(values)), motion.polynomial(name).ends()[:, :, 0]
+        if size > _CONSTANT * float(np.abs(values).max(initial=0.0)):
+            largest = np.maximum(largest, np.abs(ends[1:, 0] - ends[:-1, 1]) / size)
+    return largest
+
+
+def switches_at_breakpoints(motion: PhaseTrajectory) -> Flags:
+    """Whether a control jumps at each inner breakpoint, (N - 1,)."""
+    return np.asarray(steps_at_breakpoints(motion) > _FLAT)

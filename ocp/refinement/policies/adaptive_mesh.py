@@ -16,9 +16,15 @@ from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.error_estimate import MeshErrors, PhaseErrors
+from ocp.refinement.estimates.missed_switches import beside
 from ocp.refinement.estimates.switch_detection import Jump
 from ocp.refinement.policies.back_off import chosen_back_offs, without_closed
-from ocp.refinement.policies.brackets import settled, with_brackets, with_movable_switches
+from ocp.refinement.policies.brackets import (
+    freed_at,
+    settled,
+    with_brackets,
+    with_movable_switches,
+)
 from ocp.refinement.policies.marks import WHOLE, Marks
 from ocp.refinement.policies.movable import hindered
 from ocp.refinement.policies.policy import RefinementPolicy, check_counts
@@ -240,26 +246,36 @@ class _PhaseStep:
         mesh = last.iterate.mesh.phases[index]
         errors = without_closed(last.errors.phases[index], new_back_off, accuracy.path)
         motion = last.iterate.trajectory.phases[index]
-        base, blocked = settled(mesh, motion) if mesh.movable else (mesh, False)
+        known = motion.fractions_of(last.iterate.problem.instants[motion.name])
+        base, blocked = settled(mesh, motion, known) if mesh.movable else (mesh, False)
 
         worth = _worthwhile_jumps(mesh, errors, accuracy.objective)
         if last.errors.dynamics > _A_MOTION:
             worth = []
-        known = motion.fractions_of(last.iterate.problem.instants[motion.name])
-        bracketed = with_brackets(base, worth, policy.move_breakpoints, known)
+
+        held = _wrongly_held(last, errors, accuracy.objective)
+        start = base
+        if policy.move_breakpoints and last.errors.dynamics <= _A_MOTION and held.any():
+            # Between its neighbours: how far off a switch is, nobody knows. Until it is there, the
+            # gains beside it are those of controls that will change.
+            start = freed_at(base, motion.fractions[1:-1][held])
+            errors = replace(errors, gain=np.where(beside(held), 0.0, errors.gain))
+        bracketed = with_brackets(start, worth, policy.move_breakpoints, known)
 
         # While a breakpoint is still on its way, gains are those of a control that will change, and
-        # so are the errors of controls before each jump has its bracket.
+        # so are the errors of controls before each jump has its bracket. Where an expression steps,
+        # only cuts beside the breakpoint bring it there.
         marks = Marks.of(
             base,
             _gathered(errors, motion, base),
             tolerance=accuracy.dynamics,
             highest=0 if last.iterate.scheme.fixed_degree else policy.highest_degree,
             least_gain=np.inf if blocked else least,
+            on_its_way=start.moving & (start is not base or (blocked and not errors.steps)),
             missed=max(least, accuracy.objective),
-            halve=bracketed is not None,
+            halve=start is not base or bracketed is not None,
         )
-        refined = marks.refine(bracketed or base, base, policy.most_intervals)
+        refined = marks.refine(bracketed or start, base, policy.most_intervals)
         return cls(
             mesh,
             base,
@@ -345,6 +361,12 @@ def _worthwhile_jumps(mesh: PhaseMesh, errors: PhaseErrors, tolerance: float) ->
         if errors.switching[around].max(initial=0.0) >= 0.5 * tolerance:
             worth.append(jump)
     return worth
+
+
+def _wrongly_held(last: SolvedMesh, errors: PhaseErrors, tolerance: float) -> Flags:
+    """Whether inner breakpoints that stay hold a switch that should be elsewhere, (N - 1,)."""
+    # costates of a rough solve are rough, too
+    return (errors.valleys >= 0.5 * tolerance) | (errors.displaced & last.tight)
 
 
 def _equal(a: PhaseMesh, b: PhaseMesh) -> bool:

@@ -107,16 +107,30 @@ def with_movable_switches(iterate: Iterate) -> Mesh | None:
     return None if none else replace(iterate.mesh, phases=tuple(phases))
 
 
-def settled(mesh: PhaseMesh, motion: PhaseTrajectory) -> tuple[PhaseMesh, bool]:
+def freed_at(mesh: PhaseMesh, fractions: Array) -> PhaseMesh:
+    """The mesh whose inner breakpoints at some fractions of the phase (m,) may move, too."""
+    off = np.abs(mesh.breakpoints[1:-1, None] - fractions).min(axis=1, initial=np.inf)
+    freed = np.flatnonzero(off <= SAME_POINT) + 1
+    if not freed.size:
+        return mesh
+    return replace(mesh, movable=tuple(sorted({*mesh.movable, *freed.tolist()})))
+
+
+def settled(
+    mesh: PhaseMesh, motion: PhaseTrajectory, known: Array = _NOWHERE
+) -> tuple[PhaseMesh, bool]:
     """The mesh at the solved breakpoints, and whether a breakpoint wants to move on.
 
     A breakpoint that ran into a fixed neighbour takes its place, so that it can go further in the
-    next round. An interval that vanished is dropped. A breakpoint without a jump stays put.
+    next round. Not so at an instant that is `known` (m,), as a fraction of the phase. An interval
+    that vanished is dropped. A breakpoint without a jump stays put.
     """
     fractions = motion.fractions
     before, after = np.diff(mesh.breakpoints), np.diff(fractions)
     movable = {i for i in mesh.movable if jumps_at(motion, i)}
     last = mesh.intervals
+    pinned = np.abs(fractions[:, None] - known).min(axis=1, initial=np.inf) <= SAME_POINT
+    pinned[[0, -1]] = False
 
     gone: set[int] = set()
     blocked = False
@@ -125,6 +139,8 @@ def settled(mesh: PhaseMesh, motion: PhaseTrajectory) -> tuple[PhaseMesh, bool]:
         if after[k] < _VANISHED:
             gone.add(right if right in movable and right < last else left)
             blocked = True
+        elif pinned[left] or pinned[right]:
+            continue
         elif left in movable and right not in mesh.movable and right < last:
             gone.add(right)
             blocked = True

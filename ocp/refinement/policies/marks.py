@@ -60,12 +60,14 @@ class Marks:
         least_gain: float,
         missed: float,
         halve: bool,
+        on_its_way: Flags,
     ) -> Marks:
         """Marks from the errors; degrees are not raised above `highest`.
 
         Their errors tell into how many parts intervals are to be cut, as if controls were smooth;
         with `halve` that is two. An interval that gains more than `missed` beside a breakpoint that
-        came to rest holds a switch that the breakpoint has missed.
+        came to rest holds a switch that the breakpoint has missed. Intervals at whose end a
+        breakpoint is `on_its_way` (N,) are not cut, whatever their errors.
         """
         ratio = errors.dynamics / tolerance
         degrees = mesh.degrees.astype(float)
@@ -79,6 +81,8 @@ class Marks:
         forced |= (errors.gain >= least_gain) & (errors.gain > missed)
         raised = np.where((ratio > 1.0) & ~too_high, wanted, degrees).astype(np.int64)
 
+        # a cut there would be one more place for the breakpoint to stop at
+        inexact, forced = inexact & ~on_its_way, forced & ~on_its_way
         width = np.diff(mesh.breakpoints)
         wide, inexact = width > _NARROWEST, inexact & (width > _ROUNDED * mesh.breakpoints[1:])
         return cls(

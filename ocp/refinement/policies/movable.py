@@ -6,6 +6,7 @@ in their places gain. They may also move to where limits leak, mesh after mesh, 
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 
@@ -21,6 +22,10 @@ _FAR_MORE = 2
 # Meshes in a row after which what is open has to have fallen to this part of what it was.
 _PATIENCE = 3
 _FALLING = 0.5
+
+# Times the tolerance on the objective, by which it has to get better with a mesh on which a switch
+# goes on towards its time.
+_STEP = 10.0
 
 
 def most_iterations(solved: Sequence[SolvedMesh], mesh: Mesh) -> float:
@@ -60,9 +65,22 @@ def _led_nowhere(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> bool:
         if not all(_moves(each.iterate.mesh) for each in row):
             continue
         before, after = (row[k].worst_in_tolerances(accuracy) for k in (0, -1))
-        if after > max(1.0, _FALLING * before):
+        if after > max(1.0, _FALLING * before) and not _on_the_way(row, accuracy):
             return True
     return False
+
+
+def _on_the_way(row: Sequence[SolvedMesh], accuracy: Accuracy) -> bool:
+    """Whether each mesh has a better objective than the one before, and no limit leaks.
+
+    A switch that is far from its time gets there through several intervals.
+    """
+    if any(each.leak > accuracy.path for each in row):
+        return False
+    sense, size = row[-1].iterate.problem.sense, row[-1].iterate.objective_size
+    objectives = [sense * each.iterate.objective for each in row]
+    gained = [old - new for old, new in itertools.pairwise(objectives)]
+    return min(gained) >= _STEP * accuracy.objective * size
 
 
 def _moves(mesh: Mesh) -> bool:
