@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from models.laws import Law
-from ocp import OcpError, Settings, solve
+from ocp import OcpError, solve
 from studies.common.console import silent
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.result import Result
@@ -127,7 +127,7 @@ def law_within(
     """
     from studies.truss.motions.laws import law_of, study_of
     from studies.truss.motions.starts import bezier_start
-    from studies.truss.problem import needs_forces, state
+    from studies.truss.problem import needs_forces, settings_of, state
     from studies.truss.search.motion_search import Search
 
     stored = study_of(result)
@@ -141,9 +141,9 @@ def law_within(
     single = all(len(stage) == 1 for stage in study.minimise)
     weights = dict.fromkeys(references, 1.0) if single else references
 
-    start = bezier_start(study)
-    statement = state(study, start, weights, needs_forces(study), reserve=reserve)
-    settings = Settings(intervals=study.solver.intervals, seconds=SECONDS)
+    start, forces = bezier_start(study), needs_forces(study)
+    statement = state(study, start, weights, forces, reserve=reserve)
+    settings = dataclasses.replace(settings_of(study, forces), seconds=SECONDS)
     try:
         solution = solve(statement.problem(), settings=settings)
     except OcpError as error:
