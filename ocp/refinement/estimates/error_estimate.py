@@ -26,7 +26,6 @@ from ocp.refinement.estimates.missed_switches import (
     displaced_switches,
     missed_switches,
     shared,
-    steps,
 )
 from ocp.refinement.estimates.promised_gain import PhaseGains
 from ocp.refinement.estimates.switch_detection import Jump, control_jumps
@@ -263,8 +262,6 @@ class PhaseErrors:
         What inner breakpoints that stay could gain, relative to the objective, because a control
         changes there from one valley of the Hamiltonian to another at the wrong time. Half of it is
         in `gain` on each side.
-    steps : bool
-        Whether an expression steps along the motion where no derivative tells.
     displaced : (N - 1,)
         Whether a control switches on an inner breakpoint that stays, and the Hamiltonian says that
         it should do so at another time.
@@ -284,7 +281,6 @@ class PhaseErrors:
     gain: Array
     switching: Array
     valleys: Array
-    steps: bool
     displaced: Flags
     excess: tuple[Extremes, ...]
     jumps: tuple[Jump, ...]
@@ -338,7 +334,6 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
                 gain=gains.told + missed + on_arcs,
                 switching=gains.anywhere + missed,
                 valleys=valleys,
-                steps=steps(iterate, evaluator, index),
                 displaced=displaced_switches(iterate, evaluator, index),
                 excess=excess,
                 jumps=jumps,

@@ -69,7 +69,7 @@ def displaced_switches(iterate: Iterate, evaluator: Evaluator, index: int) -> Fl
     if not (stepped.any() and iterate.scheme.informative_multipliers):
         return np.zeros_like(stepped)
     found = stepped & (relative_jumps(iterate, evaluator, index) > _BALANCED)
-    if found.any() and steps(iterate, evaluator, index):
+    if found.any() and _steps(iterate, evaluator, index):
         return np.zeros_like(found)
     return found
 
@@ -121,7 +121,7 @@ def _stepped(iterate: Iterate, index: int) -> Flags:
     return _held(iterate, index) & switches_at_breakpoints(iterate.trajectory.phases[index])
 
 
-def steps(iterate: Iterate, evaluator: Evaluator, index: int) -> bool:
+def _steps(iterate: Iterate, evaluator: Evaluator, index: int) -> bool:
     """Whether an expression of a phase steps where no derivative tells."""
     found = steps_along(iterate.problem, iterate.trajectory, evaluator)
     name = iterate.trajectory.phases[index].name

@@ -271,7 +271,7 @@ class _PhaseStep:
             tolerance=accuracy.dynamics,
             highest=0 if last.iterate.scheme.fixed_degree else policy.highest_degree,
             least_gain=np.inf if blocked else least,
-            on_its_way=start.moving & (start is not base or (blocked and not errors.steps)),
+            on_its_way=start.moving & (start is not base),
             missed=max(least, accuracy.objective),
             halve=start is not base or bracketed is not None,
         )
