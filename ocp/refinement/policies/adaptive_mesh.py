@@ -263,8 +263,7 @@ class _PhaseStep:
         bracketed = with_brackets(start, worth, policy.move_breakpoints, known)
 
         # While a breakpoint is still on its way, gains are those of a control that will change, and
-        # so are the errors of controls before each jump has its bracket. Where an expression steps,
-        # only cuts beside the breakpoint bring it there.
+        # so are the errors of controls before each jump has its bracket.
         marks = Marks.of(
             base,
             _gathered(errors, motion, base),
