@@ -295,8 +295,8 @@ def _solution(
             verdict += f"; {shortfall}"
         if refinement.lower is not None and settings.refinement.adapts:
             verdict += (
-                f"; it is a saddle: beside it lies a motion of {refinement.lower:.6g} on its mesh, "
-                "from which none was found that holds between the points"
+                f"; it is a saddle: a motion beside it reaches {refinement.lower:.6g}, but none "
+                "was found there that meets the dynamics and all limits between its points"
             )
     if checked.verification.passed and settings.scheme.informative_multipliers:
         others = list(other_controls(iterate, meshes.evaluator, acting_intervals(iterate)))
