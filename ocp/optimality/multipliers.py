@@ -103,6 +103,18 @@ def boundary_multipliers(iterate: Iterate) -> dict[str, float]:
     }
 
 
+def duration_multiplier(iterate: Iterate, index: int) -> float:
+    """Multiplier of the least duration of a phase [unit of the objective / s].
+
+    A phase with a free time may not be shorter than a tiny duration. Where it is as short as that,
+    this is negative or zero: each second that it lasted longer, with the controls that it has,
+    would cost the objective the negative of it. A phase that lasts longer has what the barrier
+    leaves, and one of fixed times 0.
+    """
+    scaled = iterate.row_multipliers[iterate.transcription.rows.phases[index].duration].sum()
+    return float(scaled * iterate.scales.objective / iterate.scales.time)
+
+
 def _path_multipliers(iterate: Iterate) -> tuple[PathMultiplier, ...]:
     """One for each path bound and each side of a peak, in the order of time."""
     parts: dict[tuple[int, int], list[PathRows]] = {}

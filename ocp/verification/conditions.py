@@ -20,7 +20,7 @@ from ocp.errors import Unbounded
 from ocp.mesh.trajectory import Evaluator
 from ocp.optimality.active_set import acting_intervals, limit_distances
 from ocp.optimality.iterate import Iterate
-from ocp.optimality.multipliers import Multipliers
+from ocp.optimality.multipliers import Multipliers, duration_multiplier
 from ocp.optimality.multipliers import multipliers as recovered
 from ocp.optimality.steps import step_remark, steps_along
 from ocp.problem.functionals import BoundaryValue, End, Functional, Peak, PhaseTime
@@ -105,11 +105,6 @@ class Evidence:
         multiplier = self.scaled[self.iterate.row_multipliers.size + column]
         size = self.iterate.transcription.columns.sizes[column]
         return float(multiplier * self.iterate.scales.objective / size)
-
-    def duration_multiplier(self, index: int) -> float:
-        """Multiplier of the least duration of a phase of free times [unit of the objective / s]."""
-        scales, rows = self.iterate.scales, self.iterate.transcription.rows.phases[index].duration
-        return float(self.scaled[rows].sum() * scales.objective / scales.time)
 
     def slope(self, functional: Functional) -> float:
         """Slope by a functional of the objective with the bounds and links adjoined to it."""
@@ -439,7 +434,7 @@ def _end_values(
         # the time acts through its own bounds, through what is stated of the ends, and where the
         # phase is as short as it may be
         slope = evidence.bound_multiplier(columns.ends[node])
-        slope -= sign * evidence.duration_multiplier(index)
+        slope -= sign * duration_multiplier(evidence.iterate, index)
         slope += _slope_by_time(evidence, principle.name, end)
         found = principle.mean if principle.autonomous else principle.ends[node]
         yield Condition(

@@ -25,7 +25,7 @@ from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.columnwise import columnwise
 from ocp.optimality.hamiltonian import Hamiltonian, hamiltonian_of
 from ocp.optimality.iterate import Iterate
-from ocp.optimality.multipliers import phase_costates
+from ocp.optimality.multipliers import duration_multiplier, phase_costates
 from ocp.problem.display import with_unit
 from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 
@@ -209,9 +209,10 @@ def others_of_phase(
     less = own.value - least
     widths = np.diff(phase.breakpoints)
     if vanished:
-        # no control matters there, and any is stationary. What counts is whether a longer phase
-        # would pay with the best one, of which its own hold nothing back but their price
-        less -= _price_of_time(iterate, index)
+        # No control matters there, and any is stationary. What counts is whether a longer phase
+        # would pay with the best ones: a second more with its own costs minus the multiplier, which
+        # is negative, and the best ones make that less.
+        less += duration_multiplier(iterate, index)
         widths = np.diff(phase.fractions) * iterate.scales.time
     less = np.where(less > _LEAST * size, less, 0.0)
     best = np.where((less > 0.0)[:, None], best, controls)
@@ -226,13 +227,6 @@ def others_of_phase(
         less=less,
         weights=weights * widths[intervals],
     )
-
-
-def _price_of_time(iterate: Iterate, index: int) -> float:
-    """What a phase at its least duration costs by being longer [unit of the objective / s]."""
-    rows = iterate.transcription.rows.phases[index].duration
-    slope = -float(iterate.row_multipliers[rows].sum())
-    return slope * iterate.scales.objective / iterate.scales.time
 
 
 def _points_of(intervals: Integers, controls: int) -> tuple[Integers, Array, Array]:
