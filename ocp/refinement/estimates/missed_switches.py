@@ -1,5 +1,10 @@
 """Switches that a fixed breakpoint holds at the wrong time, and what that costs.
 
+The optimiser moves some inner breakpoints of a mesh, and the others are *fixed*. Where a control
+jumps at a fixed one, its switch is *held* there. A held switch that should come earlier or later is
+*displaced*. The policies *free* its breakpoint: from the next mesh on it may move. A breakpoint at
+a known time is left out. It has to stay, and the Hamiltonian may jump there.
+
 The Hamiltonian tells what better controls gain inside the intervals. Where a control jumps at a
 breakpoint that cannot move, the controls on both sides of it may be the best ones, and the jump
 should come earlier or later all the same: before it a constraint may leave the controls no room,
@@ -35,12 +40,10 @@ _BALANCED = 5e-3
 
 
 def held_switches(iterate: Iterate, index: int, jumps: Sequence[Jump]) -> Flags:
-    """Whether controls jump at an inner breakpoint that cannot move, (N - 1,).
-
-    Not at a known time, where the Hamiltonian may jump.
-    """
+    """Whether a switch is held at inner breakpoints, by where jumps were located, (N - 1,)."""
     inner = iterate.trajectory.phases[index].fractions[1:-1]
-    return _held(iterate, index) & _near(inner, np.array([jump.at for jump in jumps]))
+    located = _near(inner, np.array([jump.at for jump in jumps]))
+    return _fixed_breakpoints(iterate, index) & located
 
 
 def missed_switches(
@@ -51,46 +54,47 @@ def missed_switches(
     Relative to the objective. Nothing for breakpoints that move, or that stand at a known time, and
     nothing by schemes whose multipliers do not tell.
     """
-    fixed = held_switches(iterate, index, jumps)
-    if not (fixed.any() and iterate.scheme.informative_multipliers):
-        return np.zeros(fixed.size)
+    held = held_switches(iterate, index, jumps)
+    if not (held.any() and iterate.scheme.informative_multipliers):
+        return np.zeros(held.size)
 
     gained = shifts(iterate, evaluator, index) / iterate.objective_size
-    return np.where(fixed & (gained >= _MISSED), gained, 0.0)
+    return np.where(held & (gained >= _MISSED), gained, 0.0)
 
 
 def displaced_switches(iterate: Iterate, evaluator: Evaluator, index: int) -> Flags:
-    """Whether the Hamiltonian jumps at inner breakpoints as it must not at a switch, (N - 1,).
+    """Whether a held switch is displaced, by a jump of the Hamiltonian there, (N - 1,).
 
-    Beside a narrow interval such a jump promises little, however far off the switch is. None where
-    an expression steps along the motion: the Hamiltonian jumps there by itself.
+    At the right time of a switch the Hamiltonian is the same on both sides. Beside a narrow
+    interval its jump promises little, however far off the switch is. None where an expression steps
+    along the motion: the Hamiltonian jumps there by itself.
     """
-    stepped = _stepped(iterate, index)
-    if not (stepped.any() and iterate.scheme.informative_multipliers):
-        return np.zeros_like(stepped)
-    found = stepped & (relative_jumps(iterate, evaluator, index) > _BALANCED)
-    if found.any() and _steps(iterate, evaluator, index):
-        return np.zeros_like(found)
-    return found
+    held = _held_by_sides(iterate, index)
+    if not (held.any() and iterate.scheme.informative_multipliers):
+        return np.zeros_like(held)
+    displaced = held & (relative_jumps(iterate, evaluator, index) > _BALANCED)
+    if displaced.any() and _has_unseen_steps(iterate, evaluator, index):
+        return np.zeros_like(displaced)
+    return displaced
 
 
 def between_valleys(iterate: Iterate, evaluator: Evaluator, index: int) -> Array:
     """What inner breakpoints promise at which a control is too long in a valley, (N - 1,).
 
     Relative to the objective. A control that jumps from one valley of the Hamiltonian to another is
-    in the worse one on one side of such a breakpoint. It may go on rising behind its step, so that
-    the jump seems to lie inside an interval: both sides of the breakpoint are compared. Nothing
-    where `missed_switches` has nothing to tell either.
+    in the worse one on one side of a breakpoint where its switch is displaced. Nothing where the
+    breakpoint moves or stands at a known time, and nothing by schemes whose multipliers do not
+    tell.
     """
     motion = iterate.trajectory.phases[index]
-    stepped = _stepped(iterate, index)
+    held = _held_by_sides(iterate, index)
     others = None
-    if stepped.any() and iterate.scheme.informative_multipliers:
-        others = others_of_phase(iterate, evaluator, index, beside(stepped))
+    if held.any() and iterate.scheme.informative_multipliers:
+        others = others_of_phase(iterate, evaluator, index, beside(held))
     if others is None:
-        return np.zeros(stepped.size)
+        return np.zeros(held.size)
     of_intervals = others.of_intervals(motion.intervals) / iterate.objective_size
-    return np.where(stepped, of_intervals[:-1] + of_intervals[1:], 0.0)
+    return np.where(held, of_intervals[:-1] + of_intervals[1:], 0.0)
 
 
 def beside(breakpoints: Flags) -> Flags:
@@ -105,7 +109,7 @@ def shared(missed: Array) -> Array:
     return np.asarray(halves[:-1] + halves[1:])
 
 
-def _held(iterate: Iterate, index: int) -> Flags:
+def _fixed_breakpoints(iterate: Iterate, index: int) -> Flags:
     """Whether inner breakpoints neither move nor stand at a known time, (N - 1,)."""
     motion, mesh = iterate.trajectory.phases[index], iterate.mesh.phases[index]
     known = motion.fractions_of(iterate.problem.instants[motion.name])
@@ -113,15 +117,17 @@ def _held(iterate: Iterate, index: int) -> Flags:
     return ~_near(motion.fractions[1:-1], known) & ~moving
 
 
-def _stepped(iterate: Iterate, index: int) -> Flags:
-    """Whether a control jumps at such breakpoints, by their two sides, (N - 1,).
+def _held_by_sides(iterate: Iterate, index: int) -> Flags:
+    """Whether a switch is held at inner breakpoints, by the controls on both sides, (N - 1,).
 
-    A control may go on rising behind its step, so that the jump seems to lie inside an interval.
+    A control may go on rising behind its step, so that the jump is located inside an interval, and
+    `held_switches` does not have it.
     """
-    return _held(iterate, index) & switches_at_breakpoints(iterate.trajectory.phases[index])
+    switches = switches_at_breakpoints(iterate.trajectory.phases[index])
+    return _fixed_breakpoints(iterate, index) & switches
 
 
-def _steps(iterate: Iterate, evaluator: Evaluator, index: int) -> bool:
+def _has_unseen_steps(iterate: Iterate, evaluator: Evaluator, index: int) -> bool:
     """Whether an expression of a phase steps where no derivative tells."""
     found = steps_along(iterate.problem, iterate.trajectory, evaluator)
     name = iterate.trajectory.phases[index].name
