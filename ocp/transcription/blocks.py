@@ -43,8 +43,9 @@ from ocp.transcription.rows import PathRows, PhaseRows, Rows
 
 _SHORTEST = 0.02  # of its width on the mesh: the least length of an interval whose ends move
 
-# Typical durations that a phase without length keeps, so that its rates have a value.
-_NO_TIME = 1e-9
+# Of the typical duration: what a phase with a free time lasts at least. It is too short to change a
+# result, and rates of states, which are slopes divided by the duration, have a value.
+_LEAST_DURATION = 1e-9
 
 
 def blocks_of(
@@ -244,11 +245,11 @@ class PhaseBlocks:
         return self._joint(builder, "integrals", (), right - left, own.totals)
 
     def _duration(self, own: PhaseRows) -> Block:
-        """The end is a little behind the start."""
+        """The end is behind the start, by the least duration at least."""
         builder = KernelBuilder(1)
         assert self.columns.ends is not None
         ends = builder.variables(self.columns.ends[None, :], [1.0, 1.0])
-        rows = self.rows.limits.take(1, [(_NO_TIME, np.inf, 1.0)])
+        rows = self.rows.limits.take(1, [(_LEAST_DURATION, np.inf, 1.0)])
         own.duration = rows.ravel()
         return self._joint(builder, "duration", (), ends[1] - ends[0], rows)
 

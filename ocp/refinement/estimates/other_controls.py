@@ -36,8 +36,9 @@ _ALONE = 33
 _TOGETHER = 64
 _EVALUATIONS = 200_000
 
-# Part of the typical time, up to which a phase takes none
-_NO_TIME = 1e-6
+# Of the typical duration: a phase that lasts no longer has shrunk to the least one. That is a
+# thousandth of this (`ocp.transcription.blocks`), and the barrier of the solver keeps a little off.
+_VANISHED_PHASE = 1e-6
 
 # Part of the largest curvature, and of a constraint's size, that is rounding
 _ROUNDING = 1e-9
@@ -177,7 +178,7 @@ def others_of_phase(
     columns = [phase.signals.index(control.name) for control in hamiltonian.controls]
     symbols, (value, path) = _called(hamiltonian)
     u = symbols[0][columns]
-    vanished = phase.end - phase.start <= _NO_TIME * iterate.scales.time
+    vanished = phase.end - phase.start <= _VANISHED_PHASE * iterate.scales.time
     if not columns or (ca.is_linear(value, u) and not vanished):
         return None
     intervals, tau, weights = _points_of(np.flatnonzero(where), len(hamiltonian.controls))
