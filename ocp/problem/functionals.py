@@ -7,7 +7,7 @@ trajectory, the expressions in the nonlinear program, the typical sizes and the 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -33,6 +33,10 @@ class Functional(Symbol):
         Typical size [unit]. It is derived from the guess if None.
     phase, expression : str, SX
         Of the first piece.
+    phase_dynamics : tuple of mapping of State to SX
+        Of the phase that each piece was made from. A piece has the name of its phase only, and two
+        phases may have one name. Empty where no phase has made the functional, as when it was read
+        from a file.
     """
 
     name: str
@@ -43,10 +47,7 @@ class Functional(Symbol):
     symbol: ca.SX = field(init=False, repr=False)
     phase: str = field(init=False, repr=False)
     expression: ca.SX = field(init=False, repr=False)
-
-    # The dynamics of the phase of each piece. A piece holds its phase by name, and two phases may
-    # have one name. Unknown, (), for functionals that no phase made.
-    _dynamics: tuple[Mapping[State, ca.SX], ...] = field(init=False, repr=False, default=())
+    phase_dynamics: tuple[Mapping[State, ca.SX], ...] = field(init=False, repr=False, default=())
 
     def __post_init__(self) -> None:
         self._declare()
@@ -54,6 +55,14 @@ class Functional(Symbol):
         phase, expression = self.pieces[0]
         object.__setattr__(self, "phase", phase)
         object.__setattr__(self, "expression", expression)
+
+    def remember_phases(self, dynamics: Iterable[Mapping[State, ca.SX]]) -> None:
+        """Set `phase_dynamics`, one for each piece: what makes a functional from phases calls it.
+
+        It is no field of the constructor, so that neither a file nor a copy with other pieces has
+        the dynamics of phases that it was not made from.
+        """
+        object.__setattr__(self, "phase_dynamics", tuple(dynamics))
 
     def __repr__(self) -> str:
         from ocp.problem.display import functional_text

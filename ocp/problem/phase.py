@@ -306,7 +306,7 @@ class Phase:
         return ((self.name, sx),), _varying(sx, f"the {name}")
 
     def _kept(self, functional: Kind) -> Kind:
-        object.__setattr__(functional, "_dynamics", (self.dynamics,))
+        functional.remember_phases([self.dynamics])
         self._functionals.append(functional)
         return functional
 
@@ -361,7 +361,7 @@ def peak(
     expressions = tuple((phase.name, scalar(expression, where)) for phase, expression in pieces)
     symbols = dict.fromkeys(s for _, expression in expressions for s in _varying(expression, where))
     functional = Peak(name, unit, expressions, tuple(symbols), scale, absolute=absolute)
-    object.__setattr__(functional, "_dynamics", tuple(phase.dynamics for phase, _ in pieces))
+    functional.remember_phases(phase.dynamics for phase, _ in pieces)
     for phase, _ in pieces:
         phase._functionals.append(functional)
     return functional

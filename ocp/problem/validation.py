@@ -221,8 +221,8 @@ def _check_origins(problem: Problem) -> None:
     """
     phases = {phase.name: phase for phase in problem.phases}
     for functional in problem.functionals:
-        # those that no phase made know no dynamics
-        for (name, _), dynamics in zip(functional.pieces, functional._dynamics, strict=False):
+        # those that no phase has made know no dynamics
+        for (name, _), dynamics in zip(functional.pieces, functional.phase_dynamics, strict=False):
             if name in phases and not _same_dynamics(dynamics, phases[name].dynamics):
                 raise StatementError(
                     f"'{functional.name}' in problem '{problem.name}' was made from another phase "
