@@ -24,7 +24,7 @@ from ocp.mesh.trajectory import Trajectory
 from ocp.problem.bounds import Bound
 from ocp.problem.functionals import Functional
 from ocp.problem.parameters import Parameters, parameters_of
-from ocp.problem.phase import Phase
+from ocp.problem.phase import Phase, kept_alive
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Control, Signal, Symbol, Unknown, is_limited, resolve
 from ocp.progress import Progress
@@ -464,8 +464,7 @@ class _Loosening:
         pieces = tuple((name, self._rewritten(e)) for name, e in functional.pieces)
         symbols = dict.fromkeys(s for _, e in pieces for s in resolve(e, functional.name))
         rewritten = replace(functional, pieces=pieces, symbols=tuple(symbols))
-        phases[functional.phase]._functionals.append(rewritten)
-        return rewritten
+        return kept_alive(rewritten, [phases[functional.phase]])
 
     def _effort(self, phases: Collection[Phase]) -> ca.SX:
         """A very small price of the controls."""

@@ -5,7 +5,7 @@ Nothing here is numerical: a ``Phase`` holds expressions of declared symbols.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypeVar
@@ -112,7 +112,7 @@ class Phase:
     symbols: tuple[Symbol, ...] = field(init=False, repr=False)
     has_fixed_times: bool = field(init=False, repr=False)
 
-    # expressions hold bare symbols only: this keeps the functionals behind them alive
+    # see `kept_alive`
     _functionals: list[Functional] = field(init=False, repr=False, default_factory=list)
 
     def __post_init__(self) -> None:
@@ -307,8 +307,17 @@ class Phase:
 
     def _kept(self, functional: Kind) -> Kind:
         functional.remember_phases([self.dynamics])
-        self._functionals.append(functional)
-        return functional
+        return kept_alive(functional, [self])
+
+
+def kept_alive(functional: Kind, phases: Iterable[Phase]) -> Kind:
+    """The functional, which lives from now on as long as one of the phases.
+
+    Expressions hold its bare symbol only, and would not keep it.
+    """
+    for phase in phases:
+        phase._functionals.append(functional)
+    return functional
 
 
 def _varying(expression: ca.SX, where: str) -> tuple[Symbol, ...]:
@@ -362,9 +371,7 @@ def peak(
     symbols = dict.fromkeys(s for _, expression in expressions for s in _varying(expression, where))
     functional = Peak(name, unit, expressions, tuple(symbols), scale, absolute=absolute)
     functional.remember_phases(phase.dynamics for phase, _ in pieces)
-    for phase, _ in pieces:
-        phase._functionals.append(functional)
-    return functional
+    return kept_alive(functional, (phase for phase, _ in pieces))
 
 
 @checked_keywords()
