@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from numbers import Real
 from typing import Any, Protocol
 
-import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array
 from ocp.errors import StatementError
+from ocp.mesh.carried_values import carried_values
 from ocp.mesh.phase_times import guessed_times
 from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
-from ocp.problem.bounds import Bound
-from ocp.problem.functionals import BoundaryValue
 from ocp.problem.parameters import Parameters
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import ByFraction, Constant, Signal, State, Symbol, Unknown
+from ocp.problem.symbols import ByFraction, Signal, State, Unknown
 
 # Fractions of a phase at which a guess is looked at, and the part of its size that it may leave a
 # straight line by: rounding errors.
@@ -112,76 +110,12 @@ def _stated_guesses(
     for phase in problem.phases:
         signals, ends = problem.signals[phase.name], times[phase.name]
         guess = StatedGuess(phase, signals, parameters, ends, left_aside)
-        carried = dict(_carried_values(problem, guess, guesses))
-        guesses[phase.name] = replace(guess, carried=carried)
+        alone = {s for s in phase.states if not guess.knows(s)} if guesses else set()
+        before = {name: earlier.value_at_end for name, earlier in guesses.items()}
+        carried = carried_values(problem, phase, alone, parameters, before)
+        within = {state.name: _nearest_to(value, state) for state, value in carried}
+        guesses[phase.name] = replace(guess, carried=within)
     return guesses
-
-
-def _carried_values(
-    problem: Problem, guess: StatedGuess, before: Mapping[str, StatedGuess]
-) -> Iterator[tuple[str, float]]:
-    """Names and values of states that have none of their own in a phase, but one by a link.
-
-    A mass that the first phase states is the mass of the next one, less what is dropped. Without
-    that it would be guessed to be 0, and its inverse has no value there.
-
-    Parameters
-    ----------
-    before : the guesses of the phases before this one.
-    """
-    alone = {s for s in guess.phase.states if not guess.knows(s)} if before else set()
-    for bound in problem.boundary_constraints if alone else ():
-        for start in bound.symbols if bound.is_equation else ():
-            state = _started(start, guess.phase, alone)
-            if state is not None:
-                value = _by_link(bound, start, guess.parameters, before)
-                if value is not None:
-                    lower, upper = _numbers(state)
-                    yield state.name, min(max(value, lower), upper)
-
-
-def _started(start: Symbol, phase: Phase, states: set[State]) -> State | None:
-    """The one of these states whose value at the start of a phase a symbol is, if any."""
-    if not isinstance(start, BoundaryValue) or (start.phase, start.end) != (phase.name, "start"):
-        return None
-    found = start.expression.element_hash()
-    return next((s for s in states if s.symbol.element_hash() == found), None)
-
-
-def _by_link(
-    link: Bound, start: Symbol, parameters: Parameters, before: Mapping[str, StatedGuess]
-) -> float | None:
-    """The value at a start that an equation asks for; None where it takes more than is stated."""
-    others = [symbol for symbol in link.symbols if symbol is not start]
-    stated = [_known(symbol, parameters, before) for symbol in others]
-    known = [value for value in stated if value is not None]
-    slope = ca.jacobian(link.expression, start.symbol)
-    if len(known) < len(others) or not (slope.is_constant() and slope.nnz() == 1):
-        return None
-    symbols = ca.vertcat(start.symbol, *[symbol.symbol for symbol in others])
-    rest = float(ca.substitute(link.expression, symbols, ca.SX([0.0, *known])))
-    value = (parameters.limit(link.lower) - rest) / float(slope)
-    return value if math.isfinite(value) else None
-
-
-def _known(
-    symbol: Symbol, parameters: Parameters, before: Mapping[str, StatedGuess]
-) -> float | None:
-    """A constant, or a value at the end of a phase of states that are stated there; else None."""
-    if isinstance(symbol, Constant):
-        return parameters.values[symbol.name]
-    if not isinstance(symbol, BoundaryValue) or symbol.end != "end" or symbol.phase not in before:
-        return None
-    guess, values = before[symbol.phase], list[float]()
-    for part in symbol.symbols:
-        if isinstance(part, Constant):
-            values.append(parameters.values[part.name])
-        elif isinstance(part, State) and guess.knows(part):
-            values.append(guess.at_end(part))
-        else:
-            return None
-    symbols = ca.vertcat(*[part.symbol for part in symbol.symbols], ca.SX(0, 1))
-    return float(ca.substitute(symbol.expression, symbols, ca.SX(values)))
 
 
 def _stays(guess: StatedGuess, state: Signal) -> bool:
@@ -209,7 +143,7 @@ class StatedGuess:
     left_aside : bool
         Whether all signals count as left out.
     carried : mapping of name to float
-        Values of states by links, see `_carried_values`.
+        Values of states by links, see `carried_values`.
     """
 
     phase: Phase
@@ -240,9 +174,11 @@ class StatedGuess:
             return True
         return any(value is not None for value in self._ends(state))
 
-    def at_end(self, signal: Signal) -> float:
-        """The value of a signal at the end."""
-        return float(self._values(signal, np.ones(1), np.array([self.end]))[0])
+    def value_at_end(self, state: State) -> float | None:
+        """The value of a state at the end; None where `knows` says that there is none."""
+        if not self.knows(state):
+            return None
+        return float(self._values(state, np.ones(1), np.array([self.end]))[0])
 
     def _values(self, signal: Signal, fractions: Array, times: Array) -> Array:
         stated = {} if self.left_aside else self.phase.guess
@@ -259,7 +195,7 @@ class StatedGuess:
         """Boundary values of a signal that has any, else a value inside its bounds."""
         first, last = self._ends(signal)
         if first is None and last is None:
-            return self.carried.get(signal.name, _nearest_to_zero(signal))
+            return self.carried.get(signal.name, _nearest_to(0.0, signal))
         return (first if first is not None else last, last if last is not None else first)
 
     def _ends(self, signal: Signal) -> tuple[float | None, float | None]:
@@ -314,12 +250,13 @@ def _unknown_guess(unknown: Unknown) -> float:
     lower, upper = _numbers(unknown)
     if math.isfinite(lower) and math.isfinite(upper):
         return 0.5 * (lower + upper)
-    return _nearest_to_zero(unknown)
+    return _nearest_to(0.0, unknown)
 
 
-def _nearest_to_zero(symbol: Signal | Unknown) -> float:
+def _nearest_to(value: float, symbol: Signal | Unknown) -> float:
+    """The number within the bounds of a symbol that is nearest to a value."""
     lower, upper = _numbers(symbol)
-    return float(min(max(0.0, lower), upper))
+    return float(min(max(value, lower), upper))
 
 
 def _numbers(symbol: Signal | Unknown) -> tuple[float, float]:
