@@ -3,5 +3,6 @@
 `simulation` drives the stated dynamics with the controls by another integrator, restarted where
 the motion amplifies errors too much. `verify` bounds the constraints between the points and gives
 the verdict. `certificate` tests the `conditions` of an optimum too, among them the
-`minimum_principle`, which is judged strictly where the active set does not change.
+`minimum_principle`, which is judged strictly where the active set does not change, and the
+`program_conditions` of the nonlinear program.
 """

@@ -2,7 +2,7 @@
 
 `certify` does not believe the record of the solve. It drives the dynamics with the controls again,
 evaluates the motion between the points and tests the first-order conditions from the multipliers.
-The conditions themselves are in `ocp.verification.conditions`.
+The conditions themselves are in `ocp.verification.conditions` and `program_conditions`.
 """
 
 from __future__ import annotations
@@ -20,12 +20,14 @@ from ocp.optimality.multipliers import Multipliers, all_multipliers
 from ocp.verification.conditions import (
     Condition,
     Evidence,
-    curvature_condition,
     motion_conditions,
     optimality_conditions,
+    step_conditions,
+)
+from ocp.verification.program_conditions import (
+    curvature_condition,
     peak_conditions,
     program_conditions,
-    step_conditions,
 )
 from ocp.verification.tolerances import Tolerances
 

@@ -1,0 +1,158 @@
+"""The conditions of a certificate on the nonlinear program: that a point is its optimum.
+
+They are those of first order by Karush, Kuhn and Tucker (`program_conditions`), among them that the
+multipliers of a peak's rows make up its weight (`peak_conditions`), and the one of second order
+(`curvature_condition`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import casadi as ca
+import numpy as np
+
+from ocp.arrays import Array
+from ocp.errors import Unbounded
+from ocp.optimality.active_set import limit_distances
+from ocp.optimality.iterate import Iterate
+from ocp.optimality.multipliers import Multipliers
+from ocp.optimality.multipliers import multipliers as recovered
+from ocp.refinement.mesh_solver import MeshSolver
+from ocp.refinement.saddles import lower_motion
+from ocp.settings import Settings
+from ocp.verification.conditions import Condition, Evidence
+from ocp.verification.tolerances import Tolerances
+
+# Part of its terms that is left of a sum where they cancel, from rounding alone. Where two limits
+# ask for the same, as a dry mass and a thrust of zero do, multipliers are not unique and may be
+# millions.
+_ROUNDING = 1e-13
+
+# Against a division by zero: multipliers of zero, and a peak that nothing depends on
+_LEAST_SIZE = 1e-300
+_LEAST_WEIGHT = 1e-12
+
+
+def program_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condition]:
+    """First-order conditions of the nonlinear program (Karush, Kuhn and Tucker)."""
+    iterate, multipliers = evidence.iterate, evidence.scaled
+    distances = limit_distances(iterate)
+
+    yield Condition(
+        "constraint residuals",
+        distances.violation,
+        allowed.feasible,
+        "the largest violation of a row or bound of the program, scaled",
+    )
+    yield Condition(
+        "stationarity",
+        float(_lagrangian_slope(iterate, multipliers).max()),
+        allowed.stationary,
+        "the largest slope of the scaled Lagrangian, beyond what rounding leaves of its terms",
+    )
+
+    # a multiplier at a side without a limit counts by its own size, one of an equation not at all:
+    # its sign is free, and its residual is tested above
+    with np.errstate(invalid="ignore"):
+        distance = np.where(multipliers > 0, distances.upper, distances.lower)
+        products = np.where(multipliers == 0, 0.0, np.abs(multipliers * distance))
+    products = np.where(np.isfinite(products), products, np.abs(multipliers))
+    limits = iterate.limits
+    equations = [lower == upper for lower, upper in (limits.rows, limits.columns)]
+    products[np.concatenate(equations)] = 0.0
+    yield Condition(
+        "complementarity",
+        float(products.max(initial=0.0)),
+        allowed.complementary,
+        "the largest product of an inequality's multiplier and the distance to its limit",
+    )
+    # stationarity says nothing of what is shown unless it is the same
+    yield Condition(
+        "costates",
+        _shown_difference(evidence.multipliers, recovered(iterate)),
+        allowed.shown,
+        "costates and other multipliers, as they are shown, differ from those of the program's "
+        "rows by this part",
+    )
+
+
+def _shown_difference(shown: Multipliers, program: Multipliers) -> float:
+    """Largest difference between two sets of multipliers, relative; inf if they do not fit."""
+    ours, theirs = (list(_numbers(one)) for one in (shown, program))
+    if [values.shape for values in ours] != [values.shape for values in theirs]:
+        return np.inf
+    differences = [
+        np.abs(a - b).max(initial=0.0) / max(np.abs(b).max(initial=0.0), _LEAST_SIZE)
+        for a, b in zip(ours, theirs, strict=True)
+    ]
+    return float(max(differences, default=0.0))
+
+
+def _numbers(multipliers: Multipliers) -> Iterator[Array]:
+    """All numbers of multipliers: the costates of a phase, those of a path constraint, the rest."""
+    for costates in multipliers.costates:
+        for piece in costates.polynomial.pieces:
+            yield piece.coefficients
+    for path in multipliers.paths:
+        yield path.masses
+    yield np.array(list(multipliers.boundary.values()))
+
+
+def _lagrangian_slope(iterate: Iterate, multipliers: Array) -> Array:
+    """Size of the scaled Lagrangian's slope by each unknown, beyond rounding, (n,)."""
+    program, constants = iterate.transcription.program, iterate.parameters.vector
+    gradient = np.array(program.objective_gradient(iterate.x, constants)[1]).ravel()
+    jacobian = program.constraint_jacobian(iterate.x, constants)[1]
+    of_rows, of_bounds = np.split(multipliers, [iterate.row_multipliers.size])
+
+    slope = gradient + _vector(ca.mtimes(jacobian.T, ca.DM(of_rows))) + of_bounds
+    sizes = _vector(ca.mtimes(ca.fabs(jacobian).T, ca.DM(np.abs(of_rows))))
+    terms = np.abs(gradient) + sizes + np.abs(of_bounds)
+    return np.asarray(np.maximum(np.abs(slope) - _ROUNDING * terms, 0.0))
+
+
+def _vector(values: ca.DM) -> Array:
+    return np.array(values).ravel()
+
+
+def peak_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condition]:
+    """Multipliers of a peak's rows: not negative, and together the weight of the peak."""
+    iterate = evidence.iterate
+    transcription = iterate.transcription
+    for peak, column in transcription.columns.peaks.items():
+        scaled = [
+            iterate.row_multipliers[path.rows]
+            for path in transcription.rows.path
+            if transcription.constraints[path.phase][path.constraint].peak is peak
+        ]
+
+        # the peak's own bound takes its share: a peak of an absolute value is not negative
+        factor = iterate.scales.objective / iterate.scales.functionals[peak]
+        masses = np.concatenate(scaled) * factor
+        weight = evidence.slope(peak) + evidence.bound_multiplier(column)
+        size = max(abs(weight), np.abs(masses).max(), _LEAST_WEIGHT)
+        yield Condition(
+            f"multipliers of peak '{peak.name}'",
+            max(abs(masses.sum() - weight), -masses.min()) / size,
+            allowed.peak,
+            f"none is negative, their sum is its weight of {weight:.8g}",
+        )
+
+
+def curvature_condition(evidence: Evidence, allowed: Tolerances) -> Condition:
+    """The second-order condition of the nonlinear program: the answer is no saddle."""
+    iterate = evidence.iterate
+    meshes = MeshSolver.of(
+        iterate.problem, Settings(), iterate.parameters, evaluator=evidence.evaluator
+    )
+    gain, sentence = 0.0, "motions beside this one gain no more than this part, to second order"
+    try:
+        lower = lower_motion(meshes, iterate, [])
+    except Unbounded:
+        gain, sentence = np.inf, "beside this motion the objective runs away"
+    else:
+        if lower is not None:
+            gain = abs(lower.objective - iterate.objective) / iterate.objective_size
+            sentence = "a motion beside this one, on its mesh, is better by this part"
+    return Condition("curvature", gain, allowed.gain, sentence)
