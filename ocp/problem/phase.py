@@ -25,8 +25,8 @@ from ocp.problem.functionals import (
     PointValue,
 )
 from ocp.problem.instants import checked_breakpoints
+from ocp.problem.statement_checks import check_jump, check_mapping, check_meeting, check_phase
 from ocp.problem.symbols import Between, Signal, State, Symbol, check_name, is_real, resolve, scalar
-from ocp.problem.validation import check_jump, check_mapping, check_meeting, check_phase
 
 # of expressions that are held against each other: that of a limit
 _DEPTH = 20

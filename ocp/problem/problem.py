@@ -14,6 +14,7 @@ from ocp.problem.bounds import Bound, checked_bounds
 from ocp.problem.functionals import AnyFunctional, Functional, Integral, Peak, PointValue
 from ocp.problem.instants import stepping_times
 from ocp.problem.phase import Phase
+from ocp.problem.statement_checks import check_problem
 from ocp.problem.symbols import (
     Algebraic,
     Between,
@@ -29,7 +30,6 @@ from ocp.problem.symbols import (
     resolve,
     scalar,
 )
-from ocp.problem.validation import check_problem
 
 Kind = TypeVar("Kind", bound=Symbol)
 
