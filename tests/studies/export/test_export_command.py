@@ -9,102 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studies.cli import main
 from studies.common import columns as text
 from studies.common.columns import Dialect
 from studies.common.result import Result
 from studies.drive.drum import Drum
 from studies.export import binary
+from tests.studies.export.command_line import complaint, export, rubbed
 
 Write = Callable[[str], Path]
-
-
-def export(*words: object) -> int:
-    return main(["export", *map(str, words)])
-
-
-def rubbed(result: Result, friction: float, tmp_path: Path) -> Path:
-    """A folder with the same motion on a truss whose pulleys rub."""
-    path = tmp_path / "rubbed"
-    path.mkdir()
-    truss = {**result.configuration["truss"], "pulley_friction": friction}
-    dataclasses.replace(result, configuration={**result.configuration, "truss": truss}).save(path)
-    return path
-
-
-def complaint(capsys: pytest.CaptureFixture[str]) -> str:
-    return capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    "dialect", [Dialect(), Dialect(";", ","), Dialect("tab"), Dialect(";", ".", header=False)]
-)
-def test_csv_comes_back_in_each_dialect(short: Result, dialect: Dialect) -> None:
-    columns = {name: short.arrays[name].values for name in ("time", "angle", "angular_jerk")}
-    again = text.read_csv(text.write_csv(short, columns, dialect), dialect)
-    for found, exact in zip(again.values(), columns.values(), strict=True):
-        assert np.array_equal(found, exact)
-
-
-def test_matlab_and_json_come_back(short: Result) -> None:
-    columns = {name: short.arrays[name].values for name in ("time", "rope_length")}
-    for again in (
-        binary.read_mat(binary.write_mat(short, columns)),
-        text.read_json(text.write_json(short, columns)),
-    ):
-        assert all(np.array_equal(again[name], columns[name]) for name in columns)
-
-
-def test_parquet_comes_back(short: Result) -> None:
-    pytest.importorskip("pyarrow", reason="pyarrow is an extra")
-    columns = {name: short.arrays[name].values for name in ("time", "rope_length")}
-    again = binary.read_parquet(binary.write_parquet(short, columns))
-    assert all(np.array_equal(again[name], columns[name]) for name in columns)
-
-
-def meets(value: object, schema: dict[str, object]) -> bool:
-    """Whether JSON keeps to a schema, as far as ours goes: types, keys, items."""
-    kinds = {
-        "object": dict,
-        "array": list,
-        "string": str,
-        "number": (int, float),
-        "null": type(None),
-    }
-    stated = schema.get("type", list(kinds))
-    allowed = stated if isinstance(stated, list) else [stated]
-    if not any(isinstance(value, kinds[str(name)]) for name in allowed):
-        return False
-
-    if isinstance(value, list):
-        items = schema.get("items", {})
-        assert isinstance(items, dict)
-        return len(value) >= int(str(schema.get("minItems", 0))) and all(
-            meets(item, items) for item in value
-        )
-    if not isinstance(value, dict):
-        return True
-
-    known, further = schema.get("properties", {}), schema.get("additionalProperties", True)
-    required = schema.get("required", [])
-    assert isinstance(known, dict)
-    assert isinstance(required, list)
-    if not set(required) <= set(value):
-        return False
-    for name, item in value.items():
-        inner = known.get(name, further)
-        if inner is False or (isinstance(inner, dict) and not meets(item, inner)):
-            return False
-    return True
-
-
-def test_json_keeps_to_the_published_schema(short: Result) -> None:
-    schema = json.loads((Path(text.__file__).parent / text.SCHEMA_FILE).read_text("utf-8"))
-    profile = json.loads(text.write_json(short, {"time": short.arrays["time"].values}))
-    assert meets(profile, schema)
-    assert not meets(profile | {"columns": {}}, schema)
-    profile["columns"]["time"]["values"] = ["0"]
-    assert not meets(profile, schema)
 
 
 def test_a_fixed_step_gives_even_rows(folder: Path, tmp_path: Path) -> None:
@@ -383,65 +295,6 @@ def test_a_rope_that_would_push_is_refused_behind_a_loop(
     assert "state drive.bandwidth" in record["warning"]
 
 
-def test_a_stop_and_the_way_on_are_profiles(
-    folder: Path, drive_file: Write, tmp_path: Path
-) -> None:
-    drive = drive_file("bandwidth = 20\nperiod = 0.05")
-    ends = {}
-    for flag in ("--stop-at", "--resume-at"):
-        file = tmp_path / flag
-        words = ("--to", "pvt", "--drive", drive, flag, 2, "--stop-within", 1, "--output", file)
-        assert export(folder, *words) == 0
-        rows = [
-            [float(cell) for cell in line.split(",")]
-            for line in file.read_text("utf-8").splitlines()
-            if line[0].isdigit()
-        ]
-        assert rows[-1][2] == 0.0
-        ends[flag] = rows[0][1], rows[-1][1]
-    # it goes on from where it stopped, to the end, to a count of 2 micrometres
-    assert ends["--resume-at"][0] == pytest.approx(ends["--stop-at"][1], abs=2e-6)
-    assert ends["--resume-at"][1] == pytest.approx(6.6099, abs=1e-4)
-
-
-@pytest.mark.parametrize("friction", [0.0, 0.01])
-def test_a_stop_and_the_way_on_of_a_yielding_rope_join(
-    friction: float, short: Result, tmp_path: Path, drive_file: Write
-) -> None:
-    path = rubbed(short, friction, tmp_path)
-    drive = drive_file("period = 0.05\nrope_stiffness = 500")
-
-    ends = {}
-    for words in ((), ("--stop-at", 2, "--stop-within", 1), ("--resume-at", 2, "--stop-within", 1)):
-        file = tmp_path / f"table{len(ends)}"
-        assert export(path, "--to", "ethercat", "--drive", drive, *words, "--output", file) == 0
-        lines = file.read_text("utf-8").splitlines()
-        counts = [int(line) for line in lines if line.isdigit()]
-        ends[words[:1]] = counts[0], counts[-1]
-    # all three are positions of one drum, to the rounding of a count
-    assert ends["--resume-at",][0] == pytest.approx(ends["--stop-at",][1], abs=1)
-    assert ends["--resume-at",][1] == pytest.approx(ends[()][1], abs=1)
-    assert ends[()][0] == ends["--stop-at",][0] == 0
-
-
-@pytest.mark.parametrize("form", ["newport-xps", "galil"])
-def test_displacements_behind_a_stop_are_played_from_where_it_ended(
-    form: str, folder: Path, drive_file: Write, tmp_path: Path
-) -> None:
-    drive = drive_file("period = 0.05\nrope_stiffness = 5000\nbandwidth = 20")
-    records = []
-    for to in (form, "pvt"):
-        file = tmp_path / to
-        words = ("--resume-at", 2, "--stop-within", 1, "--output", file)
-        assert export(folder, "--to", to, "--drive", drive, *words) == 0
-        records.append(json.loads(Path(f"{file}.record.json").read_text("utf-8")))
-    # half a count of rope, 1 micrometre
-    assert abs(records[0]["miss of the last position [m]"]) < 2e-6
-    assert records[0]["terminal angle [deg]"] == pytest.approx(90, abs=2e-5)
-    force = "peak rope force [N]"
-    assert records[0][force] == pytest.approx(records[1][force], rel=2e-2)
-
-
 def test_caps_of_the_study_that_a_table_exceeds_are_in_the_record(
     short: Result, tmp_path: Path, drive_file: Write
 ) -> None:
@@ -457,34 +310,6 @@ def test_caps_of_the_study_that_a_table_exceeds_are_in_the_record(
         records.append(json.loads(Path(f"{file}.record.json").read_text("utf-8")))
     assert records[0][line] == pytest.approx(1 / 0.9 - 1, rel=1e-2)
     assert line not in records[1]
-
-
-def test_a_stop_leaves_room_for_what_its_table_adds(
-    folder: Path, drive_file: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    file, peak = tmp_path / "stop", "peak acceleration behind the loop [m/s^2]"
-    axis = "bandwidth = 20\nperiod = 0.05\n"
-
-    def stopped(limit: str, within: float) -> int:
-        words = ("--to", "pvt", "--stop-at", 2, "--stop-within", within, "--output", file)
-        return export(folder, *words, "--drive", drive_file(axis + limit))
-
-    def found() -> float:
-        record = tmp_path / "stop.record.json"
-        value = json.loads(record.read_text("utf-8"))[peak]
-        file.unlink()
-        record.unlink()
-        return float(value)
-
-    assert stopped("", 1.0) == 0
-    limit = 0.97 * found()
-    assert stopped(f"acceleration = {limit}", 1.0) == 0
-    assert found() <= limit * (1 + 1e-9)
-
-    # the remedy is one that a stop has
-    capsys.readouterr()
-    assert stopped(f"acceleration = {0.5 * limit}", 1.0) == 5
-    assert "--stop-within" in complaint(capsys)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,99 @@
+"""`antenna-ocp export` of a stop out of a motion, and of the way on."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from studies.common.result import Result
+from tests.studies.export.command_line import complaint, export, rubbed
+
+Write = Callable[[str], Path]
+
+
+def test_a_stop_and_the_way_on_are_profiles(
+    folder: Path, drive_file: Write, tmp_path: Path
+) -> None:
+    drive = drive_file("bandwidth = 20\nperiod = 0.05")
+    ends = {}
+    for flag in ("--stop-at", "--resume-at"):
+        file = tmp_path / flag
+        words = ("--to", "pvt", "--drive", drive, flag, 2, "--stop-within", 1, "--output", file)
+        assert export(folder, *words) == 0
+        rows = [
+            [float(cell) for cell in line.split(",")]
+            for line in file.read_text("utf-8").splitlines()
+            if line[0].isdigit()
+        ]
+        assert rows[-1][2] == 0.0
+        ends[flag] = rows[0][1], rows[-1][1]
+    # it goes on from where it stopped, to the end, to a count of 2 micrometres
+    assert ends["--resume-at"][0] == pytest.approx(ends["--stop-at"][1], abs=2e-6)
+    assert ends["--resume-at"][1] == pytest.approx(6.6099, abs=1e-4)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.01])
+def test_a_stop_and_the_way_on_of_a_yielding_rope_join(
+    friction: float, short: Result, tmp_path: Path, drive_file: Write
+) -> None:
+    path = rubbed(short, friction, tmp_path)
+    drive = drive_file("period = 0.05\nrope_stiffness = 500")
+
+    ends = {}
+    for words in ((), ("--stop-at", 2, "--stop-within", 1), ("--resume-at", 2, "--stop-within", 1)):
+        file = tmp_path / f"table{len(ends)}"
+        assert export(path, "--to", "ethercat", "--drive", drive, *words, "--output", file) == 0
+        lines = file.read_text("utf-8").splitlines()
+        counts = [int(line) for line in lines if line.isdigit()]
+        ends[words[:1]] = counts[0], counts[-1]
+    # all three are positions of one drum, to the rounding of a count
+    assert ends["--resume-at",][0] == pytest.approx(ends["--stop-at",][1], abs=1)
+    assert ends["--resume-at",][1] == pytest.approx(ends[()][1], abs=1)
+    assert ends[()][0] == ends["--stop-at",][0] == 0
+
+
+@pytest.mark.parametrize("form", ["newport-xps", "galil"])
+def test_displacements_behind_a_stop_are_played_from_where_it_ended(
+    form: str, folder: Path, drive_file: Write, tmp_path: Path
+) -> None:
+    drive = drive_file("period = 0.05\nrope_stiffness = 5000\nbandwidth = 20")
+    records = []
+    for to in (form, "pvt"):
+        file = tmp_path / to
+        words = ("--resume-at", 2, "--stop-within", 1, "--output", file)
+        assert export(folder, "--to", to, "--drive", drive, *words) == 0
+        records.append(json.loads(Path(f"{file}.record.json").read_text("utf-8")))
+    # half a count of rope, 1 micrometre
+    assert abs(records[0]["miss of the last position [m]"]) < 2e-6
+    assert records[0]["terminal angle [deg]"] == pytest.approx(90, abs=2e-5)
+    force = "peak rope force [N]"
+    assert records[0][force] == pytest.approx(records[1][force], rel=2e-2)
+
+
+def test_a_stop_leaves_room_for_what_its_table_adds(
+    folder: Path, drive_file: Write, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, peak = tmp_path / "stop", "peak acceleration behind the loop [m/s^2]"
+    axis = "bandwidth = 20\nperiod = 0.05\n"
+
+    def stopped(limit: str, within: float) -> int:
+        words = ("--to", "pvt", "--stop-at", 2, "--stop-within", within, "--output", file)
+        return export(folder, *words, "--drive", drive_file(axis + limit))
+
+    def found() -> float:
+        record = tmp_path / "stop.record.json"
+        value = json.loads(record.read_text("utf-8"))[peak]
+        file.unlink()
+        record.unlink()
+        return float(value)
+
+    assert stopped("", 1.0) == 0
+    limit = 0.97 * found()
+    assert stopped(f"acceleration = {limit}", 1.0) == 0
+    assert found() <= limit * (1 + 1e-9)
+
+    # the remedy is one that a stop has
+    capsys.readouterr()
+    assert stopped(f"acceleration = {0.5 * limit}", 1.0) == 5
+    assert "--stop-within" in complaint(capsys)
