@@ -127,7 +127,7 @@ def path_multiplier_sums(iterate: Iterate, index: int) -> dict[int, Array]:
     sums: dict[int, Array] = {}
     for path in transcription.rows.phases[index].path:
         total = sums.setdefault(path.constraint, np.zeros(columns.intervals))
-        np.add.at(total, path.intervals, np.abs(iterate.telling_row_multipliers[path.rows]))
+        np.add.at(total, path.intervals, np.abs(iterate.determined_row_multipliers[path.rows]))
 
     lower, upper = iterate.limits.columns
     of_columns = np.where(lower < upper, np.abs(iterate.bound_multipliers), 0.0)
@@ -176,7 +176,7 @@ def acting_intervals(iterate: Iterate) -> tuple[Flags, ...]:
     of_rows, of_columns = np.split(active, [iterate.row_multipliers.size])
 
     # rows of paths and peaks
-    multipliers = np.where(of_rows, np.abs(iterate.telling_row_multipliers), 0.0)
+    multipliers = np.where(of_rows, np.abs(iterate.determined_row_multipliers), 0.0)
     for index, (of_phase, rows) in enumerate(
         zip(largest_of, transcription.rows.phases, strict=True)
     ):

@@ -82,11 +82,12 @@ class Iterate:
         return parameters_of(self.problem, self.trajectory.constants)
 
     @cached_property
-    def telling_row_multipliers(self) -> Array:
-        """Multipliers of the rows, zero for rows on which no free unknown has an influence, (m,).
+    def determined_row_multipliers(self) -> Array:
+        """Multipliers of the rows, zero where stationarity does not determine them, (m,).
 
-        A path constraint at the start of a phase may be met by the initial values alone. Where they
-        lie on its limit the multiplier is any number, as large as the solver happens to leave it.
+        It does not where only fixed unknowns have an influence on the row: a path constraint at the
+        start of a phase may be met by the initial values alone. Where they lie on its limit the
+        multiplier is any number, as large as the solver happens to leave it.
         """
         lower, upper = self.limits.columns
         pattern = self.transcription.program.constraint_jacobian.sparsity_out(1)
