@@ -69,6 +69,9 @@ class OtherControls:
         By which the best ones make less of the Hamiltonian, not negative [unit of the objective/s].
     weights : (m,)
         Of the points [s], so that ``weights . less`` is the integral.
+    vanished : bool
+        Whether the phase takes no time. It counts as if it lasted the typical duration with the
+        best controls, and `less` is what each second of that gains.
     """
 
     phase: str
@@ -80,6 +83,7 @@ class OtherControls:
     best: Array
     less: Array
     weights: Array
+    vanished: bool
 
     @property
     def gain(self) -> float:
@@ -158,14 +162,22 @@ def others_remark(found: Sequence[OtherControls], iterate: Iterate) -> str:
     most = max(found, key=lambda other: other.gain)
     k = int(np.argmax(most.less))
     units = {control.name: control.unit for control in iterate.problem.controls[most.phase]}
-    moved = [
-        f"{with_unit(f'{name} = {best:.4g}', units[name])} for {own:.4g}"
+    changed = ", ".join(
+        f"{with_unit(f'{name} = {best:.4g}', units[name])} instead of {own:.4g}"
         for name, own, best in zip(most.names, most.own[k], most.best[k], strict=True)
         if own != best
-    ]
+    )
+    if most.vanished:
+        return (
+            f"phase '{most.phase}' takes no time (at {most.times[k]:.4g} s), but should take "
+            f"longer: if it lasts {iterate.scales.time:.4g} s with {changed}, it promises to gain "
+            f"{most.gain / iterate.objective_size:.2g} of the objective; state a guess of these "
+            "controls, and of times between which the phase lasts, Between(lower, upper, guess), "
+            "or leave the guess out"
+        )
     return (
-        f"other controls promise to gain {gain:.2g} of the objective, such as {', '.join(moved)} "
-        f"at {most.times[k]:.4g} s; state these controls as a guess, or leave the guess out"
+        f"other controls promise to gain {gain:.2g} of the objective, such as {changed} at "
+        f"{most.times[k]:.4g} s; state these controls as a guess, or leave the guess out"
     )
 
 
@@ -178,7 +190,7 @@ def others_of_phase(
     columns = [phase.signals.index(control.name) for control in hamiltonian.controls]
     symbols, (value, path) = _called(hamiltonian)
     u = symbols[0][columns]
-    vanished = phase.end - phase.start <= _VANISHED_PHASE * iterate.scales.time
+    vanished = bool(phase.end - phase.start <= _VANISHED_PHASE * iterate.scales.time)
     if not columns or (ca.is_linear(value, u) and not vanished):
         return None
     intervals, tau, weights = _points_of(np.flatnonzero(where), len(hamiltonian.controls))
@@ -227,6 +239,7 @@ def others_of_phase(
         best=best,
         less=less,
         weights=weights * widths[intervals],
+        vanished=vanished,
     )
 
 
