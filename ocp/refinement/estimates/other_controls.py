@@ -13,14 +13,13 @@ is evaluated, so that what is found is no estimate. What is not tried may be bet
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array, Flags, Integers
-from ocp.mesh.initial_guess import InitialGuess, PhaseGuess
 from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.columnwise import columnwise
 from ocp.optimality.hamiltonian import Hamiltonian, hamiltonian_of
@@ -112,41 +111,6 @@ def other_controls(
         found = others_of_phase(iterate, evaluator, index, ~acting[index])
         if found is not None:
             yield found
-
-
-def guess_with_others(guess: InitialGuess, found: Sequence[OtherControls]) -> InitialGuess:
-    """A guess with other controls near the points at which they are better."""
-    phases = dict(guess.phases)
-    for others in found:
-        phases[others.phase] = _WithOthers(phases[others.phase], others)
-    return InitialGuess(phases, guess.unknowns)
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class _WithOthers:
-    """A guess of a phase with other controls."""
-
-    guess: PhaseGuess
-    others: OtherControls
-
-    @property
-    def start(self) -> float:
-        """Initial time [s]."""
-        return self.guess.start
-
-    @property
-    def end(self) -> float:
-        """Final time [s]."""
-        return self.guess.end
-
-    def at_fractions(self, fractions: Array) -> Mapping[str, Array]:
-        """Signals by name at fractions of the phase."""
-        known, values = self.others.fractions, dict(self.guess.at_fractions(fractions))
-        nearest = np.searchsorted(0.5 * (known[1:] + known[:-1]), fractions)
-        better = self.others.less[nearest] > 0.0
-        for name, best in zip(self.others.names, self.others.best[nearest].T, strict=True):
-            values[name] = np.where(better, best, values[name])
-        return values
 
 
 def promised_by(found: Sequence[OtherControls], iterate: Iterate) -> float:

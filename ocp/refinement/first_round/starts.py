@@ -18,7 +18,7 @@ from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import NlpSolver, StartingPoint
 from ocp.optimality.active_set import acting_intervals
 from ocp.optimality.iterate import iterate_of
-from ocp.refinement.estimates.other_controls import guess_with_others, other_controls, promised_by
+from ocp.refinement.estimates.other_controls import OtherControls, other_controls, promised_by
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.transcription.packing import decision_vector, trajectory_of
@@ -133,7 +133,10 @@ def with_other_controls(
     others = list(other_controls(iterate, meshes.evaluator, acting_intervals(iterate)))
     if promised_by(others, iterate) > _PROMISED:
         guess = initial_guess(meshes.problem, meshes.parameters, found)
-        yield _point(meshes, program, guess_with_others(guess, others))
+        phases = dict(guess.phases)
+        for other in others:
+            phases[other.phase] = _WithOthers(phases[other.phase], other)
+        yield _point(meshes, program, InitialGuess(phases, guess.unknowns))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -147,6 +150,33 @@ class _Retimed:
     def at_fractions(self, fractions: Array) -> Mapping[str, Array]:
         """Signals by name at fractions of the phase."""
         return self.guess.at_fractions(fractions)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class _WithOthers:
+    """A guess of a phase with other controls near the points at which they are better."""
+
+    guess: PhaseGuess
+    others: OtherControls
+
+    @property
+    def start(self) -> float:
+        """Initial time [s]."""
+        return self.guess.start
+
+    @property
+    def end(self) -> float:
+        """Final time [s]."""
+        return self.guess.end
+
+    def at_fractions(self, fractions: Array) -> Mapping[str, Array]:
+        """Signals by name at fractions of the phase."""
+        known, values = self.others.fractions, dict(self.guess.at_fractions(fractions))
+        nearest = np.searchsorted(0.5 * (known[1:] + known[:-1]), fractions)
+        better = self.others.less[nearest] > 0.0
+        for name, best in zip(self.others.names, self.others.best[nearest].T, strict=True):
+            values[name] = np.where(better, best, values[name])
+        return values
 
 
 def _point(meshes: MeshSolver, program: Transcription, guess: InitialGuess) -> StartingPoint:
