@@ -46,9 +46,9 @@ _DEFAULTS = Settings()
 _STRICTER = 30.0
 _STRICTER_GOES = 3
 
-# A bound is met where the gap is below ten times the tolerance on the objective. Bounds that are
-# computed themselves are not better than the second number.
-_BOUND_MET = 1e-5
+# Part of a proven bound by which a value that meets it may be off: bounds that are computed are not
+# better themselves.
+BOUND_MET = 1e-5
 
 # words of other tools
 _ELSEWHERE = {
@@ -375,9 +375,23 @@ def _verdict(meshes: MeshSolver, refinement: Refinement, bound: float | None) ->
         return verdict
 
     value = refinement.best.iterate.objective
-    gap = meshes.problem.sense * (value - bound) / max(abs(bound), 1e-300)
-    if abs(gap) <= max(meshes.settings.accuracy.objective, _BOUND_MET):
+    gap = gap_to_bound(value, bound, meshes.problem.sense)
+    if abs(gap) <= max(meshes.settings.accuracy.objective, BOUND_MET):
         return f"global: bound met (gap {abs(gap):.1e})"
     if gap < 0:
         verdict += f"; the bound of {bound:.6g} is refuted by {value:.6g}"
     return verdict
+
+
+def gap_to_bound(value: float, bound: float, sense: float) -> float:
+    """How far a value is from a proven bound, relative to the bound; negative if it refutes it.
+
+    Parameters
+    ----------
+    value, bound : float
+        [unit of the objective]
+    sense : float
+        Of the problem: 1 where it is minimised, -1 where it is maximised.
+    """
+    # only zero meets a bound of zero
+    return sense * (value - bound) / max(abs(bound), 1e-300)

@@ -35,12 +35,10 @@ from ocp.problem.problem import Problem
 from ocp.progress import Progress, shown
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
-from ocp.solve import check_arguments, solve
+from ocp.solve import BOUND_MET, check_arguments, gap_to_bound, solve
 
 Start = Problem | Solution | Trajectory
 StartLike = Start | Callable[[], Start]
-
-_BOUND_MET = 1e-5  # of a proven bound, within which it is met
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -91,7 +89,7 @@ def audit(
     processes: int | None = None,
     settings: Settings | None = None,
     bound: float | Callable[[], float | None] | None = None,
-    bound_gap: float = _BOUND_MET,
+    bound_gap: float = BOUND_MET,
     value: Callable[[Problem, Solution], float] | None = None,
     same: float | None = None,
     enough: Callable[[Sequence[Trial]], bool] | None = None,
@@ -260,8 +258,7 @@ class _Bound:
             self._bound = self._bound()
         if self._bound is None or trial.solution is None:
             return False
-        sense = trial.solution.problem.sense
-        gap = sense * (trial.value - self._bound) / max(abs(self._bound), 1e-300)
+        gap = gap_to_bound(trial.value, self._bound, trial.solution.problem.sense)
         if abs(gap) <= self._allowed:
             self.gap = abs(gap)
         elif gap < 0:
