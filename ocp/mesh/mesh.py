@@ -15,6 +15,10 @@ from ocp.errors import StatementError
 # Of the phase: breakpoints closer than this are one.
 SAME_POINT = 1e-9
 
+# Of an interval: its points are moved inwards by this part, so that one at a breakpoint belongs to
+# its own interval and not to a neighbour, where controls and costates may jump.
+_INSIDE = 1e-9
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PhaseMesh:
@@ -165,6 +169,20 @@ def _halved(points: ExtraPoints) -> ExtraPoints:
 def same_intervals(a: PhaseMesh, b: PhaseMesh) -> bool:
     """Whether two meshes of a phase have the same breakpoints and degrees."""
     return np.array_equal(a.breakpoints, b.breakpoints) and np.array_equal(a.degrees, b.degrees)
+
+
+def inside_intervals(breakpoints: Array, intervals: Integers, tau: Array) -> Array:
+    """Fractions of the phase at local times in intervals, moved a little inwards.
+
+    Parameters
+    ----------
+    breakpoints : (N + 1,)
+        As fractions of the phase.
+    intervals, tau : arrays that broadcast to one shape
+        Interval and local time of each point.
+    """
+    inner = 0.5 + (tau - 0.5) * (1.0 - _INSIDE)
+    return np.asarray(breakpoints[intervals] + inner * np.diff(breakpoints)[intervals])
 
 
 def distinct(values: NDArray[Any]) -> NDArray[Any]:

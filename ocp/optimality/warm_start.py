@@ -14,16 +14,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ocp.arrays import Array, Integers
+from ocp.mesh.mesh import inside_intervals
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import PhaseCostates, costates, put_costates
 from ocp.transcription.columns import PhaseColumns
 from ocp.transcription.rows import PathRows
 from ocp.transcription.scaling import Scales
 from ocp.transcription.transcribe import Transcription
-
-# Part of an interval by which points are moved inwards, so that a point at a breakpoint belongs to
-# its own interval and not to a neighbour, where costates and controls may jump
-_INSIDE = 1e-9
 
 # Fraction of a phase within which two added points of a path constraint are the same point
 _SAME_POINT = 1e-9
@@ -83,18 +80,14 @@ def _carry_costates(
     """Rows of the dynamics and of the running totals of a phase."""
     phase = target.columns.phases[index]
     for number, group in enumerate(phase.groups):
-        points = _inside(phase.mesh.breakpoints, group.intervals[:, None], group.collocation.points)
+        points = inside_intervals(
+            phase.mesh.breakpoints, group.intervals[:, None], group.collocation.points
+        )
         at = points.ravel()
         interval = np.clip(np.searchsorted(fractions, at, side="right") - 1, 0, fractions.size - 2)
         tau = (at - fractions[interval]) / np.diff(fractions)[interval]
         values = costates.local(interval, tau).reshape(*points.shape, -1)
         put_costates(rows, target, index, number, values)
-
-
-def _inside(fractions: Array, intervals: Integers, tau: Array) -> Array:
-    """Fractions of local times in intervals between given fractions, moved a little inwards."""
-    inner = 0.5 + (tau - 0.5) * (1.0 - _INSIDE)
-    return np.asarray(fractions[intervals] + inner * np.diff(fractions)[intervals])
 
 
 def _carry_paths(
@@ -133,7 +126,7 @@ def _kind(path: PathRows) -> tuple[int, int, bool]:
 
 def _measure(path: PathRows, fractions: Array) -> tuple[Array, Array]:
     """Fractions of the phase of a constraint's rows, and what a density is multiplied by there."""
-    at = _inside(fractions, path.intervals, path.tau)
+    at = inside_intervals(fractions, path.intervals, path.tau)
     if not path.at_collocation_points:
         return at, np.ones(at.size)
     return at, path.weights * np.diff(fractions)[path.intervals]
@@ -205,7 +198,7 @@ def _coefficient_entries(parts: Sequence[tuple[Integers, Integers]], fractions: 
         # the coefficients of a linear control are its values at both ends
         tau = np.array([0.0, 1.0]) if count == 2 else (np.arange(count) + 0.5) / count
         ids.append(table.ravel())
-        places.append(_inside(fractions, intervals[:, None], tau).ravel())
+        places.append(inside_intervals(fractions, intervals[:, None], tau).ravel())
         widths.append(np.repeat(np.diff(fractions)[intervals] / count, count))
 
     at = np.concatenate(places)

@@ -8,6 +8,7 @@ import numpy as np
 
 from ocp.arrays import Array, Integers
 from ocp.mesh.initial_guess import InitialGuess
+from ocp.mesh.mesh import inside_intervals
 from ocp.mesh.trajectory import PhaseTrajectory, SignalGroup, Trajectory
 from ocp.numerics.piecewise_polynomial import (
     Basis,
@@ -23,8 +24,6 @@ from ocp.problem.symbols import Signal
 from ocp.transcription.columns import PhaseColumns
 from ocp.transcription.kernels import evaluated
 from ocp.transcription.transcribe import ProgramLimits, Transcription
-
-_INSIDE = 1e-9  # of an interval: a value on the side of a breakpoint that belongs to the interval
 
 
 def decision_vector(
@@ -71,13 +70,13 @@ def _fill_phase(x: Array, columns: PhaseColumns, guess: InitialGuess) -> None:
         # a control may jump at breakpoints: look at it a little inside the interval
         for members, table in zip(columns.control_sets, group.controls, strict=True):
             tau = _fitted_at(members.order, rule.points)
-            inner = left + (0.5 + (tau - 0.5) * (1.0 - _INSIDE)) * width
+            inner = inside_intervals(points, group.intervals[:, None], tau)
             values = own.at_fractions(inner.ravel())
             fit = np.linalg.pinv(bernstein(table.shape[1], tau))
             for j, control in enumerate(members.controls):
                 x[table[:, :, j]] = values[control.name].reshape(inner.shape) @ fit.T
 
-        inner = left + (0.5 + (rule.points - 0.5) * (1.0 - _INSIDE)) * width
+        inner = inside_intervals(points, group.intervals[:, None], rule.points)
         values = own.at_fractions(inner.ravel())
         for j, signal in enumerate(columns.algebraics):
             x[group.algebraics[:, :, j]] = values[signal.name].reshape(inner.shape)
