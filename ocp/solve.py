@@ -181,6 +181,15 @@ def collocate(
     trajectory : Trajectory
     objective : float
         Its value [unit of the objective].
+
+    Raises
+    ------
+    StatementError
+        An argument is of the wrong kind, or the guess is not finite or has a wrong shape.
+    SolveFailed
+        The solver found nothing; the message names the worst constraint.
+    Interrupted
+        The user stopped the solve.
     """
     settings = _DEFAULTS if settings is None else settings
     check_arguments(problem, settings, guess, mesh)

@@ -33,6 +33,11 @@ class PhaseMesh:
     longest : times its width on this mesh that an interval with a movable end may grow to.
     intervals : number of intervals N.
     moving : (N,) whether an interval has a movable end.
+
+    Raises
+    ------
+    StatementError
+        When the breakpoints do not increase from 0 to 1, or one that is no inner one may move.
     """
 
     breakpoints: Array
@@ -130,7 +135,13 @@ class Mesh:
 
 
 def uniform(intervals: int, degree: int) -> PhaseMesh:
-    """A mesh of equal intervals."""
+    """A mesh of equal intervals.
+
+    Raises
+    ------
+    StatementError
+        When the number of intervals is not whole, or less than 1.
+    """
     if intervals < 1 or int(intervals) != intervals:
         raise StatementError(f"a mesh of {intervals!r} intervals is impossible; ask for 1 or more")
     return PhaseMesh(np.linspace(0.0, 1.0, int(intervals) + 1), np.array([degree]))

@@ -375,7 +375,7 @@ class Between:
 
     @property
     def start(self) -> float:
-        """The guess, or the middle of the limits."""
+        """The guess, or the middle of the limits; StatementError if one of these is infinite."""
         if self.guess is not None:
             return float(self.guess)
         if math.isinf(self.lower) or math.isinf(self.upper):

@@ -24,7 +24,17 @@ def check_failure(
     solved: Sequence[SolvedMesh],
     rounds: Sequence[MeshIteration],
 ) -> None:
-    """The error of a failed round, raised where it leaves nothing to go on from."""
+    """The error of a failed round, raised where it leaves nothing to go on from.
+
+    Raises
+    ------
+    Interrupted
+        The user stopped the run.
+    BudgetSpent
+        The budget is used up, and no round held between its points.
+    SolveFailed
+        No round was solved.
+    """
     accuracy = meshes.settings.accuracy
     last = trajectory_of(program, result.x, meshes.parameters)
     if result.outcome == "interrupted":
