@@ -241,7 +241,7 @@ class Ipopt:
         if self.stall:
             standstill = Standstill(program, limits, parameters, self.tolerance)
         with noted_interrupts() as interrupts, kept_solver(program, options) as kept:
-            run = WatchedRun(interrupts, Divergence(limits), standstill, listener)
+            run = WatchedRun(limits, interrupts, Divergence(), standstill, listener)
             with kept.watch.over(run):
                 solution = kept.run(
                     x0=start.x,

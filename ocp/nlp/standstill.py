@@ -51,7 +51,7 @@ class NearPoint:
     Attributes
     ----------
     number : of its iteration.
-    error : of the optimality conditions; of the limits alone until it is judged.
+    error : of the optimality conditions; of the rows alone until it is judged.
     x, rows, bound_multipliers, row_multipliers : arrays of the program.
     objective : scaled.
     """
@@ -94,29 +94,31 @@ class Standstill:
     def seen(
         self,
         number: int,
-        x: Array,
         objective: float,
+        violation: float,
+        x: Array,
         rows: Array,
         bound_multipliers: Array,
         row_multipliers: Array,
     ) -> bool:
         """Take note of an iterate; whether the run has stood still for long enough.
 
-        The arrays are kept. Errors cost as much as the solver's own functions, so that they are
-        worked out only once the run is old enough to be ended by one of its points.
+        The arrays are copied where they are kept. Errors cost as much as the solver's own
+        functions, so that they are worked out only once the run is old enough to be ended by one of
+        its points.
+
+        Parameters
+        ----------
+        violation : float
+            The largest of the rows, see `ProgramLimits.violation`. Unknowns keep to their limits.
         """
-        values = np.concatenate([x, rows])
-        excess = np.maximum(self._lower - values, values - self._upper)
-        violation = float(excess.max(initial=0.0))
         if violation <= self._near:
-            point = NearPoint(
-                number, violation, objective, x, rows, bound_multipliers, row_multipliers
-            )
-            self._waiting.append(point)
+            kept = (values.copy() for values in (x, rows, bound_multipliers, row_multipliers))
+            self._waiting.append(NearPoint(number, max(violation, 0.0), objective, *kept))
 
         oldest = self._best or next(iter(self._waiting), None)
         old_enough = oldest is not None and number >= oldest.number + _PATIENCE
-        if old_enough or len(self._waiting) * values.size > _WAITING:
+        if old_enough or len(self._waiting) * (x.size + rows.size) > _WAITING:
             self._judge()
         return self._best is not None and number >= self._best.number + _PATIENCE
 
@@ -194,14 +196,12 @@ class Divergence:
     iterations where the constraints are missed by millions of their sizes.
     """
 
-    def __init__(self, limits: ProgramLimits) -> None:
-        self._lower, self._upper = limits.rows
+    def __init__(self) -> None:
         self._far, self._first = 0, 0.0
 
-    def seen(self, rows: Array) -> bool:
-        """Take note of an iterate; whether the run has diverged for long."""
-        violation = float(np.maximum(self._lower - rows, rows - self._upper).max(initial=0.0))
-        self._first = self._first or violation
+    def seen(self, violation: float) -> bool:
+        """Take note of the violation of an iterate; whether the run has diverged for long."""
+        self._first = self._first or max(violation, 0.0)
         beyond = violation > _LOST * max(1.0, self._first)
         self._far = self._far + 1 if beyond else 0
         return self._far >= _LOST_FOR

@@ -18,6 +18,7 @@ from ocp.arrays import Array
 from ocp.nlp.interrupts import Interrupts
 from ocp.nlp.solver import Listener
 from ocp.nlp.standstill import Divergence, Standstill
+from ocp.transcription.transcribe import ProgramLimits
 
 # what the callback is given, of CasADi's results of a solver in this order
 _GIVEN = ("x", "f", "g", "lam_x", "lam_g")
@@ -29,6 +30,8 @@ class WatchedRun:
 
     Attributes
     ----------
+    limits : ProgramLimits
+        Of the program.
     interrupts : Interrupts
         Whether the user asks to stop.
     divergence : Divergence
@@ -44,6 +47,7 @@ class WatchedRun:
         Of what the callback called, to be raised after the solver has ended.
     """
 
+    limits: ProgramLimits
     interrupts: Interrupts
     divergence: Divergence
     standstill: Standstill | None = None
@@ -56,16 +60,20 @@ class WatchedRun:
     def stops(
         self, x: Array, objective: float, rows: Array, on_columns: Array, on_rows: Array
     ) -> bool:
-        """Take note of an iterate; whether the run ends here."""
+        """Take note of an iterate; whether the run ends here.
+
+        The arrays are the solver's own, and gone afterwards.
+        """
         number = self.count
         self.count += 1
-        if self.listener is not None and self.listener(number, objective, x, rows):
+        if self.listener is not None and self.listener(number, objective, x.copy(), rows.copy()):
             return True
-        standstill = self.standstill
-        if standstill and standstill.seen(number, x, objective, rows, on_columns, on_rows):
+        violation, standstill = self.limits.violation(rows), self.standstill
+        arrays = x, rows, on_columns, on_rows
+        if standstill and standstill.seen(number, objective, violation, *arrays):
             self.stood_still = True
             return True
-        self.diverged = self.divergence.seen(rows)
+        self.diverged = self.divergence.seen(violation)
         return self.diverged or self.interrupts.asked
 
 
@@ -118,7 +126,7 @@ class Watch(ca.Callback):
         stop, run = False, self._run
         if run is not None:
             try:
-                x, objective, rows, on_columns, on_rows = map(_copied, arg[: len(_GIVEN)])
+                x, objective, rows, on_columns, on_rows = map(_numbers, arg[: len(_GIVEN)])
                 stop = run.stops(x, float(objective[0]), rows, on_columns, on_rows)
             except BaseException as error:
                 # raised after the solver has ended: CasADi would take it for a failure
@@ -127,8 +135,6 @@ class Watch(ca.Callback):
         return 0
 
 
-def _copied(numbers: memoryview | None) -> Array:
+def _numbers(memory: memoryview | None) -> Array:
     """The solver's numbers, which are gone after the call."""
-    if numbers is None or numbers.nbytes == 0:
-        return np.empty(0)
-    return np.frombuffer(numbers).copy()
+    return np.empty(0) if memory is None or memory.nbytes == 0 else np.frombuffer(memory)

@@ -46,13 +46,13 @@ def lower_motion(
     """
     program = answer.transcription
     point = StartingPoint(answer.x, (answer.bound_multipliers, answer.row_multipliers))
-    if not _is_saddle(meshes, program, point):
+    if not may_be_saddle(meshes, program, point):
         return None
     if any(phase.movable for phase in answer.mesh.phases):
         # where breakpoints lie alters the objective by errors of the mesh alone, up or down
         program = meshes.next_program(answer, _held_still(answer))
         point = meshes.starting_point(program, answer, program.limits(meshes.parameters))
-        if not _is_saddle(meshes, program, point):
+        if not may_be_saddle(meshes, program, point):
             return None
 
     sense = meshes.problem.sense
@@ -71,8 +71,14 @@ def lower_motion(
     return None
 
 
-def _is_saddle(meshes: MeshSolver, program: Transcription, point: StartingPoint) -> bool:
-    """Whether curvature has to be added at a point of a program: it may be a saddle, or flat."""
+def may_be_saddle(meshes: MeshSolver, program: Transcription, point: StartingPoint) -> bool:
+    """Whether curvature has to be added at a point of a program: it may be a saddle, or flat.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        The user stopped it.
+    """
     parameters = meshes.parameters
     limits = program.limits(parameters)
     return added_curvature(program.program, point, limits, parameters.vector) != 0

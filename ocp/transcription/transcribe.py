@@ -44,6 +44,11 @@ class ProgramLimits:
             for side in (lower, upper)
         )
 
+    def violation(self, rows: Array) -> float:
+        """How far a row is beyond its limits at most, none where it is negative; may be nan."""
+        lower, upper = self.rows
+        return float(np.maximum(lower - rows, rows - upper).max(initial=-np.inf))
+
     def excess(self, rows: Array) -> Array:
         """How far each row is beyond its limits, infinite where it is no number, (m,)."""
         lower, upper = self.rows

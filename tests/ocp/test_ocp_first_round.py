@@ -262,11 +262,12 @@ def test_waves_alone_are_tried_where_a_phase_has_algebraic_signals():
 
 def test_rows_missed_by_thousands_of_sizes_for_long_have_diverged():
     limits = ProgramLimits((np.zeros(0), np.zeros(0)), (np.zeros(2), np.zeros(2)))
-    watch = Divergence(limits)
-    assert not watch.seen(np.array([1.0, 0.5]))
-    assert not any(watch.seen(np.array([2e4, 0.0])) for _ in range(19))
-    assert not watch.seen(np.array([1.0, 0.0]))  # it came back
-    assert [watch.seen(np.array([2e4, 0.0])) for _ in range(20)] == [False] * 19 + [True]
+    near, far = (limits.violation(np.array(rows)) for rows in ([1.0, 0.5], [0.0, -2e4]))
+    watch = Divergence()
+    assert not watch.seen(near)
+    assert not any(watch.seen(far) for _ in range(19))
+    assert not watch.seen(near)  # it came back
+    assert [watch.seen(far) for _ in range(20)] == [False] * 19 + [True]
 
 
 def test_the_monotone_barrier_is_tried_where_the_adaptive_one_ends_without_an_answer():

@@ -32,15 +32,21 @@ def program_and_optimum():
 
 
 def watched(meshes, program):
+    """What watches a run, as a function of an iterate, and its `best`."""
     limits = program.limits(meshes.parameters)
-    return Standstill(program.program, limits, meshes.parameters.vector, 1e-10)
+    watch = Standstill(program.program, limits, meshes.parameters.vector, 1e-10)
+
+    def seen(number, x, objective, rows, *multipliers):
+        return watch.seen(number, objective, limits.violation(rows), x, rows, *multipliers)
+
+    return watch, seen
 
 
 def test_a_run_that_stays_at_its_optimum_has_stood_still(program_and_optimum):
     meshes, program, optimum = program_and_optimum
-    standstill = watched(meshes, program)
+    standstill, seen = watched(meshes, program)
     arrays = optimum.rows, optimum.bound_multipliers, optimum.row_multipliers
-    stopped = [standstill.seen(n, optimum.x, optimum.objective, *arrays) for n in range(20)]
+    stopped = [seen(n, optimum.x, optimum.objective, *arrays) for n in range(20)]
     assert standstill.best.number == 0
     assert standstill.best.error < 1e-8
     assert stopped.index(True) == 15  # its patience
@@ -56,9 +62,9 @@ def test_points_off_the_optimum_are_not_near(program_and_optimum):
         "pressed where no limit is": (optimum.rows, bounds + 1e-3, rows),
     }
     for what, arrays in spoilt.items():
-        standstill = watched(meshes, program)
+        standstill, seen = watched(meshes, program)
         for number in range(30):
-            assert not standstill.seen(number, optimum.x, optimum.objective, *arrays), what
+            assert not seen(number, optimum.x, optimum.objective, *arrays), what
         assert standstill.best is None, what
 
 
@@ -68,17 +74,17 @@ def test_what_the_objective_may_gain_counts_as_a_part_of_it(program_and_optimum)
     # pressed a little where no limit is: what limits may gain, but hardly a lack of stationarity
     arrays = optimum.rows, optimum.bound_multipliers + 1e-9, optimum.row_multipliers
     for share, near in ((1.0, True), (1e-4, False)):
-        standstill = watched(meshes, program)
-        standstill.seen(0, optimum.x, share * optimum.objective, *arrays)
+        standstill, seen = watched(meshes, program)
+        seen(0, optimum.x, share * optimum.objective, *arrays)
         assert (standstill.best is not None) == near
 
 
 def test_a_lower_objective_is_waited_for(program_and_optimum):
     meshes, program, optimum = program_and_optimum
-    standstill = watched(meshes, program)
+    _, seen = watched(meshes, program)
     arrays = optimum.rows, optimum.bound_multipliers, optimum.row_multipliers
     falling = optimum.objective * (1 - 1e-7 * np.arange(40))
-    assert not any(standstill.seen(n, optimum.x, f, *arrays) for n, f in enumerate(falling))
+    assert not any(seen(n, optimum.x, f, *arrays) for n, f in enumerate(falling))
 
 
 def test_a_run_ends_at_its_best_point_where_the_tolerance_is_out_of_reach():

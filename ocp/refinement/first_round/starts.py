@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf
+from statistics import median
 
 import numpy as np
 
@@ -26,8 +27,11 @@ from ocp.transcription.transcribe import Transcription
 
 Attempts = Iterable[tuple[NlpSolver, StartingPoint]]
 
-# Iterations of an attempt: what takes longer has mostly lost its way.
+# Iterations of an attempt, at most and in terms of what answers from other starts took, where that
+# is more than the last number: what takes longer has mostly lost its way.
 PATIENCE = 300
+_TIMES_THE_USUAL = 5
+_LEAST_PATIENCE = 60
 
 # Part of the objective that other controls have to promise on a first, coarse mesh
 _PROMISED = 1e-4
@@ -69,17 +73,26 @@ class FirstRound:
         done : NlpResult
             The last run on this mesh.
         patience : int
-            Iterations of each attempt.
+            Iterations of each attempt at most.
         """
         limits, before = program.limits(self.meshes.parameters), iterations_of(self.before)
         iterations, seconds = done.iterations, done.seconds
+        taken: list[int] = []  # by each attempt that led to an answer
         for solver, point in attempts:
             if self.meshes.budget.spent(before + iterations):
                 return
-            patient = self.meshes.budget.within(solver.within(patience, inf), before + iterations)
+            patient = solver.within(min(patience, _usual_patience(taken)), inf)
+            patient = self.meshes.budget.within(patient, before + iterations)
             result = self.meshes.run(program, patient, point, limits, len(self.before) + 1)
+            if result.outcome == "solved":
+                taken.append(result.iterations)
             iterations, seconds = iterations + result.iterations, seconds + result.seconds
             yield replace(result, iterations=iterations, seconds=seconds)
+
+
+def _usual_patience(taken: Sequence[int]) -> float:
+    """Iterations after which an attempt counts as lost, by those that led to answers."""
+    return max(_LEAST_PATIENCE, _TIMES_THE_USUAL * median(taken)) if taken else inf
 
 
 def simulated(meshes: MeshSolver, program: Transcription, count: int) -> Iterator[StartingPoint]:
