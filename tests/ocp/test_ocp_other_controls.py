@@ -84,6 +84,28 @@ def test_controls_that_a_constraint_forbids_are_none() -> None:
     assert "other controls" not in found.verdict
 
 
+def test_a_valley_narrower_than_the_steps_between_what_is_tried_is_found() -> None:
+    """A lagrangian with two valleys of width 0.1, the second one deeper by 0.2."""
+    place, control = State("x", lower=-2, upper=2), Control("u", lower=-1.7, upper=1.7)
+    guess = {place: (0, 1), control: 1.0}
+    phase = Phase("go", {place: control}, initial={place: 0}, end=1.0, guess=guess)
+    cost = phase.integral(40 * (control**2 - 1) ** 2 + 0.1 * control)
+    found = solve(Problem("narrow", phase, minimise=cost))
+    assert found.objective == pytest.approx(0.1, rel=1e-3)
+    assert "u = -1 instead of 0.99" in found.verdict
+    assert checks(found)["other controls"].value == pytest.approx(2.0, rel=1e-2)
+
+
+def test_an_optimum_that_needs_endless_switches_is_not_claimed() -> None:
+    """Bolza's example: slopes of 1 and -1 by turns bring the integral to 0, and no motion has 0."""
+    slope = Control("u")
+    phase = Phase("go", {x: slope}, initial={x: 0}, final={x: 0}, end=1.0)
+    found = solve(Problem("bolza", phase, minimise=phase.integral((slope**2 - 1) ** 2 + x**2)))
+    assert found.objective > 1e-5
+    assert "limit how fast" in found.verdict
+    assert not checks(found)["other controls"].passed
+
+
 def test_where_the_hamiltonian_is_convex_nothing_is_tried() -> None:
     v, u = State("v"), Control("u")
     phase = Phase("go", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)

@@ -13,7 +13,7 @@ is evaluated, so that what is found is no estimate. What is not tried may be bet
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -34,6 +34,10 @@ _POINTS = 4
 _ALONE = 33
 _TOGETHER = 64
 _EVALUATIONS = 200_000
+
+# Times that the bracket of a valley is narrowed, by the golden section: to a hundredth of a step
+_SECTIONS = 10
+_GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 
 # Of the typical duration: a phase that lasts no longer has shrunk to the least one. That is a
 # thousandth of this (`ocp.transcription.blocks`), and the barrier of the solver keeps a little off.
@@ -141,7 +145,9 @@ def others_remark(found: Sequence[OtherControls], iterate: Iterate) -> str:
         )
     return (
         f"other controls promise to gain {gain:.2g} of the objective, such as {changed} at "
-        f"{most.times[k]:.4g} s; state these controls as a guess, or leave the guess out"
+        f"{most.times[k]:.4g} s; state these controls as a guess, or leave the guess out; if that "
+        "promises as much again, ever faster switches gain and no motion is the best: limit how "
+        "fast the control changes"
     )
 
 
@@ -174,12 +180,18 @@ def others_of_phase(
         costates.local(intervals, tau),
     )
     function = _values_of(evaluator, hamiltonian, index)
-    least, best = own.value.copy(), controls.copy()
-    for candidate in _candidates(iterate, hamiltonian, controls):
+
+    def value_with(candidate: Array) -> Array:
+        """The Hamiltonian with other controls, (m,); infinite where they are not allowed."""
         signals[:, columns] = candidate
         values, paths = columnwise(function, signals, *fixed)
-        better = (values[:, 0] < least) & _allowed(iterate, hamiltonian, paths, own.path, index)
-        least = np.where(better, values[:, 0], least)
+        allowed = _allowed(iterate, hamiltonian, paths, own.path, index)
+        return np.where(allowed & ~np.isnan(values[:, 0]), values[:, 0], np.inf)
+
+    least, best = own.value.copy(), controls.copy()
+    for candidate, value in _tried(value_with, *_ranges(iterate, hamiltonian, controls), controls):
+        better = value < least
+        least = np.where(better, value, least)
         best[better] = candidate[better]
 
     size = np.abs(own.terms).sum(axis=1)
@@ -209,7 +221,7 @@ def others_of_phase(
 
 def _points_of(intervals: Integers, controls: int) -> tuple[Integers, Array, Array]:
     """Gauss points of intervals: numbers, local times, and weights that add up to one in each."""
-    tries = _ALONE * controls + _TOGETHER
+    tries = (_ALONE + 2 * _SECTIONS) * controls + _TOGETHER
     points = int(np.clip(_EVALUATIONS // max(tries * intervals.size, 1), 1, _POINTS))
     nodes, weights = np.polynomial.legendre.leggauss(points)
     tau, shares = np.tile(0.5 * (nodes + 1.0), intervals.size), np.tile(weights, intervals.size)
@@ -222,8 +234,8 @@ def _is_convex(curvature: Array) -> bool:
     return bool((np.linalg.eigvalsh(curvature)[:, 0] >= -_ROUNDING * sizes).all())
 
 
-def _candidates(iterate: Iterate, hamiltonian: Hamiltonian, own: Array) -> Iterator[Array]:
-    """Controls that are tried in place of a motion's own, (m, n_u) each."""
+def _ranges(iterate: Iterate, hamiltonian: Hamiltonian, own: Array) -> tuple[Array, Array]:
+    """First and last values that are tried of each control, (n_u,) each."""
     names = [control.name for control in hamiltonian.controls]
     low, high = own.min(axis=0), own.max(axis=0)
     # without a bound, as far again as the motion goes
@@ -231,15 +243,71 @@ def _candidates(iterate: Iterate, hamiltonian: Hamiltonian, own: Array) -> Itera
     limits = np.array([iterate.parameters.signal_limits[name] for name in names])
     first = np.where(np.isfinite(limits[:, 0]), limits[:, 0], low - reach)
     last = np.where(np.isfinite(limits[:, 1]), limits[:, 1], high + reach)
+    return first, last
 
-    for j in range(len(names)):
-        for value in np.linspace(first[j], last[j], _ALONE):
+
+def _tried(
+    value_with: Callable[[Array], Array], first: Array, last: Array, own: Array
+) -> Iterator[tuple[Array, Array]]:
+    """Controls in place of a motion's own (m, n_u), and the Hamiltonian with them (m,).
+
+    Parameters
+    ----------
+    value_with : callable
+        The Hamiltonian (m,) with controls (m, n_u).
+    first, last : (n_u,)
+        Of the values of each control.
+    """
+    count = own.shape[1]
+    for j in range(count):
+        values = np.linspace(first[j], last[j], _ALONE)
+        found = []
+        for value in values:
             candidate = own.copy()
             candidate[:, j] = value
-            yield candidate
-    if len(names) > 1:
-        for point in np.random.default_rng(0).random((_TOGETHER, len(names))):
-            yield np.broadcast_to(first + point * (last - first), own.shape)
+            found.append(value_with(candidate))
+            yield candidate, found[-1]
+        yield from _to_the_bottom(value_with, j, values, np.array(found), own)
+    if count > 1:
+        for point in np.random.default_rng(0).random((_TOGETHER, count)):
+            candidate = np.broadcast_to(first + point * (last - first), own.shape)
+            yield candidate, value_with(candidate)
+
+
+def _to_the_bottom(
+    value_with: Callable[[Array], Array], j: int, values: Array, found: Array, own: Array
+) -> Iterator[tuple[Array, Array]]:
+    """Values of control `j` between those that were tried, towards the least of another valley.
+
+    A valley may be narrower than the steps between the values, and all of them on its slopes.
+
+    Parameters
+    ----------
+    values : (k,)
+        That were tried, in equal steps.
+    found : (k, m)
+        The Hamiltonian there.
+    """
+    step = values[1] - values[0]
+    mine = own[:, j]
+    elsewhere = np.where(np.abs(values[:, None] - mine) > step, found, np.inf)
+    lowest = values[elsewhere.argmin(axis=0)]
+
+    # within a step of the motion's own control it would be that one's valley
+    above = lowest > mine
+    low = np.maximum(np.maximum(lowest - step, values[0]), np.where(above, mine + step, -np.inf))
+    high = np.minimum(np.minimum(lowest + step, values[-1]), np.where(above, np.inf, mine - step))
+    low, high = np.minimum(low, high), np.maximum(low, high)
+    for _ in range(_SECTIONS):
+        pair = []
+        for share in (1.0 - _GOLDEN, _GOLDEN):
+            candidate = own.copy()
+            candidate[:, j] = low + share * (high - low)
+            pair.append((candidate, value_with(candidate)))
+        yield from pair
+        (lower, at_lower), (upper, at_upper) = pair
+        left = at_lower < at_upper
+        low, high = np.where(left, low, lower[:, j]), np.where(left, upper[:, j], high)
 
 
 def _allowed(
