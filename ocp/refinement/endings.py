@@ -7,7 +7,9 @@ from collections.abc import Sequence
 from typing import Literal
 
 from ocp.errors import Collapsed, NumericalTrouble
+from ocp.problem.display import with_unit
 from ocp.refinement.accuracy import Accuracy
+from ocp.refinement.impulses import impulse
 from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.solved_mesh import LOOSER, SolvedMesh, gain_falls
@@ -79,6 +81,22 @@ def _check_duration(solved: Sequence[SolvedMesh]) -> None:
     )
 
 
+def _check_impulses(solved: Sequence[SolvedMesh]) -> None:
+    """NumericalTrouble where a control without a limit has become an impulse."""
+    last = solved[-1].iterate
+    found = impulse(solved[0].iterate, last)
+    if found is None:
+        return
+    name, side = found.control.name, "lower" if found.height < 0 else "upper"
+    height = with_unit(f"{found.height:.1e}", found.control.unit)
+    raise NumericalTrouble(
+        f"the control '{name}' of phase '{found.phase}' reaches {height} in ever narrower "
+        f"intervals, after {len(solved)} mesh iterations: nothing limits it, and the best motion "
+        f"would need an impulse; give it a limit, as in Control({name!r}, {side}=...)",
+        last.trajectory,
+    )
+
+
 def ending_of(
     meshes: MeshSolver,
     solved: Sequence[SolvedMesh],
@@ -103,12 +121,14 @@ def ending_of(
     Raises
     ------
     NumericalTrouble
-        An angle without bounds turns to and fro on finer meshes, too.
+        An angle without bounds turns to and fro on finer meshes, too, or a control without a limit
+        has become an impulse.
     Collapsed
         Next to no time is left.
     """
     _check_angles(solved)
     _check_duration(solved)
+    _check_impulses(solved)
     if over and not again:
         return "rounds"
     if meshes.spent(rounds):
