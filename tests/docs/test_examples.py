@@ -146,6 +146,19 @@ def warm_family(names: Names) -> None:
     assert names["again"].objective == pytest.approx(4 / (9 * 0.052), rel=1e-3)
 
 
+def trade_off(names: Names) -> None:
+    # 2 a^2 (T/2 - 2 b/3) with b^2 = 3 (T^2/4 - d/a)
+    limits = np.array(names["limits"])
+
+    def heat(a: float) -> float:
+        return 2 * a**2 * (1 - 2 / 3 * sqrt(3 * (1 - 1 / a)))
+
+    assert names["heat"] == pytest.approx([heat(a) for a in limits], rel=1e-5)
+    at = limits[names["knee"]]
+    slope = (heat(at + 1e-5) - heat(at - 1e-5)) / 2e-5
+    assert names["price"] == pytest.approx(slope, rel=1e-4)
+
+
 def sensitivities(names: Names) -> None:
     # of J = 4 m^2 w^3/(9 l)
     mass, speed, ceiling = 1.5, 1.0, 1 / 9
@@ -171,6 +184,7 @@ CHECKS = {
         relaxed_limits,
         many_starts,
         warm_family,
+        trade_off,
         sensitivities,
     )
 }
