@@ -163,4 +163,12 @@ def test_a_vanished_phase_is_refused_where_a_longer_one_would_pay() -> None:
     assert "phase 'climb' takes no time (at 1 s), but should take longer" in found.verdict
     assert "if it lasts 1 s with second push = 1.5 m/s^2 instead of 0.9" in found.verdict
     assert "it promises to gain 0.25 of the objective; state a guess" in found.verdict
-    assert [check.name for check in certify(found).checks if not check.passed] == ["other controls"]
+    # beside it the solver may find the longer phase, too
+    failed = {check.name for check in certify(found).checks if not check.passed}
+    assert "other controls" in failed <= {"other controls", "curvature"}
+
+
+@pytest.mark.parametrize("weak_start", [0.7, 0.9])
+def test_a_vanished_phase_is_not_cut_for_what_a_longer_one_would_gain(weak_start: float) -> None:
+    # 26 meshes were solved in vain, in the end with intervals without any width
+    assert len(solve(climb(weak_start)).mesh_iterations) <= 4

@@ -83,15 +83,15 @@ def between_valleys(iterate: Iterate, evaluator: Evaluator, index: int) -> Array
 
     Relative to the objective. A control that jumps from one valley of the Hamiltonian to another is
     in the worse one on one side of a breakpoint where its switch is displaced. Nothing where the
-    breakpoint moves or stands at a known time, and nothing by schemes whose multipliers do not
-    tell.
+    breakpoint moves or stands at a known time, nothing in a phase that takes no time, where others
+    tell of a longer one, and nothing by schemes whose multipliers do not tell.
     """
     motion = iterate.trajectory.phases[index]
     held = _held_by_sides(iterate, index)
     others = None
     if held.any() and iterate.scheme.informative_multipliers:
         others = others_of_phase(iterate, evaluator, index, beside(held))
-    if others is None:
+    if others is None or others.vanished:
         return np.zeros(held.size)
     of_intervals = others.of_intervals(motion.intervals) / iterate.objective_size
     return np.where(held, of_intervals[:-1] + of_intervals[1:], 0.0)
