@@ -93,6 +93,22 @@ def test_a_switch_inside_an_interval_is_located_by_the_area(interval, part, low,
     assert found[0].size == pytest.approx(1.0)
 
 
+def test_beside_a_switch_that_swings_the_levels_are_those_of_whole_intervals() -> None:
+    # from 1 to 0.2 a third behind the second breakpoint: areas are kept, samples swing to 0
+    swinging = [[1.0, 1.0, 1.0], [1.0, 0.9, 0.5], [0.0, -0.0, 0.2 - 1 / 15], [0.2, 0.2, 0.2]]
+    table = np.array([*swinging, [0.2, 0.2, 0.2]])
+    switch = 0.2 + (table[1:3].mean(axis=1).sum() * 0.2 - 0.2 * 0.4) / 0.8
+    (jump,) = control_jumps(motion(table))
+    assert jump.at == pytest.approx(switch, abs=1e-12)
+
+    # there and back in neighbouring intervals: the level behind the first switch is between them
+    there_and_back = [[1.0, 1.0, 1.0], [1.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 1.0, 1.0]]
+    down, up = control_jumps(motion(there_and_back))
+    assert down.first < down.at < down.last
+    assert up.first < up.at < up.last
+    assert down.at + up.at == pytest.approx(1.0, abs=0.05)
+
+
 @pytest.mark.parametrize("count", [1, 2, 4])
 def test_a_jump_at_a_breakpoint_is_located_there(count) -> None:
     levels = np.repeat([[1.0], [1.0], [-2.0], [-2.0]], count, axis=1)

@@ -2,7 +2,8 @@
 
 A switch of a control inside an interval shows as a steep step between two samples of the control.
 It is located by the area under the control, which the optimiser gets right before the switch is
-resolved.
+resolved. A polynomial swings beside a switch, so that the levels on both sides are those of the
+intervals beside the ones that hold it, where these agree with the step.
 """
 
 from __future__ import annotations
@@ -23,6 +24,9 @@ _CONTINUED = 0.3 * _STEEP
 # direction is more than this part of it.
 _MOST_STEPS = 4
 _NEIGHBOUR = 0.25
+# Part of a jump by which the levels of the intervals beside it have to differ at least, to be those
+# of before and after it. Of two switches next to each other they are not.
+_LEVELS = 0.6
 # Of an interval: a jump in it is put at least so far from its ends.
 _INSIDE = 0.05
 # A breakpoint moves on only while the control jumps at it by this part of its range.
@@ -85,11 +89,23 @@ def control_jumps(motion: PhaseTrajectory) -> list[Jump]:
     return [
         jump
         for name in motion.controls
-        for jump in jumps(*control_samples(motion, name), motion.fractions)
+        for jump in jumps(
+            *control_samples(motion, name), motion.fractions, _interval_means(motion, name)
+        )
     ]
 
 
-def jumps(times: Array, values: Array, breakpoints: Array) -> list[Jump]:
+def _interval_means(motion: PhaseTrajectory, name: str) -> Array | None:
+    """Mean of a control over each interval, (N,); None where it is too simple to swing."""
+    powers = motion.polynomial(name).powers()[:, 0, :]
+    if powers.shape[1] <= 2:
+        return None
+    return np.asarray(powers @ (1.0 / np.arange(1, powers.shape[1] + 1)))
+
+
+def jumps(
+    times: Array, values: Array, breakpoints: Array, means: Array | None = None
+) -> list[Jump]:
     """Jumps of a sampled control: steep, and much steeper than next to them.
 
     Parameters
@@ -98,6 +114,8 @@ def jumps(times: Array, values: Array, breakpoints: Array) -> list[Jump]:
         Samples in order; times are fractions of the phase.
     breakpoints : (N + 1,)
         Of the mesh, as fractions of the phase.
+    means : (N,), optional
+        Of the control over the intervals, which locate its jumps more closely than the samples.
     """
     size = float(np.ptp(values)) if values.size else 0.0
     if size == 0.0 or not np.isfinite(size):
@@ -117,7 +135,7 @@ def jumps(times: Array, values: Array, breakpoints: Array) -> list[Jump]:
             if _is_one_line(times, first, last, breakpoints):
                 located += _within_line(times, values, first, total)
             else:
-                located.append(_located(times[around], values[around], breakpoints, total))
+                located.append(_located(times[around], values[around], breakpoints, total, means))
         first = last + 1
     return located
 
@@ -170,7 +188,9 @@ def _within_line(times: Array, values: Array, first: int, size: float) -> list[J
     return [Jump(begin, end, begin + part * (end - begin), size)]
 
 
-def _located(times: Array, values: Array, breakpoints: Array, size: float) -> Jump:
+def _located(
+    times: Array, values: Array, breakpoints: Array, size: float, means: Array | None
+) -> Jump:
     first, last = float(times[0]), float(times[-1])
 
     # between two intervals there is one place for it
@@ -180,7 +200,38 @@ def _located(times: Array, values: Array, breakpoints: Array, size: float) -> Ju
 
     area = float(np.trapezoid(values, times))
     at = (area - values[-1] * last + values[0] * first) / (values[0] - values[-1])
+    if means is not None:
+        closer = _between_levels(first, last, float(values[0] - values[-1]), breakpoints, means)
+        at = closer if first < closer < last else at
     return Jump(first, last, float(np.clip(at, first, last)), size)
+
+
+def _between_levels(
+    first: float, last: float, fall: float, breakpoints: Array, means: Array
+) -> float:
+    """Where a jump keeps the area of the intervals that hold it, nan where that does not tell.
+
+    Parameters
+    ----------
+    first, last : float
+        The samples around it, as fractions of the phase.
+    fall : float
+        Of the control from the one to the other.
+    breakpoints, means
+        As of `jumps`.
+    """
+    left = int(np.searchsorted(breakpoints, first + ROUND_OFF)) - 1
+    right = int(np.searchsorted(breakpoints, last - ROUND_OFF)) - 1
+    if left < 1 or right > means.size - 2:
+        return float("nan")
+    before, after = means[left - 1], means[right + 1]
+    if (before - after) / fall < _LEVELS:
+        return float("nan")
+
+    held = slice(left, right + 1)
+    area = float(means[held] @ np.diff(breakpoints)[held])
+    begin, end = breakpoints[left], breakpoints[right + 1]
+    return float((area - after * end + before * begin) / (before - after))
 
 
 def jumps_at(motion: PhaseTrajectory, breakpoint_index: int) -> bool:
