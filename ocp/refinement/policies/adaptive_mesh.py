@@ -16,7 +16,7 @@ from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.error_estimate import MeshErrors, PhaseErrors
-from ocp.refinement.estimates.missed_switches import beside
+from ocp.refinement.estimates.missed_switches import beside, held_switches
 from ocp.refinement.estimates.switch_detection import Jump
 from ocp.refinement.policies.back_off import chosen_back_offs, without_closed
 from ocp.refinement.policies.brackets import (
@@ -253,7 +253,7 @@ class _PhaseStep:
         if last.errors.dynamics > _A_MOTION:
             worth = []
 
-        held = _wrongly_held(last, errors, accuracy.objective)
+        held = _wrongly_held(last, index, errors, accuracy.objective)
         start = base
         if policy.move_breakpoints and last.errors.dynamics <= _A_MOTION and held.any():
             # Between its neighbours: how far off a switch is, nobody knows. Until it is there, the
@@ -362,10 +362,14 @@ def _worthwhile_jumps(mesh: PhaseMesh, errors: PhaseErrors, tolerance: float) ->
     return worth
 
 
-def _wrongly_held(last: SolvedMesh, errors: PhaseErrors, tolerance: float) -> Flags:
+def _wrongly_held(last: SolvedMesh, index: int, errors: PhaseErrors, tolerance: float) -> Flags:
     """Whether inner breakpoints that stay hold a switch that should be elsewhere, (N - 1,)."""
+    held = errors.valleys >= 0.5 * tolerance
     # costates of a rough solve are rough, too
-    return (errors.valleys >= 0.5 * tolerance) | (errors.displaced & last.tight)
+    if last.tight and errors.displaced.any():
+        # multipliers are not unique beside any of them: what one is spared another may get
+        held |= errors.displaced | held_switches(last.iterate, index, errors.jumps)
+    return held
 
 
 def _equal(a: PhaseMesh, b: PhaseMesh) -> bool:
