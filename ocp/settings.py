@@ -75,8 +75,8 @@ class Settings:
     intervals : int or mapping of phase name to int
         Of the uniform first mesh, in each phase, or by phase; 20 in a phase that is not named.
     controls : str
-        Shape of controls that do not state their own: "constant", "linear", "polynomial" or
-        "automatic".
+        Shape of controls that do not state their own: "constant", "linear", "polynomial",
+        "automatic" or "full".
     refinement : RefinementPolicy
         How the mesh adapts: `AdaptiveMesh` or `FixedMesh`, or a policy of one's own.
     solver : NlpSolver

@@ -64,10 +64,11 @@ def shape_of(
     "automatic" is linear for a control that drives a chain of two or more integrators which the
     scheme then integrates exactly, and polynomial otherwise. A control in an equation of the phase,
     such as an acceleration of implicit dynamics, is polynomial: it then has a value of its own at
-    each point at which the equation is imposed.
+    each point at which the equation is imposed. An automatic polynomial in which the phase is
+    linear spares a coefficient, see `ocp.problem.linear_controls`. "full" is the same without that.
     """
     shape = control.shape or default
-    if shape != "automatic":
+    if shape not in ("automatic", "full"):
         return shape
     if in_equation(control, phase):
         return "polynomial"

@@ -18,7 +18,7 @@ from ocp.errors import StatementError
 from ocp.keywords import as_written, checked_keywords
 
 Number = Real
-ControlShape = Literal["constant", "linear", "polynomial", "automatic"]
+ControlShape = Literal["constant", "linear", "polynomial", "automatic", "full"]
 
 # words of other tools, and what to write here
 LIMIT_WORDS = {
@@ -247,8 +247,8 @@ class Control(Signal):
         Typical size [unit]. It is derived from guess, bounds or dynamics if None.
     shape : str or None
         How it may vary within a mesh interval: "constant", "linear", "polynomial" (of the scheme's
-        degree) or "automatic" (see `ocp.problem.integrator_chains.shape_of`). That of the settings
-        if None.
+        degree), "automatic" or "full" (see `ocp.problem.integrator_chains.shape_of`). That of the
+        settings if None.
 
     Raises
     ------

@@ -21,6 +21,7 @@ from ocp.mesh.mesh import Mesh, PhaseMesh
 from ocp.numerics.schemes import Collocation, Scheme
 from ocp.problem.functionals import Integral, Peak
 from ocp.problem.integrator_chains import shape_of
+from ocp.problem.linear_controls import enters_linearly
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Algebraic, Between, Control, ControlShape, Signal, State
@@ -38,10 +39,13 @@ class ControlSet:
     ----------
     order : int or None
         None for the highest that the scheme determines, which depends on the degree.
+    spares_one : bool
+        Whether controls of the highest order have one coefficient less than there are points.
     """
 
     controls: tuple[Control, ...]
     order: int | None
+    spares_one: bool = False
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -296,24 +300,30 @@ def _control_sets(
 ) -> tuple[ControlSet, ...]:
     """The controls of a phase by the shape that they take on a mesh."""
     by_shape: dict[str, list[Control]] = {shape: [] for shape in _ORDERS}
+    singular: list[Control] = []
     for control in problem.controls[phase.name]:
         shape = shape_of(control, phase, default, scheme, int(mesh.degrees.min()))
         if shape not in by_shape:
             raise StatementError(
                 f"the shape of control '{control.name}' is {shape!r}; choose constant, linear, "
-                "polynomial or automatic"
+                "polynomial, automatic or full"
             )
         # the trapezoidal rule determines one coefficient of a polynomial control: a constant,
         # unless equations along the phase determine as many as there are points
         single = scheme.fixed_degree and scheme.at(scheme.degree).choices == 1
         if shape == "polynomial" and single and not _has_equations(phase):
             shape = "constant"
-        by_shape[shape].append(control)
-    return tuple(
-        ControlSet(tuple(controls), _ORDERS[shape])
-        for shape, controls in by_shape.items()
-        if controls
-    )
+
+        # Along a singular arc a control with as many coefficients as points may swing between its
+        # bounds in each interval: the states at the points hardly feel that.
+        automatic = (control.shape or default) == "automatic"
+        if shape == "polynomial" and automatic and enters_linearly(problem, phase, control):
+            singular.append(control)
+        else:
+            by_shape[shape].append(control)
+    sets = [ControlSet(tuple(controls), _ORDERS[shape]) for shape, controls in by_shape.items()]
+    sets.append(ControlSet(tuple(singular), None, spares_one=True))
+    return tuple(members for members in sets if members.controls)
 
 
 def _has_equations(phase: Phase) -> bool:
@@ -406,7 +416,9 @@ def _coefficients(members: ControlSet, rule: Collocation, determined: bool) -> i
     """Number of coefficients of a set of controls in an interval."""
     if members.order is not None:
         return members.order + 1
-    return rule.degree if determined else rule.choices
+    if determined:
+        return rule.degree
+    return max(1, min(rule.choices, rule.degree - members.spares_one))
 
 
 class _Stretch:

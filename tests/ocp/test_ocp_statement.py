@@ -225,7 +225,7 @@ ILL_POSED = {
     ),
     "an unknown shape": (
         lambda: Settings(controls="cubic"),
-        r"'controls' is 'cubic'; choose one of constant, linear, polynomial, automatic",
+        r"'controls' is 'cubic'; choose one of constant, linear, polynomial, automatic, full",
     ),
     "no objective to order": (
         lambda: solve_lexicographic(minimise(moved := move(), moved.at_end(x)), []),
