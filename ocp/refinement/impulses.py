@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ocp.arrays import Array
 from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.optimality.iterate import Iterate
 from ocp.problem.symbols import Control
@@ -54,24 +55,36 @@ def impulse(first: Iterate, last: Iterate) -> Impulse | None:
     for before, after in pairs:
         for control in last.problem.controls[after.name]:
             limits = last.parameters.signal_limits[control.name]
-            for sign, limit in zip((-1.0, 1.0), limits, strict=True):
-                if np.isfinite(limit):
-                    continue
+            free = [s for s, limit in zip((-1.0, 1.0), limits, strict=True) if np.isinf(limit)]
+            # beside an impulse a polynomial swings to the other side, too, but does less there
+            free.sort(key=lambda sign: -_done(after, control, sign))
+            for sign in free:
                 (old_height, old_width), (height, width) = (
                     _highest(motion, control, sign) for motion in (before, after)
                 )
                 # where it has no such sign on both meshes there is nothing to compare
                 narrow = min(old_height, height) > 0 and width <= _NARROWER * old_width
                 if narrow and height * width >= _AS_MUCH * old_height * old_width:
-                    return Impulse(after.name, control, sign * height)
+                    most = free[0]
+                    return Impulse(after.name, control, most * _highest(after, control, most)[0])
     return None
 
 
 def _highest(motion: PhaseTrajectory, control: Control, sign: float) -> tuple[float, float]:
     """The largest mean over an interval of a control of a sign, and the width of that interval."""
+    means = _means(motion, control, sign)
+    highest = int(means.argmax())
+    return float(means[highest]), float(np.diff(motion.fractions)[highest])
+
+
+def _done(motion: PhaseTrajectory, control: Control, sign: float) -> float:
+    """Integral of a control of a sign over the fraction of the phase [unit of the control]."""
+    return float(_means(motion, control, sign) @ np.diff(motion.fractions))
+
+
+def _means(motion: PhaseTrajectory, control: Control, sign: float) -> Array:
+    """Means of a control of a sign over the intervals, (N,)."""
     intervals = np.repeat(np.arange(motion.intervals), _POINTS.size)
     tau = np.tile(_POINTS, motion.intervals)
     values = motion.polynomial(control.name).value(intervals, tau)[:, 0]
-    means = np.maximum(sign * values, 0.0).reshape(motion.intervals, -1).mean(axis=1)
-    highest = int(means.argmax())
-    return float(means[highest]), float(np.diff(motion.fractions)[highest])
+    return np.asarray(np.maximum(sign * values, 0.0).reshape(motion.intervals, -1).mean(axis=1))
