@@ -163,8 +163,8 @@ def acting_intervals(iterate: Iterate) -> tuple[Flags, ...]:
     """Intervals of each phase in which a path constraint, a peak or a state's bound acts, (N,).
 
     Their multipliers sit at points, so that the costates between them say little of the controls.
-    Constraints of controls alone are no part of it: like bounds of controls they leave the costates
-    as they are.
+    Constraints that depend on no state are no part of it, be they of controls alone or of time as
+    well: like bounds of controls they leave the costates as they are.
     """
     transcription = iterate.transcription
     phases = transcription.columns.phases
@@ -181,7 +181,7 @@ def acting_intervals(iterate: Iterate) -> tuple[Flags, ...]:
         zip(largest_of, transcription.rows.phases, strict=True)
     ):
         for path in rows.path:
-            if transcription.constraints[index][path.constraint].of_controls:
+            if not transcription.constraints[index][path.constraint].of_states:
                 continue
             np.maximum.at(of_phase, path.intervals, multipliers[path.rows])
 

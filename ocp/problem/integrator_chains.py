@@ -14,6 +14,7 @@ from functools import lru_cache
 
 import casadi as ca
 
+from ocp.numerics.linearity import is_linear
 from ocp.numerics.polynomial_expressions import polynomial_degree
 from ocp.numerics.schemes import Scheme
 from ocp.problem.phase import Phase
@@ -53,7 +54,7 @@ def _is_multiple(rate: ca.SX, symbols: Iterable[Symbol], driver: ca.SX) -> bool:
     """Whether a rate of some symbols is linear in one of them, with numbers beside it."""
     others = [s for s in symbols if not ca.is_equal(s.symbol, driver)]
     alone = all(isinstance(s, (Constant, Unknown)) for s in others)
-    return alone and ca.depends_on(rate, driver) and ca.is_linear(rate, driver)
+    return alone and ca.depends_on(rate, driver) and is_linear(rate, driver)
 
 
 def shape_of(

@@ -24,6 +24,7 @@ import numpy as np
 from ocp.arrays import Array, Integers
 from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.expression_graph import Instruction, graph_of
+from ocp.numerics.linearity import is_linear
 from ocp.numerics.piecewise_polynomial import bernstein
 from ocp.optimality.iterate import Iterate
 from ocp.problem.problem import Problem
@@ -54,7 +55,7 @@ def periods(problem: Problem, index: int) -> dict[str, float]:
     for control in problem.controls[phase]:
         if control.is_limited or control.coupled or control.shape not in (None, "polynomial"):
             continue
-        if ca.depends_on(rates, control.symbol) and ca.is_linear(rates, control.symbol):
+        if ca.depends_on(rates, control.symbol) and is_linear(rates, control.symbol):
             continue  # a force, and no angle
         for period in _candidates(expressions, control):
             if _invariant(expressions, control, period):

@@ -39,6 +39,9 @@ class PathConstraint:
         Whether it is linear in the controls and depends on no other signal. Then its rows hold its
         Bernstein coefficients, and with them the constraint at all times, instead of its values at
         the collocation points.
+    of_states : bool
+        Whether it depends on a state or an algebraic signal. Where it does not, its multipliers
+        leave the costates as they are.
     peak : Peak or None
         The peak that bounds the expression from above.
     sign : float
@@ -59,6 +62,7 @@ class PathConstraint:
     sign: float = 1.0
     is_equation: bool = False
     of_controls: bool = False
+    of_states: bool = True
     has_stated_scale: bool = False
 
     def limits(self, parameters: Parameters, peaks: Mapping[Peak, float]) -> tuple[float, float]:
@@ -102,6 +106,7 @@ def path_constraints(
             has_stated_scale=b.scale is not None,
             is_equation=b.is_equation,
             of_controls=not b.is_equation and _is_of_controls(b.expression, problem, phase.name),
+            of_states=_is_of_states(b.expression),
         )
         for b in phase.bounds
     ]
@@ -119,6 +124,7 @@ def path_constraints(
             peak=peak,
             sign=sign,
             of_controls=_is_of_controls(expression, problem, phase.name),
+            of_states=_is_of_states(expression),
         )
         for peak in problem.peaks
         for name, expression in peak.pieces
@@ -144,10 +150,15 @@ def path_constraints(
     return tuple(constraints)
 
 
+def _is_of_states(expression: ca.SX) -> bool:
+    """Whether an expression depends on a state or an algebraic signal."""
+    return any(isinstance(s, (State, Algebraic)) for s in resolve(expression, "a path constraint"))
+
+
 def _is_of_controls(expression: ca.SX, problem: Problem, phase: str) -> bool:
     """Whether an expression is linear in controls and depends on no other function of time."""
     symbols = resolve(expression, "a path constraint")
-    if any(isinstance(s, (State, Algebraic, Time)) for s in symbols):
+    if _is_of_states(expression) or any(isinstance(s, Time) for s in symbols):
         return False
     controls = ca.vertcat(*[c.symbol for c in problem.controls[phase]], ca.SX(0, 1))
     slope = ca.jacobian(expression, controls)

@@ -23,6 +23,7 @@ from ocp import (
     joined,
     solve,
 )
+from ocp.problem.parameters import parameters_of
 from ocp.refinement.first_round.convexity import seems_convex
 
 x, v = State("x", "m"), State("v", "m/s")
@@ -148,7 +149,7 @@ STATEMENTS = {
 
 @pytest.mark.parametrize(("problem", "expected"), STATEMENTS.values(), ids=STATEMENTS)
 def test_what_seems_convex(problem, expected):
-    assert seems_convex(problem) == expected
+    assert seems_convex(problem, parameters_of(problem)) == expected
 
 
 def outside(start, end, weights, gate):

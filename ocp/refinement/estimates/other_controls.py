@@ -22,6 +22,7 @@ import numpy as np
 from ocp.arrays import Array, Flags, Integers
 from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.columnwise import columnwise
+from ocp.numerics.linearity import is_linear, is_quadratic
 from ocp.optimality.hamiltonian import Hamiltonian, hamiltonian_of
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import duration_multiplier, phase_costates
@@ -161,14 +162,14 @@ def others_of_phase(
     symbols, (value, path) = _called(hamiltonian)
     u = symbols[0][columns]
     vanished = bool(phase.end - phase.start <= _VANISHED_PHASE * iterate.scales.time)
-    if not columns or (ca.is_linear(value, u) and not vanished):
+    if not columns or (is_linear(value, u) and not vanished):
         return None
     intervals, tau, weights = _points_of(np.flatnonzero(where), len(hamiltonian.controls))
     if intervals.size == 0:
         return None
     costates = phase_costates(iterate, index)
     own = hamiltonian.along(evaluator, iterate.trajectory, costates, intervals, tau)
-    square = ca.is_quadratic(value, u) and ca.is_linear(path, u)
+    square = is_quadratic(value, u) and is_linear(path, u)
     if square and _is_convex(own.curvature) and not vanished:
         return None
 

@@ -14,8 +14,10 @@ from collections.abc import Iterator
 import casadi as ca
 import numpy as np
 
+from ocp.numerics.linearity import is_linear
 from ocp.problem.bounds import Bound
 from ocp.problem.functionals import AnyFunctional, Peak
+from ocp.problem.parameters import Parameters
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import (
@@ -39,15 +41,16 @@ _REACHES = (math.inf, 0.1, 0.3, 1.0, 3.0, 10.0, 1e2, 1e3, 1e4)
 _ROUNDING = 1e-9
 
 
-def seems_convex(problem: Problem) -> bool:
-    """Whether nothing tells that a problem may have several optima.
+def seems_convex(problem: Problem, parameters: Parameters) -> bool:
+    """Whether nothing tells that a problem may have several optima at values of its constants.
 
     A free time does: the duration of a phase multiplies its rates.
     """
     if any(isinstance(time, Between) for p in problem.phases for time in (p.start, p.end)):
         return False
     return _has_linear_rates(problem) and not any(
-        _is_concave(expression, times) for expression, times in _curved(problem)
+        _is_concave(expression, times, parameters)
+        for expression, times in _curved(problem, parameters)
     )
 
 
@@ -58,19 +61,19 @@ def _has_linear_rates(problem: Problem) -> bool:
         equations = [bound.expression for bound in phase.bounds if bound.is_equation]
         signals = [signal.symbol for signal in problem.signals[phase.name]]
         rates = ca.vertcat(*phase.dynamics.values(), *equations)
-        if not ca.is_linear(rates, ca.vertcat(*signals, *unknowns)):
+        if not is_linear(rates, ca.vertcat(*signals, *unknowns)):
             return False
     return True
 
 
-def _curved(problem: Problem) -> Iterator[tuple[ca.SX, Interval]]:
+def _curved(problem: Problem, parameters: Parameters) -> Iterator[tuple[ca.SX, Interval]]:
     """What has to be convex, and when: what is minimised, and limited sides of bounds and links."""
     of_problem = (side for bound in problem.boundary_constraints for side in _sides(bound))
     for expression in (problem.objective, *of_problem):
         yield expression, (0.0, 0.0)
         for functional in problem.functionals:
             if ca.depends_on(expression, functional.symbol):
-                yield from _pieces(problem, expression, functional)
+                yield from _pieces(problem, expression, functional, parameters)
 
     for phase in problem.phases:
         for bound in phase.bounds:
@@ -78,15 +81,16 @@ def _curved(problem: Problem) -> Iterator[tuple[ca.SX, Interval]]:
 
 
 def _pieces(
-    problem: Problem, expression: ca.SX, functional: AnyFunctional
+    problem: Problem, expression: ca.SX, functional: AnyFunctional, parameters: Parameters
 ) -> Iterator[tuple[ca.SX, Interval]]:
     """What of a functional has to be convex, so that an expression of it can be."""
     # the largest absolute value of a linear expression is convex, and others seldom are not
     if isinstance(functional, Peak) and functional.absolute:
         return
     constants = ca.vertcat(*[constant.symbol for constant in problem.constants], ca.SX(0, 1))
-    values = ca.vertcat(*[float(constant.value) for constant in problem.constants], ca.DM(0, 1))
-    slope = ca.substitute(ca.jacobian(expression, functional.symbol), constants, values)
+    slope = ca.substitute(
+        ca.jacobian(expression, functional.symbol), constants, ca.DM(parameters.vector)
+    )
 
     # by a slope of either sign what is convex may become concave
     slope = ca.simplify(slope)
@@ -112,7 +116,7 @@ def _sides(bound: Bound) -> Iterator[ca.SX]:
             yield sign * bound.expression
 
 
-def _is_concave(expression: ca.SX, times: Interval) -> bool:
+def _is_concave(expression: ca.SX, times: Interval, parameters: Parameters) -> bool:
     """Whether an expression curves downwards in some direction at one of a few random points.
 
     Parameters
@@ -123,14 +127,16 @@ def _is_concave(expression: ca.SX, times: Interval) -> bool:
     free = [s for s in symbols if not isinstance(s, (Constant, Time))]
     known = [s for s in symbols if isinstance(s, (Constant, Time))]
     variables, numbers = (ca.vertcat(*[s.symbol for s in p], ca.SX(0, 1)) for p in (free, known))
-    if not free or ca.is_linear(expression, variables):
+    if not free or is_linear(expression, variables):
         return False
     second = ca.densify(ca.hessian(expression, variables)[0])
     both = ca.Function("both", [variables, numbers], [expression, second])
     random = np.random.default_rng(0)
     for reach in np.repeat(_REACHES, _POINTS):
-        one, other = (np.array([_drawn(s, times, reach, random) for s in free]) for _ in range(2))
-        at = [_drawn(s, times, reach, random) for s in known]
+        one, other = (
+            np.array([_drawn(s, times, reach, random, parameters) for s in free]) for _ in range(2)
+        )
+        at = [_drawn(s, times, reach, random, parameters) for s in known]
         value, curvature = both(one, at)
         curvature = np.array(curvature)
         if np.isfinite(curvature).all():
@@ -145,10 +151,16 @@ def _is_concave(expression: ca.SX, times: Interval) -> bool:
     return False
 
 
-def _drawn(symbol: Symbol, times: Interval, reach: float, random: np.random.Generator) -> float:
+def _drawn(
+    symbol: Symbol,
+    times: Interval,
+    reach: float,
+    random: np.random.Generator,
+    parameters: Parameters,
+) -> float:
     """A random value that a symbol may have, within a reach of zero or of the limit next to it."""
     if isinstance(symbol, Constant):
-        return float(symbol.value)
+        return parameters.values[symbol.name]
     if isinstance(symbol, Time):
         return float(random.uniform(*times))
     low, high = -math.inf, math.inf

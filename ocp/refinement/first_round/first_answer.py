@@ -133,7 +133,7 @@ def _hopeful(meshes: MeshSolver, program: Transcription, failed: NlpResult) -> b
 def _may_be_far(meshes: MeshSolver, result: NlpResult) -> bool:
     """Whether the guess may be far from the best optimum of several."""
     problem, parameters = meshes.problem, meshes.parameters
-    if seems_convex(problem):
+    if seems_convex(problem, parameters):
         return False
     if not states_a_motion(problem, parameters):
         return True

@@ -174,10 +174,17 @@ def _controls_converged(
         len(latest) == count
         and not gains_fall
         and all(
-            after.finer and _change(before.iterate, after.iterate) <= accuracy.objective
+            _is_finer(before, after, everywhere=not informative)
+            and _change(before.iterate, after.iterate) <= accuracy.objective
             for before, after in latest
         )
     )
+
+
+def _is_finer(before: SolvedMesh, after: SolvedMesh, *, everywhere: bool) -> bool:
+    """Whether a mesh has more intervals than the one before, or twice as many."""
+    least = (2 if everywhere else 1) * before.iterate.mesh.intervals
+    return after.finer and after.iterate.mesh.intervals >= least
 
 
 def _change(before: Iterate, after: Iterate) -> float:
