@@ -17,9 +17,21 @@ import casadi as ca
 from ocp.numerics.linearity import is_linear
 from ocp.numerics.polynomial_expressions import polynomial_degree
 from ocp.numerics.schemes import Scheme
+from ocp.numerics.stepwise_operations import stepwise_operations
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import TIME, Constant, Control, ControlShape, Symbol, Unknown
+from ocp.problem.symbols import (
+    TIME,
+    Algebraic,
+    Constant,
+    Control,
+    ControlShape,
+    State,
+    Symbol,
+    Time,
+    Unknown,
+    resolve,
+)
 
 _DEGREES = {"constant": 0, "linear": 1}
 
@@ -58,20 +70,27 @@ def _is_multiple(rate: ca.SX, symbols: Iterable[Symbol], driver: ca.SX) -> bool:
 
 
 def shape_of(
-    control: Control, phase: Phase, default: ControlShape, scheme: Scheme, least_degree: int
+    problem: Problem,
+    phase: Phase,
+    control: Control,
+    default: ControlShape,
+    scheme: Scheme,
+    least_degree: int,
 ) -> ControlShape:
     """How a control varies within an interval: as it states, else as the settings say.
 
     "automatic" is linear for a control that drives a chain of two or more integrators which the
     scheme then integrates exactly, and polynomial otherwise. A control in an equation of the phase,
     such as an acceleration of implicit dynamics, is polynomial: it then has a value of its own at
-    each point at which the equation is imposed. An automatic polynomial in which the phase is
-    linear spares a coefficient, see `ocp.problem.linear_controls`. "full" is the same without that.
+    each point at which the equation is imposed. So is one whose limits are curved in time: straight
+    lines would follow them on very many intervals only. An automatic polynomial in which the phase
+    is linear spares a coefficient, see `ocp.problem.linear_controls`. "full" is the same without
+    that.
     """
     shape = control.shape or default
     if shape not in ("automatic", "full"):
         return shape
-    if in_equation(control, phase):
+    if in_equation(control, phase) or _has_curved_limit(problem, phase, control):
         return "polynomial"
     chain = chain_length(phase, control)
     exact = scheme.exact_for_chains and least_degree >= chain + 1
@@ -84,6 +103,36 @@ def in_equation(control: Control, phase: Phase) -> bool:
         bound.is_equation and ca.depends_on(bound.expression, control.symbol)
         for bound in phase.bounds
     )
+
+
+@lru_cache(maxsize=256)
+def _has_curved_limit(problem: Problem, phase: Phase, control: Control) -> bool:
+    """Whether a limit or peak without states makes a control follow time, other than by lines."""
+    limited = [bound.expression for bound in phase.bounds]
+    limited += [
+        expression
+        for peak in problem.peaks
+        for name, expression in peak.pieces
+        if name == phase.name
+    ]
+    return any(_is_curved(expression, control) for expression in limited)
+
+
+def _is_curved(expression: ca.SX, control: Control) -> bool:
+    """Whether a limit of a control depends on time, on no state, and is not linear in pieces."""
+    symbols = resolve(expression, "a limit")
+    times = [symbol.symbol for symbol in symbols if isinstance(symbol, Time)]
+    of_states = any(isinstance(symbol, (State, Algebraic)) for symbol in symbols)
+    if of_states or not times or not ca.depends_on(expression, control.symbol):
+        return False
+    # between known times a comparison is a number
+    all_symbols = [symbol.symbol for symbol in symbols]
+    stepwise = stepwise_operations([expression], all_symbols)
+    if stepwise is not None:
+        results = [ca.SX.sym("result") for _ in stepwise.results]
+        expression = stepwise.function(ca.vertcat(*all_symbols), ca.vertcat(*results))
+    degree = polynomial_degree(expression, times, [1] * len(times))
+    return degree is None or degree > 1
 
 
 def first_degree(
@@ -112,7 +161,7 @@ def exact_degree(
     """
     rates = list(phase.dynamics.values())
     shapes = {
-        control: shape_of(control, phase, controls, scheme, highest_degree)
+        control: shape_of(problem, phase, control, controls, scheme, highest_degree)
         for control in problem.controls[phase.name]
     }
 

@@ -302,7 +302,7 @@ def _control_sets(
     by_shape: dict[str, list[Control]] = {shape: [] for shape in _ORDERS}
     singular: list[Control] = []
     for control in problem.controls[phase.name]:
-        shape = shape_of(control, phase, default, scheme, int(mesh.degrees.min()))
+        shape = shape_of(problem, phase, control, default, scheme, int(mesh.degrees.min()))
         if shape not in by_shape:
             raise StatementError(
                 f"the shape of control '{control.name}' is {shape!r}; choose constant, linear, "
