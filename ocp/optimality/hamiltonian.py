@@ -4,12 +4,8 @@
 that the objective adds up. Path constraints ``c`` are not part of it. Their multipliers enter the
 slope ``H_u + sum mu c_u``, which vanishes at an optimum (Bryson and Ho, "Applied Optimal Control",
 ch. 2 and 3), so that ``c_u`` is given beside ``H_u``. It is built once for a phase, and read by
-`gains` and by the test of the minimum principle (`ocp.verification.minimum_principle`).
-
-The gain compares, at every time, the Hamiltonian with its value at the best control within the
-bounds and path constraints that limit the control directly. Pontryagin's minimum principle asks for
-no difference. Its integral over an interval is, to first order, what better controls could bring
-there. Where it is nothing, refining the control is useless, however rough the control looks.
+what finer controls gain (`ocp.optimality.control_gains`) and by the test of the minimum principle
+(`ocp.verification.minimum_principle`).
 """
 
 from __future__ import annotations
@@ -25,14 +21,7 @@ from ocp.numerics.columnwise import columnwise
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import PhaseCostates, phase_costates
 from ocp.problem.symbols import TIME, Control
-from ocp.transcription.path_constraints import PathConstraint
 from ocp.transcription.transcribe import Transcription
-
-# Gauss points in an interval: twice the usual degree of the controls, whose error oscillates
-_POINTS = 8
-
-# Part of a control's size that it may move at least, where all of its values are the same
-_LEAST_REACH = 1e-3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -101,6 +90,17 @@ class Hamiltonian:
         tau: Array,
     ) -> HamiltonianValues:
         """Values at local times of intervals, both (m,)."""
+        return self.at(evaluator, trajectory, costates.local(intervals, tau), intervals, tau)
+
+    def at(
+        self,
+        evaluator: Evaluator,
+        trajectory: Trajectory,
+        costates: Array,
+        intervals: Integers,
+        tau: Array,
+    ) -> HamiltonianValues:
+        """Values with given costates (m, n) at local times of intervals, both (m,)."""
         phase = trajectory.phase(self.phase)
         times = evaluator.times(phase, intervals, tau)
         value, terms, slope, slope_size, curvature, path, path_slope = columnwise(
@@ -108,7 +108,7 @@ class Hamiltonian:
             phase.local(intervals, tau),
             times[:, None],
             evaluator.numbers(trajectory),
-            costates.local(intervals, tau),
+            costates,
         )
         instants, n_u, n_c = tau.size, len(self.controls), len(self.paths)
         return HamiltonianValues(
@@ -187,35 +187,6 @@ def _build(transcription: Transcription, index: int) -> Hamiltonian:
     )
 
 
-def gains(iterate: Iterate, evaluator: Evaluator, index: int) -> Array:
-    """What finer controls gain in each interval of a phase [unit of the objective], shape (N,)."""
-    phase = iterate.trajectory.phases[index]
-    hamiltonian = hamiltonian_of(evaluator, iterate.transcription, index)
-    if not hamiltonian.controls:
-        return np.zeros(phase.intervals)
-
-    nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
-    intervals = np.repeat(np.arange(phase.intervals), _POINTS)
-    tau = np.tile(0.5 * (nodes + 1.0), phase.intervals)
-    costates = phase_costates(iterate, index)
-    values = hamiltonian.along(evaluator, iterate.trajectory, costates, intervals, tau)
-
-    # the best control is a Newton step away where H is convex in it, else at the end of its room
-    names = phase.signals
-    columns = [names.index(control.name) for control in hamiltonian.controls]
-    controls = phase.local(intervals, tau)[:, columns]
-    down, up = _room(iterate, hamiltonian, values, controls, index)
-    to_the_end = np.abs(values.slope) * np.where(values.slope > 0, down, up)
-    curvature = np.einsum("muu->mu", values.curvature)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        newton = np.where(curvature > 0, 0.5 * values.slope**2 / curvature, np.inf)
-
-    density = np.minimum(to_the_end, newton).sum(axis=1)
-    density = np.minimum(density, _traded(iterate, hamiltonian, values, (down, up), index))
-    density = np.where(np.isfinite(density), density, 0.0).reshape(phase.intervals, _POINTS)
-    return np.asarray((0.5 * density @ weights) * np.diff(phase.breakpoints))
-
-
 def shifts(iterate: Iterate, evaluator: Evaluator, index: int) -> Array:
     """What moving each inner breakpoint by its shorter interval gains [unit of the objective].
 
@@ -249,77 +220,3 @@ def _at_ends(iterate: Iterate, evaluator: Evaluator, index: int) -> HamiltonianV
     intervals, tau = np.repeat(np.arange(phase.intervals), 2), np.tile([0.0, 1.0], phase.intervals)
     costates = phase_costates(iterate, index)
     return hamiltonian.along(evaluator, iterate.trajectory, costates, intervals, tau)
-
-
-def _traded(
-    iterate: Iterate,
-    hamiltonian: Hamiltonian,
-    values: HamiltonianValues,
-    room: tuple[Array, Array],
-    index: int,
-) -> Array:
-    """What controls that share a limit, such as ``u1 + u2 <= F``, can gain at most, (m,).
-
-    By duality: for any multiplier of the shared limit the gain is no more than the multiplier times
-    the slack, and what each control gains alone by its slope with the limit's part added. The best
-    multiplier makes one of these slopes vanish. Infinite where no limit is shared.
-    """
-    peaks = iterate.trajectory.peaks_of(iterate.problem)
-    least = np.full(values.value.size, np.inf)
-    for i, number in enumerate(hamiltonian.paths):
-        constraint = iterate.transcription.constraints[index][number]
-        shared = values.path_slope[:, i]
-        if not _shares(constraint, shared):
-            continue
-        lower, upper = constraint.limits(iterate.parameters, peaks)
-        to_upper, to_lower = upper - values.path[:, i], values.path[:, i] - lower
-        for j in np.flatnonzero(shared[0]):
-            multiplier = -values.slope[:, j] / shared[:, j]
-            slack = np.maximum(np.where(multiplier > 0, to_upper, to_lower), 0.0)
-            alone = values.slope + multiplier[:, None] * shared
-            gained = np.abs(alone) * np.where(alone > 0, *room)
-            least = np.minimum(least, np.abs(multiplier) * slack + gained.sum(axis=1))
-    return least
-
-
-def _shares(constraint: PathConstraint, slopes: Array) -> bool:
-    """Whether a constraint is shared by several controls and by nothing else."""
-    return constraint.of_controls and bool(np.count_nonzero(slopes[:1]) > 1)
-
-
-def _room(
-    iterate: Iterate,
-    hamiltonian: Hamiltonian,
-    values: HamiltonianValues,
-    controls: Array,
-    index: int,
-) -> tuple[Array, Array]:
-    """How far each control may move down and up at each time, (m, n_u) each."""
-    parameters = iterate.parameters
-    down, up = np.empty_like(controls), np.empty_like(controls)
-
-    # within its bounds, and no farther than its whole range on the trajectory
-    for j, control in enumerate(hamiltonian.controls):
-        least = _LEAST_REACH * iterate.scales.signals[control.name]
-        reach = max(float(np.ptp(controls[:, j])), least)
-        lower, upper = parameters.signal_limits[control.name]
-        down[:, j] = np.minimum(controls[:, j] - lower, reach)
-        up[:, j] = np.minimum(upper - controls[:, j], reach)
-
-    # until the linearised path constraint meets its limit
-    peaks = iterate.trajectory.peaks_of(iterate.problem)
-    for i, number in enumerate(hamiltonian.paths):
-        constraint = iterate.transcription.constraints[index][number]
-        if constraint.is_equation or not hamiltonian.limits_controls[i]:
-            continue
-        if _shares(constraint, values.path_slope[:, i]):
-            continue  # one control may move more where another one makes room, see `_traded`
-        lower, upper = constraint.limits(parameters, peaks)
-        slope, path = values.path_slope[:, i], values.path[:, [i]]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            to_upper, to_lower = (upper - path) / slope, (lower - path) / slope
-        rising, falling = slope > 0, slope < 0
-        step_up = np.where(rising, to_upper, np.where(falling, to_lower, np.inf))
-        step_down = -np.where(rising, to_lower, np.where(falling, to_upper, -np.inf))
-        down, up = np.minimum(down, step_down), np.minimum(up, step_up)
-    return np.maximum(down, 0.0), np.maximum(up, 0.0)

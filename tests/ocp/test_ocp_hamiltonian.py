@@ -7,7 +7,8 @@ import pytest
 from ocp import TIME, Bound, Control, FixedMesh, Phase, Problem, Radau, Settings, State, solve
 from ocp.mesh.trajectory import Evaluator
 from ocp.optimality.active_set import acting_intervals
-from ocp.optimality.hamiltonian import gains, hamiltonian_of
+from ocp.optimality.control_gains import gains
+from ocp.optimality.hamiltonian import hamiltonian_of
 from ocp.optimality.multipliers import phase_costates
 from ocp.verification.minimum_principle import minimum_principle
 
@@ -22,6 +23,11 @@ def least_effort(shape="polynomial", bounds=(), **limits):
 def iterate_of(problem, intervals=5, **settings):
     chosen = Settings(intervals=intervals, refinement=FixedMesh(), verify=False, **settings)
     return solve(problem, settings=chosen).kept_iterate
+
+
+def nowhere(iterate):
+    """No interval in which a path constraint acts."""
+    return np.zeros(iterate.trajectory.phases[0].intervals, dtype=bool)
 
 
 def along(iterate, index=0):
@@ -88,7 +94,7 @@ def test_it_is_built_once():
     iterate = iterate_of(least_effort())
     evaluator = Evaluator(iterate.problem)
     first = hamiltonian_of(evaluator, iterate.transcription, 0)
-    gains(iterate, evaluator, 0)
+    gains(iterate, evaluator, 0, nowhere(iterate))
     minimum_principle(
         iterate, evaluator, phase_costates(iterate, 0), 0, acting_intervals(iterate)[0]
     )
@@ -99,7 +105,7 @@ def test_gain_of_a_piecewise_constant_control_is_what_is_lost():
     # the best N steps have the slope c = 12 / (1 - 1 / N^2) and the objective c
     # each interval of h = 1 / N loses int (u - mean u)^2 dt = c^2 h^3 / 12
     iterate = iterate_of(least_effort("constant"), intervals=10)
-    found = gains(iterate, Evaluator(iterate.problem), 0)
+    found = gains(iterate, Evaluator(iterate.problem), 0, nowhere(iterate)).sum(axis=1)
     slope = 12.0 / (1.0 - 1.0 / 10**2)
     assert iterate.objective == pytest.approx(slope, rel=1e-9)
     np.testing.assert_allclose(found, slope**2 / 10**3 / 12.0, rtol=1e-6)
@@ -110,7 +116,7 @@ def test_gain_of_a_piecewise_constant_control_is_what_is_lost():
 def test_an_optimal_control_gains_nothing():
     iterate = iterate_of(least_effort())
     # H_u to the solver's dual tolerance, squared
-    assert gains(iterate, Evaluator(iterate.problem), 0).sum() < 1e-9
+    assert gains(iterate, Evaluator(iterate.problem), 0, nowhere(iterate)).sum() < 1e-9
 
 
 @pytest.mark.parametrize("limit", ["bound", "path"])
@@ -122,7 +128,9 @@ def test_a_control_at_its_limit_gains_nothing_beyond_it(limit):
     iterate = iterate_of(Problem("dash", [phase], maximise=phase.at_end(x)))
     _, values, _ = along(iterate)
     np.testing.assert_allclose(values.slope, -1.0, rtol=1e-6)
-    assert gains(iterate, Evaluator(iterate.problem), 0).sum() < 1e-6  # the barrier's distance
+    assert (
+        gains(iterate, Evaluator(iterate.problem), 0, nowhere(iterate)).sum() < 1e-6
+    )  # the barrier's distance
 
 
 def test_a_phase_without_controls_gains_nothing():
@@ -130,7 +138,8 @@ def test_a_phase_without_controls_gains_nothing():
     phase = Phase("decay", {x: -x}, {x: 1}, end=1.0)
     problem = Problem("decay", [phase], minimise=phase.at_end(x))
     iterate = iterate_of(problem, scheme=Radau(3))
-    np.testing.assert_array_equal(gains(iterate, Evaluator(problem), 0), np.zeros(5))
+    found = gains(iterate, Evaluator(problem), 0, nowhere(iterate))
+    np.testing.assert_array_equal(found.sum(axis=1), np.zeros(5))
     hamiltonian, values, t = along(iterate)
     assert hamiltonian.controls == ()
     # lambda = exp(t - 1), x = exp(-t): H = -exp(-1), to the order of three points in 5 intervals

@@ -275,6 +275,8 @@ class PhaseErrors:
         Whether one is exceeded by so much that the interval is too long for it.
     parts : (N,)
         In how many a smooth control is resolved, a real number.
+    at_end : (N,)
+        Whether what finer controls could gain is to be gained near the end of the interval.
     """
 
     dynamics: Array
@@ -287,6 +289,7 @@ class PhaseErrors:
     crowded: Flags
     coarse: Flags
     parts: Array
+    at_end: Flags
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -341,6 +344,7 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
                 & _crowded(iterate.mesh.extra[index], excess, gains.telling, accuracy.path),
                 coarse=wide & np.any([np.zeros_like(wide), *over], axis=0),
                 parts=gains.parts,
+                at_end=gains.at_end,
             )
         )
     return MeshErrors(

@@ -10,7 +10,7 @@ import numpy as np
 from ocp.arrays import Array, Flags
 from ocp.mesh.trajectory import Evaluator
 from ocp.optimality.active_set import saturated_constraints
-from ocp.optimality.hamiltonian import gains
+from ocp.optimality.control_gains import gains
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.estimates.back_off_cost import back_off_costs
 from ocp.refinement.estimates.control_resolution import (
@@ -23,6 +23,9 @@ from ocp.refinement.estimates.control_resolution import (
 # finer smooth control would gain is the square of it, a tenth of the tolerance on the objective
 _SMOOTH = 3e-4
 
+
+# Part of what an interval gains, which is most of it.
+_MOST = 0.5
 
 # Of the objective: what a certificate lets finer controls promise. It is ten times the default of a
 # solve, because the promise is of first order, and often ten times what they give.
@@ -45,12 +48,15 @@ class PhaseGains:
         To gain from limits that are backed off, which finer intervals do without.
     parts : (N,)
         In how many a smooth control is resolved, a real number.
+    at_end : (N,)
+        Whether most of `anywhere` is to be gained behind the first of `costate_errors.PARTS`.
     """
 
     anywhere: Array
     telling: Flags
     back_offs: Array
     parts: Array
+    at_end: Flags
 
     @classmethod
     def of(
@@ -63,11 +69,18 @@ class PhaseGains:
         acting : sequence of (N,)
             Of each phase, the intervals in which a path constraint, a peak or a state's bound acts.
         """
-        anywhere = gains(iterate, evaluator, index) / iterate.objective_size
+        of_parts = gains(iterate, evaluator, index, acting[index]) / iterate.objective_size
+        anywhere = of_parts.sum(axis=1)
         motion, mesh = iterate.trajectory.phases[index], iterate.mesh.phases[index]
         parts = parts_to_resolve(motion, mesh, _SMOOTH)
         back_offs = back_off_costs(iterate, index)
-        return cls(anywhere, _rough(iterate, index) | ~acting[index], back_offs, parts)
+        return cls(
+            anywhere,
+            _rough(iterate, index) | ~acting[index],
+            back_offs,
+            parts,
+            at_end=of_parts[:, 1:].sum(axis=1) > _MOST * anywhere,
+        )
 
     @property
     def told(self) -> Array:

@@ -31,8 +31,9 @@ _LEVELS = 0.6
 _INSIDE = 0.05
 # A breakpoint moves on only while the control jumps at it by this part of its range.
 _FLAT = 0.02
-# Of its largest value: a control whose range is less is a constant with rounding.
-_CONSTANT = 1e-9
+# Of its largest value: a control whose range is less is a constant with what a solver's barrier
+# leaves of the distance to its bound.
+_CONSTANT = 1e-7
 # rounding of fractions of the phase
 ROUND_OFF = 1e-12
 
@@ -118,7 +119,7 @@ def jumps(
         Of the control over the intervals, which locate its jumps more closely than the samples.
     """
     size = float(np.ptp(values)) if values.size else 0.0
-    if size == 0.0 or not np.isfinite(size):
+    if not np.isfinite(size) or size <= _CONSTANT * float(np.abs(values).max(initial=0.0)):
         return []
     steps = np.diff(values) / size
 

@@ -402,4 +402,5 @@ def _gathered(errors: PhaseErrors, motion: PhaseTrajectory, base: PhaseMesh) -> 
         crowded=gathered(errors.crowded, np.maximum) > 0,
         coarse=gathered(errors.coarse, np.maximum) > 0,
         parts=gathered(errors.parts, np.maximum),
+        at_end=gathered(errors.at_end, np.maximum) > 0,
     )

@@ -8,6 +8,7 @@ import numpy as np
 
 from ocp.arrays import Flags, Integers
 from ocp.mesh.mesh import PhaseMesh
+from ocp.optimality.costate_errors import PARTS
 from ocp.refinement.estimates.error_estimate import PhaseErrors
 
 # times the tolerance on the dynamics, beyond which an interval is cut in four and not in two
@@ -40,6 +41,7 @@ class Marks:
         enough added points, because it is too long for a constraint, or because a breakpoint beside
         it has missed its switch.
     far : whether it is cut in four for its dynamics.
+    at_end : whether it is cut for its control, near its end, in parts that get narrower.
     degrees : to which its degree is raised.
     """
 
@@ -47,6 +49,7 @@ class Marks:
     parts: Integers
     forced: Flags
     far: Flags
+    at_end: Flags
     degrees: Integers
 
     @classmethod
@@ -90,6 +93,7 @@ class Marks:
             parts=np.full(mesh.intervals, 2) if halve else _parts(errors, least_gain),
             forced=inexact | (forced & wide),
             far=inexact & (ratio > _FAR),
+            at_end=~inexact & errors.at_end & (errors.gain >= least_gain),
             degrees=raised,
         )
 
@@ -115,9 +119,11 @@ class Marks:
             split[:] = False
         parts = np.where(self.far[parent], 4, self.parts[parent])
 
-        cuts = [
-            points[k] + width[k] * np.arange(1, parts[k]) / parts[k] for k in np.flatnonzero(split)
+        shares = [
+            PARTS[1:-1] if at_end else np.arange(1, count) / count
+            for at_end, count in zip(self.at_end[parent], parts, strict=True)
         ]
+        cuts = [points[k] + width[k] * shares[k] for k in np.flatnonzero(split)]
         refined = np.sort(np.concatenate([points, *cuts]))
         parents = np.searchsorted(points, refined[:-1], side="right") - 1
         degrees = np.where(untouched, self.degrees[parent], mesh.degrees)[parents]

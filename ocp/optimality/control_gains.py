@@ -1,0 +1,152 @@
+"""What better controls gain in each interval, to first order.
+
+The gain compares, at every time, the Hamiltonian with its value at the best control within the
+bounds and path constraints that limit the control directly. Pontryagin's minimum principle asks for
+no difference. Its integral over an interval is, to first order, what better controls could bring
+there. Where it is nothing, refining the control is useless, however rough the control looks.
+
+The costates are those of their own equation (`ocp.optimality.costate_errors`). By those of the
+program a control may be the best one all through an interval in whose last part it is not.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocp.arrays import Array, Flags
+from ocp.mesh.trajectory import Evaluator
+from ocp.optimality.costate_errors import PARTS, costate_errors
+from ocp.optimality.hamiltonian import Hamiltonian, HamiltonianValues, hamiltonian_of
+from ocp.optimality.iterate import Iterate
+from ocp.optimality.multipliers import phase_costates
+from ocp.transcription.path_constraints import PathConstraint
+
+# Gauss points in a part of an interval: twice the usual degree of the controls, whose error
+# oscillates
+_POINTS = 8
+
+# Part of a control's size that it may move at least, where all of its values are the same
+_LEAST_REACH = 1e-3
+
+
+def gains(iterate: Iterate, evaluator: Evaluator, index: int, acting: Flags) -> Array:
+    """What finer controls gain in each part of each interval of a phase [unit of the objective].
+
+    The parts are those of `costate_errors.PARTS`, so that the shape is (N, p).
+
+    Parameters
+    ----------
+    index : int
+        Of the phase.
+    acting : (N,)
+        Intervals in which a path constraint, a peak or a state's bound acts. There the costates
+        are those of the program.
+    """
+    phase = iterate.trajectory.phases[index]
+    hamiltonian = hamiltonian_of(evaluator, iterate.transcription, index)
+    if not hamiltonian.controls:
+        return np.zeros((phase.intervals, PARTS.size - 1))
+
+    # in all parts of an interval, so that no layer at its end lies between the points
+    nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
+    lengths = np.diff(PARTS)[:, None]
+    local = (PARTS[:-1, None] + lengths * 0.5 * (nodes + 1.0)).ravel()
+    shares = (lengths * 0.5 * weights).ravel()
+    intervals = np.repeat(np.arange(phase.intervals), local.size)
+    tau = np.tile(local, phase.intervals)
+    costates = phase_costates(iterate, index).local(intervals, tau)
+    costates += costate_errors(iterate, evaluator, index, acting).local(intervals, tau)
+    values = hamiltonian.at(evaluator, iterate.trajectory, costates, intervals, tau)
+
+    # the best control is a Newton step away where H is convex in it, else at the end of its room
+    names = phase.signals
+    columns = [names.index(control.name) for control in hamiltonian.controls]
+    controls = phase.local(intervals, tau)[:, columns]
+    down, up = _room(iterate, hamiltonian, values, controls, index)
+    to_the_end = np.abs(values.slope) * np.where(values.slope > 0, down, up)
+    curvature = np.einsum("muu->mu", values.curvature)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        newton = np.where(curvature > 0, 0.5 * values.slope**2 / curvature, np.inf)
+
+    density = np.minimum(to_the_end, newton).sum(axis=1)
+    density = np.minimum(density, _traded(iterate, hamiltonian, values, (down, up), index))
+    density = np.where(np.isfinite(density), density, 0.0).reshape(phase.intervals, -1)
+    of_parts = (density * shares).reshape(phase.intervals, -1, _POINTS).sum(axis=2)
+    return np.asarray(of_parts * np.diff(phase.breakpoints)[:, None])
+
+
+def _traded(
+    iterate: Iterate,
+    hamiltonian: Hamiltonian,
+    values: HamiltonianValues,
+    room: tuple[Array, Array],
+    index: int,
+) -> Array:
+    """What controls that share a limit, such as ``u1 + u2 <= F``, can gain at most, (m,).
+
+    By duality: for any multiplier of the shared limit the gain is no more than the multiplier times
+    the slack, and what each control gains alone by its slope with the limit's part added. The best
+    multiplier makes one of these slopes vanish. Infinite where no limit is shared.
+    """
+    peaks = iterate.trajectory.peaks_of(iterate.problem)
+    least = np.full(values.value.size, np.inf)
+    for i, number in enumerate(hamiltonian.paths):
+        constraint = iterate.transcription.constraints[index][number]
+        shared = values.path_slope[:, i]
+        if not _shares(constraint, shared):
+            continue
+        lower, upper = constraint.limits(iterate.parameters, peaks)
+        to_upper, to_lower = upper - values.path[:, i], values.path[:, i] - lower
+        for j in np.flatnonzero(shared[0]):
+            multiplier = -values.slope[:, j] / shared[:, j]
+            slack = np.maximum(np.where(multiplier > 0, to_upper, to_lower), 0.0)
+            alone = values.slope + multiplier[:, None] * shared
+            gained = np.abs(alone) * np.where(alone > 0, *room)
+            least = np.minimum(least, np.abs(multiplier) * slack + gained.sum(axis=1))
+    return least
+
+
+def _shares(constraint: PathConstraint, slopes: Array) -> bool:
+    """Whether a constraint is shared by several controls and by nothing else."""
+    return constraint.of_controls and bool(np.count_nonzero(slopes[:1]) > 1)
+
+
+def _room(
+    iterate: Iterate,
+    hamiltonian: Hamiltonian,
+    values: HamiltonianValues,
+    controls: Array,
+    index: int,
+) -> tuple[Array, Array]:
+    """How far each control may move down and up at each time, (m, n_u) each."""
+    parameters = iterate.parameters
+    down, up = np.empty_like(controls), np.empty_like(controls)
+
+    # within its bounds, and no farther than its whole range on the trajectory; one that never moves
+    # may be wanted at its other bound
+    for j, control in enumerate(hamiltonian.controls):
+        least = _LEAST_REACH * iterate.scales.signals[control.name]
+        reach = max(float(np.ptp(controls[:, j])), least)
+        lower, upper = parameters.signal_limits[control.name]
+        if reach == least and np.isfinite(upper - lower):
+            reach = upper - lower
+        down[:, j] = np.minimum(controls[:, j] - lower, reach)
+        up[:, j] = np.minimum(upper - controls[:, j], reach)
+
+    # until the linearised path constraint meets its limit
+    peaks = iterate.trajectory.peaks_of(iterate.problem)
+    for i, number in enumerate(hamiltonian.paths):
+        constraint = iterate.transcription.constraints[index][number]
+        if constraint.is_equation or not hamiltonian.limits_controls[i]:
+            continue
+        if _shares(constraint, values.path_slope[:, i]):
+            continue  # one control may move more where another one makes room, see `_traded`
+        lower, upper = constraint.limits(parameters, peaks)
+        slope, path = values.path_slope[:, i], values.path[:, [i]]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            to_upper, to_lower = (upper - path) / slope, (lower - path) / slope
+        rising, falling = slope > 0, slope < 0
+        step_up = np.where(rising, to_upper, np.where(falling, to_lower, np.inf))
+        step_down = -np.where(rising, to_lower, np.where(falling, to_upper, -np.inf))
+        down, up = np.minimum(down, step_down), np.minimum(up, step_up)
+    return np.maximum(down, 0.0), np.maximum(up, 0.0)
