@@ -23,7 +23,12 @@ from ocp.refinement.estimates.control_resolution import (
     saturated,
 )
 from ocp.refinement.estimates.error_estimate import MeshErrors
-from ocp.refinement.estimates.switch_detection import Jump, control_jumps, control_samples
+from ocp.refinement.estimates.switch_detection import (
+    Jump,
+    control_jumps,
+    control_samples,
+    jumps,
+)
 from ocp.refinement.policies.brackets import settled, with_brackets
 from ocp.refinement.policies.movable import hindered, most_iterations
 from ocp.refinement.solved_mesh import SolvedMesh
@@ -223,6 +228,32 @@ def test_a_breakpoint_that_ran_into_its_neighbour_takes_its_place() -> None:
     assert blocked
     np.testing.assert_allclose(after.breakpoints, [0, 0.4, 0.599, 1.0])
     assert after.movable == (2,)
+
+
+def test_a_breakpoint_passes_narrow_intervals_as_far_as_it_has_room_behind() -> None:
+    # one at a time it would pass them forever; the last one but one is in reach, at 0.599 + 0.199
+    points = np.array([0, 0.4, 0.5, 0.6, 0.61, 0.62, 0.79, 0.9, 1.0])
+    mesh = PhaseMesh(points, 4, (2,))
+    at = points.copy()
+    at[2] = 0.599
+    after, blocked = settled(mesh, motion([[1.0]] * 2 + [[-1.0]] * 6, at))
+    assert blocked
+    np.testing.assert_allclose(after.breakpoints, [0, 0.4, 0.599, 0.9, 1.0])
+    # but not a known time
+    after, blocked = settled(mesh, motion([[1.0]] * 2 + [[-1.0]] * 6, at), np.array([0.62]))
+    np.testing.assert_allclose(after.breakpoints, [0, 0.4, 0.599, 0.62, 0.79, 0.9, 1.0])
+    # nor another one that moves
+    mesh = PhaseMesh(points, 4, (2, 5))
+    after, blocked = settled(mesh, motion([[1.0]] * 2 + [[-1.0]] * 3 + [[1.0]] * 3, at))
+    np.testing.assert_allclose(after.breakpoints, [0, 0.4, 0.599, 0.62, 0.79, 0.9, 1.0])
+
+
+def test_a_control_that_the_barrier_holds_off_its_bound_does_not_jump() -> None:
+    times, breakpoints = np.linspace(0.05, 0.95, 10), np.linspace(0.0, 1.0, 11)
+    values = np.where(times < 0.5, 1.0 - 2e-8, 1.0)
+    assert not jumps(times, values, breakpoints)
+    (jump,) = jumps(times, np.where(times < 0.5, 0.0, 1.0), breakpoints)
+    assert jump.at == pytest.approx(0.5)
 
 
 def test_a_breakpoint_without_a_jump_stays_put() -> None:

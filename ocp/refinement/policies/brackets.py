@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ocp.arrays import Array
+from ocp.arrays import Array, Flags
 from ocp.mesh.mesh import SAME_POINT, Mesh, PhaseMesh, distinct
 from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.optimality.iterate import Iterate
@@ -132,6 +132,8 @@ def settled(
     pinned = np.abs(fractions[:, None] - known).min(axis=1, initial=np.inf) <= SAME_POINT
     pinned[[0, -1]] = False
 
+    fixed = ~pinned
+    fixed[[0, -1, *mesh.movable]] = False
     gone: set[int] = set()
     blocked = False
     for k in np.flatnonzero(mesh.moving & (after < _PRESSED * before)):
@@ -142,10 +144,10 @@ def settled(
         elif pinned[left] or pinned[right]:
             continue
         elif left in movable and right not in mesh.movable and right < last:
-            gone.add(right)
+            gone |= _in_the_way(fractions, left, 1, fixed)
             blocked = True
         elif right in movable and left not in mesh.movable and left > 0:
-            gone.add(left)
+            gone |= _in_the_way(fractions, right, -1, fixed)
             blocked = True
         elif left in movable or right in movable:
             blocked = True
@@ -153,3 +155,27 @@ def settled(
     kept = [i for i in range(last + 1) if i not in gone or i in (0, last)]
     indices = tuple(kept.index(i) for i in sorted(movable) if i in kept)
     return PhaseMesh(fractions[kept], mesh.degrees[np.array(kept[:-1])], indices), blocked
+
+
+def _in_the_way(fractions: Array, number: int, side: int, fixed: Flags) -> set[int]:
+    """Fixed breakpoints that a breakpoint passes on one side, as far as it has room on the other.
+
+    Narrow intervals beside a switch were made for where it was. One at a time it would pass them
+    forever.
+
+    Parameters
+    ----------
+    number : int
+        Of the breakpoint.
+    side : int
+        1 for the right, -1 for the left.
+    fixed : (N + 1,)
+        Which breakpoints may be dropped.
+    """
+    room = abs(fractions[number] - fractions[number - side])
+    passed = {number + side}
+    k = number + 2 * side
+    while fixed[k] and abs(fractions[k] - fractions[number]) < room:
+        passed.add(k)
+        k += side
+    return passed
