@@ -276,7 +276,8 @@ class PhaseErrors:
     parts : (N,)
         In how many a smooth control is resolved, a real number.
     at_end : (N,)
-        Whether what finer controls could gain is to be gained near the end of the interval.
+        Whether what finer controls could gain is to be gained near the end of the interval, where
+        no jump is.
     """
 
     dynamics: Array
@@ -344,7 +345,7 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
                 & _crowded(iterate.mesh.extra[index], excess, gains.telling, accuracy.path),
                 coarse=wide & np.any([np.zeros_like(wide), *over], axis=0),
                 parts=gains.parts,
-                at_end=gains.at_end,
+                at_end=gains.at_end & ~_at_jumps(motion, jumps),
             )
         )
     return MeshErrors(
@@ -353,6 +354,13 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
         excess=max((float(e.values.max()) for p in phases for e in p.excess), default=0.0),
         gain=sum(float(phase.gain.sum()) for phase in phases),
     )
+
+
+def _at_jumps(motion: PhaseTrajectory, jumps: Sequence[Jump]) -> Flags:
+    """Whether a jump of a control is in an interval or at its ends, (N,)."""
+    begins, ends = motion.fractions[:-1], motion.fractions[1:]
+    found = [(ends >= jump.first) & (begins <= jump.last) for jump in jumps]
+    return np.any([np.zeros_like(begins, dtype=bool), *found], axis=0)
 
 
 def dense_peak(evaluator: Evaluator, trajectory: Trajectory, peak: Peak) -> float:
