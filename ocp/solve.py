@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time as clock
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -28,6 +28,7 @@ from ocp.problem.problem import Problem, check_is_problem
 from ocp.problem.symbols import Constant, is_real
 from ocp.problem.validation import check_values
 from ocp.progress import Progress, shown
+from ocp.refinement.estimates.missed_switches import displaced_remark
 from ocp.refinement.estimates.other_controls import other_controls, others_remark
 from ocp.refinement.loop import Refinement, refine
 from ocp.refinement.mesh_iteration import MeshIteration
@@ -297,25 +298,15 @@ def _solution(
     if error := collapsed(iterate.transcription, iterate.trajectory):
         raise error
 
+    fitted = fitted_to_switches(iterate)
     verdict = "unverified"
     if checked.verification.passed:
         verdict = _verdict(meshes, refinement, bound)
-        if shortfall := _shortfall(meshes, refinement):
-            verdict += f"; {shortfall}"
-        if refinement.lower is not None and settings.refinement.adapts:
-            verdict += (
-                f"; it is a saddle: a motion beside it reaches {refinement.lower:.6g}, but none "
-                "was found there that meets the dynamics and all limits between its points"
-            )
-    if checked.verification.passed and settings.scheme.informative_multipliers:
-        others = list(other_controls(iterate, meshes.evaluator, acting_intervals(iterate)))
-        if told := others_remark(others, iterate):
-            verdict += f"; {told}"
+        verdict += "".join(f"; {remark}" for remark in _remarks(meshes, refinement, fitted))
     remark = step_remark(steps_along(meshes.problem, iterate.trajectory, meshes.evaluator))
     if remark:
         verdict += f"; {remark}"
         warnings.warn(f"'{meshes.problem.name}': {remark}", StatementWarning, stacklevel=5)
-    fitted = fitted_to_switches(iterate)
     solution = Solution(
         problem=meshes.problem,
         objective=iterate.objective,
@@ -348,6 +339,31 @@ def _solution(
             solution,
         )
     return solution
+
+
+def _remarks(meshes: MeshSolver, refinement: Refinement, fitted: Iterate) -> Iterator[str]:
+    """What a verdict says of a verified answer beside what it stands for.
+
+    Parameters
+    ----------
+    fitted : Iterate
+        The answer, with multipliers that fit its switches.
+    """
+    iterate, adapts = refinement.best.iterate, meshes.settings.refinement.adapts
+    if shortfall := _shortfall(meshes, refinement):
+        yield shortfall
+    if refinement.lower is not None and adapts:
+        yield (
+            f"it is a saddle: a motion beside it reaches {refinement.lower:.6g}, but none was "
+            "found there that meets the dynamics and all limits between its points"
+        )
+    if meshes.settings.scheme.informative_multipliers:
+        others = list(other_controls(iterate, meshes.evaluator, acting_intervals(iterate)))
+        if told := others_remark(others, iterate):
+            yield told
+    # a mesh that stays may be as coarse as it was stated
+    if adapts and (displaced := displaced_remark(fitted, meshes.evaluator)):
+        yield displaced
 
 
 def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:

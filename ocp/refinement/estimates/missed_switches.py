@@ -79,6 +79,22 @@ def displaced_switches(iterate: Iterate, evaluator: Evaluator, index: int) -> Fl
     return displaced
 
 
+def displaced_remark(iterate: Iterate, evaluator: Evaluator) -> str:
+    """A sentence on switches that the Hamiltonian wants elsewhere; empty if there are none."""
+    times = [
+        f"{time:.6g} s"
+        for index, motion in enumerate(iterate.trajectory.phases)
+        for time in motion.breakpoints[1:-1][displaced_switches(iterate, evaluator, index)]
+    ]
+    if not times:
+        return ""
+    return (
+        f"a control switches on a breakpoint that does not move ({', '.join(times)}), and the "
+        "Hamiltonian differs on its two sides: it is to switch earlier or later; another number of "
+        "intervals tells"
+    )
+
+
 def between_valleys(iterate: Iterate, evaluator: Evaluator, index: int) -> Array:
     """What inner breakpoints promise at which a control is too long in a valley, (N - 1,).
 
