@@ -350,7 +350,8 @@ def _remarks(meshes: MeshSolver, refinement: Refinement, fitted: Iterate) -> Ite
         The answer, with multipliers that fit its switches.
     """
     iterate, adapts = refinement.best.iterate, meshes.settings.refinement.adapts
-    if shortfall := _shortfall(meshes, refinement):
+    shortfall = _shortfall(meshes, refinement)
+    if shortfall:
         yield shortfall
     if refinement.lower is not None and adapts:
         yield (
@@ -361,8 +362,8 @@ def _remarks(meshes: MeshSolver, refinement: Refinement, fitted: Iterate) -> Ite
         others = list(other_controls(iterate, meshes.evaluator, acting_intervals(iterate)))
         if told := others_remark(others, iterate):
             yield told
-    # a mesh that stays may be as coarse as it was stated
-    if adapts and (displaced := displaced_remark(fitted, meshes.evaluator)):
+    # a mesh that stays may be as coarse as it was stated, and one that is open is said to be
+    if adapts and not shortfall and (displaced := displaced_remark(fitted, meshes.evaluator)):
         yield displaced
 
 
