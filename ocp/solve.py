@@ -30,6 +30,7 @@ from ocp.problem.validation import check_values
 from ocp.progress import Progress, shown
 from ocp.refinement.estimates.missed_switches import displaced_remark
 from ocp.refinement.estimates.other_controls import other_controls, others_remark
+from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.refinement.loop import Refinement, refine
 from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver, Start
@@ -369,8 +370,11 @@ def _remarks(meshes: MeshSolver, refinement: Refinement, fitted: Iterate) -> Ite
 
 def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:
     """Why the refinement ended short of its tolerances, and which they are, if it did."""
+    gain = refinement.best.errors.gain
     if not meshes.settings.refinement.adapts:
-        return ""
+        # it may be coarse on purpose; how much that costs is said all the same
+        coarse = gain > CERTIFIED_GAIN and meshes.settings.scheme.informative_multipliers
+        return f"the mesh stays, and a finer one promises a gain of {gain:.0e}" if coarse else ""
     endings = {
         "tolerances": "",
         "standstill": "refinement ended where the objective stood still",

@@ -17,7 +17,7 @@ def is_linear(expression: ca.SX, variables: ca.SX) -> bool:
 
 
 def is_quadratic(expression: ca.SX, variables: ca.SX) -> bool:
-    """Whether an expression (m,) is quadratic in variables (n,), and steps with none of them."""
+    """Whether one expression is quadratic in variables (n,), and steps with none of them."""
     return ca.is_quadratic(expression, variables) and not _steps_with(expression, variables)
 
 

@@ -2,11 +2,14 @@
 
 Where such a result changes, the expressions may step.  The derivative of the result is zero on both
 sides, so nothing that is built on derivatives sees the step.  A remainder has a quotient of the
-kind: ``fmod(a, b) = a - n b`` with a whole number n.
+kind: ``fmod(a, b) = a - n b`` with a whole number n.  ``copysign`` has the sign of its second
+argument, and ``atan2`` steps by a turn where its first one changes sign while the second one is
+negative.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -16,6 +19,8 @@ from ocp.numerics.expression_graph import ExpressionGraph, Replacement, graph_of
 
 _STEPWISE = {"lt", "le", "eq", "ne", "sign", "floor", "ceil"}
 _REMAINDERS = {"fmod", "remainder"}
+_SIGNED = {"copysign", "atan2"}
+_ALL = _STEPWISE | _REMAINDERS | _SIGNED
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -40,13 +45,13 @@ def stepwise_operations(
     """The stepwise operations of scalar expressions, or None where there are none."""
     # most expressions have none, which is seen without building their graphs
     function = ca.Function("expressions", list(symbols), [ca.vertcat(*expressions)])
-    codes = {getattr(ca, f"OP_{name.upper()}") for name in _STEPWISE | _REMAINDERS}
+    codes = {getattr(ca, f"OP_{name.upper()}") for name in _ALL}
     if codes.isdisjoint(function.instruction_id(k) for k in range(function.n_instructions())):
         return None
 
     graph = graph_of(expressions, symbols)
     named = {i: one.operation for i, one in enumerate(graph.instructions)}
-    places = [i for i, name in named.items() if name in _STEPWISE | _REMAINDERS]
+    places = [i for i, name in named.items() if name in _ALL]
     results = [_result(graph, place, symbols) for place in places]
 
     held = [ca.SX.sym(f"result_{i}") for i in range(len(places))]
@@ -60,17 +65,30 @@ def stepwise_operations(
 
 
 def _result(graph: ExpressionGraph, place: int, symbols: Sequence[ca.SX]) -> ca.SX:
-    """The result of a stepwise operation, or the whole number of a remainder."""
+    """The result of a stepwise operation, the whole number of a remainder, or a sign."""
     instruction = graph.instructions[place]
     of = (place, *instruction.operands)
     found, *operands = ExpressionGraph(graph.instructions, of).rebuilt(symbols)
-    if instruction.operation not in _REMAINDERS:
-        return found
-    return ca.floor((operands[0] - found) / operands[1] + 0.5)
+    if instruction.operation in _REMAINDERS:
+        return ca.floor((operands[0] - found) / operands[1] + 0.5)
+    if instruction.operation == "copysign":
+        return ca.sign(operands[1])
+    if instruction.operation == "atan2":
+        return ca.if_else(operands[1] < 0, ca.sign(operands[0]), 0)
+    return found
 
 
 def _with_held(name: str, held: ca.SX) -> Replacement:
-    """An operation with its stepwise result, or quotient, given."""
+    """An operation with its stepwise result, its quotient or its sign given."""
     if name in _REMAINDERS:
         return lambda operands: operands[0] - held * operands[1]
+    if name == "copysign":
+        return lambda operands: held * ca.fabs(operands[0])
+    if name == "atan2":
+        # half a turn from the opposite direction, where the angle does not step
+        return lambda operands: ca.if_else(
+            held == 0,
+            ca.atan2(*operands),
+            held * math.pi + ca.atan2(-operands[0], -operands[1]),
+        )
     return lambda _: held

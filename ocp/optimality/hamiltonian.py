@@ -72,6 +72,8 @@ class Hamiltonian:
         Whether time enters neither dynamics, nor integrands, nor path constraints.
     function : casadi.Function
         ``(signals, time, unknowns and constants, costates) -> HamiltonianValues``.
+    time_slopes : casadi.Function
+        Of the same to ``H_t`` and the slopes of `paths` by time.
     """
 
     phase: str
@@ -80,6 +82,7 @@ class Hamiltonian:
     limits_controls: Flags
     autonomous: bool
     function: ca.Function
+    time_slopes: ca.Function
 
     def along(
         self,
@@ -120,6 +123,25 @@ class Hamiltonian:
             path=path,
             path_slope=path_slope.reshape(instants, n_u, n_c).transpose(0, 2, 1),
         )
+
+    def slopes_by_time(
+        self,
+        evaluator: Evaluator,
+        trajectory: Trajectory,
+        costates: PhaseCostates,
+        intervals: Integers,
+        tau: Array,
+    ) -> tuple[Array, Array]:
+        """``H_t`` (m,) and slopes of `paths` (m, n_c) at local times of intervals, both (m,)."""
+        phase = trajectory.phase(self.phase)
+        of_terms, of_paths = columnwise(
+            self.time_slopes,
+            phase.local(intervals, tau),
+            evaluator.times(phase, intervals, tau)[:, None],
+            evaluator.numbers(trajectory),
+            costates.local(intervals, tau),
+        )
+        return of_terms[:, 0], of_paths
 
 
 def hamiltonian_of(evaluator: Evaluator, transcription: Transcription, index: int) -> Hamiltonian:
@@ -175,6 +197,7 @@ def _build(transcription: Transcription, index: int) -> Hamiltonian:
         ca.vec(path_slope),
     ]
     everything = ca.vertcat(*rates, *costs, path, ca.SX(0, 1))
+    by_time = [ca.jacobian(value, TIME.symbol) for value in (ca.sum1(terms), path)]
     return Hamiltonian(
         phase=name,
         controls=controls,
@@ -183,6 +206,9 @@ def _build(transcription: Transcription, index: int) -> Hamiltonian:
         autonomous=not ca.depends_on(everything, TIME.symbol),
         function=ca.Function(
             "hamiltonian", inputs, ca.cse([ca.densify(output) for output in outputs])
+        ),
+        time_slopes=ca.Function(
+            "time_slopes", inputs, ca.cse([ca.densify(slope) for slope in by_time])
         ),
     )
 

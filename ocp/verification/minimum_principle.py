@@ -32,8 +32,8 @@ from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import PhaseCostates
 from ocp.refinement.estimates.active_set_changes import active_set_changes
 from ocp.refinement.estimates.constrained_arcs import (
+    changes_by_time,
     gains_by_means,
-    junction_gains,
     stretches_of,
 )
 
@@ -70,8 +70,9 @@ class MinimumPrinciple:
         `Phase.at` names it may jump, so that each stretch between them has a mean of its own.
     means : (N,)
         Its interval means, relative to `size`.
-    jumps : (N - 1,)
-        Right minus left value at the inner breakpoints, relative to `size`.
+    kept : (N,)
+        Its interval means less what time alone has changed them by, relative to `size`. At an
+        optimum they are equal in each stretch, be the phase autonomous or not.
     steps : (N,)
         Durations of the intervals [s].
     stretches : (N,)
@@ -98,7 +99,7 @@ class MinimumPrinciple:
     sizes: Array
     drift: float
     means: Array
-    jumps: Array
+    kept: Array
     steps: Array
     stretches: Integers
     slopes: Array
@@ -132,11 +133,7 @@ class MinimumPrinciple:
     @property
     def gain_on_arcs(self) -> float:
         """What moving breakpoints promises where a path acts [unit of the objective]."""
-        of_intervals = self.steps, self.stretches
-        if self.autonomous:
-            gains = gains_by_means(self.means, *of_intervals, self.acting, self.changes)
-        else:
-            gains = junction_gains(self.jumps, *of_intervals, self.acting & self.changes)
+        gains = gains_by_means(self.kept, self.steps, self.stretches, self.acting, self.changes)
         return self.size * float(gains.sum())
 
     def share_judged_by_means(self, within: float, strict: float) -> float:
@@ -189,9 +186,9 @@ def minimum_principle(
     slopes = _projected(tested, *_slopes(tested, points, values))
 
     first_and_last = np.array([0, phase.intervals - 1])
-    inner = np.arange(phase.intervals - 1)
-    left = tested.values(inner, np.ones(inner.size)).value
-    right = tested.values(inner + 1, np.zeros(inner.size)).value
+    by_time: Array | float = 0.0
+    if not hamiltonian.autonomous:
+        by_time = changes_by_time(iterate, evaluator, costates, index)
     stretches = stretches_of(iterate, phase)
     drift = float(np.abs(means - _means_of_stretches(means, steps, stretches)) @ steps / duration)
     return MinimumPrinciple(
@@ -203,7 +200,7 @@ def minimum_principle(
         sizes=np.maximum(sizes / size, 1.0),
         drift=drift / size,
         means=means / size,
-        jumps=(right - left) / size,
+        kept=(means - by_time) / size,
         steps=steps,
         stretches=stretches,
         slopes=slopes,

@@ -209,3 +209,18 @@ def test_half_a_swing_is_not_taken_for_three():
     found = solve(Problem("swing", phase, minimise=phase.integral(u**2) + 0.01 * phase.end_time))
     assert found.value(phase.end_time) == pytest.approx(math.pi, rel=1e-2)
     assert found.objective < 0.01 * math.pi
+
+
+def test_constants_count_at_the_values_that_are_solved_for():
+    """Two wells at the end, by a weight that is declared as nothing."""
+    weight = Constant("weight of the wells", value=0.0)
+    phase = Phase("go", {x: u}, {x: 0.2}, end=1.0)
+    end = phase.at_end(x)
+    wells = 20 * ((end**2 - 1) ** 2 + 0.5 * end)
+    problem = Problem("wells", phase, minimise=phase.integral(u**2) + weight * wells)
+    found = solve(problem, constants={weight: 1.0})
+
+    # the control is constant: the least over all ends
+    ends = np.linspace(-2, 2, 400_001)
+    least = ((ends - 0.2) ** 2 + 20 * ((ends**2 - 1) ** 2 + 0.5 * ends)).min()
+    assert found.objective == pytest.approx(least, rel=1e-6)

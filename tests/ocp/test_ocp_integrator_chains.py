@@ -42,13 +42,19 @@ def test_lengths_of_chains():
 
 def test_automatic_is_linear_only_where_that_is_exact():
     x, v, a, u = State("x"), State("v"), State("a"), Control("u")
-    p = phase({x: v, v: a, a: u})
-    assert shape_of(u, p, "automatic", Radau(), 4) == "linear"
-    assert shape_of(u, p, "automatic", Radau(), 3) == "polynomial"
-    assert shape_of(u, p, "automatic", Trapezoid(), 2) == "polynomial"
-    assert shape_of(u, p, "constant", Radau(), 4) == "constant"
+
+    def shape(control, rates, default, scheme, least_degree):
+        p = phase(rates)
+        problem = Problem("p", p, minimise=p.integral(control**2))
+        return shape_of(problem, p, control, default, scheme, least_degree)
+
+    rates = {x: v, v: a, a: u}
+    assert shape(u, rates, "automatic", Radau(), 4) == "linear"
+    assert shape(u, rates, "automatic", Radau(), 3) == "polynomial"
+    assert shape(u, rates, "automatic", Trapezoid(), 2) == "polynomial"
+    assert shape(u, rates, "constant", Radau(), 4) == "constant"
     stated = Control("u", shape="polynomial")
-    assert shape_of(stated, phase({x: v, v: stated}), "linear", Radau(), 4) == "polynomial"
+    assert shape(stated, {x: v, v: stated}, "linear", Radau(), 4) == "polynomial"
 
 
 @pytest.mark.parametrize("scheme", [Radau(), Gauss(), Lobatto()])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import casadi as ca
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -94,6 +95,17 @@ def test_a_valley_narrower_than_the_steps_between_what_is_tried_is_found() -> No
     assert found.objective == pytest.approx(0.1, rel=1e-3)
     assert "u = -1 instead of 0.99" in found.verdict
     assert checks(found)["other controls"].value == pytest.approx(2.0, rel=1e-2)
+
+
+def test_a_cost_that_steps_with_the_control_is_no_linear_one() -> None:
+    """A drive whose brake is open costs 4 a second: half of the time at 2 m/s is the best."""
+    speed = Control("speed", "m/s", lower=0, upper=5)
+    phase = Phase("go", {x: speed}, initial={x: 0}, final={x: 1}, end=1.0)
+    cost = phase.integral(speed**2 + ca.if_else(speed.symbol > 0.01, 4, 0))
+    found = solve(Problem("brake", phase, minimise=cost))
+    assert found.objective == pytest.approx(5.0, rel=1e-6)  # and 4 is the least
+    assert "other controls promise to gain" in found.verdict
+    assert not certify(found).passed
 
 
 def test_an_optimum_that_needs_endless_switches_is_not_claimed() -> None:

@@ -32,6 +32,8 @@ STEPPING = {
     "comparison": speed * ca.if_else(x < 0.5, 1, 2),
     "sign": speed * (1.5 + 0.5 * ca.sign(x - 0.5)),
     "floor": speed * (1 + ca.floor(2 * x + 1e-12)),
+    "copysign": speed * (1.5 + 0.5 * ca.copysign(1, x.symbol - 0.5)),
+    "angle": speed * (1.5 + ca.atan2(1e-9 * (x.symbol - 0.5), -1) / (2 * ca.pi)),
 }
 
 

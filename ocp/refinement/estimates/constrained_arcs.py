@@ -11,6 +11,9 @@ arc: it falls with the cube of the interval. And where an arc begins or ends ins
 limit may be met at all of its points, so that the control is what the limit asks for too early or
 too late. Then nothing is rough, and the costates have jumps that the limit explains. The
 Hamiltonian tells: it differs on both sides of the breakpoint from which the arc is held.
+
+Where time enters the phase, the Hamiltonian changes with it, by ``H_t`` and by what the limits
+press while they move. That part is taken off.
 """
 
 from __future__ import annotations
@@ -19,18 +22,17 @@ import numpy as np
 
 from ocp.arrays import Array, Flags, Integers
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory
-from ocp.optimality.hamiltonian import hamiltonian_jumps, hamiltonian_of
+from ocp.optimality.hamiltonian import hamiltonian_of
 from ocp.optimality.interval_means import collocation_points
 from ocp.optimality.iterate import Iterate
-from ocp.optimality.multipliers import phase_costates
+from ocp.optimality.multipliers import PhaseCostates, phase_costates
 from ocp.refinement.estimates.active_set_changes import active_set_changes
 
 
 def arc_gains(iterate: Iterate, evaluator: Evaluator, index: int, acting: Flags) -> Array:
     """What other breakpoints gain in each interval of a phase [unit of the objective], (N,).
 
-    Zero outside of arcs, and inside of them where time enters the phase, as the Hamiltonian changes
-    with it.
+    Zero outside of arcs.
 
     Parameters
     ----------
@@ -45,18 +47,52 @@ def arc_gains(iterate: Iterate, evaluator: Evaluator, index: int, acting: Flags)
     hamiltonian = hamiltonian_of(evaluator, iterate.transcription, index)
     changes = active_set_changes(iterate, index)
     steps, stretches = np.diff(phase.breakpoints), stretches_of(iterate, phase)
-    if hamiltonian.autonomous:
-        points = collocation_points(iterate.transcription.columns.phases[index])
-        values = hamiltonian.along(
-            evaluator,
-            iterate.trajectory,
-            phase_costates(iterate, index),
-            points.intervals,
-            points.tau,
+    points = collocation_points(iterate.transcription.columns.phases[index])
+    costates = phase_costates(iterate, index)
+    values = hamiltonian.along(
+        evaluator, iterate.trajectory, costates, points.intervals, points.tau
+    )
+    means = points.means(values.value)
+    if not hamiltonian.autonomous:
+        means -= changes_by_time(iterate, evaluator, costates, index)
+    return gains_by_means(means, steps, stretches, acting, changes)
+
+
+def changes_by_time(
+    iterate: Iterate, evaluator: Evaluator, costates: PhaseCostates, index: int
+) -> Array:
+    """What time alone has changed the Hamiltonian by, in the mean over each interval, (N,).
+
+    ``dH/dt = H_t + sum mu c_t`` along an optimum (Bryson and Ho, ch. 3.10), where the multipliers
+    of limits that act are masses at points.
+    """
+    phase = iterate.trajectory.phases[index]
+    hamiltonian = hamiltonian_of(evaluator, iterate.transcription, index)
+    whole, mean = np.zeros(phase.intervals), np.zeros(phase.intervals)
+
+    def add(intervals: Integers, tau: Array, change: Array) -> None:
+        # what changes at a point counts in the rest of its interval
+        np.add.at(whole, intervals, change)
+        np.add.at(mean, intervals, (1.0 - tau) * change)
+
+    points = collocation_points(iterate.transcription.columns.phases[index])
+    of_terms, _ = hamiltonian.slopes_by_time(
+        evaluator, iterate.trajectory, costates, points.intervals, points.tau
+    )
+    steps = np.diff(phase.breakpoints)[points.intervals]
+    add(points.intervals, points.tau, points.weights * steps * of_terms)
+    for rows in iterate.transcription.rows.phases[index].path:
+        if rows.constraint not in hamiltonian.paths:
+            continue
+        constraint = iterate.transcription.constraints[index][rows.constraint]
+        _, of_paths = hamiltonian.slopes_by_time(
+            evaluator, iterate.trajectory, costates, rows.intervals, rows.tau
         )
-        return gains_by_means(points.means(values.value), steps, stretches, acting, changes)
-    jumps = hamiltonian_jumps(iterate, evaluator, index)
-    return junction_gains(jumps, steps, stretches, acting & changes)
+        masses = iterate.determined_row_multipliers[rows.rows]
+        masses = masses * iterate.scales.objective / constraint.scale
+        slopes = of_paths[:, hamiltonian.paths.index(rows.constraint)]
+        add(rows.intervals, rows.tau, masses * slopes)
+    return np.asarray(np.cumsum(whole) - whole + mean)
 
 
 def gains_by_means(
