@@ -107,8 +107,12 @@ def _traded(
 
 
 def _shares(constraint: PathConstraint, slopes: Array) -> bool:
-    """Whether a constraint is shared by several controls and by nothing else."""
-    return constraint.of_controls and bool(np.count_nonzero(slopes[:1]) > 1)
+    """Whether a limit is shared by several controls and by nothing else, or an equation holds one.
+
+    At given states an equation has no slack, so that no control moves without another one.
+    """
+    count = int(np.count_nonzero(slopes[:1]))
+    return count > 0 if constraint.is_equation else constraint.of_controls and count > 1
 
 
 def _room(

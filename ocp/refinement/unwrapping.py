@@ -57,14 +57,14 @@ def periods(problem: Problem, index: int) -> dict[str, float]:
             continue
         if ca.depends_on(rates, control.symbol) and is_linear(rates, control.symbol):
             continue  # a force, and no angle
-        for period in _candidates(expressions, control):
+        for period in possible_periods(expressions, control):
             if _invariant(expressions, control, period):
                 found[control.name] = period
                 break
     return found
 
 
-def _candidates(expressions: Sequence[ca.SX], control: Control) -> Iterator[float]:
+def possible_periods(expressions: Sequence[ca.SX], control: Control) -> Iterator[float]:
     """Periods of the sines and cosines of a control, the longest first."""
     used = [e for e in expressions if ca.depends_on(e, control.symbol)]
     if not used:
@@ -134,7 +134,9 @@ def lost_angle(iterate: Iterate) -> tuple[str, Control] | None:
         for control in iterate.problem.controls[motion.name]:
             if control.is_limited or control.coupled:
                 continue
-            period = max(_candidates(list(statement.dynamics.values()), control), default=math.inf)
+            period = max(
+                possible_periods(list(statement.dynamics.values()), control), default=math.inf
+            )
             turns = [
                 np.abs(
                     np.diff(motion.polynomial(control.name).value(np.full(tau.size, k), tau)[:, 0])

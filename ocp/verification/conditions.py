@@ -201,7 +201,8 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
             allowed.gain,
             others_remark(others, iterate)
             or "what controls far from these promise to gain, to first order, relative to the "
-            "objective; each was tried over its whole range",
+            "objective; each was tried over its whole range, where no path constraint, peak or "
+            "state's bound acts",
         )
 
 

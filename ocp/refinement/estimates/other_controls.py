@@ -28,6 +28,10 @@ from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import duration_multiplier, phase_costates
 from ocp.problem.display import with_unit
 from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
+from ocp.refinement.unwrapping import possible_periods
+
+# Controls (m, n_u) and the number of the one that keeps its value -> controls, Hamiltonian (m,)
+_Trial = Callable[[Array, int | None], tuple[Array, Array]]
 
 # Gauss points of an interval, values of each control that are tried alone, points of the box, and
 # evaluations in all: on fine meshes fewer points of an interval are looked at
@@ -39,6 +43,9 @@ _EVALUATIONS = 200_000
 # Times that the bracket of a valley is narrowed, by the golden section: to a hundredth of a step
 _SECTIONS = 10
 _GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
+
+# Steps of Newton's method towards controls that meet equations: the first ones may begin far away
+_NEWTON_STEPS = 6
 
 # Of the typical duration: a phase that lasts no longer has shrunk to the least one. That is a
 # thousandth of this (`ocp.transcription.blocks`), and the barrier of the solver keeps a little off.
@@ -173,24 +180,33 @@ def others_of_phase(
     if square and _is_convex(own.curvature) and not vanished:
         return None
 
-    signals = phase.local(intervals, tau)
-    controls = signals[:, columns]
+    motion = phase.local(intervals, tau)
+    controls = motion[:, columns]
     fixed = (
         evaluator.times(phase, intervals, tau)[:, None],
         evaluator.numbers(iterate.trajectory),
         costates.local(intervals, tau),
     )
     function = _values_of(evaluator, hamiltonian, index)
+    tied = _Equations.of(iterate, evaluator, hamiltonian, index)
+    limits = _signal_limits(iterate, hamiltonian)
 
-    def value_with(candidate: Array) -> Array:
-        """The Hamiltonian with other controls, (m,); infinite where they are not allowed."""
+    def tried(candidate: Array, held: int | None) -> tuple[Array, Array]:
+        """Controls on their equations, and the Hamiltonian; infinite where they are not allowed."""
+        if tied is not None:
+            candidate = tied.met(candidate, held, motion, fixed[:2])
+        signals = motion.copy()
         signals[:, columns] = candidate
         values, paths = columnwise(function, signals, *fixed)
         allowed = _allowed(iterate, hamiltonian, paths, own.path, index)
-        return np.where(allowed & ~np.isnan(values[:, 0]), values[:, 0], np.inf)
+        allowed &= ((candidate >= limits[:, 0]) & (candidate <= limits[:, 1])).all(axis=1)
+        return candidate, np.where(allowed & ~np.isnan(values[:, 0]), values[:, 0], np.inf)
 
     least, best = own.value.copy(), controls.copy()
-    for candidate, value in _tried(value_with, *_ranges(iterate, hamiltonian, controls), controls):
+    rates = list(iterate.problem.phases[index].dynamics.values())
+    turns = [list(possible_periods(rates, control)) for control in hamiltonian.controls]
+    ranges = _ranges(iterate, hamiltonian, controls)
+    for candidate, value in _tried(tried, *ranges, turns, controls):
         better = value < least
         least = np.where(better, value, least)
         best[better] = candidate[better]
@@ -235,48 +251,124 @@ def _is_convex(curvature: Array) -> bool:
     return bool((np.linalg.eigvalsh(curvature)[:, 0] >= -_ROUNDING * sizes).all())
 
 
+@dataclass(frozen=True, eq=False, repr=False)
+class _Equations:
+    """Equations of a phase that hold controls, so that none of these moves alone.
+
+    Attributes
+    ----------
+    function : casadi.Function
+        ``(signals, time, unknowns and constants) -> what has to vanish (n_e,), slopes (n_e n_u,)``.
+    columns : list of int
+        Of the controls among the signals.
+    """
+
+    function: ca.Function
+    columns: list[int]
+
+    @classmethod
+    def of(
+        cls, iterate: Iterate, evaluator: Evaluator, hamiltonian: Hamiltonian, index: int
+    ) -> _Equations | None:
+        """Those of phase number `index`, if there are any."""
+        constraints = iterate.transcription.constraints[index]
+        places = [
+            place
+            for place, number in enumerate(hamiltonian.paths)
+            if constraints[number].is_equation and hamiltonian.limits_controls[place]
+        ]
+        if not places:
+            return None
+        signals = iterate.trajectory.phases[index].signals
+        columns = [signals.index(control.name) for control in hamiltonian.controls]
+        key = ("equations of controls", index, tuple(signals))
+        if key not in evaluator.compiled:
+            symbols, (_, path) = _called(hamiltonian)
+            slopes = ca.vec(ca.jacobian(path[places], symbols[0][columns]))
+            outputs = [ca.densify(path[places]), ca.densify(slopes)]
+            evaluator.compiled[key] = ca.Function("equations", symbols[:3], ca.cse(outputs))
+        return cls(evaluator.compiled[key], columns)
+
+    def met(
+        self, candidate: Array, held: int | None, motion: Array, fixed: tuple[Array, ...]
+    ) -> Array:
+        """Controls (m, n_u) that meet the equations as the motion does, near those given.
+
+        Parameters
+        ----------
+        held : int or None
+            Number of a control that keeps its value.
+        motion : (m, n)
+            Its signals.
+        fixed : (time (m, 1), unknowns and constants (n,))
+        """
+        wanted, _ = columnwise(self.function, motion, *fixed)
+        signals = motion.copy()
+        for _ in range(_NEWTON_STEPS):
+            signals[:, self.columns] = candidate
+            found, slopes = columnwise(self.function, signals, *fixed)
+            slopes = slopes.reshape(*candidate.shape, -1).transpose(0, 2, 1)
+            if held is not None:
+                slopes[:, :, held] = 0.0
+            step = np.linalg.pinv(np.nan_to_num(slopes)) @ np.nan_to_num(wanted - found)[:, :, None]
+            candidate = candidate + step[:, :, 0]
+        return candidate
+
+
+def _signal_limits(iterate: Iterate, hamiltonian: Hamiltonian) -> Array:
+    """Lower and upper limit of each control, (n_u, 2)."""
+    names = [control.name for control in hamiltonian.controls]
+    return np.array([iterate.parameters.signal_limits[name] for name in names])
+
+
 def _ranges(iterate: Iterate, hamiltonian: Hamiltonian, own: Array) -> tuple[Array, Array]:
     """First and last values that are tried of each control, (n_u,) each."""
-    names = [control.name for control in hamiltonian.controls]
     low, high = own.min(axis=0), own.max(axis=0)
     # without a bound, as far again as the motion goes
-    reach = np.maximum(high - low, [iterate.scales.signals[name] for name in names])
-    limits = np.array([iterate.parameters.signal_limits[name] for name in names])
+    sizes = [iterate.scales.signals[control.name] for control in hamiltonian.controls]
+    reach = np.maximum(high - low, sizes)
+    limits = _signal_limits(iterate, hamiltonian)
     first = np.where(np.isfinite(limits[:, 0]), limits[:, 0], low - reach)
     last = np.where(np.isfinite(limits[:, 1]), limits[:, 1], high + reach)
     return first, last
 
 
 def _tried(
-    value_with: Callable[[Array], Array], first: Array, last: Array, own: Array
+    tried: _Trial, first: Array, last: Array, turns: Sequence[Sequence[float]], own: Array
 ) -> Iterator[tuple[Array, Array]]:
     """Controls in place of a motion's own (m, n_u), and the Hamiltonian with them (m,).
 
     Parameters
     ----------
-    value_with : callable
-        The Hamiltonian (m,) with controls (m, n_u).
+    tried : callable
+        Of controls (m, n_u) and the number of the one that keeps its value.
     first, last : (n_u,)
         Of the values of each control.
+    turns : sequence of sequence of float
+        Of each control, what the rates may have for a period: a whole turn of an angle.
     """
     count = own.shape[1]
     for j in range(count):
+        for turn in (sign * period for period in turns[j] for sign in (1.0, -1.0)):
+            turned = own.copy()
+            turned[:, j] += turn
+            yield tried(turned, j)
         values = np.linspace(first[j], last[j], _ALONE)
         found = []
         for value in values:
             candidate = own.copy()
             candidate[:, j] = value
-            found.append(value_with(candidate))
-            yield candidate, found[-1]
-        yield from _to_the_bottom(value_with, j, values, np.array(found), own)
+            candidate, hamiltonian = tried(candidate, j)
+            found.append(hamiltonian)
+            yield candidate, hamiltonian
+        yield from _to_the_bottom(tried, j, values, np.array(found), own)
     if count > 1:
         for point in np.random.default_rng(0).random((_TOGETHER, count)):
-            candidate = np.broadcast_to(first + point * (last - first), own.shape)
-            yield candidate, value_with(candidate)
+            yield tried(np.tile(first + point * (last - first), (own.shape[0], 1)), None)
 
 
 def _to_the_bottom(
-    value_with: Callable[[Array], Array], j: int, values: Array, found: Array, own: Array
+    tried: _Trial, j: int, values: Array, found: Array, own: Array
 ) -> Iterator[tuple[Array, Array]]:
     """Values of control `j` between those that were tried, towards the least of another valley.
 
@@ -304,7 +396,7 @@ def _to_the_bottom(
         for share in (1.0 - _GOLDEN, _GOLDEN):
             candidate = own.copy()
             candidate[:, j] = low + share * (high - low)
-            pair.append((candidate, value_with(candidate)))
+            pair.append(tried(candidate, j))
         yield from pair
         (lower, at_lower), (upper, at_upper) = pair
         left = at_lower < at_upper
