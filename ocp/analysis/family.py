@@ -38,7 +38,7 @@ from ocp.refinement.policies.moving_mesh import (
     moving_mesh,
     price_of_widths,
 )
-from ocp.refinement.saddles import lower_motion, may_be_saddle
+from ocp.refinement.saddles import is_on_ridge, lower_motion, may_be_saddle
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
 from ocp.solve import solve, solve_from
@@ -364,7 +364,8 @@ class _Walk:
         to the rounds.
         """
         point = StartingPoint(result.x, (result.bound_multipliers, result.row_multipliers))
-        if result.seems_least or not may_be_saddle(meshes, program, point):
+        least = result.seems_least and not is_on_ridge(meshes, program, point)
+        if least or not may_be_saddle(meshes, program, point):
             return None
         motion = trajectory_of(program, result.x, meshes.parameters)
         return lower_motion(meshes, iterate_of(program, result, motion), rounds)

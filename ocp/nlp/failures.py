@@ -20,9 +20,8 @@ from ocp.errors import (
 )
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.result import NlpResult
-from ocp.numerics.kinks import kinked_operations
-from ocp.problem.display import functional_text
 from ocp.problem.integrator_chains import in_equation
+from ocp.problem.kinks import kinks_of
 from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
 from ocp.transcription.columns import PhaseColumns
@@ -180,19 +179,11 @@ def failure(
 
 def _of_kinks(problem: Problem) -> str:
     """What has kinks, which a solver of smooth problems may not get past; empty if nothing."""
-    expressions = [
-        *((f"the rate of '{s.name}'", e) for p in problem.phases for s, e in p.dynamics.items()),
-        *((functional_text(f), piece) for f in problem.functionals for _, piece in f.pieces),
-        *((f"'{b.name}'", b.expression) for p in problem.phases for b in p.bounds),
-        *((f"'{b.name}'", b.expression) for b in problem.boundary_constraints),
-        ("the objective", problem.objective),
-    ]
-    for what, expression in expressions:
-        if found := kinked_operations(expression):
-            return (
-                f"{what} has a kink, by {' and '.join(found)}: state both sides as bounds, or "
-                "the parts above and below it as controls of their own, each not negative; or "
-            )
+    for what, operations in kinks_of(problem):
+        return (
+            f"{what} has a kink, by {' and '.join(operations)}: state both sides as bounds, or "
+            "the parts above and below it as controls of their own, each not negative; or "
+        )
     return ""
 
 

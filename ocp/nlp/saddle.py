@@ -5,6 +5,9 @@ Elsewhere the matrix of a Newton step has too many negative eigenvalues, and IPO
 until the step leads down (Waechter and Biegler 2006, section 3.1). So what it adds tells which of
 the two a point is. At a saddle itself no step shows the way down, as the slope is zero. From a
 point beside it a solver goes down.
+
+A ridge has no slope either where it is taken to be zero, as that of a modulus of zero is. Beside it
+the Lagrangian falls at once.
 """
 
 from __future__ import annotations
@@ -30,6 +33,9 @@ PATIENCE = 100
 # The change where one step is made to see what is added. At the point itself IPOPT may stop before
 # it makes any. Small pivots are not worth their speed where the signs of eigenvalues are asked for.
 _BESIDE = 1e-8
+
+# The change within which a smooth Lagrangian alters by nothing
+_ASIDE = 1e-7
 _ONE_STEP = Ipopt(tolerance=1e-12, max_iterations=1, stall=0, pivot_tolerance=1e-3)
 
 
@@ -58,6 +64,32 @@ def added_curvature(
     if step.outcome == "interrupted":
         raise KeyboardInterrupt
     return step.added_curvature
+
+
+def fall_beside(
+    program: Program, point: StartingPoint, limits: ProgramLimits, parameters: Array
+) -> float:
+    """How fast the Lagrangian falls from a stationary point to a side of it, scaled.
+
+    It is next to 0 where the program is smooth, or where the point lies in a furrow.
+
+    Parameters
+    ----------
+    point : StartingPoint
+        With its multipliers.
+    parameters : (n_p,)
+        Values of the problem's constants.
+    """
+    _, on_rows = point.multipliers or (None, np.zeros(program.rows))
+    change = _ASIDE * np.random.default_rng(0).standard_normal(point.x.size)
+
+    def lagrangian(x: Array) -> float:
+        objective, rows = program.oracle(x, parameters)
+        return float(objective) + float(on_rows @ np.array(rows).ravel())
+
+    sides = (_beside(point, limits, sign * change) for sign in (1.0, -1.0))
+    lowest = min(lagrangian(side.x) for side in sides)
+    return (lagrangian(point.x) - lowest) / _ASIDE
 
 
 def starts_beside(

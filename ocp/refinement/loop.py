@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from ocp.errors import BudgetSpent, Collapsed, Interrupted, SolveFailed, Unbounded
 from ocp.mesh.mesh import Mesh, same_intervals
 from ocp.nlp.result import NEAR
+from ocp.nlp.solver import StartingPoint
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.endings import LITTLE, Ending, ending_of
@@ -20,7 +21,7 @@ from ocp.refinement.mesh_iteration import MeshIteration, record_of
 from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.policies.movable import most_iterations
 from ocp.refinement.policies.policy import RefinementPolicy
-from ocp.refinement.saddles import lower_motion
+from ocp.refinement.saddles import is_on_ridge, lower_motion
 from ocp.refinement.solved_mesh import LOOSER, SolvedMesh, best_of
 from ocp.refinement.stopped import budget_spent, check_failure, interrupted
 
@@ -121,7 +122,7 @@ def _left_saddles(
     """
     for _ in range(_SADDLES):
         best = best_of(solved, accuracy)
-        if ending == "budget" or _seems_least(best, solved):
+        if ending == "budget" or (_seems_least(best, solved) and not _on_ridge(meshes, best)):
             break
         below = lower_motion(meshes, best.iterate, rounds)
         if below is None:
@@ -147,6 +148,13 @@ def _left_saddles(
         if not any(s.holds(accuracy, LOOSER) for s in further):
             return ending, below.objective
     return ending, None
+
+
+def _on_ridge(meshes: MeshSolver, best: SolvedMesh) -> bool:
+    """Whether the best answer lies on a ridge, where all is stationary and nothing least."""
+    iterate = best.iterate
+    point = StartingPoint(iterate.x, (iterate.bound_multipliers, iterate.row_multipliers))
+    return is_on_ridge(meshes, iterate.transcription, point)
 
 
 def _seems_least(best: SolvedMesh, solved: Sequence[SolvedMesh]) -> bool:

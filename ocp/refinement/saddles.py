@@ -13,13 +13,23 @@ from dataclasses import replace
 from ocp.errors import Unbounded
 from ocp.mesh.mesh import Mesh
 from ocp.nlp.failures import failure
-from ocp.nlp.saddle import PATIENCE, added_curvature, starts_beside, without_standstill
+from ocp.nlp.saddle import (
+    PATIENCE,
+    added_curvature,
+    fall_beside,
+    starts_beside,
+    without_standstill,
+)
 from ocp.nlp.solver import NlpSolver, StartingPoint
 from ocp.optimality.iterate import Iterate, iterate_of
+from ocp.problem.kinks import kinks_of
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_of
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.transcription.packing import trajectory_of
 from ocp.transcription.transcribe import Transcription
+
+# Fall of the scaled Lagrangian beside a point, from which on that is a ridge
+_RIDGE = 1e-3
 
 # Scaled violation of the rows up to which a motion counts as one of its mesh.
 _MET = 1e-8
@@ -74,6 +84,8 @@ def lower_motion(
 def may_be_saddle(meshes: MeshSolver, program: Transcription, point: StartingPoint) -> bool:
     """Whether curvature has to be added at a point of a program: it may be a saddle, or flat.
 
+    It is more than a saddle where the point lies on a ridge.
+
     Raises
     ------
     KeyboardInterrupt
@@ -81,7 +93,20 @@ def may_be_saddle(meshes: MeshSolver, program: Transcription, point: StartingPoi
     """
     parameters = meshes.parameters
     limits = program.limits(parameters)
+    if is_on_ridge(meshes, program, point):
+        return True
     return added_curvature(program.program, point, limits, parameters.vector) != 0
+
+
+def is_on_ridge(meshes: MeshSolver, program: Transcription, point: StartingPoint) -> bool:
+    """Whether a point of a program lies on a ridge, as that of the negative modulus at zero.
+
+    Its slope is taken to be zero there, so that the point is stationary, and no optimum.
+    """
+    if not kinks_of(meshes.problem):
+        return False
+    limits, parameters = program.limits(meshes.parameters), meshes.parameters.vector
+    return fall_beside(program.program, point, limits, parameters) > _RIDGE
 
 
 def _held_still(answer: Iterate) -> Mesh:
