@@ -149,13 +149,13 @@ def others_remark(found: Sequence[OtherControls], iterate: Iterate) -> str:
             f"longer: if it lasts {iterate.scales.time:.4g} s with {changed}, it promises to gain "
             f"{most.gain / iterate.objective_size:.2g} of the objective; state a guess of these "
             "controls, and of times between which the phase lasts, Between(lower, upper, guess), "
-            "or leave the guess out"
+            "or state none"
         )
     return (
         f"other controls promise to gain {gain:.2g} of the objective, such as {changed} at "
-        f"{most.times[k]:.4g} s; state these controls as a guess, or leave the guess out; if that "
-        "promises as much again, ever faster switches gain and no motion is the best: limit how "
-        "fast the control changes"
+        f"{most.times[k]:.4g} s; state these controls as a guess, or none where one is stated; if "
+        "that promises as much again, ever faster switches gain and no motion is the best: limit "
+        "how fast the control changes"
     )
 
 
