@@ -159,12 +159,17 @@ def saturated_constraints(iterate: Iterate, index: int) -> Flags:
     return saturated
 
 
-def acting_intervals(iterate: Iterate) -> tuple[Flags, ...]:
+def acting_intervals(iterate: Iterate, part: float = ACTING) -> tuple[Flags, ...]:
     """Intervals of each phase in which a path constraint, a peak or a state's bound acts, (N,).
 
     Their multipliers sit at points, so that the costates between them say little of the controls.
     Constraints that depend on no state are no part of it, be they of controls alone or of time as
     well: like bounds of controls they leave the costates as they are.
+
+    Parameters
+    ----------
+    part : float
+        Of the largest multiplier, from which on one counts.
     """
     transcription = iterate.transcription
     phases = transcription.columns.phases
@@ -194,4 +199,4 @@ def acting_intervals(iterate: Iterate) -> tuple[Flags, ...]:
             of_phase[group.intervals] = np.maximum(of_phase[group.intervals], of_group)
 
     largest = max(float(of_phase.max(initial=0.0)) for of_phase in largest_of)
-    return tuple(strongly_active(of_phase, ACTING, largest) for of_phase in largest_of)
+    return tuple(strongly_active(of_phase, part, largest) for of_phase in largest_of)

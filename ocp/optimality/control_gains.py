@@ -15,6 +15,7 @@ import numpy as np
 
 from ocp.arrays import Array, Flags
 from ocp.mesh.trajectory import Evaluator
+from ocp.optimality.active_set import STRONGLY_ACTIVE, acting_intervals
 from ocp.optimality.costate_errors import PARTS, costate_errors
 from ocp.optimality.hamiltonian import Hamiltonian, HamiltonianValues, hamiltonian_of
 from ocp.optimality.iterate import Iterate
@@ -55,7 +56,9 @@ def gains(iterate: Iterate, evaluator: Evaluator, index: int, acting: Flags) -> 
     intervals = np.repeat(np.arange(phase.intervals), local.size)
     tau = np.tile(local, phase.intervals)
     costates = phase_costates(iterate, index).local(intervals, tau)
-    costates += costate_errors(iterate, evaluator, index, acting).local(intervals, tau)
+    # errors that small multipliers cause, too, are no layers
+    pressed = acting | acting_intervals(iterate, STRONGLY_ACTIVE)[index]
+    costates += costate_errors(iterate, evaluator, index, pressed).local(intervals, tau)
     values = hamiltonian.at(evaluator, iterate.trajectory, costates, intervals, tau)
 
     # the best control is a Newton step away where H is convex in it, else at the end of its room
