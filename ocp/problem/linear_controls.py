@@ -11,6 +11,7 @@ from functools import lru_cache
 
 import casadi as ca
 
+from ocp.numerics.linearity import is_linear
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Control
@@ -30,4 +31,4 @@ def enters_linearly(problem: Problem, phase: Phase, control: Control) -> bool:
         for name, expression in peak.pieces
         if name == phase.name
     ]
-    return bool(ca.is_linear(ca.vertcat(*expressions, ca.SX(0, 1)), control.symbol))
+    return is_linear(ca.vertcat(*expressions, ca.SX(0, 1)), control.symbol)

@@ -82,9 +82,9 @@ def lower_motion(
 
 
 def may_be_saddle(meshes: MeshSolver, program: Transcription, point: StartingPoint) -> bool:
-    """Whether curvature has to be added at a point of a program: it may be a saddle, or flat.
+    """Whether a stationary point of a program may be no minimum.
 
-    It is more than a saddle where the point lies on a ridge.
+    It lies on a ridge, or curvature has to be added there: then it is a saddle, or flat.
 
     Raises
     ------
