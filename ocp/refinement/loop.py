@@ -11,10 +11,13 @@ from ocp.errors import BudgetSpent, Collapsed, Interrupted, SolveFailed, Unbound
 from ocp.mesh.mesh import Mesh, same_intervals
 from ocp.nlp.result import NEAR
 from ocp.nlp.solver import StartingPoint
+from ocp.optimality.active_set import acting_intervals
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.endings import LITTLE, Ending, ending_of
 from ocp.refinement.estimates.error_estimate import MeshErrors
+from ocp.refinement.estimates.other_controls import other_controls, promised_by
+from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.refinement.first_round.first_answer import first_answer
 from ocp.refinement.first_round.starts import FirstRound
 from ocp.refinement.mesh_iteration import MeshIteration, record_of
@@ -37,6 +40,9 @@ _NEAR = 0.1
 
 # Saddles that are left one after the other.
 _SADDLES = 2
+
+# Part of what controls far away promise that a motion beside a saddle has to bring.
+_LITTLE_OF_OTHERS = 0.01
 
 log = logging.getLogger(__name__)
 
@@ -125,7 +131,7 @@ def _left_saddles(
         if ending == "budget" or (_seems_least(best, solved) and not _on_ridge(meshes, best)):
             break
         below = lower_motion(meshes, best.iterate, rounds)
-        if below is None:
+        if below is None or _is_little_beside_others(meshes, best.iterate, below):
             return "budget" if meshes.spent(rounds) else ending, None
 
         further: list[SolvedMesh] = []
@@ -148,6 +154,19 @@ def _left_saddles(
         if not any(s.holds(accuracy, LOOSER) for s in further):
             return ending, below.objective
     return ending, None
+
+
+def _is_little_beside_others(meshes: MeshSolver, answer: Iterate, below: Iterate) -> bool:
+    """Whether a lower motion brings next to nothing of what controls far away promise.
+
+    Where ever faster changes between two valleys gain, every motion is a saddle, and each that is
+    lower has more changes. To follow them would take ever finer meshes and come to no end.
+    """
+    others = list(other_controls(answer, meshes.evaluator, acting_intervals(answer)))
+    promised = promised_by(others, answer)
+    sense = meshes.problem.sense
+    brought = sense * (answer.objective - below.objective) / answer.objective_size
+    return promised > CERTIFIED_GAIN and brought < _LITTLE_OF_OTHERS * promised
 
 
 def _on_ridge(meshes: MeshSolver, best: SolvedMesh) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from ocp import (
+    TIME,
     Bound,
     Constant,
     Control,
@@ -142,6 +143,28 @@ def test_a_homotopy_leaves_a_great_circle_that_is_no_shortest_way() -> None:
     assert long.objective == pytest.approx(
         (math.pi + math.sin(CAP) * (4.7 - math.pi)) ** 2, rel=1e-6
     )
+
+
+@pytest.mark.slow
+def test_saddles_are_not_followed_where_ever_faster_changes_gain() -> None:
+    # R. Luus and O. Rosen, Ind. Eng. Chem. Res. 30 (1991): u and -u cost the same but for their
+    # mean, so that changes between them gain, and those who follow them come to no end
+    x, y = State("x"), State("y")
+    z, u = State("z"), Control("u", lower=-4.0, upper=10.0)
+    phase = Phase(
+        "run",
+        {x: y, y: -z * u + 16.0 * TIME - 8.0, z: u},
+        {x: 0.0, y: -1.0, z: -math.sqrt(5.0)},
+        end=1.0,
+    )
+    off = y + 16.0 * TIME - 8.0 - 0.1 * z * u**2
+    cost = phase.integral(x**2 + y**2 + 5e-4 * off**2)
+    answer = solve(Problem("nearly_singular", phase, minimise=cost))
+
+    assert answer.objective == pytest.approx(0.119222, rel=2e-4)
+    assert answer.mesh.intervals < 400
+    assert "ever faster switches gain" in answer.verdict
+    assert not certify(answer).passed
 
 
 def test_a_certificate_refuses_a_saddle(still: Solution, monkeypatch: pytest.MonkeyPatch) -> None:
