@@ -23,6 +23,9 @@ from ocp.problem.symbols import Control
 _NARROWER = 1e-4
 _AS_MUCH = 0.1
 
+# Least height, in sizes of the control on the first mesh: less is what a solver leaves of zero.
+_HIGH = 10.0
+
 # midpoints at which an interval's mean is taken
 _POINTS = (np.arange(8) + 0.5) / 8
 
@@ -55,6 +58,7 @@ def impulse(first: Iterate, last: Iterate) -> Impulse | None:
     for before, after in pairs:
         for control in last.problem.controls[after.name]:
             limits = last.parameters.signal_limits[control.name]
+            least = _HIGH * first.scales.signals[control.name]
             free = [s for s, limit in zip((-1.0, 1.0), limits, strict=True) if np.isinf(limit)]
             # beside an impulse a polynomial swings to the other side, too, but does less there
             free.sort(key=lambda sign: -_done(after, control, sign))
@@ -62,9 +66,9 @@ def impulse(first: Iterate, last: Iterate) -> Impulse | None:
                 (old_height, old_width), (height, width) = (
                     _highest(motion, control, sign) for motion in (before, after)
                 )
-                # where it has no such sign on both meshes there is nothing to compare
-                narrow = min(old_height, height) > 0 and width <= _NARROWER * old_width
-                if narrow and height * width >= _AS_MUCH * old_height * old_width:
+                # where it has no such sign on the first mesh there is nothing to compare
+                peaked = old_height > 0 and height >= least and width <= _NARROWER * old_width
+                if peaked and height * width >= _AS_MUCH * old_height * old_width:
                     most = free[0]
                     return Impulse(after.name, control, most * _highest(after, control, most)[0])
     return None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ocp import TIME, Between, Control, NumericalTrouble, Phase, Problem, State, solve
+from ocp import TIME, Between, Bound, Control, NumericalTrouble, Phase, Problem, State, solve
 
 X, V = State("x", "m"), State("v", "m/s")
 
@@ -57,6 +57,15 @@ def test_a_layer_of_some_width_is_resolved() -> None:
     phase = Phase("go", {X: rate}, initial={X: 1}, end=1e4)
     found = solve(Problem("layer", phase, minimise=phase.integral(X**2 + rate**2)))
     assert found.objective == pytest.approx(1.0, rel=1e-6)  # tanh(1e4)
+
+
+def test_what_a_solver_leaves_of_zero_is_no_impulse() -> None:
+    """Two parts of a modulus, one of which is zero: |x - 1| + u^2 / 2 from 0, never beyond 1."""
+    rate, above, below = Control("rate"), Control("above", lower=0), Control("below", lower=0)
+    parts = Bound("parts", X - 1 - above + below, lower=0, upper=0)
+    phase = Phase("go", {X: rate}, initial={X: 0}, end=3.0, bounds=[parts])
+    found = solve(Problem("track", phase, minimise=phase.integral(above + below + rate**2 / 2)))
+    assert found.objective == pytest.approx(2 * np.sqrt(2) / 3, rel=1e-6)
 
 
 def test_a_pole_of_the_control_is_resolved() -> None:
