@@ -373,7 +373,9 @@ def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:
     gain = refinement.best.errors.gain
     if not meshes.settings.refinement.adapts:
         # it may be coarse on purpose; how much that costs is said all the same
-        coarse = gain > CERTIFIED_GAIN and meshes.settings.scheme.informative_multipliers
+        if not meshes.settings.scheme.informative_multipliers:
+            return "the mesh stays, and this scheme does not tell what a finer one gains"
+        coarse = gain > CERTIFIED_GAIN
         return f"the mesh stays, and a finer one promises a gain of {gain:.0e}" if coarse else ""
     endings = {
         "tolerances": "",

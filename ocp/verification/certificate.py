@@ -1,6 +1,6 @@
 """A certificate: what has been checked about a solution, with which numbers and tolerances.
 
-`certify` does not believe the record of the solve. It drives the dynamics with the controls again,
+`certify` does not believe what the solve checked. It drives the dynamics with the controls again,
 evaluates the motion between the points and tests the first-order conditions from the multipliers.
 The conditions themselves are in `ocp.verification.conditions` and `program_conditions`.
 """
@@ -17,6 +17,7 @@ from ocp.errors import StatementError
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers, all_multipliers
+from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.verification.conditions import (
     Condition,
     Evidence,
@@ -105,6 +106,9 @@ class Certifiable(Protocol):
     def evaluator(self) -> Evaluator: ...
 
     @property
+    def mesh_iterations(self) -> tuple[MeshIteration, ...]: ...
+
+    @property
     def kept_iterate(self) -> Iterate: ...
 
     @property
@@ -141,6 +145,7 @@ def certify(solution: Certifiable, tolerances: Tolerances | None = None) -> Cert
         multipliers=solution.kept_multipliers,
         scaled=all_multipliers(shown),
         evaluator=solution.evaluator,
+        rounds=solution.mesh_iterations,
     )
 
     allowed = tolerances or Tolerances()

@@ -27,6 +27,7 @@ from ocp.refinement.estimates.excess_price import worth_of_excess
 from ocp.refinement.estimates.other_controls import other_controls, others_remark, promised_by
 from ocp.refinement.estimates.promised_gain import promised_gain
 from ocp.refinement.estimates.switch_detection import control_jumps
+from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.verification.minimum_principle import MinimumPrinciple, minimum_principle
 from ocp.verification.simulation import SimulatedMotion, replayed, simulate
 from ocp.verification.tolerances import Tolerances
@@ -72,12 +73,15 @@ class Evidence:
         As the solution shows them.
     scaled : (rows + n,)
         Scaled multipliers of the rows, then of the unknowns' bounds.
+    rounds : tuple of MeshIteration
+        The record of the solve.
     """
 
     iterate: Iterate
     multipliers: Multipliers
     scaled: Array
     evaluator: Evaluator
+    rounds: tuple[MeshIteration, ...]
 
     @property
     def peaks(self) -> dict[Peak, float]:
@@ -204,6 +208,28 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
             "objective; each was tried over its whole range, where no path constraint, peak or "
             "state's bound acts",
         )
+    else:
+        yield _other_mesh_condition(evidence, allowed)
+
+
+def _other_mesh_condition(evidence: Evidence, allowed: Tolerances) -> Condition:
+    """What another mesh changes, where multipliers do not tell what a finer one would gain."""
+    iterate, count = evidence.iterate, evidence.iterate.mesh.intervals
+    others = [
+        entry.objective
+        for entry in evidence.rounds
+        if not count / 2 < entry.intervals < 2 * count and np.isfinite(entry.objective)
+    ]
+    return Condition(
+        "another mesh",
+        abs(iterate.objective - others[-1]) / iterate.objective_size if others else float("inf"),
+        allowed.gain,
+        "the objective on a mesh of half or twice as many intervals differs by this part; the "
+        "multipliers of this scheme do not tell what a finer mesh gains"
+        if others
+        else "no mesh of half or twice as many intervals is on record, and the multipliers of this "
+        "scheme do not tell what a finer mesh gains: solve the problem with Radau",
+    )
 
 
 def step_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condition]:

@@ -15,6 +15,8 @@ from ocp import (
     Bound,
     Control,
     FixedMesh,
+    HermiteSimpson,
+    Lobatto,
     Phase,
     Problem,
     Settings,
@@ -361,3 +363,19 @@ def test_what_finer_controls_promise_is_a_condition():
     assert [check.passed for check in named] == [False, True]
     # the promise is of first order: it is not far from what is lost
     assert named[0].value == pytest.approx(coarse.objective / 30.0 - 1, rel=2)
+
+
+@pytest.mark.parametrize("scheme", [HermiteSimpson(), Lobatto(3)])
+def test_where_multipliers_tell_nothing_of_finer_controls_meshes_are_compared(scheme):
+    refined = certify(solve(least_time(), settings=Settings(scheme=scheme)))
+    assert refined.passed, refined
+    assert "another mesh" in [check.name for check in refined.checks]
+
+    # the best constant controls on this mesh meet all first-order conditions, and cost more
+    settings = Settings(scheme=scheme, intervals=6, refinement=FixedMesh())
+    coarse = solve(least_effort("constant"), settings=settings)
+    assert "does not tell what a finer one gains" in coarse.verdict
+    assert coarse.objective > 12.0 * (1 + 1e-3)
+    failed = [check for check in certify(coarse).checks if not check.passed]
+    assert [check.name for check in failed] == ["another mesh"]
+    assert "solve the problem with Radau" in failed[0].sentence
