@@ -84,6 +84,12 @@ class Hamiltonian:
     function: ca.Function
     time_slopes: ca.Function
 
+    def expressions(self) -> tuple[list[ca.SX], ca.SX, ca.SX]:
+        """New symbols for the inputs of `function`, with ``H`` and `paths` (n_c,) in them."""
+        inputs = [ca.SX.sym(f"i{i}", self.function.size1_in(i)) for i in range(4)]
+        value, *_, path, _ = self.function(*inputs)
+        return inputs, value, path
+
     def along(
         self,
         evaluator: Evaluator,

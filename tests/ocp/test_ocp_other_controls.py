@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from ocp import TIME, Bound, Control, Phase, Problem, State, certify, solve
+from ocp import TIME, Control, Phase, Problem, State, certify, solve
 
 x = State("x")
 throttle = Control("throttle", lower=-2, upper=2)
@@ -72,31 +72,6 @@ def test_an_interval_is_cut_where_the_mode_changes() -> None:
     assert certify(found).passed
 
 
-def test_controls_that_a_constraint_forbids_are_none() -> None:
-    forward = Phase(
-        "go",
-        {x: 1 - (throttle**2 - 1) ** 2 + 0.3 * throttle * x},
-        initial={x: -1},
-        end=2.0,
-        bounds=[throttle * (1 + 0.1 * throttle**2) >= 0],
-    )
-    found = solve(Problem("forward", forward, maximise=forward.at_end(x)))
-    assert checks(found)["other controls"].passed
-    assert "other controls" not in found.verdict
-
-
-def test_a_valley_narrower_than_the_steps_between_what_is_tried_is_found() -> None:
-    """A lagrangian with two valleys of width 0.1, the second one deeper by 0.2."""
-    place, control = State("x", lower=-2, upper=2), Control("u", lower=-1.7, upper=1.7)
-    guess = {place: (0, 1), control: 1.0}
-    phase = Phase("go", {place: control}, initial={place: 0}, end=1.0, guess=guess)
-    cost = phase.integral(40 * (control**2 - 1) ** 2 + 0.1 * control)
-    found = solve(Problem("narrow", phase, minimise=cost))
-    assert found.objective == pytest.approx(0.1, rel=1e-3)
-    assert "u = -1 instead of 0.99" in found.verdict
-    assert checks(found)["other controls"].value == pytest.approx(2.0, rel=1e-2)
-
-
 def test_a_cost_that_steps_with_the_control_is_no_linear_one() -> None:
     """A drive whose brake is open costs 4 a second: half of the time at 2 m/s is the best."""
     speed = Control("speed", "m/s", lower=0, upper=5)
@@ -106,26 +81,6 @@ def test_a_cost_that_steps_with_the_control_is_no_linear_one() -> None:
     assert found.objective == pytest.approx(5.0, rel=1e-6)  # and 4 is the least
     assert "other controls promise to gain" in found.verdict
     assert not certify(found).passed
-
-
-def test_controls_that_share_a_demand_are_tried_together() -> None:
-    """An engine that is best at none or full of its power, and a battery for the rest."""
-    engine, battery = Control("engine", lower=0, upper=2), Control("battery", lower=-1.6, upper=1.6)
-    demand = Bound("demand", engine + battery - 1 - 0.5 * ca.sin(6 * TIME.symbol), lower=0, upper=0)
-    fuel = engine + 0.45 * ca.sin(ca.pi * engine) ** 2 + 0.3 * ca.sin(ca.pi * engine / 2) ** 2
-    phase = Phase(
-        "drive",
-        {x: -battery},
-        initial={x: 0},
-        final={x: 0},
-        end=1.0,
-        bounds=[demand],
-        guess={x: (0, 0), engine: 1, battery: 0},
-    )
-    found = solve(Problem("split", phase, minimise=phase.integral(fuel + 0.1 * battery**2)))
-    assert found.objective == pytest.approx(1.316, rel=1e-3)  # and 1.05 by turns
-    assert "other controls promise to gain" in found.verdict
-    assert not checks(found)["other controls"].passed
 
 
 def test_an_optimum_that_needs_endless_switches_is_not_claimed() -> None:
