@@ -12,7 +12,7 @@ import numpy as np
 from ocp.arrays import Array, Integers
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
 from ocp.numerics.expression_graph import operands_of
-from ocp.problem.functionals import Functional, Integral
+from ocp.problem.functionals import Functional, Integral, pieces_over
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Symbol, Time, resolve
@@ -129,11 +129,10 @@ def _expressions(problem: Problem, phase: Phase) -> Iterator[tuple[str, ca.SX]]:
         yield f"the derivative of '{state.name}'", rate
     for bound in phase.bounds:
         yield f"'{bound.name}'", bound.expression
-    for functional in (*problem.integrals[phase.name], *problem.peaks):
+    along = (*problem.integrals[phase.name], *problem.peaks)
+    for functional, expression in pieces_over(along, phase.name):
         what = "integrand of" if isinstance(functional, Integral) else "peak"
-        for name, expression in functional.pieces:
-            if name == phase.name:
-                yield f"the {what} '{functional.name}'", expression
+        yield f"the {what} '{functional.name}'", expression
 
 
 def _culprit(expression: ca.SX, number: Callable[[ca.SX], float]) -> str:

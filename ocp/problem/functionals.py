@@ -7,9 +7,9 @@ trajectory, the expressions in the nonlinear program, the typical sizes and the 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, TypeVar
 
 import casadi as ca
 
@@ -115,3 +115,13 @@ class PhaseTime(Functional):
 
 
 AnyFunctional = Integral | Peak | BoundaryValue | PointValue | PhaseTime
+
+_Kind = TypeVar("_Kind", bound=Functional)
+
+
+def pieces_over(functionals: Iterable[_Kind], phase: str) -> Iterator[tuple[_Kind, ca.SX]]:
+    """Functionals that have a piece over a phase, given by its name, with its expression."""
+    for functional in functionals:
+        for name, expression in functional.pieces:
+            if name == phase:
+                yield functional, expression

@@ -18,6 +18,7 @@ from ocp.numerics.linearity import is_linear
 from ocp.numerics.polynomial_expressions import polynomial_degree
 from ocp.numerics.schemes import Scheme
 from ocp.numerics.stepwise_operations import stepwise_operations
+from ocp.problem.functionals import pieces_over
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import (
@@ -109,12 +110,7 @@ def in_equation(control: Control, phase: Phase) -> bool:
 def _has_curved_limit(problem: Problem, phase: Phase, control: Control) -> bool:
     """Whether a limit or peak without states makes a control follow time, other than by lines."""
     limited = [bound.expression for bound in phase.bounds]
-    limited += [
-        expression
-        for peak in problem.peaks
-        for name, expression in peak.pieces
-        if name == phase.name
-    ]
+    limited += [expression for _, expression in pieces_over(problem.peaks, phase.name)]
     return any(_is_curved(expression, control) for expression in limited)
 
 

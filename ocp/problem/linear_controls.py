@@ -12,6 +12,7 @@ from functools import lru_cache
 import casadi as ca
 
 from ocp.numerics.linearity import is_linear
+from ocp.problem.functionals import pieces_over
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Control
@@ -25,10 +26,5 @@ def enters_linearly(problem: Problem, phase: Phase, control: Control) -> bool:
     """
     expressions = [*phase.dynamics.values(), *(bound.expression for bound in phase.bounds)]
     expressions += [integral.expression for integral in problem.integrals[phase.name]]
-    expressions += [
-        expression
-        for peak in problem.peaks
-        for name, expression in peak.pieces
-        if name == phase.name
-    ]
+    expressions += [expression for _, expression in pieces_over(problem.peaks, phase.name)]
     return is_linear(ca.vertcat(*expressions, ca.SX(0, 1)), control.symbol)

@@ -11,7 +11,14 @@ import casadi as ca
 from ocp.errors import StatementError
 from ocp.keywords import checked_keywords
 from ocp.problem.bounds import Bound, checked_bounds
-from ocp.problem.functionals import AnyFunctional, Functional, Integral, Peak, PointValue
+from ocp.problem.functionals import (
+    AnyFunctional,
+    Functional,
+    Integral,
+    Peak,
+    PointValue,
+    pieces_over,
+)
 from ocp.problem.instants import stepping_times
 from ocp.problem.phase import Phase
 from ocp.problem.statement_checks import check_problem
@@ -252,8 +259,7 @@ def _steps(phase: Phase, functionals: Iterable[Functional]) -> tuple[float, ...]
     if isinstance(start, Between) or isinstance(end, Between):
         return ()
     expressions = [*phase.dynamics.values(), *(bound.expression for bound in phase.bounds)]
-    for functional in functionals:
-        expressions += [e for name, e in functional.pieces if name == phase.name]
+    expressions += [expression for _, expression in pieces_over(functionals, phase.name)]
     times = {*phase.breakpoints, *stepping_times(expressions, start, end)}
     return tuple(sorted(time for time in times if start < time < end))
 

@@ -27,6 +27,7 @@ from ocp.numerics.expression_graph import Instruction, graph_of
 from ocp.numerics.linearity import is_linear
 from ocp.numerics.piecewise_polynomial import bernstein
 from ocp.optimality.iterate import Iterate
+from ocp.problem.functionals import pieces_over
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Control
 from ocp.transcription.packing import trajectory_of
@@ -47,8 +48,7 @@ def periods(problem: Problem, index: int) -> dict[str, float]:
     statement = problem.phases[index]
     phase = statement.name
     expressions = [*statement.dynamics.values(), *(bound.expression for bound in statement.bounds)]
-    for functional in problem.functionals:
-        expressions += [piece for name, piece in functional.pieces if name == phase]
+    expressions += [expression for _, expression in pieces_over(problem.functionals, phase)]
 
     found = {}
     rates = ca.vertcat(*statement.dynamics.values())

@@ -9,7 +9,7 @@ from typing import Any
 
 import casadi as ca
 
-from ocp.problem.functionals import Peak
+from ocp.problem.functionals import Peak, pieces_over
 from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Algebraic, State, Time, resolve
@@ -126,10 +126,8 @@ def path_constraints(
             of_controls=_is_of_controls(expression, problem, phase.name),
             of_states=_is_of_states(expression),
         )
-        for peak in problem.peaks
-        for name, expression in peak.pieces
+        for peak, expression in pieces_over(problem.peaks, phase.name)
         for sign in peak.signs
-        if name == phase.name
     ]
 
     # controls need none: their Bernstein coefficients keep the bounds at all times
