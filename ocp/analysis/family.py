@@ -38,7 +38,7 @@ from ocp.refinement.policies.moving_mesh import (
     moving_mesh,
     price_of_widths,
 )
-from ocp.refinement.saddles import is_on_ridge, lower_motion, may_be_saddle
+from ocp.refinement.saddles import lower_motion, may_be_saddle
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
 from ocp.solve import solve, solve_from
@@ -101,8 +101,7 @@ class Member:
     @property
     def start(self) -> StartingPoint:
         """Where a neighbour starts on the same mesh."""
-        answer = self.answer
-        return StartingPoint(answer.x, (answer.bound_multipliers, answer.row_multipliers))
+        return StartingPoint.at(self.answer)
 
     @property
     def trajectory(self) -> Trajectory:
@@ -363,9 +362,8 @@ class _Walk:
         A minimum of the neighbour may go on as one, beyond a bifurcation. What is tried is appended
         to the rounds.
         """
-        point = StartingPoint(result.x, (result.bound_multipliers, result.row_multipliers))
-        least = result.seems_least and not is_on_ridge(meshes, program, point)
-        if least or not may_be_saddle(meshes, program, point):
+        point = StartingPoint.at(result)
+        if not may_be_saddle(meshes, program, point, seems_least=result.seems_least):
             return None
         motion = trajectory_of(program, result.x, meshes.parameters)
         return lower_motion(meshes, iterate_of(program, result, motion), rounds)

@@ -6,8 +6,8 @@ until the step leads down (Waechter and Biegler 2006, section 3.1). So what it a
 the two a point is. At a saddle itself no step shows the way down, as the slope is zero. From a
 point beside it a solver goes down.
 
-A ridge has no slope either where it is taken to be zero, as that of a modulus of zero is. Beside it
-the Lagrangian falls at once.
+A concave kink, as that of ``-|x|`` at 0, may seem stationary, too: CasADi takes the slope of a
+modulus of zero to be zero. Beside such a point the Lagrangian falls at once.
 """
 
 from __future__ import annotations
@@ -69,9 +69,9 @@ def added_curvature(
 def fall_beside(
     program: Program, point: StartingPoint, limits: ProgramLimits, parameters: Array
 ) -> float:
-    """How fast the Lagrangian falls from a stationary point to a side of it, scaled.
+    """How fast the Lagrangian falls from a stationary point to a side of it, per scaled change.
 
-    It is next to 0 where the program is smooth, or where the point lies in a furrow.
+    It is next to 0 where the program is smooth, and negative at a convex kink, as that of ``|x|``.
 
     Parameters
     ----------

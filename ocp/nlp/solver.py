@@ -22,6 +22,19 @@ Returns whether the solver is to stop.
 """
 
 
+class PrimalDualPoint(Protocol):
+    """A point of a program, scaled, with its multipliers: see `NlpResult`."""
+
+    @property
+    def x(self) -> Array: ...
+
+    @property
+    def bound_multipliers(self) -> Array: ...
+
+    @property
+    def row_multipliers(self) -> Array: ...
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class StartingPoint:
     """Where a solver starts.
@@ -37,6 +50,11 @@ class StartingPoint:
 
     x: Array
     multipliers: tuple[Array, Array] | None = None
+
+    @classmethod
+    def at(cls, answer: PrimalDualPoint) -> StartingPoint:
+        """The point of an answer of the same program, with its multipliers."""
+        return cls(answer.x, (answer.bound_multipliers, answer.row_multipliers))
 
 
 @runtime_checkable

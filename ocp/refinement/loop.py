@@ -24,7 +24,7 @@ from ocp.refinement.mesh_iteration import MeshIteration, record_of
 from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.policies.movable import most_iterations
 from ocp.refinement.policies.policy import RefinementPolicy
-from ocp.refinement.saddles import is_on_ridge, lower_motion
+from ocp.refinement.saddles import lower_motion, may_be_saddle
 from ocp.refinement.solved_mesh import LOOSER, SolvedMesh, best_of
 from ocp.refinement.stopped import budget_spent, check_failure, interrupted
 
@@ -128,7 +128,7 @@ def _left_saddles(
     """
     for _ in range(_SADDLES):
         best = best_of(solved, accuracy)
-        if ending == "budget" or (_seems_least(best, solved) and not _on_ridge(meshes, best)):
+        if ending == "budget" or not _may_be_saddle(meshes, best, solved):
             break
         below = lower_motion(meshes, best.iterate, rounds)
         if below is None or _is_little_beside_others(meshes, best.iterate, below):
@@ -169,19 +169,13 @@ def _is_little_beside_others(meshes: MeshSolver, answer: Iterate, below: Iterate
     return promised > CERTIFIED_GAIN and brought < _LITTLE_OF_OTHERS * promised
 
 
-def _on_ridge(meshes: MeshSolver, best: SolvedMesh) -> bool:
-    """Whether the best answer lies on a ridge, where all is stationary and nothing least."""
-    iterate = best.iterate
-    point = StartingPoint(iterate.x, (iterate.bound_multipliers, iterate.row_multipliers))
-    return is_on_ridge(meshes, iterate.transcription, point)
-
-
-def _seems_least(best: SolvedMesh, solved: Sequence[SolvedMesh]) -> bool:
-    """Whether the best answer is no saddle, by what the solver last told on the way to it."""
+def _may_be_saddle(meshes: MeshSolver, best: SolvedMesh, solved: Sequence[SolvedMesh]) -> bool:
+    """Whether the best answer may be no minimum, by what the solver last told on the way to it."""
     # a mesh solved again takes hardly a step, and tells nothing new
     until = solved[: solved.index(best) + 1]
     told = [s.seems_least for s in until if s.iterations >= NEAR]
-    return bool(told) and told[-1]
+    program, point = best.iterate.transcription, StartingPoint.at(best.iterate)
+    return may_be_saddle(meshes, program, point, seems_least=bool(told) and told[-1])
 
 
 @dataclass(frozen=True, eq=False, repr=False)

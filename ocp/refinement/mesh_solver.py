@@ -159,7 +159,7 @@ class MeshSolver:
             return StartingPoint(self._packed(program, start, limits))
         if start.transcription is program:
             # to the last digit, which its multipliers belong to
-            return StartingPoint(start.x, (start.bound_multipliers, start.row_multipliers))
+            return StartingPoint.at(start)
         multipliers = carried_multipliers(start, program)
         return StartingPoint(self._packed(program, start.trajectory, limits), multipliers)
 

@@ -28,8 +28,9 @@ from ocp.refinement.mesh_solver import MeshSolver
 from ocp.transcription.packing import trajectory_of
 from ocp.transcription.transcribe import Transcription
 
-# Fall of the scaled Lagrangian beside a point, from which on that is a ridge
-_RIDGE = 1e-3
+# Fall of the scaled Lagrangian per scaled change of the unknowns, from which on a point is at a
+# concave kink
+_FALL = 1e-3
 
 # Scaled violation of the rows up to which a motion counts as one of its mesh.
 _MET = 1e-8
@@ -38,12 +39,14 @@ _MET = 1e-8
 def lower_motion(
     meshes: MeshSolver, answer: Iterate, rounds: list[MeshIteration]
 ) -> Iterate | None:
-    """A motion on the same mesh whose objective is lower, where the answer is a saddle.
+    """A motion on the same mesh whose objective is lower than that of an answer that is a saddle.
 
-    The solver may still be on its way down.
+    The solver may still be on its way down. None where no such motion is found.
 
     Parameters
     ----------
+    answer : Iterate
+        For which `may_be_saddle` is true.
     rounds : list of MeshIteration
         Until now. What is tried is appended.
 
@@ -54,10 +57,7 @@ def lower_motion(
     KeyboardInterrupt
         The user stopped it.
     """
-    program = answer.transcription
-    point = StartingPoint(answer.x, (answer.bound_multipliers, answer.row_multipliers))
-    if not may_be_saddle(meshes, program, point):
-        return None
+    program, point = answer.transcription, StartingPoint.at(answer)
     if any(phase.movable for phase in answer.mesh.phases):
         # where breakpoints lie alters the objective by errors of the mesh alone, up or down
         program = meshes.next_program(answer, _held_still(answer))
@@ -81,32 +81,35 @@ def lower_motion(
     return None
 
 
-def may_be_saddle(meshes: MeshSolver, program: Transcription, point: StartingPoint) -> bool:
+def may_be_saddle(
+    meshes: MeshSolver,
+    program: Transcription,
+    point: StartingPoint,
+    *,
+    seems_least: bool = False,
+) -> bool:
     """Whether a stationary point of a program may be no minimum.
 
-    It lies on a ridge, or curvature has to be added there: then it is a saddle, or flat.
+    It is at a concave kink, or IPOPT has to add curvature there: then it is a saddle, or flat.
+
+    Parameters
+    ----------
+    point : StartingPoint
+        With its multipliers.
+    seems_least : bool
+        Whether the solver has told that no curvature is added. It is not asked again then.
 
     Raises
     ------
     KeyboardInterrupt
         The user stopped it.
     """
-    parameters = meshes.parameters
-    limits = program.limits(parameters)
-    if is_on_ridge(meshes, program, point):
-        return True
-    return added_curvature(program.program, point, limits, parameters.vector) != 0
-
-
-def is_on_ridge(meshes: MeshSolver, program: Transcription, point: StartingPoint) -> bool:
-    """Whether a point of a program lies on a ridge, as that of the negative modulus at zero.
-
-    Its slope is taken to be zero there, so that the point is stationary, and no optimum.
-    """
-    if not kinks_of(meshes.problem):
-        return False
     limits, parameters = program.limits(meshes.parameters), meshes.parameters.vector
-    return fall_beside(program.program, point, limits, parameters) > _RIDGE
+    # CasADi takes the slope of a modulus of zero to be zero, so that no curvature is asked for
+    kinked = bool(kinks_of(meshes.problem))
+    if kinked and fall_beside(program.program, point, limits, parameters) > _FALL:
+        return True
+    return not seems_least and added_curvature(program.program, point, limits, parameters) != 0
 
 
 def _held_still(answer: Iterate) -> Mesh:

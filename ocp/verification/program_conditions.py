@@ -14,12 +14,13 @@ import numpy as np
 
 from ocp.arrays import Array
 from ocp.errors import Unbounded
+from ocp.nlp.solver import StartingPoint
 from ocp.optimality.active_set import limit_distances
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers
 from ocp.optimality.multipliers import multipliers as recovered
 from ocp.refinement.mesh_solver import MeshSolver
-from ocp.refinement.saddles import lower_motion
+from ocp.refinement.saddles import lower_motion, may_be_saddle
 from ocp.settings import Settings
 from ocp.verification.conditions import Condition, Evidence
 from ocp.verification.tolerances import Tolerances
@@ -146,9 +147,11 @@ def curvature_condition(evidence: Evidence, allowed: Tolerances) -> Condition:
     meshes = MeshSolver.of(
         iterate.problem, Settings(), iterate.parameters, evaluator=evidence.evaluator
     )
+    program, point, lower = iterate.transcription, StartingPoint.at(iterate), None
     gain, sentence = 0.0, "motions beside this one gain no more than this part, to second order"
     try:
-        lower = lower_motion(meshes, iterate, [])
+        if may_be_saddle(meshes, program, point):
+            lower = lower_motion(meshes, iterate, [])
     except Unbounded:
         gain, sentence = np.inf, "beside this motion the objective runs away"
     else:

@@ -20,7 +20,7 @@ def between_wells() -> Problem:
     return Problem("wells", phase, minimise=cost)
 
 
-def test_a_solve_from_a_ridge_leaves_it() -> None:
+def test_a_solve_from_a_concave_kink_leaves_it() -> None:
     problem = between_wells()
     still = solve(problem)
     assert still.objective == pytest.approx(0.0, abs=1e-9)
@@ -43,7 +43,7 @@ def test_the_worst_motion_is_not_taken_for_the_best_one() -> None:
     assert found.objective == pytest.approx(2.0, rel=1e-6)
 
 
-def test_a_furrow_is_no_ridge() -> None:
+def test_a_convex_kink_is_a_minimum() -> None:
     """At rest at the least of a modulus all is well."""
     phase = Phase("go", {x: u}, initial={x: 0}, end=1.0)
     found = solve(Problem("rest", phase, minimise=phase.integral(u**2 + ca.fabs(x))))
