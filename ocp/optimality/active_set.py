@@ -159,17 +159,20 @@ def saturated_constraints(iterate: Iterate, index: int) -> Flags:
     return saturated
 
 
-def acting_intervals(iterate: Iterate, part: float = ACTING) -> tuple[Flags, ...]:
+def acting_intervals(iterate: Iterate) -> tuple[Flags, ...]:
     """Intervals of each phase in which a path constraint, a peak or a state's bound acts, (N,).
 
     Their multipliers sit at points, so that the costates between them say little of the controls.
+    """
+    return tuple(of_phase > ACTING for of_phase in strongest_multipliers(iterate))
+
+
+def strongest_multipliers(iterate: Iterate) -> tuple[Array, ...]:
+    """The largest multiplier of path constraints, peaks and states' bounds in each interval, (N,).
+
+    For each phase, as a part of the largest one of all phases; zero where no limit is active.
     Constraints that depend on no state are no part of it, be they of controls alone or of time as
     well: like bounds of controls they leave the costates as they are.
-
-    Parameters
-    ----------
-    part : float
-        Of the largest multiplier, from which on one counts.
     """
     transcription = iterate.transcription
     phases = transcription.columns.phases
@@ -198,5 +201,5 @@ def acting_intervals(iterate: Iterate, part: float = ACTING) -> tuple[Flags, ...
             of_group = bounds[group.support].max(axis=(1, 2))
             of_phase[group.intervals] = np.maximum(of_phase[group.intervals], of_group)
 
-    largest = max(float(of_phase.max(initial=0.0)) for of_phase in largest_of)
-    return tuple(strongly_active(of_phase, part, largest) for of_phase in largest_of)
+    largest = max(float(of_phase.max(initial=0.0)) for of_phase in largest_of) or 1.0
+    return tuple(of_phase / largest for of_phase in largest_of)

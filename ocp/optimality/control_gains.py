@@ -15,7 +15,6 @@ import numpy as np
 
 from ocp.arrays import Array, Flags
 from ocp.mesh.trajectory import Evaluator
-from ocp.optimality.active_set import STRONGLY_ACTIVE, acting_intervals
 from ocp.optimality.costate_errors import PARTS, costate_errors
 from ocp.optimality.hamiltonian import Hamiltonian, HamiltonianValues, hamiltonian_of
 from ocp.optimality.iterate import Iterate
@@ -30,7 +29,7 @@ _POINTS = 8
 _LEAST_REACH = 1e-3
 
 
-def gains(iterate: Iterate, evaluator: Evaluator, index: int, acting: Flags) -> Array:
+def gains(iterate: Iterate, evaluator: Evaluator, index: int, strongly_acting: Flags) -> Array:
     """What finer controls gain in each part of each interval of a phase [unit of the objective].
 
     The parts are those of `costate_errors.PARTS`, so that the shape is (N, p).
@@ -39,9 +38,10 @@ def gains(iterate: Iterate, evaluator: Evaluator, index: int, acting: Flags) -> 
     ----------
     index : int
         Of the phase.
-    acting : (N,)
-        Intervals in which a path constraint, a peak or a state's bound acts. There the costates
-        are those of the program.
+    strongly_acting : (N,)
+        Intervals in which a path constraint, a peak or a state's bound is strongly active, however
+        small its multiplier is. There the costates are those of the program. The multipliers are
+        a part of the costates' equation, and would count as errors of the costates.
     """
     phase = iterate.trajectory.phases[index]
     hamiltonian = hamiltonian_of(evaluator, iterate.transcription, index)
@@ -56,9 +56,7 @@ def gains(iterate: Iterate, evaluator: Evaluator, index: int, acting: Flags) -> 
     intervals = np.repeat(np.arange(phase.intervals), local.size)
     tau = np.tile(local, phase.intervals)
     costates = phase_costates(iterate, index).local(intervals, tau)
-    # errors that small multipliers cause, too, are no layers
-    pressed = acting | acting_intervals(iterate, STRONGLY_ACTIVE)[index]
-    costates += costate_errors(iterate, evaluator, index, pressed).local(intervals, tau)
+    costates += costate_errors(iterate, evaluator, index, strongly_acting).local(intervals, tau)
     values = hamiltonian.at(evaluator, iterate.trajectory, costates, intervals, tau)
 
     # the best control is a Newton step away where H is convex in it, else at the end of its room

@@ -15,7 +15,7 @@ import numpy as np
 
 from ocp.arrays import Array
 from ocp.mesh.trajectory import Evaluator
-from ocp.optimality.active_set import acting_intervals
+from ocp.optimality.active_set import ACTING, strongest_multipliers
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers, duration_multiplier
 from ocp.optimality.steps import step_remark, steps_along
@@ -174,7 +174,8 @@ def _replay_words(simulated: SimulatedMotion) -> str:
 def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condition]:
     """The minimum principle, phase by phase."""
     iterate, informative = evidence.iterate, evidence.iterate.scheme.informative_multipliers
-    acting = acting_intervals(iterate)
+    strongest = strongest_multipliers(iterate)
+    acting = [of_phase > ACTING for of_phase in strongest]
 
     for index, costates in enumerate(evidence.multipliers.costates):
         principle = minimum_principle(iterate, evidence.evaluator, costates, index, acting[index])
@@ -194,7 +195,7 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
     if informative:
         yield Condition(
             "finer controls",
-            promised_gain(iterate, evidence.evaluator, acting),
+            promised_gain(iterate, evidence.evaluator, strongest),
             allowed.gain,
             "what they promise to gain, to first order, relative to the objective",
         )

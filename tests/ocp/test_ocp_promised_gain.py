@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ocp import Between, Control, FixedMesh, Phase, Problem, Settings, State, solve
-from ocp.optimality.active_set import acting_intervals
+from ocp.optimality.active_set import strongest_multipliers
 from ocp.refinement.estimates.promised_gain import PhaseGains, promised_gain
 
 
@@ -18,8 +18,8 @@ def moved(minimise, end):
 
 def telling(solution, *, acting):
     iterate = solution.kept_iterate
-    flags = [np.full(iterate.trajectory.phases[0].intervals, acting)]
-    return PhaseGains.of(iterate, solution.evaluator, 0, flags).telling
+    strongest = np.full(iterate.trajectory.phases[0].intervals, float(acting))
+    return PhaseGains.of(iterate, solution.evaluator, 0, strongest).telling
 
 
 def test_a_coarse_switch_promises_about_what_its_place_gains():
@@ -28,7 +28,7 @@ def test_a_coarse_switch_promises_about_what_its_place_gains():
     gained = fastest.objective / np.sqrt(0.3) - 1.0
     assert gained > 1e-3
     iterate = fastest.kept_iterate
-    promised = promised_gain(iterate, fastest.evaluator, acting_intervals(iterate))
+    promised = promised_gain(iterate, fastest.evaluator, strongest_multipliers(iterate))
     assert promised == pytest.approx(gained, rel=0.1)
     # a control on its bound is one that it may have to leave: there the promise counts
     assert telling(fastest, acting=True).all()

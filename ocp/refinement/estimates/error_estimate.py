@@ -14,7 +14,7 @@ from ocp.mesh.mesh import ExtraPoints
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
 from ocp.numerics.interval_maxima import Extremes, dense_grid, maxima
 from ocp.numerics.schemes import Collocation, Gauss
-from ocp.optimality.active_set import acting_intervals
+from ocp.optimality.active_set import ACTING, strongest_multipliers
 from ocp.optimality.iterate import Iterate
 from ocp.problem.functionals import Integral, Peak
 from ocp.problem.parameters import Parameters
@@ -320,15 +320,16 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
     motion_errors = MotionErrors(
         iterate.transcription, iterate.trajectory, evaluator, iterate.parameters
     )
-    acting = acting_intervals(iterate)
+    strongest = strongest_multipliers(iterate)
     phases = []
 
     for index, motion in enumerate(iterate.trajectory.phases):
         jumps = tuple(control_jumps(motion))
-        gains = PhaseGains.of(iterate, evaluator, index, acting)
+        gains = PhaseGains.of(iterate, evaluator, index, strongest[index])
         valleys = between_valleys(iterate, evaluator, index)
         missed = shared(np.maximum(missed_switches(iterate, evaluator, index, jumps), valleys))
-        on_arcs = arc_gains(iterate, evaluator, index, acting[index]) / iterate.objective_size
+        acting = strongest[index] > ACTING
+        on_arcs = arc_gains(iterate, evaluator, index, acting) / iterate.objective_size
         excess = weighted_by_worth(iterate, index, motion_errors.excess[index], accuracy)
         over = [e.values > _COARSE for e in excess]
         wide = np.diff(motion.fractions) > NARROW

@@ -9,7 +9,7 @@ import numpy as np
 
 from ocp.arrays import Array, Flags
 from ocp.mesh.trajectory import Evaluator
-from ocp.optimality.active_set import saturated_constraints
+from ocp.optimality.active_set import ACTING, STRONGLY_ACTIVE, saturated_constraints
 from ocp.optimality.control_gains import gains
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.estimates.back_off_cost import back_off_costs
@@ -59,24 +59,23 @@ class PhaseGains:
     at_end: Flags
 
     @classmethod
-    def of(
-        cls, iterate: Iterate, evaluator: Evaluator, index: int, acting: Sequence[Flags]
-    ) -> PhaseGains:
+    def of(cls, iterate: Iterate, evaluator: Evaluator, index: int, strongest: Array) -> PhaseGains:
         """Those of phase number `index`.
 
         Parameters
         ----------
-        acting : sequence of (N,)
-            Of each phase, the intervals in which a path constraint, a peak or a state's bound acts.
+        strongest : (N,)
+            As of `strongest_multipliers` for the phase.
         """
-        of_parts = gains(iterate, evaluator, index, acting[index]) / iterate.objective_size
+        gained = gains(iterate, evaluator, index, strongest > STRONGLY_ACTIVE)
+        of_parts = gained / iterate.objective_size
         anywhere = of_parts.sum(axis=1)
         motion, mesh = iterate.trajectory.phases[index], iterate.mesh.phases[index]
         parts = parts_to_resolve(motion, mesh, _SMOOTH)
         back_offs = back_off_costs(iterate, index)
         return cls(
             anywhere,
-            _rough(iterate, index) | ~acting[index],
+            _rough(iterate, index) | ~(strongest > ACTING),
             back_offs,
             parts,
             at_end=of_parts[:, 1:].sum(axis=1) > _MOST * anywhere,
@@ -88,16 +87,16 @@ class PhaseGains:
         return np.where(self.telling, self.anywhere, 0.0) + self.back_offs
 
 
-def promised_gain(iterate: Iterate, evaluator: Evaluator, acting: Sequence[Flags]) -> float:
+def promised_gain(iterate: Iterate, evaluator: Evaluator, strongest: Sequence[Array]) -> float:
     """What finer controls could still gain, of the objective, the cost of back-offs included.
 
     Parameters
     ----------
-    acting : sequence of (N,)
-        Of each phase, the intervals in which a path constraint, a peak or a state's bound acts.
+    strongest : sequence of (N,)
+        As of `ocp.optimality.active_set.strongest_multipliers`.
     """
-    phases = range(len(iterate.trajectory.phases))
-    return sum(float(PhaseGains.of(iterate, evaluator, k, acting).told.sum()) for k in phases)
+    phases = [PhaseGains.of(iterate, evaluator, k, of_k) for k, of_k in enumerate(strongest)]
+    return sum(float(phase.told.sum()) for phase in phases)
 
 
 def _rough(iterate: Iterate, index: int) -> Flags:
