@@ -16,7 +16,8 @@ from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import Mesh, uniform
 from ocp.mesh.simulated_fit import determined_motion
 from ocp.mesh.trajectory import Trajectory
-from ocp.nlp.failures import collapsed, failure
+from ocp.nlp.collapse import collapsed
+from ocp.nlp.failures import failure
 from ocp.optimality.active_set import acting_intervals
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multiplier_sets import fitted_to_switches

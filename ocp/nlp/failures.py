@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ocp.arrays import Array, Integers
+from ocp.arrays import Array
 from ocp.errors import (
-    Collapsed,
     Infeasible,
     InvalidNumber,
     IterationLimit,
@@ -19,31 +18,29 @@ from ocp.errors import (
     Unbounded,
 )
 from ocp.mesh.trajectory import Evaluator, Trajectory
+from ocp.nlp.collapse import RUNAWAY, collapsed
 from ocp.nlp.result import NlpResult
 from ocp.problem.integrator_chains import in_equation
 from ocp.problem.kinks import kinks_of
 from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
-from ocp.transcription.columns import PhaseColumns
-from ocp.transcription.rows import PhaseRows
+from ocp.transcription.row_names import RowKind, row_kinds
 from ocp.transcription.transcribe import ProgramLimits, Transcription
 
-# parts of the guessed duration below which a motion takes no time, and next to none
-_NO_TIME = 1e-6
-_LITTLE_TIME = 1e-3
-# typical sizes of the objective or an unknown beyond which it counts as unbounded
-_RUNAWAY = 1e7
 # Scaled. A thousand times what IPOPT is held to, so that nothing is named that is met.
 _VIOLATED = 1e-7
 # as many violated constraints as a sentence holds
 _MOST_NAMED = 3
 
 
-# Instants of an interval at which limits are looked at, the part of a size within which one is
-# reached (what the solver is held to while it restores feasibility is far closer), and the part of
-# a phase for which it is, to be named
+# Instants of an interval at which limits are looked at
 _SAMPLES = 4
+
+# Part of a size within which a limit is reached. A solver that restores feasibility is held to far
+# less.
 _AT_LIMIT = 1e-3
+
+# Part of a phase for which a limit is reached at least, to be named, and how many are named
 _LEAST_SHARE = 0.02
 _MOST_REACHED = 2
 
@@ -125,7 +122,7 @@ def failure(
             iterate,
         )
 
-    if result.outcome == "unbounded" or result.objective < -_RUNAWAY:
+    if result.outcome == "unbounded" or result.objective < -RUNAWAY:
         value = transcription.problem.sense * result.objective * transcription.scales.objective
         return Unbounded(
             f"the objective of '{name}' ran away to {value:.1e} in {count} iterations: it seems "
@@ -243,143 +240,3 @@ def counted(limits: ProgramLimits) -> tuple[int, int]:
     free = limits.columns[0] < limits.columns[1]
     equations = limits.rows[0] == limits.rows[1]
     return int(free.sum()), int(equations.sum())
-
-
-def collapsed(
-    transcription: Transcription, trajectory: Trajectory, failed: Array | None = None
-) -> Collapsed | None:
-    """The error of a motion that takes no time, or None.
-
-    Parameters
-    ----------
-    failed : (n,)
-        The scaled unknowns, if the solver failed there. It may have been on its way: little time is
-        left, and the control that makes it so runs away.
-    """
-    duration = sum(float(np.ptp(phase.breakpoints)) for phase in trajectory.phases)
-    share = duration / transcription.scales.time
-    on_its_way = failed is not None and float(np.abs(failed).max(initial=0.0)) > _RUNAWAY
-    if share > (_LITTLE_TIME if on_its_way else _NO_TIME):
-        return None
-    return Collapsed(
-        f"the motion of '{transcription.problem.name}' shrinks to {duration:.1e} s: nothing in "
-        "the statement needs time; prescribe where the motion ends, bound what drives it, or state "
-        "a least duration",
-        trajectory,
-    )
-
-
-@dataclass(frozen=True, eq=False)
-class RowKind:
-    """The rows of one equation or limit.
-
-    Attributes
-    ----------
-    what : str
-        The equation or limit.
-    rows : (m,)
-        Where they are in the constraint vector.
-    phase : str
-        The phase they belong to, "" if to none.
-    fractions : (m,) or None
-        Where each is in the phase, as a fraction of its duration; None if at no single instant.
-    unit : str
-        Of the unscaled rows.
-    size : float
-        A scaled residual of 1 is `size` in `unit`.
-    """
-
-    what: str
-    rows: Integers
-    phase: str = ""
-    fractions: Array | None = None
-    unit: str = ""
-    size: float = 1.0
-
-
-def row_kinds(transcription: Transcription) -> Iterator[RowKind]:
-    """All rows of a program by kind; every row belongs to one of them."""
-    rows, scales = transcription.rows, transcription.scales
-    for index, columns in enumerate(transcription.columns.phases):
-        yield from _dynamics(transcription, columns, rows.phases[index])
-        yield from _path_constraints(transcription, index)
-        yield from _joints(transcription, columns, rows.phases[index])
-
-    bounds = transcription.problem.boundary_constraints
-    for bound, row in zip(bounds, rows.boundary, strict=True):
-        size = scales.bounds["", bound.name]
-        yield RowKind(f"'{bound.name}'", np.array([row]), unit=bound.unit, size=size)
-
-
-def _dynamics(
-    transcription: Transcription, columns: PhaseColumns, rows: PhaseRows
-) -> Iterator[RowKind]:
-    """Dynamics of each state, and the right ends of intervals without a support point there."""
-    sizes, name = transcription.scales.signals, columns.phase.name
-    points = columns.mesh.breakpoints
-    by_group = [
-        _fractions(points, group.intervals[:, None], group.collocation.points).ravel()
-        for group in columns.groups
-    ]
-    ends = [points[g.intervals + 1] for g in columns.groups if not g.collocation.ends_on_support]
-
-    for j, state in enumerate(columns.states):
-        defects = [table[:, :, j].ravel() for table in rows.defects]
-        yield RowKind(
-            f"dynamics of '{state.name}'",
-            np.concatenate(defects),
-            name,
-            np.concatenate(by_group),
-            state.unit,
-            sizes[state.name],
-        )
-        if rows.continuity:
-            yield RowKind(
-                f"continuity of '{state.name}'",
-                np.concatenate([table[:, j] for table in rows.continuity]),
-                name,
-                np.concatenate(ends),
-                state.unit,
-                sizes[state.name],
-            )
-
-
-def _path_constraints(transcription: Transcription, index: int) -> Iterator[RowKind]:
-    """Path constraints at collocation points and at points added between them."""
-    columns = transcription.columns.phases[index]
-    for number, constraint in enumerate(transcription.constraints[index]):
-        parts = transcription.rows.of_constraint(index, number)
-        if not parts:
-            continue
-        fractions = [
-            _fractions(columns.mesh.breakpoints, part.intervals, part.tau) for part in parts
-        ]
-        yield RowKind(
-            f"'{constraint.name}'",
-            np.concatenate([part.rows for part in parts]),
-            columns.phase.name,
-            np.concatenate(fractions),
-            constraint.unit,
-            constraint.scale,
-        )
-
-
-def _joints(
-    transcription: Transcription, columns: PhaseColumns, rows: PhaseRows
-) -> Iterator[RowKind]:
-    """Running totals of integrals, and the order of times and breakpoints."""
-    scales, name = transcription.scales, columns.phase.name
-    for j, integral in enumerate(columns.integrals):
-        size = scales.functionals[integral]
-        ends = columns.mesh.breakpoints[1:]
-        what = f"integral '{integral.name}'"
-        yield RowKind(what, rows.totals[:, j], name, ends, integral.unit, size)
-    if rows.duration.size:
-        yield RowKind("duration", rows.duration, name, unit="s", size=scales.time)
-    if rows.breakpoints.size:
-        yield RowKind("order of the breakpoints", rows.breakpoints, name)
-
-
-def _fractions(breakpoints: Array, intervals: Integers, tau: Array) -> Array:
-    """Fractions of the phase of local times of intervals."""
-    return np.asarray(breakpoints[intervals] + tau * np.diff(breakpoints)[intervals])

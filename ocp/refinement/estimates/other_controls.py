@@ -18,6 +18,7 @@ import numpy as np
 
 from ocp.arrays import Array, Flags, Integers
 from ocp.mesh.trajectory import Evaluator
+from ocp.nlp.collapse import VANISHED
 from ocp.numerics.linearity import is_linear, is_quadratic
 from ocp.optimality.hamiltonian import hamiltonian_of
 from ocp.optimality.iterate import Iterate
@@ -30,10 +31,6 @@ from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 # points of an interval are looked at
 _POINTS = 4
 _EVALUATIONS = 200_000
-
-# Of the typical duration: a phase that lasts no longer has shrunk to the least one. That is a
-# thousandth of this (`ocp.transcription.blocks`), and the barrier of the solver keeps a little off.
-_VANISHED_PHASE = 1e-6
 
 # Part of the largest curvature that is rounding
 _ROUNDING = 1e-9
@@ -152,7 +149,7 @@ def others_of_phase(
     columns = [phase.signals.index(control.name) for control in hamiltonian.controls]
     inputs, value, path = hamiltonian.expressions()
     u = inputs[0][columns]
-    vanished = bool(phase.end - phase.start <= _VANISHED_PHASE * iterate.scales.time)
+    vanished = bool(phase.end - phase.start <= VANISHED * iterate.scales.time)
     if not columns or (is_linear(value, u) and not vanished):
         return None
     intervals, tau, weights = _points_of(np.flatnonzero(where), len(columns))

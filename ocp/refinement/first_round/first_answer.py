@@ -30,7 +30,8 @@ from itertools import cycle
 import numpy as np
 
 from ocp.mesh.initial_guess import states_a_motion, states_only_lines
-from ocp.nlp.failures import collapsed, counted
+from ocp.nlp.collapse import collapsed
+from ocp.nlp.failures import counted
 from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import NlpSolver, StartingPoint
 from ocp.refinement.first_round.convexity import seems_convex
