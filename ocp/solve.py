@@ -344,7 +344,7 @@ def _solution(
 
 
 def _remarks(meshes: MeshSolver, refinement: Refinement, fitted: Iterate) -> Iterator[str]:
-    """What a verdict says of a verified answer beside what it stands for.
+    """Sentences of a verdict on what is open or may be better, though the answer is verified.
 
     Parameters
     ----------
@@ -364,7 +364,7 @@ def _remarks(meshes: MeshSolver, refinement: Refinement, fitted: Iterate) -> Ite
         others = list(other_controls(iterate, meshes.evaluator, acting_intervals(iterate)))
         if told := others_remark(others, iterate):
             yield told
-    # a mesh that stays may be as coarse as it was stated, and one that is open is said to be
+    # a fixed mesh may be coarse on purpose, and what else is open explains a displaced switch
     if adapts and not shortfall and (displaced := displaced_remark(fitted, meshes.evaluator)):
         yield displaced
 
@@ -373,11 +373,11 @@ def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:
     """Why the refinement ended short of its tolerances, and which they are, if it did."""
     gain = refinement.best.errors.gain
     if not meshes.settings.refinement.adapts:
-        # it may be coarse on purpose; how much that costs is said all the same
+        # it may be coarse on purpose, but what that costs should be known
         if not meshes.settings.scheme.informative_multipliers:
-            return "the mesh stays, and this scheme does not tell what a finer one gains"
+            return "the mesh is fixed, and this scheme does not tell what a finer one gains"
         coarse = gain > CERTIFIED_GAIN
-        return f"the mesh stays, and a finer one promises a gain of {gain:.0e}" if coarse else ""
+        return f"the mesh is fixed, and a finer one promises a gain of {gain:.0e}" if coarse else ""
     endings = {
         "tolerances": "",
         "standstill": "refinement ended where the objective stood still",

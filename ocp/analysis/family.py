@@ -357,9 +357,9 @@ class _Walk:
         result: NlpResult,
         rounds: list[MeshIteration],
     ) -> Iterate | None:
-        """A motion of a lower objective, where what was found is a saddle.
+        """A motion of a lower objective, where what was found is a saddle; None elsewhere.
 
-        A minimum of the neighbour may go on as one, beyond a bifurcation. What is tried is appended
+        Beyond a bifurcation a saddle may follow on a neighbour's minimum. What is tried is appended
         to the rounds.
         """
         point = StartingPoint.at(result)

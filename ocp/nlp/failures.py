@@ -148,7 +148,7 @@ def failure(
 
     free, equations = counted(limits)
     if result.outcome == "overdetermined" or (result.outcome == "infeasible" and equations > free):
-        missed = f" and meets not all of them{in_brackets}" if worst else ""
+        missed = f" and does not meet all of them{in_brackets}" if worst else ""
         return Overdetermined(
             f"'{name}' has {equations} equations for {free} free unknowns on its mesh{missed}: "
             "more is prescribed than the controls and unknowns can bring about; take back a "

@@ -8,7 +8,7 @@ from typing import Literal
 
 from ocp.arrays import Array
 
-# Steps after which the last one began near the point where it ends.
+# Iterations after which the last step begins near the point where the run ends
 NEAR = 3
 
 Outcome = Literal[
@@ -48,8 +48,9 @@ class NlpResult:
     attempts : int
         Runs that it took, where there were several.
     added_curvature : float
-        What the last step needed to lead down, scaled: nothing near a least value, something near a
-        saddle. nan where no step was made, or where the solver does not tell.
+        What the solver added to the Hessian of the Lagrangian so that its last step led down,
+        scaled: 0 near a minimum, positive near a saddle. nan where no step was made, or where the
+        solver does not tell.
     """
 
     outcome: Outcome
@@ -67,8 +68,8 @@ class NlpResult:
 
     @property
     def seems_least(self) -> bool:
-        """Whether the last step led down by itself, from a point near the one where it ends.
+        """Whether the run ends at a minimum and not at a saddle, by the curvature of its last step.
 
-        A warm start for other constants may take one step, with the curvature that there was.
+        The last of a few steps only begins far from where the run ends, and tells nothing.
         """
         return self.added_curvature == 0 and self.attempts == 1 and self.iterations >= NEAR

@@ -1,10 +1,10 @@
 """Whether a stationary point is a saddle, and starts beside it.
 
-At a least value the objective curves upwards along all small changes that the constraints allow.
-Elsewhere the matrix of a Newton step has too many negative eigenvalues, and IPOPT adds curvature
-until the step leads down (Waechter and Biegler 2006, section 3.1). So what it adds tells which of
-the two a point is. At a saddle itself no step shows the way down, as the slope is zero. From a
-point beside it a solver goes down.
+At a minimum the objective curves upwards along all small changes that the constraints allow. At a
+saddle the matrix of a Newton step has too many negative eigenvalues, and IPOPT adds curvature until
+the step leads down (Waechter and Biegler 2006, section 3.1). So what it adds tells which of the two
+a point is. At the saddle itself no step leads down, because the slope is zero. From a point beside
+it a solver goes down.
 
 A concave kink, as that of ``-|x|`` at 0, may seem stationary, too: CasADi takes the slope of a
 modulus of zero to be zero. Beside such a point the Lagrangian falls at once.
@@ -34,7 +34,7 @@ PATIENCE = 100
 # it makes any. Small pivots are not worth their speed where the signs of eigenvalues are asked for.
 _BESIDE = 1e-8
 
-# The change within which a smooth Lagrangian alters by nothing
+# The scaled change by which a fall of the Lagrangian is measured: a smooth one hardly falls
 _ASIDE = 1e-7
 _ONE_STEP = Ipopt(tolerance=1e-12, max_iterations=1, stall=0, pivot_tolerance=1e-3)
 
@@ -44,8 +44,8 @@ def added_curvature(
 ) -> float:
     """What IPOPT adds to the Hessian of the Lagrangian for a step from a stationary point, scaled.
 
-    It is 0 at a strict minimum, more at a saddle, and may be either where some change alters
-    nothing.
+    It is 0 at a strict minimum and positive at a saddle. Where some change of the unknowns leaves
+    the objective as it is, it may be either.
 
     Parameters
     ----------

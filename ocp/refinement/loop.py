@@ -61,8 +61,8 @@ class Refinement:
     ending : str
         What ended it.
     lower : float or None
-        Objective of a motion beside a saddle, on its mesh, from which none was found that holds
-        [unit of the objective].
+        Where the best one is a saddle: the objective of a lower motion beside it, on the same mesh,
+        whose refinement led to none that holds [unit of the objective]. None elsewhere.
     """
 
     best: SolvedMesh
@@ -121,10 +121,9 @@ def _left_saddles(
     rounds: list[MeshIteration],
     ending: Ending,
 ) -> tuple[Ending, float | None]:
-    """The end of a refinement that goes on from beside its answer, while that is a saddle.
+    """Go on from motions beside the answer while that is a saddle: the ending, and `lower`.
 
-    The second is the objective of a lower motion of the last mesh, where its refinement led to
-    none that holds. It appends to `solved` and `rounds`.
+    The second one is as in `Refinement`. What is solved is appended to `solved` and `rounds`.
     """
     for _ in range(_SADDLES):
         best = best_of(solved, accuracy)
@@ -148,7 +147,7 @@ def _left_saddles(
             ending = "failure"
 
         if further and not meshes.settings.refinement.adapts:
-            # on a mesh that stays a saddle holds better than what is lower, and is no answer
+            # on a fixed mesh a saddle may hold better than what is lower, and is no answer
             solved.clear()
         solved += further
         if not any(s.holds(accuracy, LOOSER) for s in further):

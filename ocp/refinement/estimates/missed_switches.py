@@ -10,9 +10,10 @@ breakpoint that cannot move, the controls on both sides of it may be the best on
 should come earlier or later all the same: before it a constraint may leave the controls no room,
 but for the last part of an interval. Then the Hamiltonian jumps, too.
 
-A control may also jump from one valley of the Hamiltonian to another. In an interval it is one
-polynomial, and stays in one valley. Where the other valley is better for a part of the interval,
-neither a rough control nor a slope of the Hamiltonian tells, and only controls far away do.
+A control may also jump from one *valley* of the Hamiltonian, a local minimum by the controls, to
+another. In an interval it is one polynomial, and stays in one valley. The other one may be better
+in a part of the interval. Then the control is smooth, and the Hamiltonian has no slope. Only
+controls far away tell.
 """
 
 from __future__ import annotations
@@ -50,10 +51,10 @@ def held_switches(iterate: Iterate, index: int, jumps: Sequence[Jump]) -> Flags:
 def missed_switches(
     iterate: Iterate, evaluator: Evaluator, index: int, jumps: Sequence[Jump]
 ) -> Array:
-    """What inner breakpoints promise beside which the Hamiltonian jumps, (N - 1,).
+    """Gain that other times of held switches promise, by jumps of the Hamiltonian, (N - 1,).
 
-    Relative to the objective. Nothing for breakpoints that move, or that stand at a known time, and
-    nothing by schemes whose multipliers do not tell.
+    For each inner breakpoint, relative to the objective. It is 0 where no switch is held, and for
+    schemes whose multipliers do not tell.
     """
     held = held_switches(iterate, index, jumps)
     if not (held.any() and iterate.scheme.informative_multipliers):
@@ -80,7 +81,7 @@ def displaced_switches(iterate: Iterate, evaluator: Evaluator, index: int) -> Fl
 
 
 def displaced_remark(iterate: Iterate, evaluator: Evaluator) -> str:
-    """A sentence on switches that the Hamiltonian wants elsewhere; empty if there are none."""
+    """A sentence on displaced switches, with their times [s]; empty if there are none."""
     times = [
         f"{time:.6g} s"
         for index, motion in enumerate(iterate.trajectory.phases)
@@ -89,19 +90,19 @@ def displaced_remark(iterate: Iterate, evaluator: Evaluator) -> str:
     if not times:
         return ""
     return (
-        f"a control switches on a breakpoint that does not move ({', '.join(times)}), and the "
-        "Hamiltonian differs on its two sides: it is to switch earlier or later; another number of "
-        "intervals tells"
+        f"a control switches at a fixed breakpoint of the mesh ({', '.join(times)}), but should "
+        "switch earlier or later: the Hamiltonian differs on its two sides; solve again with "
+        "another number of intervals, and compare"
     )
 
 
 def between_valleys(iterate: Iterate, evaluator: Evaluator, index: int) -> Array:
-    """What inner breakpoints promise at which a control is too long in a valley, (N - 1,).
+    """Gain that other times of held switches between valleys promise, (N - 1,).
 
-    Relative to the objective. A control that jumps from one valley of the Hamiltonian to another is
-    in the worse one on one side of a breakpoint where its switch is displaced. Nothing where the
-    breakpoint moves or stands at a known time, nothing in a phase that takes no time, where others
-    tell of a longer one, and nothing by schemes whose multipliers do not tell.
+    For each inner breakpoint, relative to the objective. A control that jumps from one valley of
+    the Hamiltonian to another is in the worse one on one side of a breakpoint where its switch is
+    displaced. The gain is 0 where no switch is held, and for schemes whose multipliers do not tell.
+    It is also 0 in a phase that takes no time: other controls tell there that it should be longer.
     """
     motion = iterate.trajectory.phases[index]
     held = _held_by_sides(iterate, index)

@@ -1,10 +1,11 @@
 """Controls far from those of a motion that make less of the Hamiltonian, and what they promise.
 
 Pontryagin's minimum principle asks for the least value of the Hamiltonian among all controls that
-are allowed, not only among those nearby. A nonlinear program compares neighbours: where the
-Hamiltonian has several valleys, its answer stays in the one where it began. A control that changes
-to a better valley for a short time changes the objective by the difference of the Hamiltonian times
-that time, to first order (Bryson and Ho, "Applied Optimal Control", ch. 2 and 3).
+are allowed, not only among those nearby. A nonlinear program compares neighbours. Where the
+Hamiltonian has several *valleys*, local minima by the controls, its answer stays in the one where
+it began. A control that changes to a better valley for a short time changes the objective by the
+difference of the Hamiltonian times that time, to first order (Bryson and Ho, "Applied Optimal
+Control", ch. 2 and 3).
 
 Which controls are tried is in `control_trials`.
 """
@@ -129,14 +130,13 @@ def others_remark(found: Sequence[OtherControls], iterate: Iterate) -> str:
             f"phase '{most.phase}' takes no time (at {most.times[k]:.4g} s), but should take "
             f"longer: if it lasts {iterate.scales.time:.4g} s with {changed}, it promises to gain "
             f"{most.gain / iterate.objective_size:.2g} of the objective; state a guess of these "
-            "controls, and of times between which the phase lasts, Between(lower, upper, guess), "
-            "or state none"
+            "controls and of the phase's times, Between(lower, upper, guess), or state no guess"
         )
     return (
         f"other controls promise to gain {gain:.2g} of the objective, such as {changed} at "
-        f"{most.times[k]:.4g} s; state these controls as a guess, or none where one is stated; if "
-        "that promises as much again, ever faster switches gain and no motion is the best: limit "
-        "how fast the control changes"
+        f"{most.times[k]:.4g} s; state these controls as a guess, or leave out the guess that was "
+        "stated; if the next answer promises as much again, ever faster switches gain, and there "
+        "is no best motion: limit how fast the control changes"
     )
 
 
