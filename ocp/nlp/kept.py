@@ -87,8 +87,8 @@ _KEPT: WeakKeyDictionary[Program, list[KeptSolver]] = WeakKeyDictionary()
 def kept_solver(program: Program, options: Mapping[str, Any]) -> Iterator[KeptSolver]:
     """Lend the IPOPT object of a program: a kept one if it has the same options, or a new one.
 
-    It is nobody else's inside the block: a run within a run, or in another thread, does not find it
-    and makes its own. One that an error came out of is not kept.
+    Inside the block nobody else has it: a run within the run, or one in another thread, makes its
+    own. It is not kept after an error.
 
     Parameters
     ----------

@@ -5,8 +5,9 @@ bounds and path constraints that limit the control directly. Pontryagin's minimu
 no difference. Its integral over an interval is, to first order, what better controls could bring
 there. Where it is nothing, refining the control is useless, however rough the control looks.
 
-The costates are those of their own equation (`ocp.optimality.costate_errors`). By those of the
-program a control may be the best one all through an interval in whose last part it is not.
+The costates are corrected to meet their differential equation (`ocp.optimality.costate_errors`).
+With those of the program a control may seem to be the best one all through an interval, although it
+is not so in its last part.
 """
 
 from __future__ import annotations
@@ -30,9 +31,9 @@ _LEAST_REACH = 1e-3
 
 
 def gains(iterate: Iterate, evaluator: Evaluator, index: int, strongly_acting: Flags) -> Array:
-    """What finer controls gain in each part of each interval of a phase [unit of the objective].
+    """What finer controls gain in each part of each interval of a phase, (N, p).
 
-    The parts are those of `costate_errors.PARTS`, so that the shape is (N, p).
+    In the unit of the objective. The parts are those of `ocp.optimality.costate_errors.PARTS`.
 
     Parameters
     ----------
@@ -48,7 +49,7 @@ def gains(iterate: Iterate, evaluator: Evaluator, index: int, strongly_acting: F
     if not hamiltonian.controls:
         return np.zeros((phase.intervals, PARTS.size - 1))
 
-    # in all parts of an interval, so that no layer at its end lies between the points
+    # points in each part of an interval, so that no thin layer at its end is missed
     nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
     lengths = np.diff(PARTS)[:, None]
     local = (PARTS[:-1, None] + lengths * 0.5 * (nodes + 1.0)).ravel()

@@ -1,15 +1,15 @@
-"""How far the costates of a program are off, by their own equation.
+"""Errors of a program's costates, by the differential equation that costates have to meet.
 
 In an interval they are the polynomial through the values at the collocation points. They ought to
-meet ``lambda' = -H_x`` in between, too. A motion with fast states may be smooth where they are not:
-at the end of a phase the costates of fast states change within a small part of the last interval.
-No error of the dynamics tells. A control that presses on its bound by such costates may have to
-leave it.
+meet ``lambda' = -H_x`` between the points, too. A motion with fast states may be smooth where they
+are not: at the end of a phase the costates of fast states change within a small part of the last
+interval. The errors of the dynamics do not show that. By such costates a control may seem to belong
+on its bound where it should leave it.
 
 The costates at the end of each interval follow from the program. They are the slopes of its optimum
-by the state there, as accurate as an end state (Hager, "Runge-Kutta methods in optimal control and
-the transformed adjoint system", Numerische Mathematik 87, 2000). From them the linear equation of
-the errors is solved backwards.
+by the state there, and as accurate as the state at the end of an interval (Hager, "Runge-Kutta
+methods in optimal control and the transformed adjoint system", Numerische Mathematik 87, 2000).
+From them the linear differential equation of the errors is solved backwards.
 """
 
 from __future__ import annotations
@@ -37,13 +37,13 @@ PARTS = np.array([0.0, 1.0 - 1.0 / 8.0, 1.0 - 1.0 / 64.0, 1.0])
 # The same parts, in what is left of the interval: from its end backwards
 _PARTS_BACKWARDS = tuple(pairwise((1.0 - PARTS[::-1]).tolist()))
 
-# In each part, backwards. Radau's, because the equation may be stiff.
+# The rule by which each part is integrated backwards: Radau's, because the equation may be stiff
 _RULE = Radau().at(4)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CostateErrors:
-    """What is to be added to the costates of a phase.
+    """What is to be added to the costates of a phase [unit of the costates].
 
     Attributes
     ----------
@@ -67,11 +67,11 @@ class CostateErrors:
 def costate_errors(
     iterate: Iterate, evaluator: Evaluator, index: int, acting: Flags
 ) -> CostateErrors:
-    """How far the costates of a phase are off.
+    """What is to be added to the costates of a phase so that they meet their equation.
 
-    Nothing is found for running totals, whose costates are constant. Nothing in intervals in which
-    a path constraint acts and in phases with equations, whose multipliers have a share in
-    ``lambda'``, nor by schemes whose costates meet the minimum principle on any mesh.
+    It is 0 for running totals, whose costates are constant. It is 0 in intervals in which a path
+    constraint acts, and in phases with equations, because their multipliers have a share in
+    ``lambda'``. And it is 0 for schemes whose costates meet the minimum principle on any mesh.
 
     Parameters
     ----------
@@ -135,9 +135,10 @@ class _Equation:
     def at_ends(self) -> Array:
         """Costates at the end of each interval, from the rows of the program, (N, n_x).
 
-        Where nothing else acts, the last support point of the states feels the rows of its interval
-        and what it hands on: ``e lambda = sum_j w_j D_j lambda_j - h w H_x``, with its weight ``e``
-        in the end state.
+        Where no limit acts, the Lagrangian is stationary by the states at the last support point:
+        ``e lambda = sum_j w_j D_j lambda_j - h w H_x``. Here ``h`` is the width of the interval,
+        ``w`` and ``D`` are weights and slopes of the scheme, and ``e`` is the weight of the states
+        at that point in the state at the end.
         """
         found = np.empty((self.motion.intervals, self.states))
         for group in self.iterate.transcription.columns.phases[self.index].groups:

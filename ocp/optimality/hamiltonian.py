@@ -1,11 +1,11 @@
-"""The Hamiltonian of a phase, its derivatives by the controls, and what it lets finer ones gain.
+"""The Hamiltonian of a phase, and its derivatives by the controls and by time.
 
 ``H = L + lambda . f`` in the sign of `ocp.optimality.multipliers`, where ``L`` holds the integrals
 that the objective adds up. Path constraints ``c`` are not part of it. Their multipliers enter the
 slope ``H_u + sum mu c_u``, which vanishes at an optimum (Bryson and Ho, "Applied Optimal Control",
-ch. 2 and 3), so that ``c_u`` is given beside ``H_u``. It is built once for a phase, and read by
-what finer controls gain (`ocp.optimality.control_gains`) and by the test of the minimum principle
-(`ocp.verification.minimum_principle`).
+ch. 2 and 3), so that ``c_u`` is given beside ``H_u``. It is built once for a phase. The estimate of
+what finer controls gain (`ocp.optimality.control_gains`) and the test of the minimum principle
+(`ocp.verification.minimum_principle`) evaluate it.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class Hamiltonian:
     function : casadi.Function
         ``(signals, time, unknowns and constants, costates) -> HamiltonianValues``.
     time_slopes : casadi.Function
-        Of the same to ``H_t`` and the slopes of `paths` by time.
+        ``(the same inputs) -> H_t, slopes of the path constraints by time (n_c,)``.
     """
 
     phase: str

@@ -106,10 +106,10 @@ def boundary_multipliers(iterate: Iterate) -> dict[str, float]:
 def duration_multiplier(iterate: Iterate, index: int) -> float:
     """Multiplier of the least duration of a phase [unit of the objective / s].
 
-    A phase with a free time may not be shorter than a tiny duration. Where it is as short as that,
-    this is negative or zero: each second that it lasted longer, with the controls that it has,
-    would cost the objective the negative of it. A phase that lasts longer has what the barrier
-    leaves, and one of fixed times 0.
+    A phase with a free time has a tiny duration at least. Where it is as short as that, the
+    multiplier is negative or zero: each further second, with the controls that the phase has, would
+    raise the objective by minus the multiplier. Where it is longer, the multiplier is what the
+    barrier leaves. It is 0 for a phase of fixed times.
     """
     scaled = iterate.row_multipliers[iterate.transcription.rows.phases[index].duration].sum()
     return float(scaled * iterate.scales.objective / iterate.scales.time)

@@ -34,9 +34,9 @@ class Functional(Symbol):
     phase, expression : str, SX
         Of the first piece.
     phase_dynamics : tuple of mapping of State to SX
-        Of the phase that each piece was made from. A piece has the name of its phase only, and two
-        phases may have one name. Empty where no phase has made the functional, as when it was read
-        from a file.
+        Rates of the states of the phase from which each piece was made. A piece itself only has the
+        name of its phase, and two phases may have the same name. Empty where the functional was not
+        made from a phase, as when it was read from a file.
     """
 
     name: str

@@ -83,10 +83,10 @@ def shape_of(
     "automatic" is linear for a control that drives a chain of two or more integrators which the
     scheme then integrates exactly, and polynomial otherwise. A control in an equation of the phase,
     such as an acceleration of implicit dynamics, is polynomial: it then has a value of its own at
-    each point at which the equation is imposed. So is one whose limits are curved in time: straight
-    lines would follow them on very many intervals only. An automatic polynomial in which the phase
-    is linear spares a coefficient, see `ocp.problem.linear_controls`. "full" is the same without
-    that.
+    each point at which the equation is imposed. So is one whose limits are curved in time, because
+    straight lines would need very many intervals to follow them. An automatic polynomial in which
+    the phase is linear has one coefficient fewer than there are collocation points, see
+    `ocp.problem.linear_controls`. "full" is "automatic" without this.
     """
     shape = control.shape or default
     if shape not in ("automatic", "full"):
@@ -108,14 +108,14 @@ def in_equation(control: Control, phase: Phase) -> bool:
 
 @lru_cache(maxsize=256)
 def _has_curved_limit(problem: Problem, phase: Phase, control: Control) -> bool:
-    """Whether a limit or peak without states makes a control follow time, other than by lines."""
+    """Whether a limit or peak of a control and not of states is curved in time."""
     limited = [bound.expression for bound in phase.bounds]
     limited += [expression for _, expression in pieces_over(problem.peaks, phase.name)]
     return any(_is_curved(expression, control) for expression in limited)
 
 
 def _is_curved(expression: ca.SX, control: Control) -> bool:
-    """Whether a limit of a control depends on time, on no state, and is not linear in pieces."""
+    """Whether a limit of a control depends on time, on no state, and is not piecewise linear."""
     symbols = resolve(expression, "a limit")
     times = [symbol.symbol for symbol in symbols if isinstance(symbol, Time)]
     of_states = any(isinstance(symbol, (State, Algebraic)) for symbol in symbols)

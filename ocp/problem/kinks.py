@@ -1,4 +1,4 @@
-"""What of a problem has a kink, so that its derivative jumps."""
+"""Which expressions of a problem have kinks, points at which their derivative jumps."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ocp.problem.problem import Problem
 
 @lru_cache(maxsize=64)
 def kinks_of(problem: Problem) -> tuple[tuple[str, tuple[str, ...]], ...]:
-    """What has kinks, in words, and by which of CasADi's operations."""
+    """Each expression that has kinks, in words, and the operations of CasADi that make them."""
     expressions = [
         *((f"the rate of '{s.name}'", e) for p in problem.phases for s, e in p.dynamics.items()),
         *((functional_text(f), piece) for f in problem.functionals for _, piece in f.pieces),

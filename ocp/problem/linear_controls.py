@@ -1,8 +1,8 @@
 """Controls in which a phase is linear, so that they may have singular arcs.
 
-Where the Hamiltonian is linear in a control, its slope does not tell the control. An optimum has
-the control at a bound, or on a *singular arc*, where the slope vanishes for some time and the
-control follows from that (Bryson and Ho, "Applied Optimal Control", ch. 8).
+Where the Hamiltonian is linear in a control, its slope by the control does not depend on it. At an
+optimum the control is at a bound, or on a *singular arc*: there the slope vanishes for some time,
+and the control follows from that (Bryson and Ho, "Applied Optimal Control", ch. 8).
 """
 
 from __future__ import annotations

@@ -72,9 +72,10 @@ class Phase:
     guess : mapping of Signal to guess
         A number, a pair (first, last), a callable of time (vectorised), (times, values), or
         `ByFraction` of the last two, where the times are fractions of the phase. A signal without
-        one joins its boundary values. A state without these either has the value that a link
-        carries over from the phase before. Where no signal of a problem has one, and a rate is not
-        linear, the first mesh is solved from simulated motions as well, and the best answer counts.
+        one is a straight line between its boundary values. A state without boundary values has the
+        value that a link carries over from the phase before. Where no signal of a problem has a
+        guess, and a rate is not linear, the first mesh is solved from simulated motions as well,
+        and the best answer counts.
     breakpoints : sequence of number
         Times at which the mesh has a breakpoint [s], because something steps there. Where an
         expression compares time with a number, as ``if_else(TIME < 3, ...)`` does, that number is

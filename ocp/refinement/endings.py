@@ -21,7 +21,7 @@ Ending = Literal["tolerances", "standstill", "rounds", "failure", "budget"]
 # after which a motion that has shrunk to next to no time will not grow.
 _TURNING = 3
 
-# What such an angle leaves at least, of the dynamics or as a promised gain.
+# Error of the dynamics, or promised gain, that such an angle leaves at least
 _FAR = 1e-3
 
 # Part of the objective that is as good as all of it, and of the typical time that is next to none.

@@ -38,7 +38,7 @@ from ocp.solution.solution import Solution
 
 _FORMAT = "ocp solution"
 _VERSION = 3
-# Files of version 2 are read, too. What they call automatic never spared a coefficient.
+# Files of version 2 are read, too. What they call automatic is called full now.
 _FULL_SHAPES, _SHAPES = 2, {"Iterate": "controls", "Control": "shape"}
 _TEXT = "solution.json"
 _FIRST_VERSION = b"ocp solution 1\n"  # how files of version 1 began, which held pickled objects
@@ -282,7 +282,7 @@ class _Reader:
     Parameters
     ----------
     full_shapes : bool
-        Whether shapes that it calls automatic are full.
+        Whether shapes that the file calls automatic are full.
     """
 
     def __init__(self, archive: zipfile.ZipFile, objects: list[Any], *, full_shapes: bool) -> None:

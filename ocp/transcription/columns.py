@@ -39,13 +39,13 @@ class ControlSet:
     ----------
     order : int or None
         None for the highest that the scheme determines, which depends on the degree.
-    spares_one : bool
-        Whether controls of the highest order have one coefficient less than there are points.
+    one_fewer : bool
+        Whether controls of the highest order have one coefficient fewer than there are points.
     """
 
     controls: tuple[Control, ...]
     order: int | None
-    spares_one: bool = False
+    one_fewer: bool = False
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -315,14 +315,14 @@ def _control_sets(
             shape = "constant"
 
         # Along a singular arc a control with as many coefficients as points may swing between its
-        # bounds in each interval: the states at the points hardly feel that.
+        # bounds in each interval: the states at the points hardly change by that.
         automatic = (control.shape or default) == "automatic"
         if shape == "polynomial" and automatic and enters_linearly(problem, phase, control):
             singular.append(control)
         else:
             by_shape[shape].append(control)
     sets = [ControlSet(tuple(controls), _ORDERS[shape]) for shape, controls in by_shape.items()]
-    sets.append(ControlSet(tuple(singular), None, spares_one=True))
+    sets.append(ControlSet(tuple(singular), None, one_fewer=True))
     return tuple(members for members in sets if members.controls)
 
 
@@ -418,7 +418,7 @@ def _coefficients(members: ControlSet, rule: Collocation, determined: bool) -> i
         return members.order + 1
     if determined:
         return rule.degree
-    return max(1, min(rule.choices, rule.degree - members.spares_one))
+    return max(1, min(rule.choices, rule.degree - members.one_fewer))
 
 
 class _Stretch:

@@ -51,9 +51,10 @@ class Tolerances:
     concave : float
         Negative curvature of the Hamiltonian by a free control: rounding of a few products.
     gain : float
-        What finer controls promise, other breakpoints where a path constraint acts, or a motion
-        beside a saddle, relative to the objective: ten times the default of a solve, because the
-        promise is of first order, and often ten times what they give.
+        What a better motion promises to gain, relative to the objective: by finer or other
+        controls, by other breakpoints where a path constraint acts, or beside a saddle. It is ten
+        times the default of a solve, because such a promise is of first order, and often ten times
+        what is gained.
     steps : float
         Step of a rate, integrand or constraint whose time depends on the motion, relative to its
         largest value: what is left where two branches are meant to be one function.

@@ -117,7 +117,7 @@ def test_where_a_phase_is_linear_in_a_control() -> None:
     ("scheme", "orders"),
     [(Radau(4), (2, 3)), (Gauss(3), (1, 2)), (Lobatto(4), (2, 2)), (Radau(1), (0, 0))],
 )
-def test_a_control_that_may_be_singular_spares_a_coefficient(scheme, orders) -> None:
+def test_a_control_that_may_be_singular_has_a_coefficient_fewer(scheme, orders) -> None:
     x, u = State("x"), Control("u", lower=-1, upper=1)
     move = Phase("move", {x: u - x}, {x: 0}, {x: 0.5}, end=3)
     singular, regular = move.integral(x**2), move.integral(x**2 + u**2)

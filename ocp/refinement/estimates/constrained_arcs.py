@@ -12,8 +12,8 @@ limit may be met at all of its points, so that the control is what the limit ask
 too late. Then nothing is rough, and the costates have jumps that the limit explains. The
 Hamiltonian tells: it differs on both sides of the breakpoint from which the arc is held.
 
-Where time enters the phase, the Hamiltonian changes with it, by ``H_t`` and by what the limits
-press while they move. That part is taken off.
+Where time enters the phase, the Hamiltonian changes with it, by ``H_t`` and by the multipliers of
+limits that move. That part is subtracted.
 """
 
 from __future__ import annotations
@@ -61,7 +61,9 @@ def arc_gains(iterate: Iterate, evaluator: Evaluator, index: int, acting: Flags)
 def changes_by_time(
     iterate: Iterate, evaluator: Evaluator, costates: PhaseCostates, index: int
 ) -> Array:
-    """What time alone has changed the Hamiltonian by, in the mean over each interval, (N,).
+    """Change of the Hamiltonian by time alone since the start of the phase, (N,).
+
+    The mean over each interval [unit of the objective / s].
 
     ``dH/dt = H_t + sum mu c_t`` along an optimum (Bryson and Ho, ch. 3.10), where the multipliers
     of limits that act are masses at points.

@@ -253,18 +253,18 @@ class PhaseErrors:
     dynamics : (N,)
         Relative errors of the dynamics, the integrals and the equations.
     gain : (N,)
-        What a finer control could gain, relative to the objective, to first order, where the
-        control is rough, what other breakpoints could where a path acts, and what limits that are
-        backed off keep from the objective.
+        What a better mesh could gain, relative to the objective, to first order. It is the sum of
+        what finer controls could gain where they are rough, of what other breakpoints could where
+        a path constraint acts, and of what backed-off limits cost.
     switching : (N,)
-        What a finer control could gain wherever it is.
+        What finer controls could gain, rough or not.
     valleys : (N - 1,)
-        What inner breakpoints that stay could gain, relative to the objective, because a control
-        changes there from one valley of the Hamiltonian to another at the wrong time. Half of it is
-        in `gain` on each side.
+        What other times of fixed inner breakpoints could gain, relative to the objective, where a
+        control changes there from one valley of the Hamiltonian to another. Half of it is in `gain`
+        on each side.
     displaced : (N - 1,)
-        Whether a control switches on an inner breakpoint that stays, and the Hamiltonian says that
-        it should do so at another time.
+        Whether a control switches at a fixed inner breakpoint, and should do so at another time by
+        the Hamiltonian.
     excess : tuple of Extremes
         Excess of each path constraint, relative to its size on the trajectory.
     jumps : tuple of Jump
@@ -276,8 +276,8 @@ class PhaseErrors:
     parts : (N,)
         In how many a smooth control is resolved, a real number.
     at_end : (N,)
-        Whether what finer controls could gain is to be gained near the end of the interval, where
-        no jump is.
+        Whether most of what finer controls could gain is near the end of an interval that has no
+        jump of a control.
     """
 
     dynamics: Array

@@ -63,8 +63,8 @@ _AGREE_IF_OTHERS = 3
 # an answer may be of another kind than any motion.
 _COMPARABLE = 1e-2
 _NO_MOTION = 1.0
-# answers after which a mesh is judged by that; other starts after which an objective counts as
-# running away, or an expression as having no value anywhere
+# Answers after which a mesh is judged by that. It is also the number of starts after which an
+# objective counts as running away, or an expression as having no value anywhere.
 _ENOUGH = 3
 
 # times that an answer is left for a better one with other controls or other meetings of phases

@@ -27,9 +27,11 @@ from ocp.transcription.transcribe import Transcription
 
 Attempts = Iterable[tuple[NlpSolver, StartingPoint]]
 
-# Iterations of an attempt, at most and in terms of what answers from other starts took, where that
-# is more than the last number: what takes longer has mostly lost its way.
+# Iterations of an attempt at most
 PATIENCE = 300
+
+# An attempt also ends after this many times the iterations that answers from other starts took, but
+# not before the second number: what takes longer has mostly lost its way.
 _TIMES_THE_USUAL = 5
 _LEAST_PATIENCE = 60
 

@@ -370,11 +370,11 @@ def _worthwhile_jumps(mesh: PhaseMesh, errors: PhaseErrors, tolerance: float) ->
 
 
 def _wrongly_held(last: SolvedMesh, index: int, errors: PhaseErrors, tolerance: float) -> Flags:
-    """Whether inner breakpoints that stay hold a switch that should be elsewhere, (N - 1,)."""
+    """Whether a switch at a fixed inner breakpoint should be elsewhere, (N - 1,)."""
     held = errors.valleys >= 0.5 * tolerance
     # costates of a rough solve are rough, too
     if last.tight and errors.displaced.any():
-        # multipliers are not unique beside any of them: what one is spared another may get
+        # multipliers are not unique beside any of them: another one may be displaced next time
         held |= errors.displaced | held_switches(last.iterate, index, errors.jumps)
     return held
 
