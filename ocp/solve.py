@@ -23,11 +23,11 @@ from ocp.optimality.iterate import Iterate
 from ocp.optimality.multiplier_sets import fitted_to_switches
 from ocp.optimality.multipliers import multipliers
 from ocp.optimality.steps import step_remark, steps_along
+from ocp.problem.checks_before_solve import check_before_solve
 from ocp.problem.integrator_chains import first_degree
 from ocp.problem.parameters import parameters_of
 from ocp.problem.problem import Problem, check_is_problem
 from ocp.problem.symbols import Constant, is_real
-from ocp.problem.validation import check_values
 from ocp.progress import Progress, shown
 from ocp.refinement.estimates.missed_switches import displaced_remark
 from ocp.refinement.estimates.other_controls import other_controls, others_remark
@@ -137,7 +137,7 @@ def solve_from(
 ) -> Solution:
     """`solve` from a given start and mesh."""
     settings, accuracy = meshes.settings, meshes.settings.accuracy
-    check_values(meshes.problem, meshes.parameters)
+    check_before_solve(meshes.problem, meshes.parameters)
     rounds: tuple[MeshIteration, ...] = ()
     checking = 0.0
 

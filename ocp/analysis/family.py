@@ -23,10 +23,10 @@ from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import StartingPoint
 from ocp.optimality.iterate import Iterate, iterate_of
+from ocp.problem.checks_before_solve import check_before_solve
 from ocp.problem.parameters import Parameters, parameters_of
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
-from ocp.problem.validation import check_values
 from ocp.progress import Progress, shown
 from ocp.refinement.loop import refine
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_of
@@ -310,7 +310,7 @@ class _Walk:
         """The member after another one."""
         base = self.base
         parameters = parameters_of(base.problem, {**self.others, self.constant: value})
-        check_values(base.problem, parameters)
+        check_before_solve(base.problem, parameters)
         meshes = base.at(parameters)
         found = self._solved(meshes, last.program, last.start)
         iterations = found.iterations if found else 0

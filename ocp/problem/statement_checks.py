@@ -1,7 +1,7 @@
 """Checks of a statement when it is made: each error names the thing, the value and the remedy.
 
 Phases call `check_phase` and problems `check_problem`. What needs the values of the constants is
-checked before a solve, by `ocp.problem.validation`.
+checked before a solve, by `ocp.problem.checks_before_solve`.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ def _check_boundary(phase: Phase, what: str, values: Mapping[State, Any]) -> Non
             )
         check_interval(f"{what} {state.name}", *pair)
 
-        # expressions of constants are checked when their values are known, by `check_values`
+        # expressions of constants are checked when their values are known, by `check_before_solve`
         low, high = pair
         below = is_number(high) and is_number(state.lower) and high < state.lower
         above = is_number(low) and is_number(state.upper) and low > state.upper

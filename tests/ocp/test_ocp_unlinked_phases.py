@@ -13,8 +13,8 @@ from ocp import (
     joined,
     solve,
 )
+from ocp.problem.checks_before_solve import check_before_solve
 from ocp.problem.parameters import parameters_of
-from ocp.problem.validation import check_values
 
 x, v = State("position", "m"), State("speed", "m/s")
 u = Control("force", "N", lower=-4, upper=4)
@@ -59,7 +59,7 @@ def apart(phases, **changed):
 
 def checked(problem):
     """What is checked before a solve, without one."""
-    check_values(problem, parameters_of(problem))
+    check_before_solve(problem, parameters_of(problem))
 
 
 def meeting_pairs():

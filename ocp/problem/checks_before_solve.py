@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from ocp.problem.problem import Problem
 
 
-def check_values(problem: Problem, parameters: Parameters) -> None:
-    """Check all limits at the values of the constants, and that every state has a use.
+def check_before_solve(problem: Problem, parameters: Parameters) -> None:
+    """Check limits at the values of the constants, guesses, links, and that states have a use.
 
     Raises
     ------
