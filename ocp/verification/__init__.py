@@ -4,5 +4,5 @@
 the motion amplifies errors too much. `verify` bounds the constraints between the points and gives
 the verdict. `certificate` tests the `conditions` of an optimum too, among them the
 `minimum_principle`, which is judged strictly where the active set does not change, and the
-`program_conditions` of the nonlinear program.
+`program_conditions` of the nonlinear program. `tolerances` says what each of them allows.
 """
