@@ -20,6 +20,7 @@ from ocp.errors import (
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.collapse import RUNAWAY, collapsed
 from ocp.nlp.result import NlpResult
+from ocp.problem.display import with_unit
 from ocp.problem.integrator_chains import in_equation
 from ocp.problem.kinks import kinks_of
 from ocp.problem.parameters import Parameters
@@ -73,8 +74,7 @@ class Violation:
             motion = iterate.phase(kind.phase)
             time = motion.start + kind.fractions[self.place] * (motion.end - motion.start)
             text += f" at {time:.3g} s"
-        unit = "" if kind.unit in ("", "1") else f" {kind.unit}"
-        return f"{text} is off by {self.amount * kind.size:.3g}{unit}"
+        return f"{text} is off by {with_unit(f'{self.amount * kind.size:.3g}', kind.unit)}"
 
 
 def violations(transcription: Transcription, rows: Array, limits: ProgramLimits) -> list[Violation]:
@@ -229,9 +229,10 @@ def _limits_reached(
             for side, limit in zip(("lower", "upper"), limits, strict=True):
                 share = float(weights @ (np.abs(value - limit) < _AT_LIMIT * size) / weights.sum())
                 if share > _LEAST_SHARE:
-                    bare = "" if unit in ("", "1") else f" {unit}"
-                    text = f"'{name}' is at its {side} limit of {limit:.6g}{bare} for "
-                    found.append((share, text + f"{share:.0%} of '{motion.name}'"))
+                    place = f"its {side} limit of {with_unit(f'{limit:.6g}', unit)}"
+                    found.append(
+                        (share, f"'{name}' is at {place} for {share:.0%} of '{motion.name}'")
+                    )
     yield from (text for _, text in sorted(found, reverse=True))
 
 

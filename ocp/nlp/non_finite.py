@@ -12,6 +12,7 @@ import numpy as np
 from ocp.arrays import Array, Integers
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
 from ocp.numerics.expression_graph import operands_of
+from ocp.problem.display import with_unit
 from ocp.problem.functionals import Functional, Integral, pieces_over
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
@@ -148,6 +149,5 @@ def _culprit(expression: ca.SX, number: Callable[[ca.SX], float]) -> str:
 
 
 def _value(symbol: Symbol, value: float) -> str:
-    unit = "" if symbol.unit in ("", "1") else f" {symbol.unit}"
     name = f"'{symbol.name}'" if isinstance(symbol, Functional) else symbol.name
-    return f"{name} = {value:.4g}{unit}"
+    return with_unit(f"{name} = {value:.4g}", symbol.unit)
