@@ -325,7 +325,7 @@ def _solution(
         iterate=fitted,
     )
 
-    # on a mesh that stays the user wants to see what it gives
+    # on a fixed mesh the user wants to see what it gives
     if not checked.verification.passed and settings.refinement.adapts and settings.verify:
         ended = refinement.ending == "budget"
         when = f" when the budget of {meshes.budget} was used up" if ended else ""

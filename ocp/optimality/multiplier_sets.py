@@ -63,7 +63,7 @@ _NOISE = 1e-8
 def fitted_to_switches(iterate: Iterate) -> Iterate:
     """The iterate with multipliers that promise nothing of moving a switch; its own mostly do.
 
-    Where a switch lies on a breakpoint that stays, the solver ends with any of the sets that fit.
+    Where a switch lies on a fixed breakpoint, the solver ends with any of the sets that fit.
     Costates, Hamiltonian and slopes are those of the problem for the set that is taken here.
     """
     slopes = switch_slopes(iterate)

@@ -55,7 +55,7 @@ class SwitchSlopes:
 
 
 def switch_slopes(iterate: Iterate) -> SwitchSlopes:
-    """Of all breakpoints that stay where they are and carry a switch of a control."""
+    """Of all fixed breakpoints at which a control switches."""
     unknowns = np.zeros(iterate.x.size)
     slopes = []
     for index, phase in enumerate(iterate.mesh.phases):

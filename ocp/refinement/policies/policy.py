@@ -24,7 +24,7 @@ class RefinementPolicy(Protocol):
 
     @property
     def adapts(self) -> bool:
-        """Whether it ever changes a mesh; an answer on a mesh that stays is returned as it is."""
+        """Whether it ever changes a mesh; an answer on a fixed mesh is returned as it is."""
         ...
 
     @property
