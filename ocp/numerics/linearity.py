@@ -1,7 +1,7 @@
 """Whether expressions are linear or quadratic in variables, with steps taken into account.
 
 CasADi looks at derivatives only, and those of a comparison, a sign or a rounding are zero: an
-expression that steps is linear to it.
+expression that steps is linear to it, and one that has a kink is quadratic.
 """
 
 from __future__ import annotations
@@ -17,8 +17,10 @@ def is_linear(expression: ca.SX, variables: ca.SX) -> bool:
 
 
 def is_quadratic(expression: ca.SX, variables: ca.SX) -> bool:
-    """Whether one expression is quadratic in variables (n,), and steps with none of them."""
-    return ca.is_quadratic(expression, variables) and not _steps_with(expression, variables)
+    """Whether one expression is quadratic in variables (n,), without steps and kinks in them."""
+    if _steps_with(expression, variables):
+        return False
+    return is_linear(ca.gradient(expression, variables), variables)
 
 
 def _steps_with(expression: ca.SX, variables: ca.SX) -> bool:

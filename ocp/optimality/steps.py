@@ -5,6 +5,8 @@ At such an instant the costates jump too, by an amount that depends on how the c
 derivative that tells: where points move, they see the values of one side only.  Its solution holds
 the dynamics, and need not be an optimum.  Two phases that meet where the comparison changes state
 the same with derivatives.
+
+A quotient may step where its divisor vanishes, see `ocp.optimality.quotient_steps`.
 """
 
 from __future__ import annotations
@@ -18,7 +20,9 @@ import numpy as np
 from ocp.arrays import Array
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
 from ocp.numerics.columnwise import columnwise
+from ocp.numerics.divisors import divisors
 from ocp.numerics.stepwise_operations import StepwiseOperations, stepwise_operations
+from ocp.optimality.quotient_steps import LEAST_STEP, Values, instants_of, quotient_steps
 from ocp.problem.bounds import Bound
 from ocp.problem.display import functional_text, text_of
 from ocp.problem.functionals import Integral, Peak
@@ -38,19 +42,12 @@ from ocp.problem.symbols import (
 
 _Owner = State | Bound | Integral | Peak
 
-# Instants of an interval at which the comparisons are looked at, off its ends: there a motion that
-# begins at rest has a speed of zero, whose sign is neither.
-_INSTANTS = 8
-
 # Halvings of the time between two such instants, to rounding
 _HALVINGS = 50
 
 # Part of the phase by which the sides of a step are apart: comparisons that are meant to change
 # together differ by rounding.
 _BESIDE = 1e-9
-
-# A step of less than this part of the largest value along the motion is none.
-_LEAST_STEP = 1e-6
 
 
 @dataclass(frozen=True)
@@ -63,7 +60,7 @@ class ValueStep:
     time : float
         [s]
     condition, expression : str
-        What changes there, such as ``speed < 2``, and what steps, in words.
+        What happens there, such as ``'speed < 2' changes``, and what steps, in words.
     size : float
         Relative to the largest value of the expression along the motion.
     unseen : bool
@@ -103,48 +100,61 @@ def step_remark(steps: Iterable[ValueStep]) -> str:
     worst = max(unseen, key=lambda step: step.size)
     return (
         f"{worst.expression} in phase '{worst.phase}' steps at {worst.time:.6g} s, where "
-        f"'{worst.condition}' changes, which no derivative shows: the answer need not be an "
-        "optimum; split the phase there, and link the parts by joined(first, second)"
+        f"{worst.condition}, which no derivative shows: the answer need not be an optimum; split "
+        "the phase there, and link the parts by joined(first, second)"
     )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class _PhaseSteps:
-    """The stepwise operations of a phase.
+    """The stepwise operations and the divisors of a phase.
 
     Attributes
     ----------
     owners : tuple of State, Bound, Integral or Peak
         What the expressions belong to.
-    symbols : tuple of SX
-        Inputs of the operations' function.
+    expressions, symbols : tuple of SX
+        They and what they depend on, the inputs of the operations' function.
+    operations : StepwiseOperations or None
     depends : tuple of tuple of Symbol
         What the result of each operation depends on.
+    divisors : tuple of SX
+        That may vanish along the phase.
     timed : bool
         Whether a time of the phase is free.
     """
 
     owners: tuple[_Owner, ...]
+    expressions: tuple[ca.SX, ...]
     symbols: tuple[ca.SX, ...]
-    operations: StepwiseOperations
+    operations: StepwiseOperations | None
     depends: tuple[tuple[Symbol, ...], ...]
+    divisors: tuple[ca.SX, ...]
     timed: bool
 
     @classmethod
     def of(cls, problem: Problem, phase: str) -> _PhaseSteps | None:
         """Those of a phase, or None where it has none."""
         owned = list(_expressions(problem, phase))
-        expressions = [expression for _, expression in owned]
+        expressions = tuple(expression for _, expression in owned)
         symbols = tuple(ca.symvar(ca.vertcat(*expressions)))
         operations = stepwise_operations(expressions, symbols)
-        if operations is None:
+        varying = tuple(
+            divisor
+            for divisor in divisors(expressions, symbols)
+            if any(isinstance(s, (Signal, Time)) for s in resolve(divisor, "a divisor"))
+        )
+        if operations is None and not varying:
             return None
+        results = operations.results if operations is not None else ()
         stated = problem.phase(phase)
         return cls(
             owners=tuple(owner for owner, _ in owned),
+            expressions=expressions,
             symbols=symbols,
             operations=operations,
-            depends=tuple(resolve(result, "a comparison") for result in operations.results),
+            depends=tuple(resolve(result, "a comparison") for result in results),
+            divisors=varying,
             timed=isinstance(stated.start, Between) or isinstance(stated.end, Between),
         )
 
@@ -156,11 +166,23 @@ class _PhaseSteps:
         def values(expressions: tuple[ca.SX, ...], times: Array) -> Array:
             return evaluator.values(trajectory, motion.name, expressions, *motion.locate(times))
 
-        k = np.repeat(np.arange(motion.intervals), _INSTANTS)
-        tau = np.tile((np.arange(_INSTANTS) + 0.5) / _INSTANTS, motion.intervals)
-        times = motion.breakpoints[k] + tau * np.diff(motion.breakpoints)[k]
-        results = values(self.operations.results, times)
-        sizes = np.abs(self._held(values(self.symbols, times), results)).max(axis=0)
+        if self.operations is not None:
+            yield from self._changes(self.operations, motion, values)
+        if self.divisors:
+            symbols = self.expressions, self.symbols
+            for zero in quotient_steps(self.divisors, *symbols, motion, values):
+                condition = f"'{text_of(zero.divisor, 60)}' vanishes, by which it divides"
+                of = resolve(zero.divisor, "a divisor")
+                yield self._step(motion, zero.time, condition, of, zero.column, zero.size)
+
+    def _changes(
+        self, operations: StepwiseOperations, motion: PhaseTrajectory, values: Values
+    ) -> Iterator[ValueStep]:
+        """Steps where the result of an operation changes."""
+        function = operations.function
+        k, times = instants_of(motion)
+        results = values(operations.results, times)
+        sizes = np.abs(_held(function, values(self.symbols, times), results)).max(axis=0)
 
         # what is not continuous may change at a breakpoint without a crossing
         changed = np.diff(results, axis=0) != 0
@@ -176,42 +198,52 @@ class _PhaseSteps:
         rows = np.arange(places.size)
         for _ in range(_HALVINGS):
             middle = 0.5 * (low + high)
-            same = values(self.operations.results, middle)[rows, numbers] == before
+            same = values(operations.results, middle)[rows, numbers] == before
             low, high = np.where(same, middle, low), np.where(same, high, middle)
 
         # with the signals of one instant and the results of both sides, what differs is the step
         beside = _BESIDE * (motion.end - motion.start)
         at = values(self.symbols, low)
         left, right = (
-            self._held(at, values(self.operations.results, side))
+            _held(function, at, values(operations.results, side))
             for side in (low - beside, high + beside)
         )
         relative = np.abs(right - left) / np.where(sizes > 0, sizes, 1.0)
         for time, which, parts in zip(high, numbers.tolist(), relative, strict=True):
             column = int(np.argmax(parts))
-            if parts[column] > _LEAST_STEP:
-                yield ValueStep(
-                    phase=motion.name,
-                    time=float(time),
-                    condition=text_of(self.operations.results[which], 60),
-                    expression=_name(self.owners[column]),
-                    size=float(parts[column]),
-                    unseen=self._moves(which),
-                    constants=frozenset(
-                        s.name for s in self.depends[which] if isinstance(s, Constant)
-                    ),
-                )
+            if parts[column] > LEAST_STEP:
+                condition = f"'{text_of(operations.results[which], 60)}' changes"
+                of = self.depends[which]
+                yield self._step(motion, float(time), condition, of, column, float(parts[column]))
 
-    def _moves(self, number: int) -> bool:
-        """Whether the time at which a result changes depends on the motion."""
-        return any(
+    def _step(
+        self,
+        motion: PhaseTrajectory,
+        time: float,
+        condition: str,
+        depends: tuple[Symbol, ...],
+        column: int,
+        size: float,
+    ) -> ValueStep:
+        """The step of an expression at a time that depends on some symbols."""
+        unseen = any(
             isinstance(symbol, (Signal, Unknown)) or (isinstance(symbol, Time) and self.timed)
-            for symbol in self.depends[number]
+            for symbol in depends
+        )
+        return ValueStep(
+            phase=motion.name,
+            time=time,
+            condition=condition,
+            expression=_name(self.owners[column]),
+            size=size,
+            unseen=unseen,
+            constants=frozenset(s.name for s in depends if isinstance(s, Constant)),
         )
 
-    def _held(self, symbols: Array, results: Array) -> Array:
-        """The expressions at given symbols (m, n) and results (m, r)."""
-        return columnwise(self.operations.function, symbols, results)[0]
+
+def _held(function: ca.Function, symbols: Array, results: Array) -> Array:
+    """The expressions at given symbols (m, n) and results of stepwise operations (m, r)."""
+    return columnwise(function, symbols, results)[0]
 
 
 def _expressions(problem: Problem, name: str) -> Iterator[tuple[_Owner, ca.SX]]:

@@ -3,9 +3,10 @@
 A tariff, an eclipse or a gate changes the dynamics at a time that is known beforehand. No
 polynomial follows that, so an interval must end there. Such times are stated, or read off the
 expressions: a comparison of time with a number (as in ``if_else``, ``pw_const`` and ``pw_lin``), a
-sign, an absolute value, a smallest or a largest value changes where its two sides are equal. Only
-sides that are linear in time are read, so that every change is found exactly. A time that depends
-on a `Constant` is not, because a mesh serves for all values of the constants.
+sign, an absolute value, a smallest or a largest value changes where its two sides are equal, and a
+quotient may step where its divisor vanishes. Only what is linear in time is read, so that every
+change is found exactly. A time that depends on a `Constant` is not, because a mesh serves for all
+values of the constants.
 """
 
 from __future__ import annotations
@@ -70,6 +71,10 @@ def _compared(instruction: Instruction, operands: Sequence[_Line | None]) -> Ite
     name = instruction.operation
     if name in _OF_ONE and operands[0] is not None:
         yield operands[0]
+    if name == "inv" and operands[0] is not None:
+        yield operands[0]
+    if name == "div" and operands[1] is not None:
+        yield operands[1]
     if name in _OF_TWO:
         first, second = operands
         if first is not None and second is not None:

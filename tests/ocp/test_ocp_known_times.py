@@ -90,6 +90,11 @@ def test_smooth_tables_and_free_times_have_no_steps():
     assert Problem("free", free, minimise=free.end_time).steps["free"] == ()
 
 
+def test_a_divisor_that_is_linear_in_time_tells_where_it_vanishes():
+    quotients = [ca.atan(0.1 / (2 * TIME - 3)), 1 / (TIME - 0.25), 2 / (TIME**2 - 0.5)]
+    assert stepping_times(quotients, 0.0, 2.0) == (0.25, 1.5)
+
+
 def test_steps_are_read_off_expressions_that_are_linear_in_time():
     t = TIME.symbol
     several = [

@@ -19,6 +19,9 @@ BOTH = ca.vertcat(X, Y)
         (X + ca.floor(Y), False, False),
         (X**2 + ca.sign(X), False, False),
         (Y + ca.fmod(Y, 2), False, False),
+        (ca.fabs(X) + Y**2, False, False),
+        (ca.fmax(X, Y), False, False),
+        (X**2 / ca.fabs(X), False, False),
     ],
 )
 def test_an_expression_that_steps_is_neither(expression, linear, quadratic) -> None:

@@ -83,6 +83,17 @@ def test_a_cost_that_steps_with_the_control_is_no_linear_one() -> None:
     assert not certify(found).passed
 
 
+def test_a_cost_with_a_kink_in_the_control_is_no_square() -> None:
+    """u^2 - 3 |u| has valleys of -2 at the limit -1, and of -2.25 at 1.5."""
+    u = Control("u", lower=-1, upper=2)
+    phase = Phase("go", {x: u}, initial={x: 0}, end=1.0, guess={x: (0, -1), u: -1.0})
+    cost = phase.integral(u**2 - 3 * ca.fabs(u) + 1e-9 * x)
+    found = solve(Problem("two valleys", phase, minimise=cost))
+    assert found.objective == pytest.approx(-2.0, rel=1e-6)
+    assert "u = 1.5 instead of -1" in found.verdict
+    assert not checks(found)["other controls"].passed
+
+
 def test_an_optimum_that_needs_endless_switches_is_not_claimed() -> None:
     """Bolza's example: slopes of 1 and -1 by turns bring the integral to 0, and no motion has 0."""
     slope = Control("u")

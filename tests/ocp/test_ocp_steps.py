@@ -34,6 +34,11 @@ STEPPING = {
     "floor": speed * (1 + ca.floor(2 * x + 1e-12)),
     "copysign": speed * (1.5 + 0.5 * ca.copysign(1, x.symbol - 0.5)),
     "angle": speed * (1.5 + ca.atan2(1e-9 * (x.symbol - 0.5), -1) / (2 * ca.pi)),
+    "quotient": speed * (1.5 + 0.5 * (x - 0.5) / ca.fabs(x - 0.5)),
+    "its inverse": speed * (1.5 + 0.5 * ca.fabs(x - 0.5) / (x - 0.5)),
+    "root of a square": speed * (1.5 + 0.5 * (x - 0.5) / ca.sqrt((x - 0.5) ** 2)),
+    "larger of two": speed * (1.5 + 0.5 * (x - 0.5) / ca.fmax(x - 0.5, 0.5 - x)),
+    "square": speed * (1.5 + 0.5 * (x - 0.5) * ca.fabs(x - 0.5) / (x - 0.5) ** 2),
 }
 
 
@@ -47,6 +52,38 @@ def test_a_step_at_a_place_is_said_and_not_certified(rate):
     assert "need not be an optimum" in found.verdict
     certificate = certify(found)
     assert [check.passed for check in certificate.checks if check.name == "steps"] == [False]
+
+
+STEEPER = {
+    "direction": (0.5 * (x - 0.5) / ca.norm_2(ca.vertcat(x - 0.5, 2 * x - 1)), "sqrt"),
+    "arc tangent": (ca.atan(0.1 / (x - 0.5)) / ca.pi, "x - 0.5"),
+    "arc tangent of a tangent": (0.25 * ca.sin(ca.atan(ca.tan(x + 1.0708))), "cos"),
+    "hyperbolic tangent": (0.5 * ca.tanh(0.1 / (x - 0.5)), "x - 0.5"),
+}
+
+
+@pytest.mark.parametrize(("part", "divisor"), STEEPER.values(), ids=STEEPER)
+def test_a_quotient_that_steps_where_its_divisor_vanishes_is_said(part, divisor):
+    with pytest.warns(StatementWarning, match=f"'.*{divisor}.*' vanishes, by which it divides"):
+        found = solve(crossing(speed * (1.5 + part)))
+    assert not certify(found).passed
+
+
+SMOOTH = {
+    "sine": ca.sin(x - 0.5) / (x - 0.5),
+    "exponential": (ca.exp(x - 0.5) - 1) / (x - 0.5),
+    "modulus": (x - 0.5) ** 2 / ca.fabs(x - 0.5),
+    "rounded": (x - 0.5) / ca.sqrt((x - 0.5) ** 2 + 1e-4),
+    "soft": (x - 0.5) / (ca.fabs(x - 0.5) + 1e-2),
+    "tangent": ca.cos(3 * x) * ca.tan(3 * x),
+}
+
+
+@pytest.mark.parametrize("part", SMOOTH.values(), ids=SMOOTH)
+def test_a_quotient_that_goes_on_where_its_divisor_vanishes_is_no_step(part):
+    found = solve(crossing(speed * (1.5 + 0.5 * part)))
+    assert "steps" not in found.verdict
+    assert certify(found).passed
 
 
 def test_the_remedy_finds_the_optimum():
