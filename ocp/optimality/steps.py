@@ -6,7 +6,7 @@ derivative that tells: where points move, they see the values of one side only. 
 the dynamics, and need not be an optimum.  Two phases that meet where the comparison changes state
 the same with derivatives.
 
-A quotient may step where its divisor vanishes, see `ocp.optimality.quotient_steps`.
+How steps are found is in `ocp.numerics.step_search`.
 """
 
 from __future__ import annotations
@@ -19,22 +19,19 @@ import numpy as np
 
 from ocp.arrays import Array
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
-from ocp.numerics.columnwise import columnwise
-from ocp.numerics.divisors import divisors
-from ocp.numerics.stepwise_operations import StepwiseOperations, stepwise_operations
-from ocp.optimality.quotient_steps import LEAST_STEP, Values, instants_of, quotient_steps
+from ocp.numerics.step_search import FoundStep, SteppingExpressions
 from ocp.problem.bounds import Bound
 from ocp.problem.display import functional_text, text_of
 from ocp.problem.functionals import Integral, Peak
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import (
+    TIME,
     Algebraic,
     Between,
     Constant,
     Control,
     Signal,
     State,
-    Symbol,
     Time,
     Unknown,
     resolve,
@@ -42,12 +39,8 @@ from ocp.problem.symbols import (
 
 _Owner = State | Bound | Integral | Peak
 
-# Halvings of the time between two such instants, to rounding
-_HALVINGS = 50
-
-# Part of the phase by which the sides of a step are apart: comparisons that are meant to change
-# together differ by rounding.
-_BESIDE = 1e-9
+# Instants of an interval at which the motion is looked at
+_INSTANTS = 8
 
 
 @dataclass(frozen=True)
@@ -107,54 +100,39 @@ def step_remark(steps: Iterable[ValueStep]) -> str:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class _PhaseSteps:
-    """The stepwise operations and the divisors of a phase.
+    """The expressions of a phase that may step.
 
     Attributes
     ----------
     owners : tuple of State, Bound, Integral or Peak
         What the expressions belong to.
-    expressions, symbols : tuple of SX
-        They and what they depend on, the inputs of the operations' function.
-    operations : StepwiseOperations or None
-    depends : tuple of tuple of Symbol
-        What the result of each operation depends on.
-    divisors : tuple of SX
-        That may vanish along the phase.
+    stepping : SteppingExpressions
+    varying, jumping : SX (k,)
+        Symbols that change along the phase, and those among them that may jump.
     timed : bool
         Whether a time of the phase is free.
     """
 
     owners: tuple[_Owner, ...]
-    expressions: tuple[ca.SX, ...]
-    symbols: tuple[ca.SX, ...]
-    operations: StepwiseOperations | None
-    depends: tuple[tuple[Symbol, ...], ...]
-    divisors: tuple[ca.SX, ...]
+    stepping: SteppingExpressions
+    varying: ca.SX
+    jumping: ca.SX
     timed: bool
 
     @classmethod
     def of(cls, problem: Problem, phase: str) -> _PhaseSteps | None:
         """Those of a phase, or None where it has none."""
-        owned = list(_expressions(problem, phase))
-        expressions = tuple(expression for _, expression in owned)
-        symbols = tuple(ca.symvar(ca.vertcat(*expressions)))
-        operations = stepwise_operations(expressions, symbols)
-        varying = tuple(
-            divisor
-            for divisor in divisors(expressions, symbols)
-            if any(isinstance(s, (Signal, Time)) for s in resolve(divisor, "a divisor"))
-        )
-        if operations is None and not varying:
+        owned = list(path_expressions(problem, phase))
+        stepping = SteppingExpressions.of(tuple(expression for _, expression in owned))
+        if stepping is None:
             return None
-        results = operations.results if operations is not None else ()
-        stated = problem.phase(phase)
+        stated, signals = problem.phase(phase), problem.signals[phase]
+        jumping = [s.symbol for s in signals if isinstance(s, (Control, Algebraic))]
         return cls(
             owners=tuple(owner for owner, _ in owned),
-            expressions=expressions,
-            symbols=symbols,
-            operations=operations,
-            depends=tuple(resolve(result, "a comparison") for result in results),
-            divisors=varying,
+            stepping=stepping,
+            varying=ca.vertcat(TIME.symbol, *[s.symbol for s in signals]),
+            jumping=ca.vertcat(*jumping, ca.SX(0, 1)),
             timed=isinstance(stated.start, Between) or isinstance(stated.end, Between),
         )
 
@@ -166,87 +144,38 @@ class _PhaseSteps:
         def values(expressions: tuple[ca.SX, ...], times: Array) -> Array:
             return evaluator.values(trajectory, motion.name, expressions, *motion.locate(times))
 
-        if self.operations is not None:
-            yield from self._changes(self.operations, motion, values)
-        if self.divisors:
-            symbols = self.expressions, self.symbols
-            for zero in quotient_steps(self.divisors, *symbols, motion, values):
-                condition = f"'{text_of(zero.divisor, 60)}' vanishes, by which it divides"
-                of = resolve(zero.divisor, "a divisor")
-                yield self._step(motion, zero.time, condition, of, zero.column, zero.size)
-
-    def _changes(
-        self, operations: StepwiseOperations, motion: PhaseTrajectory, values: Values
-    ) -> Iterator[ValueStep]:
-        """Steps where the result of an operation changes."""
-        function = operations.function
-        k, times = instants_of(motion)
-        results = values(operations.results, times)
-        sizes = np.abs(_held(function, values(self.symbols, times), results)).max(axis=0)
+        # off the ends of intervals: a motion that begins at rest has a speed of zero there, whose
+        # sign is neither
+        k = np.repeat(np.arange(motion.intervals), _INSTANTS)
+        tau = np.tile((np.arange(_INSTANTS) + 0.5) / _INSTANTS, motion.intervals)
+        times = motion.breakpoints[k] + tau * np.diff(motion.breakpoints)[k]
+        places = np.concatenate([[motion.start], times, [motion.end]])
 
         # what is not continuous may change at a breakpoint without a crossing
-        changed = np.diff(results, axis=0) != 0
-        for number, symbols in enumerate(self.depends):
-            if any(isinstance(symbol, (Control, Algebraic)) for symbol in symbols):
-                changed[np.diff(k) > 0, number] = False
-        places, numbers = np.nonzero(changed)
-        if not places.size:
-            return
-
-        # each change is enclosed by halving
-        low, high, before = times[places], times[places + 1], results[places, numbers]
-        rows = np.arange(places.size)
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (low + high)
-            same = values(operations.results, middle)[rows, numbers] == before
-            low, high = np.where(same, middle, low), np.where(same, high, middle)
-
-        # with the signals of one instant and the results of both sides, what differs is the step
-        beside = _BESIDE * (motion.end - motion.start)
-        at = values(self.symbols, low)
-        left, right = (
-            _held(function, at, values(operations.results, side))
-            for side in (low - beside, high + beside)
-        )
-        relative = np.abs(right - left) / np.where(sizes > 0, sizes, 1.0)
-        for time, which, parts in zip(high, numbers.tolist(), relative, strict=True):
-            column = int(np.argmax(parts))
-            if parts[column] > LEAST_STEP:
-                condition = f"'{text_of(operations.results[which], 60)}' changes"
-                of = self.depends[which]
-                yield self._step(motion, float(time), condition, of, column, float(parts[column]))
-
-    def _step(
-        self,
-        motion: PhaseTrajectory,
-        time: float,
-        condition: str,
-        depends: tuple[Symbol, ...],
-        column: int,
-        size: float,
-    ) -> ValueStep:
-        """The step of an expression at a time that depends on some symbols."""
-        unseen = any(
-            isinstance(symbol, (Signal, Unknown)) or (isinstance(symbol, Time) and self.timed)
-            for symbol in depends
-        )
-        return ValueStep(
-            phase=motion.name,
-            time=time,
-            condition=condition,
-            expression=_name(self.owners[column]),
-            size=size,
-            unseen=unseen,
-            constants=frozenset(s.name for s in depends if isinstance(s, Constant)),
-        )
+        jumps = self.jumping, np.concatenate([[False], np.diff(k) > 0, [False]])
+        for found in self.stepping.along(places, values, self.varying, jumps):
+            depends = resolve(found.cause, "a comparison")
+            yield ValueStep(
+                phase=motion.name,
+                time=found.place,
+                condition=cause_text(found),
+                expression=owner_text(self.owners[found.column]),
+                size=found.size,
+                unseen=any(
+                    isinstance(s, (Signal, Unknown)) or (isinstance(s, Time) and self.timed)
+                    for s in depends
+                ),
+                constants=frozenset(s.name for s in depends if isinstance(s, Constant)),
+            )
 
 
-def _held(function: ca.Function, symbols: Array, results: Array) -> Array:
-    """The expressions at given symbols (m, n) and results of stepwise operations (m, r)."""
-    return columnwise(function, symbols, results)[0]
+def cause_text(found: FoundStep) -> str:
+    """What happens at a step, in words."""
+    happens = "vanishes, by which it divides" if found.vanishes else "changes"
+    return f"'{text_of(found.cause, 60)}' {happens}"
 
 
-def _expressions(problem: Problem, name: str) -> Iterator[tuple[_Owner, ca.SX]]:
+def path_expressions(problem: Problem, name: str) -> Iterator[tuple[_Owner, ca.SX]]:
     """All that holds along a phase, with what it belongs to."""
     phase = problem.phase(name)
     yield from phase.dynamics.items()
@@ -259,7 +188,7 @@ def _expressions(problem: Problem, name: str) -> Iterator[tuple[_Owner, ca.SX]]:
                     yield functional, expression
 
 
-def _name(owner: _Owner) -> str:
+def owner_text(owner: _Owner) -> str:
     """What an expression is, in words."""
     match owner:
         case Bound():
