@@ -22,6 +22,7 @@ from ocp.optimality.active_set import acting_intervals
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multiplier_sets import fitted_to_switches
 from ocp.optimality.multipliers import multipliers
+from ocp.optimality.number_steps import number_remark, number_steps
 from ocp.optimality.steps import step_remark, steps_along
 from ocp.problem.checks_before_solve import check_before_solve
 from ocp.problem.integrator_chains import first_degree
@@ -305,7 +306,9 @@ def _solution(
     if checked.verification.passed:
         verdict = _verdict(meshes, refinement, bound)
         verdict += "".join(f"; {remark}" for remark in _remarks(meshes, refinement, fitted))
-    remark = step_remark(steps_along(meshes.problem, iterate.trajectory, meshes.evaluator))
+    steps = step_remark(steps_along(meshes.problem, iterate.trajectory, meshes.evaluator))
+    beside = number_remark(number_steps(iterate, meshes.evaluator))
+    remark = "; ".join(filter(None, (steps, beside)))
     if remark:
         verdict += f"; {remark}"
         warnings.warn(f"'{meshes.problem.name}': {remark}", StatementWarning, stacklevel=5)

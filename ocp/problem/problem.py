@@ -10,6 +10,7 @@ import casadi as ca
 
 from ocp.errors import StatementError
 from ocp.keywords import checked_keywords
+from ocp.numerics.linearity import is_linear
 from ocp.problem.bounds import Bound, checked_bounds
 from ocp.problem.functionals import (
     AnyFunctional,
@@ -245,7 +246,8 @@ def _summed(
     elsewhere = {symbol for bound in constraints for symbol in bound.symbols}
     weights = {}
     for integral in integrals:
-        if integral not in elsewhere:
+        # an objective that steps with an integral has a slope by it that is a constant, too
+        if integral not in elsewhere and is_linear(objective, integral.symbol):
             weight = ca.jacobian(objective, integral.symbol)
             symbols = resolve(weight, "a weight")
             if all(isinstance(symbol, Constant) for symbol in symbols):

@@ -18,6 +18,7 @@ from ocp.mesh.trajectory import Evaluator
 from ocp.optimality.active_set import ACTING, strongest_multipliers
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers, duration_multiplier
+from ocp.optimality.number_steps import number_remark, number_steps
 from ocp.optimality.steps import step_remark, steps_along
 from ocp.problem.functionals import BoundaryValue, End, Functional, Peak, PhaseTime
 from ocp.problem.symbols import TIME, Between
@@ -240,6 +241,10 @@ def step_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Conditi
     if remark := step_remark(steps):
         size = max(step.size for step in steps if step.unseen)
         yield Condition("steps", size, allowed.steps, remark)
+    beside = list(number_steps(iterate, evidence.evaluator))
+    if remark := number_remark(beside):
+        size = max(step.size for step in beside)
+        yield Condition("steps beside the motion", size, allowed.steps, remark)
 
 
 def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterator[Condition]:

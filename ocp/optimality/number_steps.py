@@ -1,0 +1,296 @@
+"""Steps beside a motion: what jumps as a number of the whole motion changes.
+
+A parameter, an end value or a time is one number. An objective such as ``floor(x at the end)``, or
+a rate that depends on ``sign(parameter)``, steps where that number passes a value. The nonlinear
+program sees a slope of zero on both sides. Its solution is the best on its own side, and nothing
+shows what the other side has. So each number is moved over its range, and what steps is told.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from ocp.arrays import Array
+from ocp.mesh.trajectory import Evaluator
+from ocp.numerics.columnwise import columnwise
+from ocp.numerics.step_search import SteppingExpressions
+from ocp.optimality.iterate import Iterate
+from ocp.optimality.steps import cause_text, owner_text, path_expressions
+from ocp.problem.display import text_of, with_unit
+from ocp.problem.functionals import BoundaryValue, Functional, PhaseTime, PointValue
+from ocp.problem.parameters import Interval
+from ocp.problem.symbols import Between, Constant, Signal, Symbol, Time, Unknown, resolve
+
+# Values of a number that are looked at, and instants of a phase at which a parameter is moved
+_VALUES = 65
+_INSTANTS = 5
+
+# Part of its size that is rounding of a number
+_ZERO = 1e-12
+
+_ANY = (-math.inf, math.inf)
+
+
+@dataclass(frozen=True)
+class NumberStep:
+    """A step of an expression at a value of a number of the whole motion.
+
+    Attributes
+    ----------
+    expression, condition : str
+        What steps, and what happens there, such as ``'sign(p)' changes``, in words.
+    number, unit : str
+    place, own : float
+        Where it steps, and its value now [unit].
+    size : float
+        Relative to the largest value of the expression in the range of the number.
+    away : float
+        From its own value to the place, in sizes of the number.
+    """
+
+    expression: str
+    condition: str
+    number: str
+    unit: str
+    place: float
+    own: float
+    size: float
+    away: float
+
+
+def number_steps(iterate: Iterate, evaluator: Evaluator) -> Iterator[NumberStep]:
+    """Steps of the objective, of constraints and of rates as parameters and end values change."""
+    yield from _of_the_problem(iterate, evaluator)
+    for functional in iterate.problem.functionals:
+        if isinstance(functional, (BoundaryValue, PointValue)):
+            yield from _of_a_value(iterate, evaluator, functional)
+    if iterate.problem.unknowns:
+        for phase in iterate.problem.phases:
+            yield from _of_a_phase(iterate, evaluator, phase.name)
+
+
+def number_remark(steps: Iterable[NumberStep]) -> str:
+    """What to say of steps beside a motion, or nothing where there are none."""
+    nearest = min(steps, key=lambda step: step.away, default=None)
+    if nearest is None:
+        return ""
+    at = with_unit(f"{nearest.number} = {nearest.place:.6g}", nearest.unit)
+    return (
+        f"{nearest.expression} steps at {at} (now {nearest.own:.6g}), where {nearest.condition}, "
+        "which no derivative shows: the answer may be the best of its side only; solve for each "
+        "side alone, with limits that keep to it, and take the better"
+    )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class _Lines:
+    """Expressions of some symbols, each of which is moved alone.
+
+    Attributes
+    ----------
+    owners : tuple of str
+        What the expressions belong to.
+    symbols : tuple of Symbol
+        In the order of those of `stepping`.
+    functions : dict
+        What was compiled, by the expressions.
+    """
+
+    owners: tuple[str, ...]
+    stepping: SteppingExpressions
+    symbols: tuple[Symbol, ...]
+    functions: dict[tuple[int, ...], ca.Function]
+
+    @classmethod
+    def of(cls, owned: Sequence[tuple[str, ca.SX]]) -> _Lines | None:
+        """Those of expressions, or None where none of them may step."""
+        if not owned or not ca.symvar(ca.vertcat(*[e for _, e in owned])):
+            return None
+        stepping = SteppingExpressions.of(tuple(expression for _, expression in owned))
+        if stepping is None:
+            return None
+        symbols = tuple(resolve(each, "an expression")[0] for each in stepping.symbols)
+        return cls(tuple(owner for owner, _ in owned), stepping, symbols, {})
+
+    def along(
+        self, own: Array, moved: Sequence[tuple[int, Interval, float]], alone: bool = False
+    ) -> Iterator[NumberStep]:
+        """Steps on lines through the symbols' own values (n,).
+
+        Parameters
+        ----------
+        moved : sequence of (int, (lower, upper), size)
+            Numbers of the symbols that are moved, their limits and typical sizes.
+        alone : bool
+            Whether what changes may depend on these and on constants only.
+        """
+        for number, limits, size in moved:
+            symbol = self.symbols[number]
+            here = float(own[number])
+            reach = max(abs(here), size) or 1.0
+            for places in _ranges(here, limits, reach):
+                values = self._values(own, number)
+                for found in self.stepping.along(places, values, symbol.symbol):
+                    others = resolve(found.cause, "a comparison")
+                    if alone and not all(isinstance(s, (Unknown, Constant)) for s in others):
+                        continue
+                    yield NumberStep(
+                        expression=self.owners[found.column],
+                        condition=cause_text(found),
+                        number=text_of(symbol),
+                        unit=symbol.unit,
+                        place=found.place if abs(found.place) > _ZERO * reach else 0.0,
+                        own=here,
+                        size=found.size,
+                        away=abs(found.place - here) / reach,
+                    )
+
+    def _values(self, own: Array, number: int) -> Callable[[tuple[ca.SX, ...], Array], Array]:
+        """Expressions at values of one number, where all others have their own."""
+
+        def values(expressions: tuple[ca.SX, ...], places: Array) -> Array:
+            key = tuple(e.element_hash() for e in expressions)
+            if key not in self.functions:
+                stacked = ca.densify(ca.vertcat(*expressions))
+                inputs = [ca.vertcat(*self.stepping.symbols)]
+                self.functions[key] = ca.Function("expressions", inputs, [stacked])
+            rows = np.tile(own, (len(places), 1))
+            rows[:, number] = places
+            return columnwise(self.functions[key], rows)[0]
+
+        return values
+
+
+def _ranges(own: float, limits: Interval, reach: float) -> Iterator[Array]:
+    """Values of a number that are looked at: near its own, and in its limits if it has both."""
+    near = max(limits[0], own - reach), min(limits[1], own + reach)
+    for low, high in dict.fromkeys((near, limits)):
+        if math.isfinite(high - low) and high > low:
+            yield np.linspace(low, high, _VALUES)
+
+
+def _kept(
+    evaluator: Evaluator, key: Hashable, owned: Callable[[], Sequence[tuple[str, ca.SX]]]
+) -> _Lines | None:
+    """What was made of expressions, once."""
+    if key not in evaluator.compiled:
+        evaluator.compiled[key] = _Lines.of(owned())
+    lines: _Lines | None = evaluator.compiled[key]
+    return lines
+
+
+def _of_the_problem(iterate: Iterate, evaluator: Evaluator) -> Iterator[NumberStep]:
+    """Steps of the objective and of the constraints on numbers of the whole motion."""
+    problem, trajectory = iterate.problem, iterate.trajectory
+
+    def owned() -> list[tuple[str, ca.SX]]:
+        bounds = [(owner_text(b), b.expression) for b in problem.boundary_constraints]
+        return [("the objective", problem.objective), *bounds]
+
+    lines = _kept(evaluator, "steps of numbers", owned)
+    if lines is None:
+        return
+    peaks = trajectory.peaks_of(problem)
+    own = np.array([evaluator.number(trajectory, s, peaks) for s in lines.symbols])
+    moved = [
+        (number, _limits(iterate, symbol), _size(iterate, symbol))
+        for number, symbol in enumerate(lines.symbols)
+        if not isinstance(symbol, Constant)
+    ]
+    yield from lines.along(own, moved)
+
+
+def _of_a_value(
+    iterate: Iterate, evaluator: Evaluator, functional: BoundaryValue | PointValue
+) -> Iterator[NumberStep]:
+    """Steps of a value at one instant, as the signals there change."""
+    owner = f"the {text_of(functional)}"
+    key = ("steps of a value", functional.symbol.element_hash())
+    lines = _kept(evaluator, key, lambda: [(owner, functional.expression)])
+    if lines is None:
+        return
+    motion = iterate.trajectory.phase(functional.phase)
+    place = (0, 0.0)
+    if isinstance(functional, PointValue):
+        intervals, local = motion.locate(np.array([functional.instant]))
+        place = int(intervals[0]), float(local[0])
+    elif functional.end == "end":
+        place = motion.intervals - 1, 1.0
+    symbols = lines.stepping.symbols
+    own = evaluator.values(iterate.trajectory, functional.phase, symbols, place[0], [place[1]])[0]
+    moved = [
+        (number, _limits(iterate, symbol, functional), _size(iterate, symbol))
+        for number, symbol in enumerate(lines.symbols)
+        if not isinstance(symbol, (Constant, Time))
+    ]
+    yield from lines.along(own, moved)
+
+
+def _of_a_phase(iterate: Iterate, evaluator: Evaluator, phase: str) -> Iterator[NumberStep]:
+    """Steps of what holds along a phase, as parameters of the problem change."""
+
+    def owned() -> list[tuple[str, ca.SX]]:
+        return [(owner_text(o), e) for o, e in path_expressions(iterate.problem, phase)]
+
+    lines = _kept(evaluator, ("steps of parameters", phase), owned)
+    if lines is None:
+        return
+    moved = [
+        (number, _limits(iterate, symbol), _size(iterate, symbol))
+        for number, symbol in enumerate(lines.symbols)
+        if isinstance(symbol, Unknown)
+    ]
+    if not moved:
+        return
+    motion = iterate.trajectory.phase(phase)
+    times = motion.start + (np.arange(_INSTANTS) + 0.5) / _INSTANTS * (motion.end - motion.start)
+    symbols = lines.stepping.symbols
+    for own in evaluator.values(iterate.trajectory, phase, symbols, *motion.locate(times)):
+        yield from lines.along(own, moved, alone=True)
+
+
+def _limits(iterate: Iterate, symbol: Symbol, at: Functional | None = None) -> Interval:
+    """Between which a number may lie; a signal at an instant of a functional."""
+    parameters = iterate.parameters
+    if isinstance(symbol, Unknown):
+        limits = parameters.unknown_limits[symbol.name]
+    elif isinstance(symbol, Signal):
+        limits = parameters.signal_limits[symbol.name]
+        if isinstance(at, BoundaryValue):
+            ends = parameters.initial_values if at.end == "start" else parameters.final_values
+            limits = _both(limits, ends.get((at.phase, symbol.name), _ANY))
+    elif isinstance(symbol, PhaseTime):
+        phase = iterate.problem.phase(symbol.phase)
+        time = phase.start if symbol.end == "start" else phase.end
+        limits = (time.lower, time.upper) if isinstance(time, Between) else (time, time)
+    elif isinstance(symbol, BoundaryValue) and symbol.expression.is_symbolic():
+        limits = _limits(iterate, resolve(symbol.expression, "a value")[0], symbol)
+    else:
+        limits = _ANY
+    for bound in iterate.problem.boundary_constraints:
+        if ca.is_equal(bound.expression, symbol.symbol):
+            limits = _both(limits, parameters.bound_limits["", bound.name])
+    return limits
+
+
+def _both(first: Interval, second: Interval) -> Interval:
+    return max(first[0], second[0]), min(first[1], second[1])
+
+
+def _size(iterate: Iterate, symbol: Symbol) -> float:
+    """The typical size of a number."""
+    scales = iterate.scales
+    if isinstance(symbol, Unknown):
+        return scales.unknowns[symbol.name]
+    if isinstance(symbol, Signal):
+        return scales.signals[symbol.name]
+    if isinstance(symbol, PhaseTime):
+        return scales.time
+    if isinstance(symbol, BoundaryValue) and symbol.expression.is_symbolic():
+        return _size(iterate, resolve(symbol.expression, "a value")[0])
+    return scales.functionals.get(symbol, 0.0) if isinstance(symbol, Functional) else 0.0
