@@ -21,6 +21,7 @@ from ocp.errors import StatementError
 from ocp.keywords import checked_keywords
 from ocp.mesh.initial_guess import InitialGuess, initial_guess
 from ocp.mesh.trajectory import Trajectory
+from ocp.optimality.number_steps import number_steps, signal_steps, where_text
 from ocp.problem.bounds import Bound
 from ocp.problem.functionals import Functional
 from ocp.problem.parameters import Parameters, parameters_of
@@ -107,12 +108,16 @@ class Relaxation:
     solution : Solution
         A motion of the relaxed problem, which minimises the relaxation and nothing else.  Its
         signals go by name.
+    steps : str
+        Where something steps by which less might have to give way, in words; empty where nothing
+        does, or nothing has to.
     """
 
     problem: str
     items: tuple[Relaxed, ...]
     total: float
     solution: Solution
+    steps: str = ""
 
     def __repr__(self) -> str:
         names = ", ".join(f"'{item.name}' {item.side}" for item in self.items)
@@ -125,7 +130,12 @@ class Relaxation:
         listed = "; ".join(str(item) for item in self.items)
         reasons = "; ".join(self.solution.verification.reasons)
         doubt = f" (not verified: {reasons})" if reasons else ""
-        return f"'{self.problem}' can be met if these limits are changed: {listed}{doubt}"
+        sides = (
+            f"; {self.steps}, which no derivative shows: on the other side less may be needed, or "
+            "nothing; try it with limits that keep to it"
+        )
+        told = sides if self.steps else ""
+        return f"'{self.problem}' can be met if these limits are changed: {listed}{doubt}{told}"
 
 
 @checked_keywords()
@@ -193,7 +203,18 @@ def relaxed(
     given_way.sort(key=lambda s: -moved[s.unknown] / s.size)
     items = tuple(_item(s, moved[s.unknown], solution, parameters) for s in given_way)
     total = sum(prices.get(s.name, 1.0) * moved[s.unknown] / s.size for s in given_way)
-    return Relaxation(problem.name, items, total, solution)
+    steps = _nearest_step(solution, parameters) if items else ""
+    return Relaxation(problem.name, items, total, solution, steps)
+
+
+def _nearest_step(solution: Solution, parameters: Parameters) -> str:
+    """Where something steps near a motion of the relaxed problem; empty if nothing does."""
+    iterate, evaluator = solution.kept_iterate, solution.evaluator
+    found = [
+        *number_steps(iterate, evaluator),
+        *signal_steps(iterate, evaluator, parameters.signal_limits),
+    ]
+    return where_text(min(found, key=lambda step: step.away)) if found else ""
 
 
 class _LimitNames:

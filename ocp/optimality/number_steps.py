@@ -9,7 +9,7 @@ shows what the other side has. So each number is moved over its range, and what 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -74,16 +74,36 @@ def number_steps(iterate: Iterate, evaluator: Evaluator) -> Iterator[NumberStep]
             yield from _of_a_phase(iterate, evaluator, phase.name)
 
 
+def signal_steps(
+    iterate: Iterate, evaluator: Evaluator, limits: Mapping[str, Interval]
+) -> Iterator[NumberStep]:
+    """Steps of rates, constraints and integrands as a signal or a parameter changes by itself.
+
+    A step that the motion does not cross counts, too.
+
+    Parameters
+    ----------
+    limits : mapping of str to (lower, upper)
+        Of the signals by name.
+    """
+    for phase in iterate.problem.phases:
+        yield from _of_a_phase(iterate, evaluator, phase.name, limits)
+
+
+def where_text(step: NumberStep) -> str:
+    """Where an expression steps, in words."""
+    at = with_unit(f"{step.number} = {step.place:.6g}", step.unit)
+    return f"{step.expression} steps at {at} (now {step.own:.6g}), where {step.condition}"
+
+
 def number_remark(steps: Iterable[NumberStep]) -> str:
     """What to say of steps beside a motion, or nothing where there are none."""
     nearest = min(steps, key=lambda step: step.away, default=None)
     if nearest is None:
         return ""
-    at = with_unit(f"{nearest.number} = {nearest.place:.6g}", nearest.unit)
     return (
-        f"{nearest.expression} steps at {at} (now {nearest.own:.6g}), where {nearest.condition}, "
-        "which no derivative shows: the answer may be the best of its side only; solve for each "
-        "side alone, with limits that keep to it, and take the better"
+        f"{where_text(nearest)}, which no derivative shows: the answer may be the best of its side "
+        "only; solve for each side alone, with limits that keep to it, and take the better"
     )
 
 
@@ -231,8 +251,19 @@ def _of_a_value(
     yield from lines.along(own, moved)
 
 
-def _of_a_phase(iterate: Iterate, evaluator: Evaluator, phase: str) -> Iterator[NumberStep]:
-    """Steps of what holds along a phase, as parameters of the problem change."""
+def _of_a_phase(
+    iterate: Iterate,
+    evaluator: Evaluator,
+    phase: str,
+    signals: Mapping[str, Interval] | None = None,
+) -> Iterator[NumberStep]:
+    """Steps of what holds along a phase, as parameters of the problem change.
+
+    Parameters
+    ----------
+    signals : mapping of str to (lower, upper), optional
+        Limits of the signals, where these are moved as well.
+    """
 
     def owned() -> list[tuple[str, ca.SX]]:
         return [(owner_text(o), e) for o, e in path_expressions(iterate.problem, phase)]
@@ -241,9 +272,15 @@ def _of_a_phase(iterate: Iterate, evaluator: Evaluator, phase: str) -> Iterator[
     if lines is None:
         return
     moved = [
-        (number, _limits(iterate, symbol), _size(iterate, symbol))
+        (
+            number,
+            (signals or {}).get(symbol.name, _ANY)
+            if isinstance(symbol, Signal)
+            else _limits(iterate, symbol),
+            _size(iterate, symbol),
+        )
         for number, symbol in enumerate(lines.symbols)
-        if isinstance(symbol, Unknown)
+        if isinstance(symbol, Unknown) or (isinstance(symbol, Signal) and signals is not None)
     ]
     if not moved:
         return
@@ -251,7 +288,7 @@ def _of_a_phase(iterate: Iterate, evaluator: Evaluator, phase: str) -> Iterator[
     times = motion.start + (np.arange(_INSTANTS) + 0.5) / _INSTANTS * (motion.end - motion.start)
     symbols = lines.stepping.symbols
     for own in evaluator.values(iterate.trajectory, phase, symbols, *motion.locate(times)):
-        yield from lines.along(own, moved, alone=True)
+        yield from lines.along(own, moved, alone=signals is None)
 
 
 def _limits(iterate: Iterate, symbol: Symbol, at: Functional | None = None) -> Interval:
