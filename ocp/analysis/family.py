@@ -23,6 +23,7 @@ from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import StartingPoint
 from ocp.optimality.iterate import Iterate, iterate_of
+from ocp.optimality.steps import may_step, steps_along
 from ocp.problem.checks_before_solve import check_before_solve
 from ocp.problem.parameters import Parameters, parameters_of
 from ocp.problem.problem import Problem
@@ -41,7 +42,7 @@ from ocp.refinement.policies.moving_mesh import (
 from ocp.refinement.saddles import lower_motion, may_be_saddle
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
-from ocp.solve import solve, solve_from
+from ocp.solve import first_mesh, solve, solve_from
 from ocp.transcription.packing import trajectory_of
 from ocp.transcription.transcribe import Transcription
 
@@ -52,8 +53,8 @@ _MERGED = 5e-4
 # a half: what takes more is far from its neighbour.
 _RENEWALS = 4
 
-# Meshes on which a mesh that was merged is refined again.
-_ROUNDS = 5
+# How a mesh that was merged is refined again
+_MOVING = MovingMesh(5)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -194,7 +195,8 @@ def family(
 
     The first value is solved and refined. Every further one starts from the primal and dual
     variables of the one before, on few intervals whose breakpoints move, or on a mesh that stays if
-    the settings say so. Where this fails a member is refined on a mesh of its own.
+    the settings say so. Where this fails, or where an expression steps at a time that no breakpoint
+    marks, a member is refined on a mesh of its own.
 
     Members are what their meshes give. `Family.solution` refines and verifies one of them,
     `Family.solutions` all.
@@ -312,6 +314,8 @@ class _Walk:
         parameters = parameters_of(base.problem, {**self.others, self.constant: value})
         check_before_solve(base.problem, parameters)
         meshes = base.at(parameters)
+        if base.settings.refinement.adapts and self._steps(last):
+            return self._alone(meshes, last.trajectory, self._first_mesh(last.trajectory))
         found = self._solved(meshes, last.program, last.start)
         iterations = found.iterations if found else 0
 
@@ -319,6 +323,9 @@ class _Walk:
             if found is None:
                 break
             if found.alone or not self._held_back(found):
+                if base.settings.refinement.adapts and not found.alone and self._steps(found):
+                    mesh = self._first_mesh(found.trajectory)
+                    return self._alone(meshes, found.trajectory, mesh)
                 return replace(found, iterations=iterations)
             # the limits of all widths are set anew, from where the breakpoints are
             mesh = moving_mesh(found.iterate, base.evaluator, _MERGED)
@@ -387,10 +394,13 @@ class _Walk:
         settings = self.base.settings
         if settings.refinement.adapts:
             meshes = self.base.at(parameters)
-            moving = replace(meshes, settings=replace(settings, refinement=MovingMesh(_ROUNDS)))
-            mesh = movable_mesh(iterate, meshes.evaluator, _MERGED)
             try:
-                found = refine(moving, iterate, mesh, settings.accuracy)
+                if self._steps(iterate):
+                    found = refine(meshes, iterate, iterate.mesh, settings.accuracy)
+                else:
+                    moving = replace(meshes, settings=replace(settings, refinement=_MOVING))
+                    mesh = movable_mesh(iterate, meshes.evaluator, _MERGED)
+                    found = refine(moving, iterate, mesh, settings.accuracy)
             except SolveFailed:
                 found = refine(meshes, iterate, iterate.mesh, settings.accuracy)
             iterate, iterations = found.best.iterate, iterations + iterations_of(found.rounds)
@@ -403,6 +413,21 @@ class _Walk:
             parameters=parameters,
             answer=iterate,
         )
+
+    def _steps(self, answer: Iterate | Member) -> bool:
+        """Whether an expression steps along a motion where no breakpoint is kept for it.
+
+        Points that move pass over a step, and gain by what lies between them.
+        """
+        problem, evaluator = self.base.problem, self.base.evaluator
+        if not may_step(problem, evaluator):
+            return False
+        found = steps_along(problem, answer.trajectory, evaluator)
+        return any(step.unseen or step.constants for step in found)
+
+    def _first_mesh(self, motion: Trajectory) -> Mesh:
+        """A mesh that knows nothing of where a neighbour's steps were."""
+        return first_mesh(self.base.problem, self.base.settings, motion)
 
     def _held_back(self, member: Member) -> bool:
         """Whether breakpoints that all move would move further than their mesh lets them."""

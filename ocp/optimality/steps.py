@@ -77,12 +77,24 @@ def steps_along(
 ) -> Iterator[ValueStep]:
     """The steps along a motion, for each change of a comparison the largest."""
     for motion in trajectory.phases:
-        key = ("stepwise operations", motion.name)
-        if key not in evaluator.compiled:
-            evaluator.compiled[key] = _PhaseSteps.of(problem, motion.name)
-        stepwise: _PhaseSteps | None = evaluator.compiled[key]
+        stepwise = _steps_of(problem, motion.name, evaluator)
         if stepwise is not None:
             yield from stepwise.along(trajectory, motion, evaluator)
+
+
+def may_step(problem: Problem, evaluator: Evaluator) -> bool:
+    """Whether anything of a problem could step along a motion."""
+    found = (_steps_of(problem, phase.name, evaluator) for phase in problem.phases)
+    return any(each is not None for each in found)
+
+
+def _steps_of(problem: Problem, phase: str, evaluator: Evaluator) -> _PhaseSteps | None:
+    """What may step in a phase, found once."""
+    key = ("stepwise operations", phase)
+    if key not in evaluator.compiled:
+        evaluator.compiled[key] = _PhaseSteps.of(problem, phase)
+    found: _PhaseSteps | None = evaluator.compiled[key]
+    return found
 
 
 def step_remark(steps: Iterable[ValueStep]) -> str:

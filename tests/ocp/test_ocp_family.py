@@ -4,10 +4,12 @@ import dataclasses
 import math
 import signal
 
+import casadi as ca
 import numpy as np
 import pytest
 
 from ocp import (
+    TIME,
     AdaptiveMesh,
     Between,
     Constant,
@@ -122,3 +124,13 @@ def test_a_policy_that_keeps_a_good_mesh_has_the_numbers_of_the_one_it_holds() -
     policy = AdaptiveMesh(rounds=7, highest_degree=6)
     kept = KeptWhileGood(policy)
     assert (kept.adapts, kept.rounds, kept.highest_degree) == (True, 7, 6)
+
+
+def test_a_step_at_a_time_that_varies_is_not_passed_over():
+    """J = 1 / (c + 4 (1 - c)): a gear that doubles the speed from time c on."""
+    change = Constant("change", "s", 0.2)
+    x, u = State("x"), Control("u")
+    phase = Phase("go", {x: u * ca.if_else(change > TIME, 1, 2)}, {x: 0}, {x: 1}, end=1.0)
+    values = np.array([0.2, 0.25, 0.4, 0.55])
+    found = family(Problem("gear", phase, minimise=phase.integral(u**2)), change, values)
+    assert found.objectives == pytest.approx(1 / (4 - 3 * values), rel=2e-5)
