@@ -10,6 +10,7 @@ import numpy as np
 from ocp.arrays import Array
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Trajectory
+from ocp.nlp.collapse import VANISHED
 from ocp.nlp.result import NlpResult
 from ocp.numerics.schemes import Scheme
 from ocp.problem.parameters import Parameters, parameters_of
@@ -70,6 +71,11 @@ class Iterate:
     def objective_size(self) -> float:
         """What changes of the objective are relative to: its modulus, which may vanish."""
         return max(abs(self.objective), _LEAST_OBJECTIVE * self.scales.objective)
+
+    def takes_no_time(self, index: int) -> bool:
+        """Whether a phase, by its number, has shrunk to the least duration."""
+        motion = self.trajectory.phases[index]
+        return bool(motion.end - motion.start <= VANISHED * self.scales.time)
 
     @cached_property
     def transcription(self) -> Transcription:

@@ -12,10 +12,11 @@ import warnings
 from collections.abc import Sequence
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
 
-from ocp import Between, Control, Phase, Problem, State, audit, certify, joined, solve
+from ocp import TIME, Between, Bound, Control, Phase, Problem, State, audit, certify, joined, solve
 from ocp.mesh.phase_times import drawn_times, guessed_times, shifted_times
 
 x, v, u = State("x"), State("v"), Control("u")
@@ -172,3 +173,27 @@ def test_a_vanished_phase_is_refused_where_a_longer_one_would_pay() -> None:
 def test_a_vanished_phase_is_not_cut_for_what_a_longer_one_would_gain(weak_start: float) -> None:
     # 26 meshes were solved in vain, in the end with intervals without any width
     assert len(solve(climb(weak_start)).mesh_iterations) <= 4
+
+
+def test_switches_of_a_phase_that_takes_no_time_are_not_spoken_of() -> None:
+    """A limit makes the control swing in it, and nothing is to be gained by it."""
+    place, rate = State("place", "m"), State("rate", "m/s")
+    swinging = Control("swinging", "m/s^2", lower=-1, upper=1)
+    force = Control("force", "m/s^2", lower=-1, upper=1)
+    limit = Bound("swing", swinging - ca.sin(40 * TIME), upper=0)
+    meeting = Between(0, 1e-3)
+    first = Phase(
+        "first", {place: rate, rate: swinging}, {place: 0, rate: 0}, end=meeting, bounds=[limit]
+    )
+    second = Phase(
+        "second",
+        {place: rate, rate: force},
+        final={place: 1, rate: 0},
+        start=meeting,
+        end=Between(0.5, 5),
+    )
+    cost = second.end_time + first.integral(place * swinging)
+    found = solve(Problem("rest", [first, second], minimise=cost, links=joined(first, second)))
+    assert found.objective == pytest.approx(2.0, rel=1e-6)
+    assert found.value(first.duration) < 1e-6
+    assert "a control switches on a breakpoint" not in found.verdict

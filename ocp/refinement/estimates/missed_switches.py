@@ -69,10 +69,12 @@ def displaced_switches(iterate: Iterate, evaluator: Evaluator, index: int) -> Fl
 
     At the right time of a switch the Hamiltonian is the same on both sides. Beside a narrow
     interval its jump promises little, however far off the switch is. None where an expression steps
-    along the motion: the Hamiltonian jumps there by itself.
+    along the motion: the Hamiltonian jumps there by itself. None in a phase that takes no time: its
+    controls matter for nothing, and neither do their switches.
     """
     held = _held_by_sides(iterate, index)
-    if not (held.any() and iterate.scheme.informative_multipliers):
+    told = iterate.scheme.informative_multipliers and not iterate.takes_no_time(index)
+    if not (held.any() and told):
         return np.zeros_like(held)
     displaced = held & (relative_jumps(iterate, evaluator, index) > _BALANCED)
     if displaced.any() and _has_unseen_steps(iterate, evaluator, index):

@@ -19,7 +19,6 @@ import numpy as np
 
 from ocp.arrays import Array, Flags, Integers
 from ocp.mesh.trajectory import Evaluator
-from ocp.nlp.collapse import VANISHED
 from ocp.numerics.linearity import is_linear, is_quadratic
 from ocp.optimality.hamiltonian import hamiltonian_of
 from ocp.optimality.iterate import Iterate
@@ -149,7 +148,7 @@ def others_of_phase(
     columns = [phase.signals.index(control.name) for control in hamiltonian.controls]
     inputs, value, path = hamiltonian.expressions()
     u = inputs[0][columns]
-    vanished = bool(phase.end - phase.start <= VANISHED * iterate.scales.time)
+    vanished = iterate.takes_no_time(index)
     if not columns or (is_linear(value, u) and not vanished):
         return None
     intervals, tau, weights = _points_of(np.flatnonzero(where), len(columns))
