@@ -28,6 +28,7 @@ from ocp.refinement.estimates.switch_detection import (
     control_jumps,
     control_samples,
     jumps,
+    switches_at_breakpoints,
 )
 from ocp.refinement.policies.brackets import settled, with_brackets
 from ocp.refinement.policies.movable import hindered, most_iterations
@@ -325,3 +326,11 @@ def test_a_mesh_whose_breakpoints_move_is_given_up_where_the_next_ones_would_be_
     assert most_iterations(later, moving) == 120
     assert most_iterations([solved_mesh((), 30)], still) == np.inf
     assert most_iterations([], moving) == np.inf  # there is nothing to go back to
+
+
+def test_rounding_about_zero_is_no_jump() -> None:
+    levels = motion(1e-14 * np.array([[1.0, 1.0], [1.0, 1.0], [-1.0, -1.0], [-1.0, -1.0]]))
+    assert len(control_jumps(levels)) == 1
+    assert control_jumps(levels, {"u": 1.0}) == []
+    assert switches_at_breakpoints(levels, {}).any()
+    assert not switches_at_breakpoints(levels, {"u": 1.0}).any()

@@ -324,7 +324,7 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
     phases = []
 
     for index, motion in enumerate(iterate.trajectory.phases):
-        jumps = tuple(control_jumps(motion))
+        jumps = tuple(control_jumps(motion, iterate.scales.signals))
         gains = PhaseGains.of(iterate, evaluator, index, strongest[index])
         valleys = between_valleys(iterate, evaluator, index)
         missed = shared(np.maximum(missed_switches(iterate, evaluator, index, jumps), valleys))

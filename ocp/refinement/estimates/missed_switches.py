@@ -143,7 +143,7 @@ def _held_by_sides(iterate: Iterate, index: int) -> Flags:
     A control may go on rising behind its step, so that the jump is located inside an interval, and
     `held_switches` does not have it.
     """
-    switches = switches_at_breakpoints(iterate.trajectory.phases[index])
+    switches = switches_at_breakpoints(iterate.trajectory.phases[index], iterate.scales.signals)
     return _fixed_breakpoints(iterate, index) & switches
 
 

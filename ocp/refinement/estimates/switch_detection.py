@@ -8,7 +8,9 @@ intervals beside the ones that hold it, where these agree with the step.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -31,9 +33,11 @@ _LEVELS = 0.6
 _INSIDE = 0.05
 # A breakpoint moves on only while the control jumps at it by this part of its range.
 _FLAT = 0.02
-# Of its largest value: a control whose range is less is a constant with what a solver's barrier
-# leaves of the distance to its bound.
+# Of its largest value, or of its typical size if that is more: a control whose range is less is a
+# constant with rounding, or with what a solver's barrier leaves of the distance to its bound.
 _CONSTANT = 1e-7
+# sizes of controls that are not known
+_NO_SIZES: Mapping[str, float] = MappingProxyType({})
 # rounding of fractions of the phase
 ROUND_OFF = 1e-12
 
@@ -85,15 +89,27 @@ def _sample_points(order: int, collocation: Collocation) -> Array:
     return collocation.points
 
 
-def control_jumps(motion: PhaseTrajectory) -> list[Jump]:
-    """Jumps of all controls of a phase."""
-    return [
-        jump
-        for name in motion.controls
-        for jump in jumps(
-            *control_samples(motion, name), motion.fractions, _interval_means(motion, name)
-        )
-    ]
+def control_jumps(motion: PhaseTrajectory, sizes: Mapping[str, float] = _NO_SIZES) -> list[Jump]:
+    """Jumps of all controls of a phase.
+
+    Parameters
+    ----------
+    sizes : mapping of str to float
+        Typical sizes of the controls [unit of the control]. One that varies by next to nothing of
+        its size does not jump.
+    """
+    found: list[Jump] = []
+    for name in motion.controls:
+        times, values = control_samples(motion, name)
+        if not _is_constant(values, sizes.get(name, 0.0)):
+            found += jumps(times, values, motion.fractions, _interval_means(motion, name))
+    return found
+
+
+def _is_constant(values: Array, size: float) -> bool:
+    """Whether samples of a control vary by no more than rounding."""
+    largest = max(size, float(np.abs(values).max(initial=0.0)))
+    return float(np.ptp(values)) <= _CONSTANT * largest if values.size else True
 
 
 def _interval_means(motion: PhaseTrajectory, name: str) -> Array | None:
@@ -118,9 +134,9 @@ def jumps(
     means : (N,), optional
         Of the control over the intervals, which locate its jumps more closely than the samples.
     """
-    size = float(np.ptp(values)) if values.size else 0.0
-    if not np.isfinite(size) or size <= _CONSTANT * float(np.abs(values).max(initial=0.0)):
+    if not np.isfinite(values).all() or _is_constant(values, 0.0):
         return []
+    size = float(np.ptp(values))
     steps = np.diff(values) / size
 
     located: list[Jump] = []
@@ -240,21 +256,22 @@ def jumps_at(motion: PhaseTrajectory, breakpoint_index: int) -> bool:
     return bool(steps_at_breakpoints(motion)[breakpoint_index - 1] > _FLAT)
 
 
-def steps_at_breakpoints(motion: PhaseTrajectory) -> Array:
+def steps_at_breakpoints(motion: PhaseTrajectory, sizes: Mapping[str, float] = _NO_SIZES) -> Array:
     """The largest step of a control at each inner breakpoint, relative to its range, (N - 1,).
 
     It compares both sides of the breakpoint itself, so that a control that goes on rising behind
-    its step has one, too.
+    its step has one, too. Sizes as of `control_jumps`.
     """
     largest = np.zeros(motion.intervals - 1)
     for name in motion.controls:
         values = control_samples(motion, name)[1]
-        size, ends = float(np.ptp(values)), motion.polynomial(name).ends()[:, :, 0]
-        if size > _CONSTANT * float(np.abs(values).max(initial=0.0)):
-            largest = np.maximum(largest, np.abs(ends[1:, 0] - ends[:-1, 1]) / size)
+        if not _is_constant(values, sizes.get(name, 0.0)):
+            ends = motion.polynomial(name).ends()[:, :, 0]
+            steps = np.abs(ends[1:, 0] - ends[:-1, 1])
+            largest = np.maximum(largest, steps / float(np.ptp(values)))
     return largest
 
 
-def switches_at_breakpoints(motion: PhaseTrajectory) -> Flags:
-    """Whether a control jumps at each inner breakpoint, (N - 1,)."""
-    return np.asarray(steps_at_breakpoints(motion) > _FLAT)
+def switches_at_breakpoints(motion: PhaseTrajectory, sizes: Mapping[str, float]) -> Flags:
+    """Whether a control jumps at each inner breakpoint, (N - 1,). Sizes as of `control_jumps`."""
+    return np.asarray(steps_at_breakpoints(motion, sizes) > _FLAT)

@@ -100,7 +100,8 @@ def with_movable_switches(iterate: Iterate) -> Mesh | None:
     phases, none = list[PhaseMesh](), True
     for index, motion in enumerate(iterate.trajectory.phases):
         mesh = iterate.mesh.phases[index]
-        held = np.flatnonzero(held_switches(iterate, index, control_jumps(motion))) + 1
+        jumps = control_jumps(motion, iterate.scales.signals)
+        held = np.flatnonzero(held_switches(iterate, index, jumps)) + 1
         movable = tuple(sorted({*mesh.movable, *held.tolist()}))
         phases.append(replace(mesh, breakpoints=motion.fractions, movable=movable))
         none &= not held.size
