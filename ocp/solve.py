@@ -18,7 +18,6 @@ from ocp.mesh.simulated_fit import determined_motion
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.collapse import collapsed
 from ocp.nlp.failures import failure
-from ocp.optimality.active_set import acting_intervals
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multiplier_sets import fitted_to_switches
 from ocp.optimality.multipliers import multipliers
@@ -364,7 +363,7 @@ def _remarks(meshes: MeshSolver, refinement: Refinement, fitted: Iterate) -> Ite
             "found there that meets the dynamics and all limits between its points"
         )
     if meshes.settings.scheme.informative_multipliers:
-        others = list(other_controls(iterate, meshes.evaluator, acting_intervals(iterate)))
+        others = list(other_controls(iterate, meshes.evaluator))
         if told := others_remark(others, iterate):
             yield told
     # a fixed mesh may be coarse on purpose, and what else is open explains a displaced switch

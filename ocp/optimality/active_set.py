@@ -159,20 +159,28 @@ def saturated_constraints(iterate: Iterate, index: int) -> Flags:
     return saturated
 
 
-def acting_intervals(iterate: Iterate) -> tuple[Flags, ...]:
-    """Intervals of each phase in which a path constraint, a peak or a state's bound acts, (N,).
+def acting_on_states(iterate: Iterate) -> tuple[Flags, ...]:
+    """Intervals of each phase in which a limit of states alone acts, (N,).
 
-    Their multipliers sit at points, so that the costates between them say little of the controls.
+    Its multipliers sit at points, and the costates jump there. Between them they say little of the
+    controls. Where a limit depends on a control as well, each control that meets it can be compared
+    (Bryson and Ho, "Applied Optimal Control", section 3.8).
     """
-    return tuple(of_phase > ACTING for of_phase in strongest_multipliers(iterate))
+    strongest = strongest_multipliers(iterate, mixed=False)
+    return tuple(of_phase > ACTING for of_phase in strongest)
 
 
-def strongest_multipliers(iterate: Iterate) -> tuple[Array, ...]:
+def strongest_multipliers(iterate: Iterate, *, mixed: bool = True) -> tuple[Array, ...]:
     """The largest multiplier of path constraints, peaks and states' bounds in each interval, (N,).
 
     For each phase, as a part of the largest one of all phases; zero where no limit is active.
     Constraints that depend on no state are no part of it, be they of controls alone or of time as
     well: like bounds of controls they leave the costates as they are.
+
+    Parameters
+    ----------
+    mixed : bool
+        Whether constraints that depend on states and controls count.
     """
     transcription = iterate.transcription
     phases = transcription.columns.phases
@@ -189,7 +197,8 @@ def strongest_multipliers(iterate: Iterate) -> tuple[Array, ...]:
         zip(largest_of, transcription.rows.phases, strict=True)
     ):
         for path in rows.path:
-            if not transcription.constraints[index][path.constraint].of_states:
+            constraint = transcription.constraints[index][path.constraint]
+            if not constraint.of_states or (constraint.mixed and not mixed):
                 continue
             np.maximum.at(of_phase, path.intervals, multipliers[path.rows])
 

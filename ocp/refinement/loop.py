@@ -11,7 +11,6 @@ from ocp.errors import BudgetSpent, Collapsed, Interrupted, SolveFailed, Unbound
 from ocp.mesh.mesh import Mesh, same_intervals
 from ocp.nlp.result import NEAR
 from ocp.nlp.solver import StartingPoint
-from ocp.optimality.active_set import acting_intervals
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.endings import LITTLE, Ending, ending_of
@@ -161,7 +160,7 @@ def _is_little_beside_others(meshes: MeshSolver, answer: Iterate, below: Iterate
     Where ever faster changes between two valleys gain, every motion is a saddle, and each that is
     lower has more changes. To follow them would take ever finer meshes and come to no end.
     """
-    others = list(other_controls(answer, meshes.evaluator, acting_intervals(answer)))
+    others = list(other_controls(answer, meshes.evaluator))
     promised = promised_by(others, answer)
     sense = meshes.problem.sense
     brought = sense * (answer.objective - below.objective) / answer.objective_size

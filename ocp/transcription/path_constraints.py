@@ -12,7 +12,7 @@ import casadi as ca
 from ocp.problem.functionals import Peak, pieces_over
 from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import Algebraic, State, Time, resolve
+from ocp.problem.symbols import Algebraic, Control, State, Time, resolve
 from ocp.transcription.columns import PhaseColumns
 from ocp.transcription.scaling import Scales
 
@@ -42,6 +42,8 @@ class PathConstraint:
     of_states : bool
         Whether it depends on a state or an algebraic signal. Where it does not, its multipliers
         leave the costates as they are.
+    mixed : bool
+        Whether it depends on a control, be it with states or without.
     peak : Peak or None
         The peak that bounds the expression from above.
     sign : float
@@ -63,6 +65,7 @@ class PathConstraint:
     is_equation: bool = False
     of_controls: bool = False
     of_states: bool = True
+    mixed: bool = False
     has_stated_scale: bool = False
 
     def limits(self, parameters: Parameters, peaks: Mapping[Peak, float]) -> tuple[float, float]:
@@ -107,6 +110,7 @@ def path_constraints(
             is_equation=b.is_equation,
             of_controls=not b.is_equation and _is_of_controls(b.expression, problem, phase.name),
             of_states=_is_of_states(b.expression),
+            mixed=_has_control(b.expression),
         )
         for b in phase.bounds
     ]
@@ -125,6 +129,7 @@ def path_constraints(
             sign=sign,
             of_controls=_is_of_controls(expression, problem, phase.name),
             of_states=_is_of_states(expression),
+            mixed=_has_control(expression),
         )
         for peak, expression in pieces_over(problem.peaks, phase.name)
         for sign in peak.signs
@@ -151,6 +156,11 @@ def path_constraints(
 def _is_of_states(expression: ca.SX) -> bool:
     """Whether an expression depends on a state or an algebraic signal."""
     return any(isinstance(s, (State, Algebraic)) for s in resolve(expression, "a path constraint"))
+
+
+def _has_control(expression: ca.SX) -> bool:
+    """Whether an expression depends on a control."""
+    return any(isinstance(s, Control) for s in resolve(expression, "a path constraint"))
 
 
 def _is_of_controls(expression: ca.SX, problem: Problem, phase: str) -> bool:

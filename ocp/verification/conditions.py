@@ -200,15 +200,14 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
             allowed.gain,
             "what they promise to gain, to first order, relative to the objective",
         )
-        others = list(other_controls(iterate, evidence.evaluator, acting))
+        others = list(other_controls(iterate, evidence.evaluator))
         yield Condition(
             "other controls",
             promised_by(others, iterate),
             allowed.gain,
             others_remark(others, iterate)
             or "what controls far from these promise to gain, to first order, relative to the "
-            "objective; each was tried over its whole range, where no path constraint, peak or "
-            "state's bound acts",
+            "objective; each was tried over its whole range, where no limit of states alone acts",
         )
     else:
         yield _other_mesh_condition(evidence, allowed)
@@ -315,7 +314,7 @@ def _undetermined_jumps(iterate: Iterate, index: int) -> str:
     """Where the multipliers of a right answer may not be unique, in words."""
     phase = iterate.trajectory.phases[index]
     fixed = np.delete(phase.fractions, list(iterate.mesh.phases[index].movable))
-    places = {jump.at for jump in control_jumps(phase)}
+    places = {jump.at for jump in control_jumps(phase, iterate.scales.signals)}
 
     # with a movable breakpoint on it the place of the jump is optimal, and the multipliers unique
     times = [

@@ -10,7 +10,7 @@ from ocp.optimality.active_set import (
     ACTIVE,
     AT,
     STRONGLY_ACTIVE,
-    acting_intervals,
+    acting_on_states,
     at_limit,
     limit_distances,
     path_multiplier_sums,
@@ -64,7 +64,7 @@ def hop():
 
 
 def test_a_bound_of_a_state_acts_where_the_path_meets_and_leaves_it(hop):
-    (acting,) = acting_intervals(hop)
+    (acting,) = acting_on_states(hop)
     # masses sit where the roof is met and left, at the breakpoints 10 and 20 of 30
     assert {9, 10, 19, 20} & set(np.flatnonzero(acting))
     assert not acting[:8].any()
@@ -115,4 +115,4 @@ def test_bounds_that_nothing_touches_do_not_act():
     phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
     problem = Problem("far from walls", [phase], minimise=phase.integral(u**2))
     iterate = solve(problem, settings=Settings(intervals=10)).kept_iterate
-    assert not acting_intervals(iterate)[0].any()
+    assert not acting_on_states(iterate)[0].any()

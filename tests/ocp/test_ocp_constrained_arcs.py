@@ -21,7 +21,7 @@ from ocp.mesh.mesh import Mesh, PhaseMesh
 from ocp.mesh.trajectory import Evaluator
 from ocp.nlp.ipopt import Ipopt
 from ocp.nlp.solver import StartingPoint
-from ocp.optimality.active_set import acting_intervals
+from ocp.optimality.active_set import acting_on_states
 from ocp.optimality.hamiltonian import hamiltonian_of
 from ocp.optimality.interval_means import collocation_points
 from ocp.optimality.iterate import iterate_of
@@ -163,7 +163,7 @@ def test_costates_that_are_off_along_a_ridden_peak_fail():
     # in one interval in the middle of what rides the peak
     found = solve(ride())
     changed = active_set_changes(found.kept_iterate, 0)
-    riding = np.flatnonzero(acting_intervals(found.kept_iterate)[0] & ~changed)
+    riding = np.flatnonzero(acting_on_states(found.kept_iterate)[0] & ~changed)
     interval = riding[riding.size // 2]
 
     (own,) = found.multipliers.costates

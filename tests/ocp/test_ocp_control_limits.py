@@ -1,31 +1,94 @@
-"""Equations that tie controls together: another value of the one needs another of the other."""
+"""Limits that tie controls together: another value of the one needs another of the other."""
 
 from __future__ import annotations
 
 import casadi as ca
 import pytest
 
-from ocp import TIME, Bound, Control, Phase, Problem, State, certify, solve
+from ocp import (
+    TIME,
+    Algebraic,
+    Bound,
+    Certificate,
+    Control,
+    Phase,
+    Problem,
+    Solution,
+    State,
+    certify,
+    solve,
+)
 
 x = State("x")
+ENGINE, BATTERY = Control("engine", lower=0, upper=2), Control("battery", lower=-1.6, upper=1.6)
+
+# an engine that is best at none or full of its power
+FUEL = ENGINE + 0.45 * ca.sin(ca.pi * ENGINE) ** 2 + 0.3 * ca.sin(ca.pi * ENGINE / 2) ** 2
 
 
-def test_controls_that_share_a_demand_are_tried_together() -> None:
-    """An engine that is best at none or full of its power, and a battery for the rest."""
-    engine, battery = Control("engine", lower=0, upper=2), Control("battery", lower=-1.6, upper=1.6)
-    demand = Bound("demand", engine + battery - 1 - 0.5 * ca.sin(6 * TIME.symbol), lower=0, upper=0)
-    fuel = engine + 0.45 * ca.sin(ca.pi * engine) ** 2 + 0.3 * ca.sin(ca.pi * engine / 2) ** 2
+def driven(demand: Bound, battery: Control | Algebraic, **states) -> Solution:
+    """A drive that begins with the engine at half its power, and ends with a battery as full."""
+    rates, initial = states.get("rates", {}), states.get("initial", {})
     phase = Phase(
         "drive",
-        {x: -battery},
-        initial={x: 0},
+        {x: -battery.symbol, **rates},
+        initial={x: 0, **initial},
         final={x: 0},
         end=1.0,
         bounds=[demand],
-        guess={x: (0, 0), engine: 1, battery: 0},
+        guess={x: (0, 0), ENGINE: 1, battery: 0, **initial},
     )
-    found = solve(Problem("split", phase, minimise=phase.integral(fuel + 0.1 * battery**2)))
+    cost = phase.integral(FUEL + 0.1 * battery.symbol**2)
+    return solve(Problem("split", phase, minimise=cost))
+
+
+def refused(found: Solution) -> bool:
+    """Whether the verdict and a certificate speak of other controls."""
+    certificate: Certificate = certify(found)
+    (check,) = [check for check in certificate.checks if check.name == "other controls"]
+    return "other controls promise to gain" in found.verdict and not check.passed
+
+
+def test_controls_that_share_a_demand_are_tried_together() -> None:
+    found = driven(
+        Bound("demand", ENGINE + BATTERY - 1 - 0.5 * ca.sin(6 * TIME.symbol), lower=0, upper=0),
+        BATTERY,
+    )
     assert found.objective == pytest.approx(1.316, rel=1e-3)  # and 1.05 by turns
-    assert "other controls promise to gain" in found.verdict
-    (check,) = [check for check in certify(found).checks if check.name == "other controls"]
-    assert not check.passed
+    assert refused(found)
+
+
+def test_a_demand_that_may_be_exceeded_is_kept() -> None:
+    found = driven(Bound("demand", ENGINE + BATTERY, lower=1), BATTERY)
+    assert found.objective == pytest.approx(1.3, rel=1e-3)  # and 1.1 by turns
+    assert refused(found)
+
+
+def test_an_algebraic_signal_changes_with_the_controls() -> None:
+    battery = Algebraic("battery", lower=-1.6, upper=1.6)
+    found = driven(Bound("demand", ENGINE + battery, lower=1, upper=1), battery)
+    assert found.objective == pytest.approx(1.3, rel=1e-3)
+    assert refused(found)
+
+
+def test_a_demand_may_depend_on_states() -> None:
+    speed = State("speed")
+    found = driven(
+        Bound("demand", ENGINE + BATTERY - 0.5 * speed, lower=0, upper=0),
+        BATTERY,
+        rates={speed: ENGINE + BATTERY - 0.5 * speed},
+        initial={speed: 2},
+    )
+    assert found.objective == pytest.approx(1.3, rel=1e-3)
+    assert refused(found)
+
+
+def test_a_limit_with_a_gap_is_crossed() -> None:
+    """|u| >= 1: all is linear but the limit, and a guess is on its wrong side."""
+    u = Control("u", lower=-2, upper=2)
+    gap = Bound("on", u**2, lower=1)
+    phase = Phase("go", {x: u}, initial={x: 3}, end=1.0, bounds=[gap], guess={x: (3, 4), u: 1})
+    found = solve(Problem("gap", phase, minimise=phase.integral(x)))
+    assert found.objective == pytest.approx(3.5, rel=1e-6)  # and 2 with u = -2
+    assert "u = -2 instead of 1" in found.verdict
+    assert refused(found)

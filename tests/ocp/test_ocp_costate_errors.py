@@ -18,7 +18,7 @@ from ocp import (
     certify,
     solve,
 )
-from ocp.optimality.active_set import acting_intervals
+from ocp.optimality.active_set import acting_on_states
 from ocp.optimality.costate_errors import costate_errors
 from ocp.optimality.multipliers import phase_costates
 
@@ -88,7 +88,7 @@ def test_costates_that_are_exact_lack_nothing():
     move = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
     problem = Problem("move", move, minimise=move.integral(u**2))
     iterate, evaluator = coarse(Radau(), problem)
-    assert not acting_intervals(iterate)[0].any()
+    assert not acting_on_states(iterate)[0].any()
     lacking = costate_errors(iterate, evaluator, 0, np.zeros(5, dtype=bool))
     # of costates of 24 and 12, to the solver's tolerance
     assert np.abs(lacking.values).max() < 1e-6

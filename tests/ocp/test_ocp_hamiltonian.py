@@ -6,7 +6,7 @@ import pytest
 
 from ocp import TIME, Bound, Control, FixedMesh, Phase, Problem, Radau, Settings, State, solve
 from ocp.mesh.trajectory import Evaluator
-from ocp.optimality.active_set import acting_intervals
+from ocp.optimality.active_set import acting_on_states
 from ocp.optimality.control_gains import gains
 from ocp.optimality.hamiltonian import hamiltonian_of
 from ocp.optimality.multipliers import phase_costates
@@ -96,7 +96,7 @@ def test_it_is_built_once():
     first = hamiltonian_of(evaluator, iterate.transcription, 0)
     gains(iterate, evaluator, 0, nowhere(iterate))
     minimum_principle(
-        iterate, evaluator, phase_costates(iterate, 0), 0, acting_intervals(iterate)[0]
+        iterate, evaluator, phase_costates(iterate, 0), 0, acting_on_states(iterate)[0]
     )
     assert hamiltonian_of(evaluator, iterate.transcription, 0) is first
 

@@ -1,93 +1,131 @@
-"""Equations of a phase that tie controls together, so that none of these can change alone.
+"""Limits that tie controls together, so that one of these cannot change alone.
 
-Where ``engine + battery`` has to meet a demand, another value of the one goes with another value of
-the other. Controls that are tried in place of a motion's own are moved onto the equations first.
+Where ``engine + battery`` has to meet a demand, or to exceed it, another value of the one goes with
+another value of the other. Controls that are tried in place of a motion's own are moved to within
+these limits first, with the states as they are. Algebraic signals are moved along with the controls
+that determine them, and count as controls here.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
-from ocp.arrays import Array
+from ocp.arrays import Array, Flags
 from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.columnwise import columnwise
 from ocp.optimality.hamiltonian import Hamiltonian
 from ocp.optimality.iterate import Iterate
 
-# Steps of Newton's method towards controls that meet equations: the first ones may begin far away
+# Steps of Newton's method towards controls within their limits: the first ones may begin far away
 _NEWTON_STEPS = 6
+
+# Part of a constraint's size that is rounding
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ControlEquations:
-    """Equations of a phase in which controls are, `n_e` in number.
+class ControlLimits:
+    """The path constraints of a phase in which controls are, `n_c` in number, at `m` points.
 
     Attributes
     ----------
     function : casadi.Function
-        ``(signals, time, unknowns and constants)`` to what the equations hold constant, (n_e,), and
-        its slopes by the controls, (n_e n_u,).
+        ``(signals, time, unknowns and constants)`` to the constraints, (n_c,), and their slopes by
+        the controls, (n_c n_u,).
     columns : list of int
         Of the controls among the signals.
+    motion : (m, n)
+        Signals of the motion.
+    times : (m, 1)
+        [s].
+    numbers : (n,)
+        Values of the unknowns and constants.
+    lower, upper : (m, n_c)
+        Limits of the constraints, as loose as the motion itself is.
     """
 
     function: ca.Function
     columns: list[int]
+    motion: Array
+    times: Array
+    numbers: Array
+    lower: Array
+    upper: Array
 
     @classmethod
     def of(
-        cls, iterate: Iterate, evaluator: Evaluator, hamiltonian: Hamiltonian, index: int
-    ) -> ControlEquations | None:
+        cls,
+        iterate: Iterate,
+        evaluator: Evaluator,
+        hamiltonian: Hamiltonian,
+        index: int,
+        columns: list[int],
+        motion: Array,
+        times: Array,
+    ) -> ControlLimits | None:
         """Those of phase number `index`; None if it has none."""
-        constraints = iterate.transcription.constraints[index]
-        places = [
-            place
-            for place, number in enumerate(hamiltonian.paths)
-            if constraints[number].is_equation and hamiltonian.limits_controls[place]
-        ]
+        inputs, _, path = hamiltonian.expressions()
+        slopes = ca.jacobian(path, inputs[0][columns])
+        places = [i for i in range(path.numel()) if slopes[i, :].nnz() > 0]
         if not places:
             return None
-        signals = iterate.trajectory.phases[index].signals
-        columns = [signals.index(control.name) for control in hamiltonian.controls]
-        key = ("equations of controls", index, tuple(signals))
+        key = ("limits of controls", index, tuple(iterate.trajectory.phases[index].signals))
         if key not in evaluator.compiled:
-            inputs, _, path = hamiltonian.expressions()
-            slopes = ca.vec(ca.jacobian(path[places], inputs[0][columns]))
-            outputs = [ca.densify(path[places]), ca.densify(slopes)]
-            evaluator.compiled[key] = ca.Function("equations", inputs[:3], ca.cse(outputs))
-        return cls(evaluator.compiled[key], columns)
+            outputs = [ca.densify(path[places]), ca.densify(ca.vec(slopes[places, :]))]
+            evaluator.compiled[key] = ca.Function("limits", inputs[:3], ca.cse(outputs))
+        function, numbers = evaluator.compiled[key], evaluator.numbers(iterate.trajectory)
 
-    def met(
-        self, controls: Array, kept: int | None, motion: Array, times: Array, numbers: Array
-    ) -> Array:
-        """Controls near those given that meet the equations as well as a motion does, (m, n_u).
+        # with the motion's own controls a constraint may be beyond its limits by what is tolerated
+        own, _ = columnwise(function, motion, times, numbers)
+        stated = np.array(list(_stated(iterate, hamiltonian, index, places)))
+        slack = _ROUNDING * (1.0 + np.abs(own))
+        lower, upper = np.minimum(stated[:, 0], own) - slack, np.maximum(stated[:, 1], own) + slack
+        return cls(function, columns, motion, times, numbers, lower, upper)
 
-        Newton's method takes the smallest step that solves the linear equations. Where it does not
-        converge, what comes out misses the equations, and the caller has to look.
+    def met(self, controls: Array, kept: int | None) -> Array:
+        """Controls near those given with which no constraint is beyond its limits, (m, n_u).
+
+        Newton's method takes the smallest step onto the limits that are exceeded. Where it does not
+        converge, what comes out exceeds them, and the caller has to look.
 
         Parameters
         ----------
         controls : (m, n_u)
         kept : int or None
             Number of a control that keeps its value.
-        motion : (m, n)
-            Signals of the motion.
-        times : (m, 1)
-            [s].
-        numbers : (n,)
-            Values of the unknowns and constants.
         """
-        wanted, _ = columnwise(self.function, motion, times, numbers)
-        signals = motion.copy()
+        signals = self.motion.copy()
         for _ in range(_NEWTON_STEPS):
             signals[:, self.columns] = controls
-            found, slopes = columnwise(self.function, signals, times, numbers)
-            slopes = slopes.reshape(*controls.shape, -1).transpose(0, 2, 1)
+            found, slopes = columnwise(self.function, signals, self.times, self.numbers)
+            wanted = np.nan_to_num(np.clip(found, self.lower, self.upper) - found)
+            exceeded = wanted != 0.0
+            if not exceeded.any():
+                break
+            slopes = slopes.reshape(*controls.shape, -1).transpose(0, 2, 1) * exceeded[:, :, None]
             if kept is not None:
                 slopes[:, :, kept] = 0.0
-            step = np.linalg.pinv(np.nan_to_num(slopes)) @ np.nan_to_num(wanted - found)[:, :, None]
+            step = np.linalg.pinv(np.nan_to_num(slopes)) @ wanted[:, :, None]
             controls = controls + step[:, :, 0]
         return controls
+
+    def allow(self, controls: Array) -> Flags:
+        """Whether no constraint is beyond its limits with controls (m, n_u), shape (m,)."""
+        signals = self.motion.copy()
+        signals[:, self.columns] = controls
+        found, _ = columnwise(self.function, signals, self.times, self.numbers)
+        return np.asarray(((found >= self.lower) & (found <= self.upper)).all(axis=1))
+
+
+def _stated(
+    iterate: Iterate, hamiltonian: Hamiltonian, index: int, places: list[int]
+) -> Iterator[tuple[float, float]]:
+    """Lower and upper limits of some path constraints of a Hamiltonian, by their places."""
+    peaks = iterate.trajectory.peaks_of(iterate.problem)
+    for place in places:
+        constraint = iterate.transcription.constraints[index][hamiltonian.paths[place]]
+        yield constraint.limits(iterate.parameters, peaks)

@@ -13,12 +13,13 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from ocp.arrays import Array, Flags, Integers
+from ocp.arrays import Array, Integers
 from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.columnwise import columnwise
 from ocp.optimality.hamiltonian import Hamiltonian
 from ocp.optimality.iterate import Iterate
-from ocp.refinement.estimates.control_equations import ControlEquations
+from ocp.problem.symbols import Algebraic, Control
+from ocp.refinement.estimates.control_limits import ControlLimits
 from ocp.refinement.unwrapping import possible_periods
 
 # Values of each control that are tried alone, and points of the box
@@ -28,9 +29,6 @@ _TOGETHER = 64
 # Times that the bracket of a valley is narrowed, by the golden section: to a hundredth of a step
 _SECTIONS = 10
 _GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
-
-# Part of a constraint's size that is rounding
-_ROUNDING = 1e-9
 
 # Controls (m, n_u) that were tried, and the Hamiltonian with them (m,)
 _Tried = tuple[Array, Array]
@@ -43,24 +41,22 @@ class ControlTrials:
     Attributes
     ----------
     function : casadi.Function
-        ``(signals, time, unknowns and constants, costates) -> H, path constraints``.
+        ``(signals, time, unknowns and constants, costates) -> H``.
     motion : (m, n)
         Signals of the motion.
     columns : list of int
-        Of the controls among the signals.
+        Of the controls among the signals, those of the algebraic signals behind them.
     times : (m, 1)
         [s].
     numbers : (n,)
         Values of the unknowns and constants.
     costates : (m, n)
-    equations : ControlEquations or None
-        That controls have to meet.
+    shared : ControlLimits or None
+        Limits that controls share.
     limits : (n_u, 2)
         Lower and upper limit of each control.
     ranges : (n_u, 2)
         First and last value of each control that is tried.
-    path_limits : list of (number, lower (m,), upper (m,))
-        Of the path constraints in which a control is, as loose as the motion itself is.
     turns : sequence of sequence of float
         Of each control, what the rates may have for a period: a whole turn of an angle.
     """
@@ -71,10 +67,9 @@ class ControlTrials:
     times: Array
     numbers: Array
     costates: Array
-    equations: ControlEquations | None
+    shared: ControlLimits | None
     limits: Array
     ranges: Array
-    path_limits: list[tuple[int, Array, Array]]
     turns: Sequence[Sequence[float]]
 
     @classmethod
@@ -86,7 +81,6 @@ class ControlTrials:
         index: int,
         points: tuple[Integers, Array],
         costates: Array,
-        path: Array,
     ) -> ControlTrials:
         """Those at points of phase number `index`.
 
@@ -95,28 +89,24 @@ class ControlTrials:
         points : (intervals (m,), local times (m,))
         costates : (m, n)
             At the points.
-        path : (m, n_c)
-            Path constraints there, with the motion's own controls.
         """
-        phase = iterate.trajectory.phases[index]
-        columns = [phase.signals.index(control.name) for control in hamiltonian.controls]
-        motion = phase.local(*points)
-        names = [control.name for control in hamiltonian.controls]
-        limits = np.array([iterate.parameters.signal_limits[name] for name in names])
-        sizes = np.array([iterate.scales.signals[name] for name in names])
+        phase, tried = iterate.trajectory.phases[index], tried_signals(iterate, index)
+        columns = [phase.signals.index(signal.name) for signal in tried]
+        motion, times = phase.local(*points), evaluator.times(phase, *points)[:, None]
+        limits = np.array([iterate.parameters.signal_limits[signal.name] for signal in tried])
+        sizes = np.array([iterate.scales.signals[signal.name] for signal in tried])
         rates = list(iterate.problem.phases[index].dynamics.values())
         return cls(
-            function=_values_of(evaluator, hamiltonian, index),
+            function=_hamiltonian_alone(evaluator, hamiltonian, index),
             motion=motion,
             columns=columns,
-            times=evaluator.times(phase, *points)[:, None],
+            times=times,
             numbers=evaluator.numbers(iterate.trajectory),
             costates=costates,
-            equations=ControlEquations.of(iterate, evaluator, hamiltonian, index),
+            shared=ControlLimits.of(iterate, evaluator, hamiltonian, index, columns, motion, times),
             limits=limits,
             ranges=_ranges(limits, motion[:, columns], sizes),
-            path_limits=list(_path_limits(iterate, hamiltonian, path, index)),
-            turns=[list(possible_periods(rates, control)) for control in hamiltonian.controls],
+            turns=[list(possible_periods(rates, signal)) for signal in tried],
         )
 
     @property
@@ -192,27 +182,28 @@ class ControlTrials:
         return self._tried(controls, j)
 
     def _tried(self, controls: Array, kept: int | None) -> _Tried:
-        """Controls on their equations, and the Hamiltonian; infinite where they are not allowed.
+        """Controls within shared limits, and the Hamiltonian; infinite where it is not allowed.
 
         Parameters
         ----------
         kept : int or None
             Number of the control that keeps its value.
         """
-        if self.equations is not None:
-            controls = self.equations.met(controls, kept, self.motion, self.times, self.numbers)
+        allowed = np.ones(len(controls), dtype=bool)
+        if self.shared is not None:
+            controls = self.shared.met(controls, kept)
+            allowed = self.shared.allow(controls)
+        allowed &= ((controls >= self.limits[:, 0]) & (controls <= self.limits[:, 1])).all(axis=1)
         signals = self.motion.copy()
         signals[:, self.columns] = controls
-        values, paths = columnwise(self.function, signals, self.times, self.numbers, self.costates)
-        allowed = self._allowed(controls, paths) & ~np.isnan(values[:, 0])
-        return controls, np.where(allowed, values[:, 0], np.inf)
+        (values,) = columnwise(self.function, signals, self.times, self.numbers, self.costates)
+        return controls, np.where(allowed & ~np.isnan(values[:, 0]), values[:, 0], np.inf)
 
-    def _allowed(self, controls: Array, paths: Array) -> Flags:
-        """Whether controls (m, n_u) and path constraints with them (m, n_c) are within limits."""
-        allowed = ((controls >= self.limits[:, 0]) & (controls <= self.limits[:, 1])).all(axis=1)
-        for i, lower, upper in self.path_limits:
-            allowed &= (paths[:, i] >= lower) & (paths[:, i] <= upper)
-        return np.asarray(allowed)
+
+def tried_signals(iterate: Iterate, index: int) -> tuple[Control | Algebraic, ...]:
+    """The controls of phase number `index`, and its algebraic signals, which change with them."""
+    columns = iterate.transcription.columns.phases[index]
+    return (*columns.controls, *columns.algebraics)
 
 
 def evaluations(controls: int) -> int:
@@ -229,26 +220,12 @@ def _ranges(limits: Array, own: Array, sizes: Array) -> Array:
     return np.where(np.isfinite(limits), limits, unbounded)
 
 
-def _path_limits(
-    iterate: Iterate, hamiltonian: Hamiltonian, own: Array, index: int
-) -> Iterator[tuple[int, Array, Array]]:
-    """Limits of path constraints in which a control is, or what a motion (m, n_c) has beyond."""
-    peaks = iterate.trajectory.peaks_of(iterate.problem)
-    for i, number in enumerate(hamiltonian.paths):
-        if hamiltonian.limits_controls[i]:
-            constraint = iterate.transcription.constraints[index][number]
-            lower, upper = constraint.limits(iterate.parameters, peaks)
-            slack = _ROUNDING * (1.0 + np.abs(own[:, i]))
-            yield i, np.minimum(lower, own[:, i]) - slack, np.maximum(upper, own[:, i]) + slack
-
-
-def _values_of(evaluator: Evaluator, hamiltonian: Hamiltonian, index: int) -> ca.Function:
-    """``(signals, time, unknowns and constants, costates) -> H, path constraints``, kept."""
+def _hamiltonian_alone(evaluator: Evaluator, hamiltonian: Hamiltonian, index: int) -> ca.Function:
+    """``(signals, time, unknowns and constants, costates) -> H``, kept."""
     names = tuple(control.name for control in hamiltonian.controls)
     key = ("hamiltonian alone", index, names, hamiltonian.paths)
     if key not in evaluator.compiled:
-        inputs, value, path = hamiltonian.expressions()
-        function = ca.Function("hamiltonian_alone", inputs, ca.cse([value, path]))
-        evaluator.compiled[key] = function
+        inputs, value, _ = hamiltonian.expressions()
+        evaluator.compiled[key] = ca.Function("hamiltonian_alone", inputs, [value])
     kept: ca.Function = evaluator.compiled[key]
     return kept

@@ -20,11 +20,12 @@ import numpy as np
 from ocp.arrays import Array, Flags, Integers
 from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.linearity import is_linear, is_quadratic
+from ocp.optimality.active_set import acting_on_states
 from ocp.optimality.hamiltonian import hamiltonian_of
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import duration_multiplier, phase_costates
 from ocp.problem.display import with_unit
-from ocp.refinement.estimates.control_trials import ControlTrials, evaluations
+from ocp.refinement.estimates.control_trials import ControlTrials, evaluations, tried_signals
 from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 
 # Gauss points of an interval, and evaluations of the Hamiltonian in all: on fine meshes fewer
@@ -89,19 +90,13 @@ class OtherControls:
         return gains
 
 
-def other_controls(
-    iterate: Iterate, evaluator: Evaluator, acting: Sequence[Flags]
-) -> Iterator[OtherControls]:
+def other_controls(iterate: Iterate, evaluator: Evaluator) -> Iterator[OtherControls]:
     """The best controls that were tried, for each phase in which others than neighbours may be.
 
-    Parameters
-    ----------
-    acting : sequence of (N,)
-        Of each phase, intervals in which a path constraint, a peak or a state's bound acts. The
-        costates there say little of the controls, and nothing is tried.
+    Nothing is tried in intervals in which a limit of states alone acts.
     """
-    for index in range(len(iterate.trajectory.phases)):
-        found = others_of_phase(iterate, evaluator, index, ~acting[index])
+    for index, acting in enumerate(acting_on_states(iterate)):
+        found = others_of_phase(iterate, evaluator, index, ~acting)
         if found is not None:
             yield found
 
@@ -118,7 +113,7 @@ def others_remark(found: Sequence[OtherControls], iterate: Iterate) -> str:
         return ""
     most = max(found, key=lambda other: other.gain)
     k = int(np.argmax(most.less))
-    units = {control.name: control.unit for control in iterate.problem.controls[most.phase]}
+    units = {signal.name: signal.unit for signal in iterate.problem.signals[most.phase]}
     changed = ", ".join(
         f"{with_unit(f'{name} = {best:.4g}', units[name])} instead of {own:.4g}"
         for name, own, best in zip(most.names, most.own[k], most.best[k], strict=True)
@@ -145,11 +140,13 @@ def others_of_phase(
     """The best of what is tried in some intervals (N,) of a phase; None if there is no need."""
     phase = iterate.trajectory.phases[index]
     hamiltonian = hamiltonian_of(evaluator, iterate.transcription, index)
-    columns = [phase.signals.index(control.name) for control in hamiltonian.controls]
+    tried = tried_signals(iterate, index)
+    columns = [phase.signals.index(signal.name) for signal in tried]
     inputs, value, path = hamiltonian.expressions()
     u = inputs[0][columns]
     vanished = iterate.takes_no_time(index)
-    if not columns or (is_linear(value, u) and not vanished):
+    # a straight Hamiltonian has its least at an end of what straight limits leave
+    if not columns or (is_linear(value, u) and is_linear(path, u) and not vanished):
         return None
     intervals, tau, weights = _points_of(np.flatnonzero(where), len(columns))
     if intervals.size == 0:
@@ -157,12 +154,12 @@ def others_of_phase(
     costates = phase_costates(iterate, index).local(intervals, tau)
     own = hamiltonian.at(evaluator, iterate.trajectory, costates, intervals, tau)
     # the best ones are neighbours then, which the program has compared
-    square = is_quadratic(value, u) and is_linear(path, u)
+    square = is_quadratic(value, u) and is_linear(path, u) and tried == hamiltonian.controls
     if square and _is_convex(own.curvature) and not vanished:
         return None
 
     points = (intervals, tau)
-    trials = ControlTrials.of(iterate, evaluator, hamiltonian, index, points, costates, own.path)
+    trials = ControlTrials.of(iterate, evaluator, hamiltonian, index, points, costates)
     best, least = trials.best(own.value)
     less = own.value - least
     widths = np.diff(phase.breakpoints)
@@ -177,7 +174,7 @@ def others_of_phase(
     times = trials.times[:, 0]
     return OtherControls(
         phase=phase.name,
-        names=tuple(control.name for control in hamiltonian.controls),
+        names=tuple(signal.name for signal in tried),
         intervals=intervals,
         fractions=(times - phase.start) / (phase.end - phase.start),
         times=times,

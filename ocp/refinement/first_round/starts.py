@@ -17,7 +17,6 @@ from ocp.mesh.simulated_guess import simulated_guesses
 from ocp.mesh.wavy_guess import wavy_guess
 from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import NlpSolver, StartingPoint
-from ocp.optimality.active_set import acting_intervals
 from ocp.optimality.iterate import iterate_of
 from ocp.refinement.estimates.other_controls import OtherControls, other_controls, promised_by
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of
@@ -145,7 +144,7 @@ def with_other_controls(
     """
     found = trajectory_of(program, result.x, meshes.parameters)
     iterate = iterate_of(program, result, found)
-    others = list(other_controls(iterate, meshes.evaluator, acting_intervals(iterate)))
+    others = list(other_controls(iterate, meshes.evaluator))
     if promised_by(others, iterate) > _PROMISED:
         guess = initial_guess(meshes.problem, meshes.parameters, found)
         phases = dict(guess.phases)
