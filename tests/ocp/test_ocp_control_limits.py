@@ -8,6 +8,7 @@ import pytest
 from ocp import (
     TIME,
     Algebraic,
+    Between,
     Bound,
     Certificate,
     Control,
@@ -92,3 +93,26 @@ def test_a_limit_with_a_gap_is_crossed() -> None:
     assert found.objective == pytest.approx(3.5, rel=1e-6)  # and 2 with u = -2
     assert "u = -2 instead of 1" in found.verdict
     assert refused(found)
+
+
+def test_a_cost_above_a_curve_of_the_control_follows_it_into_other_valleys() -> None:
+    """The curve has a valley of 0.397 where the guess is, and one of nothing at 1."""
+    u, cost = Control("u", lower=-2, upper=3), Control("cost", lower=0, upper=20)
+    curve = Bound("curve", cost - (u**2 - 1) ** 2 - 0.2 * (1 - u), lower=0)
+    guess = {u: -1, cost: 1, x: (0, -1)}
+    phase = Phase("go", {x: u}, initial={x: 0}, end=1.0, bounds=[curve], guess=guess)
+    found = solve(Problem("curve", phase, minimise=phase.integral(cost + 1e-9 * x)))
+    assert found.objective == pytest.approx(0.397434, rel=1e-5)
+    assert "such as u = 1 instead of -0.974, cost = " in found.verdict
+    assert refused(found)
+
+
+def test_in_a_disc_nothing_better_is_found() -> None:
+    """A push of one size in any direction: the Hamiltonian is linear, and the limit is convex."""
+    y, a, b = State("y"), Control("a"), Control("b")
+    disc = Bound("disc", a**2 + b**2, upper=1)
+    rates, ends = {x: a + 0.5 * y, y: b}, {x: 2, y: 1}
+    phase = Phase("go", rates, {x: 0, y: 0}, ends, end=Between(0.5, 9), bounds=[disc])
+    found = solve(Problem("ferry", phase, minimise=phase.duration))
+    assert "other controls" not in found.verdict
+    assert certify(found).passed

@@ -1,14 +1,14 @@
 """Limits that tie controls together, so that one of these cannot change alone.
 
 Where ``engine + battery`` has to meet a demand, or to exceed it, another value of the one goes with
-another value of the other. Controls that are tried in place of a motion's own are moved to within
-these limits first, with the states as they are. Algebraic signals are moved along with the controls
-that determine them, and count as controls here.
+another value of the other. Where a cost has to stay above a curve of a control, it may fall along
+that curve only with the control. So controls that are tried in place of a motion's own are moved to
+within these limits first, or along those that the motion touches, with the states as they are.
+Algebraic signals are moved along with the controls that determine them, and count as controls here.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import casadi as ca
@@ -25,6 +25,9 @@ _NEWTON_STEPS = 6
 
 # Part of a constraint's size that is rounding
 _ROUNDING = 1e-9
+
+# Part of its scale within which a limit is touched: between points a motion is a little off it
+_TOUCHED = 1e-3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -44,8 +47,12 @@ class ControlLimits:
         [s].
     numbers : (n,)
         Values of the unknowns and constants.
+    own : (m, n_c)
+        Values of the constraints on the motion.
     lower, upper : (m, n_c)
-        Limits of the constraints, as loose as the motion itself is.
+        Their limits, as loose as the motion itself is.
+    touched : (m, n_c)
+        Which inequalities the motion touches.
     """
 
     function: ca.Function
@@ -53,8 +60,10 @@ class ControlLimits:
     motion: Array
     times: Array
     numbers: Array
+    own: Array
     lower: Array
     upper: Array
+    touched: Flags
 
     @classmethod
     def of(
@@ -81,12 +90,19 @@ class ControlLimits:
 
         # with the motion's own controls a constraint may be beyond its limits by what is tolerated
         own, _ = columnwise(function, motion, times, numbers)
-        stated = np.array(list(_stated(iterate, hamiltonian, index, places)))
+        constraints = iterate.transcription.constraints[index]
+        stated = [constraints[hamiltonian.paths[place]] for place in places]
+        peaks = iterate.trajectory.peaks_of(iterate.problem)
+        limits = np.array([one.limits(iterate.parameters, peaks) for one in stated])
         slack = _ROUNDING * (1.0 + np.abs(own))
-        lower, upper = np.minimum(stated[:, 0], own) - slack, np.maximum(stated[:, 1], own) + slack
-        return cls(function, columns, motion, times, numbers, lower, upper)
+        lower, upper = np.minimum(limits[:, 0], own) - slack, np.maximum(limits[:, 1], own) + slack
 
-    def met(self, controls: Array, kept: int | None) -> Array:
+        off = np.abs(own[:, :, None] - limits).min(axis=2)
+        near = off <= _TOUCHED * np.array([one.scale for one in stated])
+        touched = near & ~np.array([one.is_equation for one in stated])
+        return cls(function, columns, motion, times, numbers, own, lower, upper, touched)
+
+    def met(self, controls: Array, kept: int | None, *, along: bool) -> Array:
         """Controls near those given with which no constraint is beyond its limits, (m, n_u).
 
         Newton's method takes the smallest step onto the limits that are exceeded. Where it does not
@@ -97,12 +113,16 @@ class ControlLimits:
         controls : (m, n_u)
         kept : int or None
             Number of a control that keeps its value.
+        along : bool
+            Whether the limits that the motion touches are not left to the inside either.
         """
+        lower = np.where(along & self.touched, self.own, self.lower)
+        upper = np.where(along & self.touched, self.own, self.upper)
         signals = self.motion.copy()
         for _ in range(_NEWTON_STEPS):
             signals[:, self.columns] = controls
             found, slopes = columnwise(self.function, signals, self.times, self.numbers)
-            wanted = np.nan_to_num(np.clip(found, self.lower, self.upper) - found)
+            wanted = np.nan_to_num(np.clip(found, lower, upper) - found)
             exceeded = wanted != 0.0
             if not exceeded.any():
                 break
@@ -119,13 +139,3 @@ class ControlLimits:
         signals[:, self.columns] = controls
         found, _ = columnwise(self.function, signals, self.times, self.numbers)
         return np.asarray(((found >= self.lower) & (found <= self.upper)).all(axis=1))
-
-
-def _stated(
-    iterate: Iterate, hamiltonian: Hamiltonian, index: int, places: list[int]
-) -> Iterator[tuple[float, float]]:
-    """Lower and upper limits of some path constraints of a Hamiltonian, by their places."""
-    peaks = iterate.trajectory.peaks_of(iterate.problem)
-    for place in places:
-        constraint = iterate.transcription.constraints[index][hamiltonian.paths[place]]
-        yield constraint.limits(iterate.parameters, peaks)

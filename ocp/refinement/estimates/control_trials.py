@@ -130,20 +130,30 @@ class ControlTrials:
         """All controls that are tried."""
         own, (first, last) = self.own, self.ranges.T
         count = own.shape[1]
-        for j in range(count):
-            for turn in (sign * period for period in self.turns[j] for sign in (1.0, -1.0)):
-                yield self._with_one(j, own[:, j] + turn)
-            values, found = np.linspace(first[j], last[j], _ALONE), []
-            for value in values:
-                controls, hamiltonian = self._with_one(j, value)
-                found.append(hamiltonian)
-                yield controls, hamiltonian
-            yield from self._to_the_bottom(j, values, np.array(found))
-        if count > 1:
-            for point in np.random.default_rng(0).random((_TOGETHER, count)):
-                yield self._tried(np.tile(first + point * (last - first), (len(own), 1)), None)
+        several = self.shared is not None and count > 1 and bool(self.shared.touched.any())
+        for along in (False, True) if several else (False,):
+            for j in range(count):
+                yield from self._alone(j, along=along)
+            if count > 1:
+                for point in np.random.default_rng(0).random((_TOGETHER, count)):
+                    controls = np.tile(first + point * (last - first), (len(own), 1))
+                    yield self._tried(controls, None, along=along)
 
-    def _to_the_bottom(self, j: int, values: Array, found: Array) -> Iterator[_Tried]:
+    def _alone(self, j: int, *, along: bool) -> Iterator[_Tried]:
+        """Values of control `j` over its range, and what is tried from there."""
+        for turn in (sign * period for period in self.turns[j] for sign in (1.0, -1.0)):
+            yield self._with_one(j, self.own[:, j] + turn, along=along)
+        first, last = self.ranges[j]
+        values, found = np.linspace(first, last, _ALONE), []
+        for value in values:
+            controls, hamiltonian = self._with_one(j, value, along=along)
+            found.append(hamiltonian)
+            yield controls, hamiltonian
+        yield from self._to_the_bottom(j, values, np.array(found), along=along)
+
+    def _to_the_bottom(
+        self, j: int, values: Array, found: Array, *, along: bool
+    ) -> Iterator[_Tried]:
         """Values of control `j` between those that were tried, towards the least of another valley.
 
         A valley may be narrower than the steps between the values, and all of them on its slopes.
@@ -169,29 +179,31 @@ class ControlTrials:
         low, high = np.minimum(low, high), np.maximum(low, high)
         for _ in range(_SECTIONS):
             shares = (1.0 - _GOLDEN, _GOLDEN)
-            pair = [self._with_one(j, low + share * (high - low)) for share in shares]
+            pair = [self._with_one(j, low + s * (high - low), along=along) for s in shares]
             yield from pair
             (lower, at_lower), (upper, at_upper) = pair
             left = at_lower < at_upper
             low, high = np.where(left, low, lower[:, j]), np.where(left, upper[:, j], high)
 
-    def _with_one(self, j: int, value: Array) -> _Tried:
+    def _with_one(self, j: int, value: Array, *, along: bool) -> _Tried:
         """The motion's controls with another value, one or (m,), of control `j`."""
         controls = self.own
         controls[:, j] = value
-        return self._tried(controls, j)
+        return self._tried(controls, j, along=along)
 
-    def _tried(self, controls: Array, kept: int | None) -> _Tried:
+    def _tried(self, controls: Array, kept: int | None, *, along: bool) -> _Tried:
         """Controls within shared limits, and the Hamiltonian; infinite where it is not allowed.
 
         Parameters
         ----------
         kept : int or None
             Number of the control that keeps its value.
+        along : bool
+            Whether along the limits that the motion touches, see `ControlLimits.met`.
         """
         allowed = np.ones(len(controls), dtype=bool)
         if self.shared is not None:
-            controls = self.shared.met(controls, kept)
+            controls = self.shared.met(controls, kept, along=along)
             allowed = self.shared.allow(controls)
         allowed &= ((controls >= self.limits[:, 0]) & (controls <= self.limits[:, 1])).all(axis=1)
         signals = self.motion.copy()
