@@ -94,6 +94,11 @@ _SPARE_MEMORY = 50
 # Rounding allows no less complementarity, and the barrier goes no lower than a tenth of this.
 _LEAST_COMPLEMENTARITY = 1e-11
 
+# Building the functions counts from this part of the seconds on: with the same options an IPOPT
+# object is kept. No seconds at all would be no limit.
+_HARDLY_ANY = 0.01
+_LEAST_SECONDS = 1e-3
+
 # Progress can stall just above the tolerance where an optimum is flat.
 _STALL_FACTOR = 100.0
 
@@ -228,7 +233,11 @@ class Ipopt:
             There is no such linear solver here.
         """
         begin = clock.perf_counter()
-        options = _CASADI | self._options(self._complementarity(limits))
+        program.prepare()
+        seconds, building = self.seconds, clock.perf_counter() - begin
+        if building > _HARDLY_ANY * seconds:
+            seconds = max(seconds - building, _LEAST_SECONDS)
+        options = _CASADI | self._options(self._complementarity(limits), seconds)
         if self.linear_solver == "mumps":
             options["ipopt.mumps_pivot_order"] = _ordering(program)
         multipliers: dict[str, Array] = {}
@@ -293,8 +302,8 @@ class Ipopt:
         least = min(self.complementarity, _LEAST_COMPLEMENTARITY)
         return max(min(self.complementarity, self.gap / max(limits.sides, 1)), least)
 
-    def _options(self, complementarity: float) -> dict[str, Any]:
-        """IPOPT's own options."""
+    def _options(self, complementarity: float, seconds: float) -> dict[str, Any]:
+        """IPOPT's own options, with the seconds that are left."""
         options = {
             "ipopt.sb": "yes",
             "ipopt.print_level": self.print_level,
@@ -312,7 +321,7 @@ class Ipopt:
             # IPOPT's own 1e-2 would accept limits that are not met
             "ipopt.acceptable_compl_inf_tol": 1e-8,
             "ipopt.max_iter": self.max_iterations,
-            "ipopt.max_wall_time": self.seconds,
+            "ipopt.max_wall_time": seconds,
             "ipopt.linear_solver": self.linear_solver,
             "ipopt.mu_strategy": self.barrier,
             "ipopt.line_search_method": self.line_search,

@@ -35,9 +35,15 @@ class Budget:
         """Time since the budget was made [s]."""
         return clock.perf_counter() - self.begin
 
-    def spent(self, iterations: int) -> bool:
-        """Whether nothing is left after that many iterations."""
-        return iterations >= self.iterations or self.elapsed >= self.seconds
+    def spent(self, iterations: int, ahead: float = 0.0) -> bool:
+        """Whether nothing is left after that many iterations.
+
+        Parameters
+        ----------
+        ahead : float
+            What has to be done besides before the budget ends [s].
+        """
+        return iterations >= self.iterations or self.elapsed + ahead >= self.seconds
 
     def within(self, solver: NlpSolver, iterations: int) -> NlpSolver:
         """A solver that begins after that many iterations, cut to what is left."""

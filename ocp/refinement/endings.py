@@ -106,6 +106,7 @@ def ending_of(
     over: bool,
     again: bool,
     closes_leaks: bool,
+    examining: float,
 ) -> Ending | None:
     """What ends a refinement that has a next mesh, if anything does.
 
@@ -117,6 +118,9 @@ def ending_of(
         Whether the next mesh is the last one, to be solved to the tolerance asked for.
     closes_leaks : bool
         Whether the next mesh only imposes limits at more points.
+    examining : float
+        What it took to look at the last mesh between its points [s]. There is no time for a further
+        one unless that is left.
 
     Raises
     ------
@@ -131,7 +135,7 @@ def ending_of(
     _check_impulses(solved)
     if over and not again:
         return "rounds"
-    if meshes.spent(rounds):
+    if meshes.spent(rounds, examining):
         return "budget"
     if again or not stands_still(solved, accuracy, closes_leaks=closes_leaks):
         return None

@@ -229,12 +229,14 @@ def _refine(
             program, result, starts = found.program, found.result, found.starts
 
         step: _Step | None
+        examining, began = 0.0, meshes.budget.elapsed
         if result.outcome == "solved":
             last = meshes.examined(program, result, tight=not rough, finer=finer)
             solved.append(last)
             rounds.append(record_of(program.mesh, result, last, starts))
             log.info("round %d: %s", len(rounds), rounds[-1])
             step = _after_solved(solved, policy, accuracy)
+            examining = meshes.budget.elapsed - began
         else:
             rounds.append(record_of(program.mesh, result, None))
             check_failure(meshes, program, result, solved, rounds)
@@ -259,6 +261,7 @@ def _refine(
             over=over,
             again=step.again,
             closes_leaks=step.closes_leaks,
+            examining=examining,
         )
         if ending is not None:
             return ending

@@ -213,9 +213,9 @@ class MeshSolver:
             iterate, errors, violation, tight, finer, result.iterations, result.seems_least
         )
 
-    def spent(self, rounds: Sequence[MeshIteration]) -> bool:
-        """Whether the budget is used up after some mesh iterations."""
-        return self.budget.spent(iterations_of(rounds))
+    def spent(self, rounds: Sequence[MeshIteration], ahead: float = 0.0) -> bool:
+        """Whether the budget is used up after some mesh iterations, so many seconds from now."""
+        return self.budget.spent(iterations_of(rounds), ahead)
 
     def _packed(
         self, program: Transcription, motion: Trajectory | None, limits: ProgramLimits

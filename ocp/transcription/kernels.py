@@ -232,6 +232,10 @@ class Program:
         names = ["x", "p", "lam_f", "lam_g"], ["triu_hess_gamma_x_x"]
         return ca.Function("nlp_hess_l", [x, p, sigma, lam], [hessian], *names)
 
+    def prepare(self) -> None:
+        """Build the functions now. With thousands of intervals that takes seconds."""
+        _ = self.oracle, self.objective_gradient, self.constraint_jacobian, self.lagrangian_hessian
+
     @cached_property
     def _applied(self) -> tuple[Any, Any, list[_Instances]]:
         """Symbols of x and p, and the blocks applied to them."""
