@@ -17,11 +17,12 @@ from typing import Any, Literal
 import casadi as ca
 import numpy as np
 
+from ocp.analysis.limit_names import LimitNames, end_name, has_limit, phase_name
 from ocp.errors import StatementError
 from ocp.keywords import checked_keywords
 from ocp.mesh.initial_guess import InitialGuess, initial_guess
 from ocp.mesh.trajectory import Trajectory
-from ocp.optimality.number_steps import number_steps, signal_steps, where_text
+from ocp.optimality.number_steps import nearest_step
 from ocp.problem.bounds import Bound
 from ocp.problem.functionals import Functional
 from ocp.problem.parameters import Parameters, parameters_of
@@ -130,11 +131,7 @@ class Relaxation:
         listed = "; ".join(str(item) for item in self.items)
         reasons = "; ".join(self.solution.verification.reasons)
         doubt = f" (not verified: {reasons})" if reasons else ""
-        sides = (
-            f"; {self.steps}, which no derivative shows: on the other side less may be needed, or "
-            "nothing; try it with limits that keep to it"
-        )
-        told = sides if self.steps else ""
+        told = f"; {self.steps}" if self.steps else ""
         return f"'{self.problem}' can be met if these limits are changed: {listed}{doubt}{told}"
 
 
@@ -180,7 +177,7 @@ def relaxed(
     """
     settings = settings or _SETTINGS
     check_arguments(problem, settings, guess, None)
-    limits, weights = _LimitNames(problem), weights or {}
+    limits, weights = LimitNames(problem), weights or {}
     limits.check([*keep, *(only or ()), *weights])
     kept = limits.each(keep)
     if only is not None:
@@ -203,73 +200,9 @@ def relaxed(
     given_way.sort(key=lambda s: -moved[s.unknown] / s.size)
     items = tuple(_item(s, moved[s.unknown], solution, parameters) for s in given_way)
     total = sum(prices.get(s.name, 1.0) * moved[s.unknown] / s.size for s in given_way)
-    steps = _nearest_step(solution, parameters) if items else ""
+    of_motion = solution.kept_iterate, solution.evaluator
+    steps = nearest_step(*of_motion, parameters.signal_limits) if items else ""
     return Relaxation(problem.name, items, total, solution, steps)
-
-
-def _nearest_step(solution: Solution, parameters: Parameters) -> str:
-    """Where something steps near a motion of the relaxed problem; empty if nothing does."""
-    iterate, evaluator = solution.kept_iterate, solution.evaluator
-    found = [
-        *number_steps(iterate, evaluator),
-        *signal_steps(iterate, evaluator, parameters.signal_limits),
-    ]
-    return where_text(min(found, key=lambda step: step.away)) if found else ""
-
-
-class _LimitNames:
-    """The names of all limits of a problem that may give way.
-
-    Attributes
-    ----------
-    names : of single limits.
-    common : names of bounds, which stand for those of all phases.
-    """
-
-    def __init__(self, problem: Problem) -> None:
-        self.problem = problem
-        limited = (Signal, Unknown)
-        self.names = {s.name for s in problem.symbols if isinstance(s, limited) and _has_limit(s)}
-        self.names |= {b.name for b in problem.bounds}
-
-        self._of_phases: dict[str, set[str]] = {}
-        for phase in problem.phases:
-            for bound in phase.bounds:
-                if not bound.is_equation:
-                    name = _phase_name(phase, bound)
-                    self._of_phases.setdefault(bound.name, set()).add(name)
-                    self.names.add(name)
-            for what, values in (("initial", phase.initial), ("final", phase.final)):
-                self.names |= {_end_name(phase, state, what) for state in values}
-        self.common = frozenset(self._of_phases) - self.names
-
-    def each(self, names: Collection[str]) -> set[str]:
-        """Names of single limits for names that may stand for several."""
-        return {single for name in names for single in self._single(name)}
-
-    def _single(self, name: str) -> set[str]:
-        return self._of_phases[name] if name in self.common else {name}
-
-    def check(self, names: Collection[str]) -> None:
-        """StatementError unless there are limits of these names."""
-        for name in names:
-            if name not in self.names and name not in self.common:
-                listed = ", ".join(f"'{n}'" for n in sorted(self.names))
-                raise StatementError(
-                    f"'{self.problem.name}' has no limit '{name}'; its limits are {listed}"
-                )
-
-
-def _has_limit(symbol: Signal | Unknown) -> bool:
-    return is_limited(symbol.lower, symbol.upper)
-
-
-def _phase_name(phase: Phase, bound: Bound) -> str:
-    return f"{phase.name}: {bound.name}"
-
-
-def _end_name(phase: Phase, state: Symbol, what: str) -> str:
-    return f"{phase.name}: {state.name} {what}"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -330,7 +263,7 @@ class _Loosening:
             rewritten = replace(bound, expression=self._rewritten(bound.expression))
             bounds += self._loosened(rewritten, bound.scale or self.scales.bounds["", bound.name])
         for unknown in problem.unknowns:
-            if unknown in self.renamed and _has_limit(unknown):
+            if unknown in self.renamed and has_limit(unknown):
                 bounds += self._loosened(
                     self._own_bound(unknown), self.scales.unknowns[unknown.name]
                 )
@@ -431,13 +364,13 @@ class _Loosening:
                 bounds.append(rewritten)
                 continue
             size = bound.scale or self.scales.bounds[phase.name, bound.name]
-            single = _phase_name(phase, bound)
+            single = phase_name(phase, bound)
             name = bound.name if bound.name in self.together else single
             bounds += self._loosened(replace(rewritten, name=name), size, phase.name)
 
         signals = self.problem.signals[phase.name]
         for signal in signals:
-            if signal in renamed and _has_limit(signal):
+            if signal in renamed and has_limit(signal):
                 size = self.scales.signals[signal.name]
                 bounds += self._loosened(self._own_bound(signal), size, phase.name)
 
@@ -445,7 +378,7 @@ class _Loosening:
             {
                 renamed.get(state, state): value
                 for state, value in values.items()
-                if _end_name(phase, state, what) in self.kept
+                if end_name(phase, state, what) in self.kept
             }
             for what, values in (("initial", phase.initial), ("final", phase.final))
         )
@@ -472,7 +405,7 @@ class _Loosening:
             ("final", phase.final, rewritten.at_end, -1),
         ):
             for state, value in values.items():
-                name = _end_name(phase, state, what)
+                name = end_name(phase, state, what)
                 if name not in self.kept:
                     lower, upper = value if isinstance(value, tuple) else (value, value)
                     expression = value_at(self.renamed.get(state, state))

@@ -74,23 +74,30 @@ def number_steps(iterate: Iterate, evaluator: Evaluator) -> Iterator[NumberStep]
             yield from _of_a_phase(iterate, evaluator, phase.name)
 
 
-def signal_steps(
-    iterate: Iterate, evaluator: Evaluator, limits: Mapping[str, Interval]
-) -> Iterator[NumberStep]:
-    """Steps of rates, constraints and integrands as a signal or a parameter changes by itself.
+def nearest_step(iterate: Iterate, evaluator: Evaluator, limits: Mapping[str, Interval]) -> str:
+    """Where something steps near a motion by which less of a limit might do; empty if nothing does.
 
-    A step that the motion does not cross counts, too.
+    Rates, constraints and integrands count as a signal changes by itself, too, though the motion
+    does not cross the step.
 
     Parameters
     ----------
     limits : mapping of str to (lower, upper)
         Of the signals by name.
     """
+    found = list(number_steps(iterate, evaluator))
     for phase in iterate.problem.phases:
-        yield from _of_a_phase(iterate, evaluator, phase.name, limits)
+        found += _of_a_phase(iterate, evaluator, phase.name, limits)
+    if not found:
+        return ""
+    nearest = min(found, key=lambda step: step.away)
+    return (
+        f"{_where(nearest)}, which no derivative shows: on the other side less may be needed, or "
+        "nothing; try it with limits that keep to it"
+    )
 
 
-def where_text(step: NumberStep) -> str:
+def _where(step: NumberStep) -> str:
     """Where an expression steps, in words."""
     at = with_unit(f"{step.number} = {step.place:.6g}", step.unit)
     return f"{step.expression} steps at {at} (now {step.own:.6g}), where {step.condition}"
@@ -102,7 +109,7 @@ def number_remark(steps: Iterable[NumberStep]) -> str:
     if nearest is None:
         return ""
     return (
-        f"{where_text(nearest)}, which no derivative shows: the answer may be the best of its side "
+        f"{_where(nearest)}, which no derivative shows: the answer may be the best of its side "
         "only; solve for each side alone, with limits that keep to it, and take the better"
     )
 
