@@ -104,8 +104,7 @@ class Standstill:
         """Take note of an iterate; whether the run has stood still for long enough.
 
         The arrays are copied where they are kept. Errors cost as much as the solver's own
-        functions, so that they are worked out only once the run is old enough to be ended by one of
-        its points.
+        functions. They are worked out only once the run may be ended by one of its points.
 
         Parameters
         ----------

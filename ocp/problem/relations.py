@@ -63,7 +63,7 @@ def check_no_relation(expression: ca.SX, name: str) -> None:
     """StatementError if the expression of a bound is itself a relation, or several.
 
     It would be 0 or 1, and a limit of that has no slope that a solver could follow. Relations
-    inside an expression, as ``ca.if_else`` has them, are none of this.
+    inside an expression, as ``ca.if_else`` has them, are allowed.
     """
     if expression.is_constant() or expression.is_symbolic() or expression.op() not in _LOGICAL:
         return

@@ -60,13 +60,13 @@ def impulse(first: Iterate, last: Iterate) -> Impulse | None:
             limits = last.parameters.signal_limits[control.name]
             least = _HIGH * first.scales.signals[control.name]
             free = [s for s, limit in zip((-1.0, 1.0), limits, strict=True) if np.isinf(limit)]
-            # beside an impulse a polynomial swings to the other side, too, but does less there
+            # beside an impulse a polynomial swings to the other side, too, but less in the mean
             free.sort(key=lambda sign: -_done(after, control, sign))
             for sign in free:
                 (old_height, old_width), (height, width) = (
                     _highest(motion, control, sign) for motion in (before, after)
                 )
-                # where it has no such sign on the first mesh there is nothing to compare
+                # without a part of this sign on the first mesh there is nothing to compare
                 peaked = old_height > 0 and height >= least and width <= _NARROWER * old_width
                 if peaked and height * width >= _AS_MUCH * old_height * old_width:
                     most = free[0]
@@ -75,19 +75,22 @@ def impulse(first: Iterate, last: Iterate) -> Impulse | None:
 
 
 def _highest(motion: PhaseTrajectory, control: Control, sign: float) -> tuple[float, float]:
-    """The largest mean over an interval of a control of a sign, and the width of that interval."""
+    """The largest interval mean of a control's part of one sign, and that interval's width.
+
+    The height is in the unit of the control, the width a fraction of the phase.
+    """
     means = _means(motion, control, sign)
     highest = int(means.argmax())
     return float(means[highest]), float(np.diff(motion.fractions)[highest])
 
 
 def _done(motion: PhaseTrajectory, control: Control, sign: float) -> float:
-    """Integral of a control of a sign over the fraction of the phase [unit of the control]."""
+    """Mean over the phase of a control's part of one sign, not negative [unit of the control]."""
     return float(_means(motion, control, sign) @ np.diff(motion.fractions))
 
 
 def _means(motion: PhaseTrajectory, control: Control, sign: float) -> Array:
-    """Means of a control of a sign over the intervals, (N,)."""
+    """Interval means of a control's part of one sign, not negative [unit of the control], (N,)."""
     intervals = np.repeat(np.arange(motion.intervals), _POINTS.size)
     tau = np.tile(_POINTS, motion.intervals)
     values = motion.polynomial(control.name).value(intervals, tau)[:, 0]

@@ -58,7 +58,7 @@ class ControlTrials:
     ranges : (n_u, 2)
         First and last value of each control that is tried.
     turns : sequence of sequence of float
-        Of each control, what the rates may have for a period: a whole turn of an angle.
+        For each control, possible periods of the rates, such as a whole turn of an angle.
     """
 
     function: ca.Function
@@ -219,7 +219,7 @@ def tried_signals(iterate: Iterate, index: int) -> tuple[Control | Algebraic, ..
 
 
 def evaluations(controls: int) -> int:
-    """How often the Hamiltonian is evaluated at each point for a number of controls, about."""
+    """About how often the Hamiltonian is evaluated at each point, for a number of controls."""
     return (_ALONE + 2 * _SECTIONS) * controls + _TOGETHER
 
 

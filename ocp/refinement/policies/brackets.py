@@ -159,10 +159,10 @@ def settled(
 
 
 def _in_the_way(fractions: Array, number: int, side: int, fixed: Flags) -> set[int]:
-    """Fixed breakpoints that a breakpoint passes on one side, as far as it has room on the other.
+    """Fixed breakpoints on one side of one that moves, nearer than its neighbour on the other.
 
-    Narrow intervals beside a switch were made for where it was. One at a time it would pass them
-    forever.
+    Narrow intervals beside a switch were made for where it was before. It would take a mesh for
+    each of them to pass them one by one.
 
     Parameters
     ----------

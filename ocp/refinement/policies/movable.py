@@ -14,8 +14,8 @@ from ocp.mesh.mesh import Mesh
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.solved_mesh import SolvedMesh
 
-# Iterations that any mesh may take, and times as many as meshes that stay still have taken, from
-# which on movable breakpoints are in the way. The first mesh starts from afar, and does not count.
+# Movable breakpoints are in the way where a mesh takes more than these iterations, and this many
+# times as many as any mesh without them. The first mesh starts from afar, and does not count.
 _DOZENS = 50
 _FAR_MORE = 2
 
@@ -23,8 +23,8 @@ _FAR_MORE = 2
 _PATIENCE = 3
 _FALLING = 0.5
 
-# Times the tolerance on the objective, by which it has to get better with a mesh on which a switch
-# goes on towards its time.
+# A switch is on the way to its time while each mesh improves the objective by this many times the
+# tolerance on it.
 _STEP = 10.0
 
 
@@ -51,7 +51,7 @@ def hindered(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> bool:
 
 
 def _iterations(solved: Sequence[SolvedMesh]) -> tuple[int, int]:
-    """Most iterations of a mesh that stays still, some dozens at least, and of one that moves."""
+    """Most iterations of a fixed mesh, some dozens at least, and of one that moves."""
     still, moving = [_DOZENS], [0]
     for each in solved[1:]:
         (moving if _moves(each.iterate.mesh) else still).append(each.iterations)
