@@ -160,8 +160,8 @@ def failure(
         reached = list(_limits_reached(transcription, parameters, iterate))
         return Infeasible(
             f"no motion was found that meets all constraints of '{name}'; worst: {listed}; "
-            f"{_remedy(worst, reached)} (ocp.relaxed(problem) finds the least), or try another "
-            "guess or ocp.audit(problem); this is no proof that there is none",
+            f"{_remedy(worst, reached)} (ocp.relaxed(problem) finds the smallest change), or try "
+            "another guess or ocp.audit(problem); this is no proof that there is none",
             iterate,
         )
 

@@ -61,7 +61,7 @@ _NOISE = 1e-8
 
 
 def fitted_to_switches(iterate: Iterate) -> Iterate:
-    """The iterate with multipliers that promise nothing of moving a switch; its own mostly do.
+    """The iterate with multipliers by which no switch should move; by its own it mostly should.
 
     Where a switch lies on a fixed breakpoint, the solver ends with any of the sets that fit.
     Costates, Hamiltonian and slopes are those of the problem for the set that is taken here.
@@ -155,7 +155,7 @@ class MultiplierChanges:
         return cls(entries, equations, np.zeros(equations.shape[0]), lower, upper, many=False)
 
     def without_gains_of(self, slopes: SwitchSlopes, multipliers: Array) -> MultiplierChanges:
-        """Those that promise nothing of moving a switch that lies on a breakpoint."""
+        """Those by which no switch on a breakpoint should move."""
         from scipy.sparse import csr_matrix, vstack
 
         rows = csr_matrix(slopes.by_multiplier[:, self.entries])
