@@ -14,6 +14,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from ocp.arrays import Array
+from ocp.mesh.mesh import distinct
 from ocp.problem.phase import Phase
 from ocp.problem.symbols import Between
 
@@ -87,7 +88,7 @@ def shifted_times(phases: Sequence[Phase], times: Mapping[str, Ends]) -> list[di
 
 def _knots(times: Mapping[str, Ends]) -> Array:
     """All times at which a phase begins or ends, in order."""
-    return np.unique([value for ends in times.values() for value in ends])
+    return distinct(np.array([value for ends in times.values() for value in ends]))
 
 
 def _moved(

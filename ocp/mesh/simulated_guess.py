@@ -16,7 +16,7 @@ import numpy as np
 
 from ocp.arrays import Array
 from ocp.mesh.initial_guess import InitialGuess, PhaseGuess
-from ocp.numerics.columnwise import columnwise
+from ocp.numerics.columnwise import called
 from ocp.problem.parameters import Parameters
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
@@ -160,14 +160,13 @@ def _drawn(
     x = _first_states(problem, phase, parameters, own, before)
     u = _controls(problem, phase, parameters, own, sizes, random)
 
-    rate = _rate(problem, phase)
     h = (ends[1] - ends[0]) / _STEPS
-    states = [x]
+    step, states = _step(problem, phase).map(_DRAWS), [x.T]
+    of_all = np.tile(numbers, (_DRAWS, 1))
     # a draw that runs away is infinite, and left out
-    with np.errstate(all="ignore"):
-        for i in range(_STEPS):
-            states.append(_step(rate, states[-1], u[i], ends[0] + i * h, h, numbers))
-    motion = np.stack(states)
+    for i in range(_STEPS):
+        states += called(step, states[-1], u[i].T, ends[0] + i * h, h, of_all)
+    motion = np.stack(states).transpose(0, 2, 1)
 
     # a value that is none counts as one that has run away
     scale = np.array([sizes[s.name] for s in phase.states])[None, :, None]
@@ -259,30 +258,29 @@ def _controls(
     return np.stack(signals, axis=1) if signals else np.zeros((_STEPS, 0, _DRAWS))
 
 
-def _rate(problem: Problem, phase: Phase) -> ca.Function:
-    """``(x, u, t, unknowns and constants) -> dx/dt``."""
+def _step(problem: Problem, phase: Phase) -> ca.Function:
+    """One step of the classical Runge-Kutta method.
+
+    ``(x, u, t, h, unknowns and constants) -> x``, with `h` the length of the step [s].
+    """
+    x = ca.vertcat(*[s.symbol for s in phase.states])
+    t, h = TIME.symbol, ca.SX.sym("h")
     inputs = [
-        ca.vertcat(*[s.symbol for s in phase.states]),
+        x,
         ca.vertcat(*[c.symbol for c in problem.controls[phase.name]], ca.SX(0, 1)),
-        TIME.symbol,
+        t,
         ca.vertcat(*[s.symbol for s in (*problem.unknowns, *problem.constants)], ca.SX(0, 1)),
     ]
     rates = ca.densify(ca.vertcat(*phase.dynamics.values()))
-    return ca.Function("rate", inputs, ca.cse([rates]))
+    rate = ca.Function("rate", inputs, ca.cse([rates]))
+    u, numbers = inputs[1], inputs[3]
 
-
-def _step(rate: ca.Function, x: Array, u: Array, t: Array, h: Array, numbers: Array) -> Array:
-    """One step of the classical Runge-Kutta method for all draws."""
-
-    def slope(state: Array, time: Array) -> Array:
-        (rates,) = columnwise(rate, state.T, u.T, time[:, None], numbers)
-        return rates.T
-
-    k1 = slope(x, t)
-    k2 = slope(x + 0.5 * h * k1, t + 0.5 * h)
-    k3 = slope(x + 0.5 * h * k2, t + 0.5 * h)
-    k4 = slope(x + h * k3, t + h)
-    return np.asarray(x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4))
+    k1 = rate(x, u, t, numbers)
+    k2 = rate(x + 0.5 * h * k1, u, t + 0.5 * h, numbers)
+    k3 = rate(x + 0.5 * h * k2, u, t + 0.5 * h, numbers)
+    k4 = rate(x + h * k3, u, t + h, numbers)
+    following = x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+    return ca.Function("step", [x, u, t, h, numbers], [ca.densify(following)])
 
 
 def _misses(phase: Phase, parameters: Parameters, motion: Array, scale: Array) -> Array:

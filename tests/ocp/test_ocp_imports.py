@@ -12,6 +12,11 @@ x, u = State("x"), Control("u")
 phase = Phase("p", {x: u}, {x: 0}, {x: 1}, end=1.0)
 solution = solve(Problem("least effort", phase, minimise=phase.integral(u**2)))
 solution.sample(u, solution.breakpoints)
+
+# a control that switches: breakpoints in brackets, and intervals that are cut beside them
+r, v, a = State("r"), State("v"), Control("a", lower=-1, upper=1)
+rest = Phase("p", {r: v, v: a}, {r: 0, v: 0}, {r: 1, v: 0}, end=2.5)
+solve(Problem("least speed", rest, minimise=rest.peak(v)))
 print(*sys.modules)
 """
 

@@ -59,7 +59,7 @@ def with_brackets(
 
         close = np.abs(points - jump.at) < 1.5 * reach
         kept = np.abs(points[:, None] - known).min(axis=1, initial=np.inf) <= SAME_POINT
-        replaced = close & ~kept & ~np.isin(points, [0.0, 1.0, *movable])
+        replaced = close & ~kept & ~np.isin(points, [0.0, 1.0, *movable], assume_unique=True)
         if replaced.sum() >= 2 and not move:
             # it stands already; a bracket that follows a jump to and fro undoes splits
             continue

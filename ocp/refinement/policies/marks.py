@@ -135,7 +135,7 @@ def _beside_new(mesh: PhaseMesh, base: PhaseMesh) -> Flags:
     """Intervals of a mesh that begin or end at a movable breakpoint that `base` lacks, (N,)."""
     new = np.zeros(mesh.intervals + 1, dtype=bool)
     movable = list(mesh.movable)
-    new[movable] = ~np.isin(mesh.breakpoints[movable], base.breakpoints)
+    new[movable] = ~np.isin(mesh.breakpoints[movable], base.breakpoints, assume_unique=True)
     return new[:-1] | new[1:]
 
 
