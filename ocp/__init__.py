@@ -32,7 +32,6 @@ from ocp.errors import (
     Unbounded,
     Unverified,
 )
-from ocp.mesh.coarsening import coarsened
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import PhaseTrajectory, Trajectory
 from ocp.nlp.interrupts import noted_interrupts
@@ -56,7 +55,6 @@ from ocp.problem.symbols import (
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.policies.adaptive_mesh import AdaptiveMesh
-from ocp.refinement.policies.moving_mesh import MovingMesh
 from ocp.refinement.policies.policy import FixedMesh, RefinementPolicy
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
@@ -74,6 +72,8 @@ if TYPE_CHECKING:
     from ocp.analysis.rescue import rescued
     from ocp.analysis.scaling_report import scaling_report
     from ocp.analysis.sensitivity import ActiveSetWarning, Sided
+    from ocp.mesh.coarsening import coarsened
+    from ocp.refinement.policies.moving_mesh import MovingMesh
     from ocp.solution.storage import load, save
     from ocp.verification.certificate import Certificate, certify
     from ocp.verification.tolerances import Tolerances
@@ -90,6 +90,8 @@ _LATER = {
     "analysis.rescue": ("rescued",),
     "analysis.scaling_report": ("scaling_report",),
     "analysis.sensitivity": ("ActiveSetWarning", "Sided"),
+    "mesh.coarsening": ("coarsened",),
+    "refinement.policies.moving_mesh": ("MovingMesh",),
     "solution.storage": ("load", "save"),
     "verification.certificate": ("Certificate", "certify"),
     "verification.tolerances": ("Tolerances",),

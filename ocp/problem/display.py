@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import math
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, assert_never
@@ -146,7 +145,9 @@ def problem_text(problem: Problem) -> str:
 
 def problem_html(problem: Problem) -> str:
     """The statement for notebooks."""
-    return f"<pre>{html.escape(problem_text(problem))}</pre>"
+    from html import escape  # its table of entities takes time to load
+
+    return f"<pre>{escape(problem_text(problem))}</pre>"
 
 
 def phase_summary(phase: Phase) -> str:

@@ -179,7 +179,7 @@ def test_linear_rates_need_no_other_starts(monkeypatch):
     def refused(*arguments):
         raise AssertionError("nothing is to be simulated")
 
-    monkeypatch.setattr("ocp.refinement.first_round.starts.simulated_guesses", refused)
+    monkeypatch.setattr("ocp.mesh.simulated_guess.simulated_guesses", refused)
     x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
     move = Phase("move", {x: v, v: u - 0.1 * v}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
     assert solve(Problem("line", move, minimise=move.integral(u**2))).verification.passed

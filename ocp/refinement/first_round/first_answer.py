@@ -35,8 +35,13 @@ from ocp.nlp.failures import counted
 from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import NlpSolver, StartingPoint
 from ocp.refinement.first_round.convexity import seems_convex
-from ocp.refinement.first_round.search import FirstMotion, best_of_several
-from ocp.refinement.first_round.starts import PATIENCE, FirstRound, finer_mesh, simulated
+from ocp.refinement.first_round.starts import (
+    PATIENCE,
+    FirstMotion,
+    FirstRound,
+    finer_mesh,
+    simulated,
+)
 from ocp.refinement.mesh_solver import OUTSIZED, MeshSolver
 from ocp.transcription.packing import trajectory_of
 from ocp.transcription.transcribe import Transcription
@@ -79,7 +84,7 @@ def first_answer(first_round: FirstRound, program: Transcription, result: NlpRes
         program, result = _in_its_sizes(first_round, program, result)
     found = FirstMotion(program, result)
     if _may_be_far(first_round.meshes, result):
-        found = best_of_several(first_round, program, result)
+        found = _best_of_several(first_round, program, result)
     if found.result.outcome in ("solved", "interrupted", "unbounded"):
         return found
     sought = _sought(first_round, program, found.result)
@@ -95,7 +100,16 @@ def _with_values(first_round: FirstRound, program: Transcription, failed: NlpRes
     meshes = first_round.meshes
     if states_a_motion(meshes.problem, meshes.parameters):
         return FirstMotion(program, failed)
-    return best_of_several(first_round, program, failed)
+    return _best_of_several(first_round, program, failed)
+
+
+def _best_of_several(
+    first_round: FirstRound, program: Transcription, first: NlpResult
+) -> FirstMotion:
+    """The best answer from where the guess is and from other starts."""
+    from ocp.refinement.first_round.search import best_of_several  # not for a convex problem
+
+    return best_of_several(first_round, program, first)
 
 
 def _in_its_sizes(

@@ -24,6 +24,7 @@ from ocp.nlp.solver import StartingPoint
 from ocp.refinement.estimates.error_estimate import MotionErrors
 from ocp.refinement.first_round.starts import (
     PATIENCE,
+    FirstMotion,
     FirstRound,
     finer_mesh,
     shifted,
@@ -76,25 +77,6 @@ _IMPROVED_WITHIN = 60  # iterations of each of these runs, which begin near a mo
 _CANDIDATES = 5
 _COARSE = 2
 _ROUNDS = 4
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class FirstMotion:
-    """What came of the first mesh.
-
-    Attributes
-    ----------
-    program : Transcription
-        The mesh that the answer belongs to.
-    result : NlpResult
-        The best answer, or what failed; it counts what all starts took.
-    starts : int
-        From which the solver ran, the stated guess among them.
-    """
-
-    program: Transcription
-    result: NlpResult
-    starts: int = 1
 
 
 @dataclass(frozen=True, eq=False, repr=False)

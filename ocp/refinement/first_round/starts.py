@@ -5,16 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf
-from statistics import median
 
 import numpy as np
 
 from ocp.arrays import Array
 from ocp.mesh.initial_guess import InitialGuess, PhaseGuess, guess_by_lines, initial_guess
 from ocp.mesh.mesh import Mesh, uniform
-from ocp.mesh.phase_times import shifted_times
-from ocp.mesh.simulated_guess import simulated_guesses
-from ocp.mesh.wavy_guess import wavy_guess
 from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import NlpSolver, StartingPoint
 from ocp.optimality.iterate import iterate_of
@@ -91,13 +87,34 @@ class FirstRound:
             yield replace(result, iterations=iterations, seconds=seconds)
 
 
+@dataclass(frozen=True, eq=False, repr=False)
+class FirstMotion:
+    """What came of the first mesh.
+
+    Attributes
+    ----------
+    program : Transcription
+        The mesh that the answer belongs to.
+    result : NlpResult
+        The best answer, or what failed; it counts what all starts took.
+    starts : int
+        From which the solver ran, the stated guess among them.
+    """
+
+    program: Transcription
+    result: NlpResult
+    starts: int = 1
+
+
 def _usual_patience(taken: Sequence[int]) -> float:
     """Iterations after which an attempt counts as lost, by those that led to answers."""
-    return max(_LEAST_PATIENCE, _TIMES_THE_USUAL * median(taken)) if taken else inf
+    return max(_LEAST_PATIENCE, _TIMES_THE_USUAL * float(np.median(taken))) if taken else inf
 
 
 def simulated(meshes: MeshSolver, program: Transcription, count: int) -> Iterator[StartingPoint]:
     """Starting points from simulated motions, the same in every run."""
+    from ocp.mesh.simulated_guess import simulated_guesses  # most problems need no other start
+
     guesses = simulated_guesses(
         meshes.problem,
         meshes.parameters,
@@ -112,6 +129,8 @@ def simulated(meshes: MeshSolver, program: Transcription, count: int) -> Iterato
 
 def wavy(meshes: MeshSolver, program: Transcription, count: int) -> Iterator[StartingPoint]:
     """Starting points of random waves around straight lines, the same in every run."""
+    from ocp.mesh.wavy_guess import wavy_guess
+
     lines = guess_by_lines(meshes.problem, meshes.parameters)
     sizes, random = program.scales, np.random.default_rng(0)
     for _ in range(count):
@@ -127,6 +146,8 @@ def shifted(meshes: MeshSolver, program: Transcription, x: Array) -> Iterator[St
     An answer may be no minimum by such a time: on one side the objective falls, on the other side
     it leads back. None where no such time is free.
     """
+    from ocp.mesh.phase_times import shifted_times
+
     found = trajectory_of(program, x, meshes.parameters)
     times = {motion.name: (motion.start, motion.end) for motion in found.phases}
     guess = initial_guess(meshes.problem, meshes.parameters, found)
