@@ -35,7 +35,7 @@ from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.refinement.loop import Refinement, refine
 from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver, Start
-from ocp.refinement.solved_mesh import LOOSER
+from ocp.refinement.solved_mesh import LOOSER, SolvedMesh
 from ocp.settings import Settings, first_intervals
 from ocp.solution.solution import Solution
 from ocp.transcription.packing import trajectory_of
@@ -144,7 +144,7 @@ def solve_from(
     for _ in range(_STRICTER_GOES):
         refinement = refine(meshes, start, mesh, accuracy, rounds)
         iterate, rounds = refinement.best.iterate, refinement.rounds
-        checked = _checked(meshes, iterate)
+        checked = _checked(meshes, refinement.best)
         checking += checked.seconds
 
         if not (settings.refinement.adapts and settings.verify) or meshes.spent(rounds):
@@ -277,15 +277,23 @@ class _Checked:
     seconds: float
 
 
-def _checked(meshes: MeshSolver, iterate: Iterate) -> _Checked:
+def _checked(meshes: MeshSolver, best: SolvedMesh) -> _Checked:
     """Replay an iterate and check it, unless the settings say not to."""
+    iterate = best.iterate
     if not meshes.settings.verify:
         nothing = SimulatedMotion(())
         return _Checked(nothing, iterate.trajectory, unverified(iterate.objective), 0.0)
     begin = clock.perf_counter()
     motion = simulate(meshes.problem, iterate.trajectory, dict(iterate.scales.signals))
     again = replayed(iterate.trajectory, motion)
-    verification = verify(iterate, motion, again, meshes.settings.accuracy, meshes.evaluator)
+    verification = verify(
+        iterate,
+        motion,
+        again,
+        meshes.settings.accuracy,
+        meshes.evaluator,
+        best.errors.of_motion,
+    )
     return _Checked(motion, again, verification, clock.perf_counter() - begin)
 
 

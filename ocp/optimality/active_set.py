@@ -99,10 +99,7 @@ class LimitDistances:
 
 def limit_distances(iterate: Iterate) -> LimitDistances:
     """How far the rows and unknowns of an iterate are from their limits."""
-    transcription, parameters = iterate.transcription, iterate.parameters
-    rows = np.array(transcription.program.oracle(iterate.x, parameters.vector)[1]).ravel()
-    values = np.concatenate([rows, iterate.x])
-
+    values = np.concatenate([iterate.rows, iterate.x])
     lower, upper = np.hstack([iterate.limits.rows, iterate.limits.columns])
     return LimitDistances(values - lower, upper - values)
 

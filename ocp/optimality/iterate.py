@@ -103,6 +103,12 @@ class Iterate:
         return np.where(free, self.row_multipliers, 0.0)
 
     @cached_property
+    def rows(self) -> Array:
+        """Scaled values of the program's rows, (m,)."""
+        _, rows = self.transcription.program.oracle(self.x, self.parameters.vector)
+        return np.asarray(rows.full()).ravel()
+
+    @cached_property
     def limits(self) -> ProgramLimits:
         """Limits of the program's unknowns and rows."""
         return self.transcription.limits(self.parameters)

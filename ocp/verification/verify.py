@@ -103,6 +103,7 @@ def verify(
     replay: Trajectory,
     accuracy: Accuracy,
     evaluator: Evaluator,
+    errors: MotionErrors | None = None,
 ) -> Verification:
     """Check an iterate and its replay against everything that the problem states.
 
@@ -135,10 +136,13 @@ def verify(
         The same with the simulated states, see `ocp.verification.simulation.replayed`.
     accuracy : Accuracy
         What was asked for, see the table. All of it is relative.
+    errors : MotionErrors, optional
+        Of the iterate's motion, where they were estimated before.
     """
     problem, trajectory = iterate.problem, iterate.trajectory
     transcription, parameters = iterate.transcription, iterate.parameters
-    errors = MotionErrors(transcription, trajectory, evaluator, parameters)
+    if errors is None:
+        errors = MotionErrors(transcription, trajectory, evaluator, parameters)
     replay_errors = MotionErrors(transcription, replay, evaluator, parameters)
 
     # the objective with the peaks that the replay has between the points

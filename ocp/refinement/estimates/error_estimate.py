@@ -307,12 +307,15 @@ class MeshErrors:
     gain : float
         What finer controls could still gain, relative to the objective, to first order, the cost of
         back-offs included.
+    of_motion : MotionErrors or None
+        Those of the motion alone.
     """
 
     phases: tuple[PhaseErrors, ...] = field(repr=False)
     dynamics: float
     excess: float
     gain: float
+    of_motion: MotionErrors | None = field(default=None, repr=False)
 
 
 def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) -> MeshErrors:
@@ -354,6 +357,7 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
         dynamics=motion_errors.worst_dynamics,
         excess=max((float(e.values.max()) for p in phases for e in p.excess), default=0.0),
         gain=sum(float(phase.gain.sum()) for phase in phases),
+        of_motion=motion_errors,
     )
 
 
