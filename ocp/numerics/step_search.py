@@ -1,7 +1,7 @@
 """Where expressions step along a line, such as the time of a motion or the values of a parameter.
 
 Results of stepwise operations are looked at at many places of the line, and a change is enclosed by
-halving. With the symbols of one place and the results of both sides, what differs is the step: a
+ever shorter sections. With the symbols of one place and the results of both sides, what differs is the step: a
 kink, where two comparisons change together, is none.
 
 A quotient may step where its divisor vanishes. ``x / fabs(x)`` is a sign, and ``atan(y / x)`` jumps
@@ -29,8 +29,9 @@ Values = Callable[[tuple[ca.SX, ...], Array], Array]
 # A step of less than this part of the largest value along the line is none.
 _LEAST_STEP = 1e-6
 
-# Halvings of the way between two places, to rounding
-_HALVINGS = 50
+# The way between two places is divided, again and again, to rounding. As a call of the operations
+# takes longer than a hundred of their values, there are several sections each time.
+_SECTIONS, _DIVISIONS = 16, 13
 
 # Part of the line by which the sides of a change are apart: comparisons that are meant to change
 # together differ by rounding.
@@ -42,9 +43,9 @@ _BESIDE = 1e-9
 _VANISHED = 1e-6
 _LOW = 0.75
 
-# Sections of the way between places to a zero, by the golden section, to rounding
+# Steps of the way between places to a zero, by the golden section, to rounding
 _GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
-_SECTIONS = 75
+_STEPS_TO_ZERO = 75
 
 # Distances from a zero at which a quotient is looked at, parts of the line, and part of the step by
 # which it may change on one side from the first to the last.
@@ -151,13 +152,17 @@ class SteppingExpressions:
         if not rows.size:
             return
 
-        # each change is enclosed by halving
+        # each change is enclosed by the first section that ends with another result
         low, high, before = inner[rows], inner[rows + 1], results[rows, numbers]
-        each = np.arange(rows.size)
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (low + high)
-            same = values(operations.results, middle)[each, numbers] == before
-            low, high = np.where(same, middle, low), np.where(same, high, middle)
+        each, shares = np.arange(rows.size), np.linspace(0.0, 1.0, _SECTIONS + 1)
+        for _ in range(_DIVISIONS):
+            ends = low[:, None] + shares * (high - low)[:, None]
+            ends[:, -1] = high
+            found = values(operations.results, ends[:, 1:-1].ravel())
+            found = found.reshape(rows.size, _SECTIONS - 1, -1)[each, :, numbers]
+            other = np.column_stack([found != before[:, None], np.ones(rows.size, dtype=bool)])
+            first = np.argmax(other, axis=1)
+            low, high = ends[each, first], ends[each, first + 1]
 
         def held(symbols: Array, given: Array) -> Array:
             return columnwise(operations.function, symbols, given)[0]
@@ -230,7 +235,7 @@ def _zeros_of(divided: tuple[ca.SX, ...], places: Array, values: Values) -> tupl
     def sizes_at(at: Array) -> Array:
         return np.asarray(np.abs(values(divided, at))[rows, numbers])
 
-    for _ in range(_SECTIONS):
+    for _ in range(_STEPS_TO_ZERO):
         first, second = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
         left = sizes_at(first) < sizes_at(second)
         low, high = np.where(left, low, first), np.where(left, second, high)
