@@ -48,7 +48,7 @@ class Lagrange:
 
     def values(self, tau: Array) -> Array:
         """The basis at local times, shape (m, count)."""
-        return lagrange(np.array(self.support), tau)
+        return _lagrange(*_with_weights(self.support), tau)
 
     def slopes(self, tau: Array) -> Array:
         """Its derivative by local time, shape (m, count)."""
@@ -219,9 +219,20 @@ def barycentric_weights(support: Array) -> Array:
     return 1.0 / np.asarray(np.prod(gaps, axis=1))
 
 
+@lru_cache(maxsize=256)
+def _with_weights(support: tuple[float, ...]) -> tuple[Array, Array]:
+    """Support points as an array, and their barycentric weights."""
+    points = np.array(support)
+    return points, barycentric_weights(points)
+
+
 def lagrange(support: Array, tau: Array) -> Array:
     """Values of the Lagrange basis on the support points, shape ``tau.shape + (m,)``."""
-    weights = barycentric_weights(support)
+    return _lagrange(support, barycentric_weights(support), tau)
+
+
+def _lagrange(support: Array, weights: Array, tau: Array) -> Array:
+    """The same with the barycentric weights."""
     gaps = np.asarray(tau)[..., None] - support
 
     # at a support point the barycentric form divides by zero: the basis is 0 or 1 there
