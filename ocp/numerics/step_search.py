@@ -1,8 +1,8 @@
 """Where expressions step along a line, such as the time of a motion or the values of a parameter.
 
 Results of stepwise operations are looked at at many places of the line, and a change is enclosed by
-ever shorter sections. With the symbols of one place and the results of both sides, what differs is the step: a
-kink, where two comparisons change together, is none.
+ever shorter sections. With the symbols of one place and the results of both sides, what differs is
+the step: a kink, where two comparisons change together, is none.
 
 A quotient may step where its divisor vanishes. ``x / fabs(x)`` is a sign, and ``atan(y / x)`` jumps
 by half a turn. No operation in them is constant piece by piece. So the values at several distances
