@@ -107,6 +107,18 @@ def test_a_cost_above_a_curve_of_the_control_follows_it_into_other_valleys() -> 
     assert refused(found)
 
 
+@pytest.mark.parametrize(("guessed", "best"), [(-1.0, False), (1.0, True)])
+def test_a_curve_that_depends_on_a_state_has_valleys_too(guessed: float, best: bool) -> None:
+    u, cost = Control("u", lower=-2, upper=3), Control("cost", lower=0, upper=20)
+    curve = Bound("curve", cost - (u**2 - 1) ** 2 - 0.2 * (1 - u) - 0.1 * x, lower=0)
+    guess = {u: guessed, cost: 1, x: (0, guessed)}
+    phase = Phase("go", {x: u}, initial={x: 0}, end=1.0, bounds=[curve], guess=guess)
+    found = solve(Problem("curve", phase, minimise=phase.integral(cost + 1e-3 * x**2)))
+    assert (found.objective < 0.1) == best
+    assert ("other controls promise" in found.verdict) != best
+    assert certify(found).passed == best
+
+
 def test_in_a_disc_nothing_better_is_found() -> None:
     """A push of one size in any direction: the Hamiltonian is linear, and the limit is convex."""
     y, a, b = State("y"), Control("a"), Control("b")

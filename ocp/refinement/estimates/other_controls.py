@@ -20,7 +20,7 @@ import numpy as np
 from ocp.arrays import Array, Flags, Integers
 from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.linearity import is_linear, is_quadratic
-from ocp.optimality.active_set import acting_on_states
+from ocp.optimality.active_set import ACTING, acting_on_states, strongest_multipliers
 from ocp.optimality.hamiltonian import hamiltonian_of
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import duration_multiplier, phase_costates
@@ -39,6 +39,10 @@ _ROUNDING = 1e-9
 # Part of the Hamiltonian's terms that a difference has to exceed: valleys that are as deep as each
 # other, as those of an angle, differ by the errors of the costates
 _LEAST = 1e-6
+
+# and the part where a limit of states and controls acts: there the costates' errors left up to 7e-3
+# on first meshes, and 1e-5 on those that ended
+_MUCH = 1e-2
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -93,10 +97,13 @@ class OtherControls:
 def other_controls(iterate: Iterate, evaluator: Evaluator) -> Iterator[OtherControls]:
     """The best controls that were tried, for each phase in which others than neighbours may be.
 
-    Nothing is tried in intervals in which a limit of states alone acts.
+    Nothing is tried in intervals in which a limit of states alone acts. Where controls enter it,
+    only what is much better counts.
     """
-    for index, acting in enumerate(acting_on_states(iterate)):
-        found = others_of_phase(iterate, evaluator, index, ~acting)
+    alone = acting_on_states(iterate)
+    for index, strongest in enumerate(strongest_multipliers(iterate)):
+        acting = strongest > ACTING
+        found = others_of_phase(iterate, evaluator, index, ~alone[index], acting)
         if found is not None:
             yield found
 
@@ -135,9 +142,17 @@ def others_remark(found: Sequence[OtherControls], iterate: Iterate) -> str:
 
 
 def others_of_phase(
-    iterate: Iterate, evaluator: Evaluator, index: int, where: Flags
+    iterate: Iterate, evaluator: Evaluator, index: int, where: Flags, acting: Flags | None = None
 ) -> OtherControls | None:
-    """The best of what is tried in some intervals (N,) of a phase; None if there is no need."""
+    """The best of what is tried in some intervals of a phase; None if there is no need.
+
+    Parameters
+    ----------
+    where : (N,)
+        In which intervals.
+    acting : (N,), optional
+        In which of them a limit acts, so that only what is much better counts.
+    """
     phase = iterate.trajectory.phases[index]
     hamiltonian = hamiltonian_of(evaluator, iterate.transcription, index)
     tried = tried_signals(iterate, index)
@@ -170,7 +185,8 @@ def others_of_phase(
         less += duration_multiplier(iterate, index)
         widths = np.diff(phase.fractions) * iterate.scales.time
     size = np.abs(own.terms).sum(axis=1)
-    less = np.where(less > _LEAST * size, less, 0.0)
+    loose = np.zeros(intervals.size, dtype=bool) if acting is None else acting[intervals]
+    less = np.where(less > np.where(loose, _MUCH, _LEAST) * size, less, 0.0)
     times = trials.times[:, 0]
     return OtherControls(
         phase=phase.name,
