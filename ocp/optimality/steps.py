@@ -6,19 +6,22 @@ derivative that tells: where points move, they see the values of one side only. 
 the dynamics, and need not be an optimum.  Two phases that meet where the comparison changes state
 the same with derivatives.
 
-How steps are found is in `ocp.numerics.step_search`.
+How steps are found is in `ocp.numerics.step_search`, and smooth changes that are as steep in
+`steep_search`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
+from ocp.numerics.steep_search import NO_WAY, SteepChange, may_be_steep, steep_changes
 from ocp.numerics.step_search import FoundStep, SteppingExpressions
 from ocp.problem.bounds import Bound
 from ocp.problem.display import functional_text, text_of
@@ -85,7 +88,7 @@ def steps_along(
 def may_step(problem: Problem, evaluator: Evaluator) -> bool:
     """Whether anything of a problem could step along a motion."""
     found = (_steps_of(problem, phase.name, evaluator) for phase in problem.phases)
-    return any(each is not None for each in found)
+    return any(each is not None and each.stepping is not None for each in found)
 
 
 def _steps_of(problem: Problem, phase: str, evaluator: Evaluator) -> _PhaseSteps | None:
@@ -118,7 +121,12 @@ class _PhaseSteps:
     ----------
     owners : tuple of State, Bound, Integral or Peak
         What the expressions belong to.
-    stepping : SteppingExpressions
+    expressions, symbols : tuple of SX
+        They and what they depend on.
+    stepping : SteppingExpressions or None
+        Those of them that may step.
+    steep : casadi.Function or None
+        ``symbols -> expressions``, where they may change within next to no time.
     varying, jumping : SX (k,)
         Symbols that change along the phase, and those among them that may jump.
     timed : bool
@@ -126,7 +134,10 @@ class _PhaseSteps:
     """
 
     owners: tuple[_Owner, ...]
-    stepping: SteppingExpressions
+    expressions: tuple[ca.SX, ...]
+    symbols: tuple[ca.SX, ...]
+    stepping: SteppingExpressions | None
+    steep: ca.Function | None
     varying: ca.SX
     jumping: ca.SX
     timed: bool
@@ -135,14 +146,21 @@ class _PhaseSteps:
     def of(cls, problem: Problem, phase: str) -> _PhaseSteps | None:
         """Those of a phase, or None where it has none."""
         owned = list(path_expressions(problem, phase))
-        stepping = SteppingExpressions.of(tuple(expression for _, expression in owned))
-        if stepping is None:
+        expressions = tuple(expression for _, expression in owned)
+        stepping, steep = SteppingExpressions.of(expressions), may_be_steep(expressions)
+        if stepping is None and not steep:
             return None
+        together = ca.densify(ca.vertcat(*expressions))
+        symbols = tuple(ca.symvar(together))
+        inputs = [ca.vertcat(*symbols, ca.SX(0, 1))]
         stated, signals = problem.phase(phase), problem.signals[phase]
         jumping = [s.symbol for s in signals if isinstance(s, (Control, Algebraic))]
         return cls(
             owners=tuple(owner for owner, _ in owned),
+            expressions=expressions,
+            symbols=symbols,
             stepping=stepping,
+            steep=ca.Function("expressions", inputs, [together]) if steep else None,
             varying=ca.vertcat(TIME.symbol, *[s.symbol for s in signals]),
             jumping=ca.vertcat(*jumping, ca.SX(0, 1)),
             timed=isinstance(stated.start, Between) or isinstance(stated.end, Between),
@@ -163,14 +181,12 @@ class _PhaseSteps:
         times = motion.breakpoints[k] + tau * np.diff(motion.breakpoints)[k]
         places = np.concatenate([[motion.start], times, [motion.end]])
 
-        # what is not continuous may change at a breakpoint without a crossing
-        jumps = self.jumping, np.concatenate([[False], np.diff(k) > 0, [False]])
-        for found in self.stepping.along(places, values, self.varying, jumps):
-            depends = resolve(found.cause, "a comparison")
-            yield ValueStep(
+        def told(found: FoundStep | SteepChange, cause: ca.SX, condition: str) -> ValueStep:
+            depends = resolve(cause, "a comparison")
+            return ValueStep(
                 phase=motion.name,
                 time=found.place,
-                condition=cause_text(found),
+                condition=condition,
                 expression=owner_text(self.owners[found.column]),
                 size=found.size,
                 unseen=any(
@@ -179,6 +195,25 @@ class _PhaseSteps:
                 ),
                 constants=frozenset(s.name for s in depends if isinstance(s, Constant)),
             )
+
+        # what is not continuous may change at a breakpoint without a crossing
+        jumps = self.jumping, np.concatenate([[False], np.diff(k) > 0, [False]])
+        steps = list[float]()
+        if self.stepping is not None:
+            for found in self.stepping.along(places, values, self.varying, jumps):
+                steps.append(found.place)
+                yield told(found, found.cause, cause_text(found))
+        if self.steep is not None:
+            near = NO_WAY * (motion.end - motion.start)
+            jumping = np.array([ca.depends_on(self.jumping, symbol) for symbol in self.symbols])
+            own = np.array([ca.depends_on(TIME.symbol, symbol) for symbol in self.symbols])
+            symbols = partial(values, self.symbols)
+            for change in steep_changes(self.steep, symbols, places, jumping, own):
+                if any(abs(change.place - place) <= near for place in steps):
+                    continue
+                expression = self.expressions[change.column]
+                cause = TIME.symbol if change.by_place else expression
+                yield told(change, cause, f"'{text_of(expression, 60)}' changes in next to no time")
 
 
 def cause_text(found: FoundStep) -> str:
