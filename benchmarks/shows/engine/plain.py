@@ -128,6 +128,8 @@ class Plain:
         }
         if ordering := variant.stated.get("ordering"):
             options["ipopt.mumps_pivot_order"] = ordering
+        if scaling := variant.stated.get("scaling"):
+            options["ipopt.mumps_scaling"] = scaling
         close = {"ipopt.mu_strategy": "monotone", "ipopt.mu_init": 1e-4, "ipopt.bound_push": 1e-6}
         program = {"x": columns, "f": objective, "g": ca.vertcat(*self._rows)}
         self._solvers = {
