@@ -12,7 +12,7 @@ from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.impulses import impulse
 from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver
-from ocp.refinement.solved_mesh import LOOSER, SolvedMesh, gain_falls
+from ocp.refinement.solved_mesh import LITTLE, LOOSER, SolvedMesh, is_refuted
 from ocp.refinement.unwrapping import lost_angle
 
 Ending = Literal["tolerances", "standstill", "rounds", "failure", "budget"]
@@ -33,10 +33,6 @@ _NEXT_TO_NO_TIME = 1e-2
 # the wrong place, and where the next round only closes leaks, which costs little.
 _STILL = 2
 _STILL_IN_DOUBT = 3
-
-# Times the tolerance, up to which a promised gain is little: it is of first order, and often ten
-# times what is gained.
-LITTLE = 10.0
 
 # Part of the last leak that the next round may have, where a leak is about to be closed.
 _FALLING = 0.5
@@ -169,7 +165,8 @@ def stands_still(
     slack = min(accuracy.objective, LOOSER * accuracy.path) * last.iterate.objective_size
     if max(objectives) - min(objectives) > slack:
         return False
-    refuted = any(s.finer for s in latest[1:]) and not gain_falls(latest, len(latest) - 1)
+    finer = any(s.finer for s in latest[1:])
+    refuted = finer and is_refuted(latest, len(latest) - 1, accuracy)
     if promised > accuracy.objective and not refuted:
         return False
     if leaks and _leaks_fall(latest):

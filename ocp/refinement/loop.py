@@ -13,7 +13,7 @@ from ocp.nlp.result import NEAR
 from ocp.nlp.solver import StartingPoint
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.endings import LITTLE, Ending, ending_of
+from ocp.refinement.endings import Ending, ending_of
 from ocp.refinement.estimates.error_estimate import MeshErrors
 from ocp.refinement.estimates.other_controls import other_controls, promised_by
 from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
@@ -24,7 +24,7 @@ from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.policies.movable import most_iterations
 from ocp.refinement.policies.policy import RefinementPolicy
 from ocp.refinement.saddles import lower_motion, may_be_saddle
-from ocp.refinement.solved_mesh import LOOSER, SolvedMesh, best_of
+from ocp.refinement.solved_mesh import LITTLE, LOOSER, SolvedMesh, best_of
 from ocp.refinement.stopped import budget_spent, check_failure, interrupted
 
 # While the last mesh was off by this much or more, the next one is about to be replaced, too.

@@ -14,6 +14,15 @@ from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 # where no better one was found: the slack that the verification has, too.
 LOOSER = 10.0
 
+# Times the tolerance, up to which a promised gain is little: it is of first order, and often ten
+# times what is gained.
+LITTLE = 10.0
+
+# Part of the tolerance on the objective that such a promise may be worth by what its fall gained,
+# over so many meshes at least: one may have been finer at the wrong place.
+_WORTH_LITTLE = 0.25
+_TWICE = 2
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SolvedMesh:
@@ -103,8 +112,26 @@ def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
     return min(as_good, key=lambda s: s.leak, default=best)
 
 
-def gain_falls(solved: Sequence[SolvedMesh], rounds: int) -> bool:
-    """Whether the gain that is promised has halved over the last rounds, as noise would not."""
+def is_refuted(solved: Sequence[SolvedMesh], rounds: int, accuracy: Accuracy) -> bool:
+    """Whether what is promised is no gain, after finer meshes that hardly gained anything.
+
+    Either it is about what it was some rounds ago, as noise is. Or it is little, and its fall tells
+    what it is worth: where the objective gained far less than the promise fell by, so it will for
+    the rest. Along singular arcs it falls like the intervals themselves, and what is lost like
+    their square.
+
+    Parameters
+    ----------
+    rounds : int
+        That are looked back.
+    """
     if len(solved) <= rounds:
+        return True
+    before, last = solved[-1 - rounds], solved[-1]
+    left, fallen = last.errors.gain, before.errors.gain - last.errors.gain
+    if left > 0.5 * before.errors.gain:
+        return True
+    if rounds < _TWICE or left > LITTLE * accuracy.objective:
         return False
-    return solved[-1].errors.gain <= 0.5 * solved[-1 - rounds].errors.gain
+    gained = abs(before.iterate.objective - last.iterate.objective) / last.iterate.objective_size
+    return left * gained <= _WORTH_LITTLE * accuracy.objective * fallen

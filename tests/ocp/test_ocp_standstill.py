@@ -11,7 +11,7 @@ from ocp.nlp.standstill import Standstill
 from ocp.problem.parameters import parameters_of
 from ocp.refinement.endings import stands_still
 from ocp.refinement.mesh_solver import MeshSolver
-from ocp.refinement.solved_mesh import SolvedMesh, best_of
+from ocp.refinement.solved_mesh import SolvedMesh, best_of, is_refuted
 
 ACCURACY = Accuracy()
 
@@ -135,6 +135,23 @@ def test_a_promised_gain_is_refuted_by_a_finer_mesh_that_promises_as_much():
 def test_two_finer_meshes_refute_a_promised_gain_that_is_much_or_all_that_is_open(gain, excess):
     assert not stands_still(promising(gain, gain, excess=excess), ACCURACY)
     assert stands_still(promising(gain, gain, gain, excess=excess), ACCURACY)
+
+
+def falling(*gained):
+    """Meshes whose promise falls by 1e-5, then by 5e-6, and whose objective gains so much."""
+    objectives = 2.0 * (1.0 - np.cumsum([0.0, *gained]))
+    promises = (2e-5, 1e-5, 5e-6)
+    return [mesh_round(o, gain=g) for o, g in zip(objectives, promises, strict=True)]
+
+
+def test_a_promise_is_refuted_where_it_falls_by_far_more_than_is_gained():
+    assert stands_still(falling(2e-7, 1e-7), ACCURACY)
+    # a third of what it fell by: so much of the rest is more than is left alone
+    assert not is_refuted(falling(4e-6, 1e-6), 2, ACCURACY)
+    # one mesh may have been finer at the wrong place
+    assert not is_refuted(falling(2e-7, 1e-7)[1:], 1, ACCURACY)
+    # and much is no last digit
+    assert not is_refuted(promising(1e-3, 3e-4, 1e-4), 2, ACCURACY)
 
 
 def test_a_refinement_goes_on_while_what_leaks_falls_fast():

@@ -28,7 +28,7 @@ from ocp.refinement.policies.brackets import (
 from ocp.refinement.policies.marks import WHOLE, Marks
 from ocp.refinement.policies.movable import hindered
 from ocp.refinement.policies.policy import RefinementPolicy, check_counts
-from ocp.refinement.solved_mesh import SolvedMesh, gain_falls
+from ocp.refinement.solved_mesh import SolvedMesh, is_refuted
 
 # Relative error of the dynamics above which switches are as imaginary as the motion: breakpoints
 # that move onto them lead the solver astray.
@@ -169,10 +169,10 @@ def _controls_converged(
     # a mesh may have been finer at the wrong place: multipliers that say something get a second one
     count = _REFUTED if informative else 1
     latest = list(itertools.pairwise(solved))[-count:]
-    gains_fall = informative and gain_falls(solved, count)
+    refuted = not informative or is_refuted(solved, count, accuracy)
     return (
         len(latest) == count
-        and not gains_fall
+        and refuted
         and all(
             _is_finer(before, after, everywhere=not informative)
             and _change(before.iterate, after.iterate) <= accuracy.objective
