@@ -23,6 +23,7 @@ from ocp.refinement.mesh_iteration import MeshIteration, record_of
 from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.policies.movable import most_iterations
 from ocp.refinement.policies.policy import RefinementPolicy
+from ocp.refinement.raised_peaks import verifiable
 from ocp.refinement.saddles import lower_motion, may_be_saddle
 from ocp.refinement.solved_mesh import LITTLE, LOOSER, SolvedMesh, best_of
 from ocp.refinement.stopped import budget_spent, check_failure, interrupted
@@ -107,7 +108,7 @@ def refine(
     except KeyboardInterrupt as stop:
         raise interrupted(meshes.problem, solved, accuracy, None) from stop
 
-    best = best_of(solved, accuracy)
+    best = verifiable(meshes, solved, accuracy)
     if ending == "budget" and not best.holds(accuracy, LOOSER):
         raise budget_spent(meshes, rounds, best.iterate.trajectory, best)
     return Refinement(best, tuple(rounds), ending, lower)
@@ -249,7 +250,9 @@ def _refine(
         # points that close a leak step by step cost little, and are no finer mesh
         leaks_closed += step.closes_leaks
         over = len(rounds) - before >= policy.rounds + min(leaks_closed, policy.rounds)
-        if result.outcome == "solved" and _once_more(meshes, solved, step.mesh, over=over):
+        if result.outcome == "solved" and _once_more(
+            meshes, solved, step.mesh, accuracy, over=over
+        ):
             step = replace(step, mesh=program.mesh, rough=False, again=True)
         if step.mesh is None:
             return "tolerances"
@@ -321,7 +324,12 @@ def _closes_leaks(solved: Sequence[SolvedMesh], following: Mesh | None) -> bool:
 
 
 def _once_more(
-    meshes: MeshSolver, solved: Sequence[SolvedMesh], following: Mesh | None, *, over: bool
+    meshes: MeshSolver,
+    solved: Sequence[SolvedMesh],
+    following: Mesh | None,
+    accuracy: Accuracy,
+    *,
+    over: bool,
 ) -> bool:
     """Whether the last mesh is solved again before the loop ends.
 
@@ -330,11 +338,18 @@ def _once_more(
     """
     last = solved[-1]
     if not last.tight:
-        return following is None or over
+        # those digits are not worth a large program that is left with leaking peaks
+        return over or (following is None and not _leaves_more_open(last, accuracy))
     again = sum(s.iterate.mesh is last.iterate.mesh for s in solved if s.tight)
     if following is not None or over or again > _SIZINGS:
         return False
     return meshes.scales_after(last.iterate) is not last.iterate.scales
+
+
+def _leaves_more_open(last: SolvedMesh, accuracy: Accuracy) -> bool:
+    """Whether what a mesh leaves open is far more than the digits of a rough solve."""
+    much = last.errors.gain > LITTLE * accuracy.objective
+    return much and not last.holds(accuracy, LOOSER)
 
 
 def _worst(errors: MeshErrors) -> float:

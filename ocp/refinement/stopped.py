@@ -12,6 +12,7 @@ from ocp.problem.problem import Problem
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of
 from ocp.refinement.mesh_solver import MeshSolver
+from ocp.refinement.raised_peaks import verifiable
 from ocp.refinement.solved_mesh import LOOSER, SolvedMesh, best_of
 from ocp.transcription.packing import trajectory_of
 from ocp.transcription.transcribe import Transcription
@@ -39,7 +40,9 @@ def check_failure(
     last = trajectory_of(program, result.x, meshes.parameters)
     if result.outcome == "interrupted":
         raise interrupted(meshes.problem, solved, accuracy, last)
-    if meshes.spent(rounds) and not any(s.holds(accuracy, LOOSER) for s in solved):
+    if meshes.spent(rounds) and not (
+        solved and verifiable(meshes, solved, accuracy).holds(accuracy, LOOSER)
+    ):
         raise budget_spent(meshes, rounds, last, solved[-1] if solved else None)
     if not solved:
         raise failure(program, result, meshes.parameters, last)

@@ -17,6 +17,7 @@ from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.error_estimate import MeshErrors, PhaseErrors
 from ocp.refinement.estimates.missed_switches import beside, held_switches
+from ocp.refinement.estimates.peak_leaks import cost_of_raising, is_affordable
 from ocp.refinement.estimates.switch_detection import Jump
 from ocp.refinement.policies.back_off import chosen_back_offs, without_closed
 from ocp.refinement.policies.brackets import (
@@ -33,6 +34,12 @@ from ocp.refinement.solved_mesh import SolvedMesh, is_refuted
 # Relative error of the dynamics above which switches are as imaginary as the motion: breakpoints
 # that move onto them lead the solver astray.
 _A_MOTION = 1e-2
+# Jumps by intervals of a mesh, and how many at least, beyond which it does not resolve controls.
+# They move and vanish on the next mesh, while a bracket around each leaves none of its intervals to
+# be cut for anything else, and makes programs that the solver gives up. A finer mesh tells which of
+# them there are.
+_TOO_MANY = 0.3
+_MANY = 16
 # Where a constraint leaks it is held at the leak and at both sides of it, in parts of the interval:
 # a leak that is held at one point only moves to the side.
 _AROUND = np.array([-0.15, 0.0, 0.15])
@@ -71,6 +78,10 @@ class AdaptiveMesh:
         Of an interval.
     move_breakpoints : bool
         Whether breakpoints may move onto the jumps of controls.
+    most_unknowns : int
+        Of a nonlinear program, up to which intervals are cut for their controls. Beyond it they are
+        cut only where the dynamics or the limits do not hold, and the verdict says what finer
+        controls still promise.
 
     Raises
     ------
@@ -82,6 +93,7 @@ class AdaptiveMesh:
     most_intervals: int = 4000
     highest_degree: int = 8
     move_breakpoints: bool = True
+    most_unknowns: int = 100_000
 
     adapts: ClassVar[bool] = True
 
@@ -89,7 +101,8 @@ class AdaptiveMesh:
         return as_written(self)
 
     def __post_init__(self) -> None:
-        check_counts(self, "an adaptive mesh", "rounds", "most_intervals", "highest_degree")
+        counts = ("rounds", "most_intervals", "highest_degree", "most_unknowns")
+        check_counts(self, "an adaptive mesh", *counts)
 
     def next_mesh(self, solved: Sequence[SolvedMesh], accuracy: Accuracy) -> Mesh | None:
         """A better mesh, or None when the last one meets all tolerances."""
@@ -135,10 +148,30 @@ class AdaptiveMesh:
         leaks = last.errors.excess > accuracy.path
         closed = _NEARLY * accuracy.path if leaks else accuracy.path
         back_offs = chosen_back_offs(last, accuracy, closed)
-        steps = [
-            _PhaseStep.of(last, index, self, accuracy, least, back_offs[index], closed)
-            for index in range(len(last.iterate.mesh.phases))
-        ]
+
+        resolved = _resolves_jumps(last, accuracy)
+
+        def steps_to(least: float, *, large: bool) -> list[_PhaseStep]:
+            return [
+                _PhaseStep.of(
+                    last,
+                    index,
+                    self,
+                    accuracy,
+                    least,
+                    back_offs[index],
+                    closed,
+                    resolved=resolved,
+                    large=large,
+                )
+                for index in range(len(last.iterate.mesh.phases))
+            ]
+
+        steps = steps_to(least, large=False)
+        if _unknowns(last.iterate, [step.refined for step in steps]) > self.most_unknowns:
+            if _only_peaks_leak(last, accuracy):
+                return None
+            steps = steps_to(np.inf, large=True)
         if not any(step.changes for step in steps):
             return None
 
@@ -151,6 +184,31 @@ class AdaptiveMesh:
             tuple(step.extra_points() for step in steps),
             tuple(step.back_off() for step in steps),
         )
+
+
+def _resolves_jumps(last: SolvedMesh, accuracy: Accuracy) -> bool:
+    """Whether a mesh tells jumps of controls from what it does not resolve of them."""
+    pairs = list(zip(last.iterate.mesh.phases, last.errors.phases, strict=True))
+    jumps = sum(len(_worthwhile_jumps(*pair, accuracy.objective)) for pair in pairs)
+    return jumps <= max(_MANY, _TOO_MANY * last.iterate.mesh.intervals)
+
+
+def _only_peaks_leak(last: SolvedMesh, accuracy: Accuracy) -> bool:
+    """Whether nothing is open but peaks, and raising them costs less than finer controls promise.
+
+    See `ocp.refinement.raised_peaks`.
+    """
+    excess = [errors.excess for errors in last.errors.phases]
+    cost = cost_of_raising(last.iterate, excess, accuracy.path)
+    if cost == 0.0 or last.errors.dynamics > accuracy.dynamics:
+        return False
+    return is_affordable(cost, last.errors.gain)
+
+
+def _unknowns(iterate: Iterate, phases: Sequence[PhaseMesh]) -> float:
+    """About how many unknowns the program of a mesh has: as many for each point as before."""
+    before = sum(int(phase.degrees.sum()) for phase in iterate.mesh.phases)
+    return iterate.x.size * sum(int(phase.degrees.sum()) for phase in phases) / before
 
 
 def _promises_in_vain(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> bool:
@@ -248,8 +306,15 @@ class _PhaseStep:
         least: float,
         new_back_off: Mapping[int, Array],
         closed: float,
+        *,
+        resolved: bool,
+        large: bool,
     ) -> _PhaseStep:
-        """The step of phase number `index`; `least` is the gain that an interval is refined for."""
+        """The step of phase number `index`; `least` is the gain that an interval is refined for.
+
+        Jumps that the mesh has not `resolved` are cut in two. Where the program is `large` its
+        controls are left as they are, and so are their jumps.
+        """
         mesh = last.iterate.mesh.phases[index]
         errors = without_closed(last.errors.phases[index], new_back_off, accuracy.path)
         motion = last.iterate.trajectory.phases[index]
@@ -257,12 +322,13 @@ class _PhaseStep:
         base, blocked = settled(mesh, motion, known) if mesh.movable else (mesh, False)
 
         worth = _worthwhile_jumps(mesh, errors, accuracy.objective)
-        if last.errors.dynamics > _A_MOTION:
+        telling = last.errors.dynamics <= _A_MOTION and resolved and not large
+        if not telling:
             worth = []
 
         held = _wrongly_held(last, index, errors, accuracy.objective)
         start = base
-        if policy.move_breakpoints and last.errors.dynamics <= _A_MOTION and held.any():
+        if policy.move_breakpoints and telling and held.any():
             # Between its neighbours: how far off a switch is, nobody knows. Until it is there, the
             # gains beside it are those of controls that will change.
             start = freed_at(base, motion.fractions[1:-1][held])
@@ -279,7 +345,7 @@ class _PhaseStep:
             least_gain=np.inf if blocked else least,
             on_its_way=start.moving & (start is not base),
             missed=max(least, accuracy.objective),
-            halve=start is not base or bracketed is not None,
+            halve=start is not base or bracketed is not None or not resolved,
         )
         refined = marks.refine(bracketed or start, base, policy.most_intervals)
         return cls(

@@ -1,0 +1,68 @@
+"""Peaks that leak when a refinement ends: they are raised to what the motion has."""
+
+import pytest
+
+from ocp import (
+    AdaptiveMesh,
+    Bound,
+    Control,
+    FixedMesh,
+    Phase,
+    Problem,
+    Settings,
+    State,
+    Unverified,
+    solve,
+)
+from ocp.refinement.estimates.peak_leaks import is_affordable
+
+
+def ride(cap=None):
+    """Least peak power over 1 m in 1 s from rest to rest, by 5 m/s^2 at most."""
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", lower=-5, upper=5)
+    phase = Phase("ride", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
+    peak = phase.peak(u * v)
+    held = [] if cap is None else [Bound("cap", peak, upper=cap)]
+    return Problem("ride", [phase], minimise=peak, bounds=held)
+
+
+def after(rounds, **more):
+    return solve(ride(**more), settings=Settings(refinement=AdaptiveMesh(rounds=rounds)))
+
+
+@pytest.fixture(scope="module")
+def optimum():
+    return solve(ride()).objective
+
+
+@pytest.mark.parametrize("rounds", [1, 2])
+def test_a_peak_that_leaks_is_raised_and_the_answer_is_no_better_than_the_optimum(rounds, optimum):
+    found = after(rounds)
+    reported = found.mesh_iterations[-1]
+    assert reported.excess > 1e-4  # it leaked
+    assert found.verification.passed
+    ((_, stated, dense),) = found.verification.peaks
+    assert dense == pytest.approx(stated, rel=1e-6)
+    assert reported.objective < found.objective
+    # what is said to be open is more than what is
+    promised = float(found.verdict.rsplit(" ", 1)[1])
+    assert optimum < found.objective < (1 + promised) * optimum
+
+
+def test_what_peaks_may_cost_keeps_a_certificate_true():
+    assert is_affordable(3e-6, 5e-6)
+    assert not is_affordable(6e-6, 5e-6)
+    # no certificate passes such a promise
+    assert is_affordable(1e-3, 2e-3)
+    assert not is_affordable(3e-3, 2e-3)
+
+
+def test_a_peak_that_another_limit_holds_down_is_not_raised(optimum):
+    with pytest.raises(Unverified, match="peak of the replay is exceeded"):
+        after(1, cap=1.007 * optimum)
+
+
+def test_on_a_mesh_that_stays_the_answer_is_as_it_was_found():
+    found = solve(ride(), settings=Settings(refinement=FixedMesh()))
+    assert not found.verification.passed
+    assert found.objective == found.mesh_iterations[0].objective
