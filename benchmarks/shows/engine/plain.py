@@ -126,10 +126,9 @@ class Plain:
             "ipopt.max_cpu_time": seconds,
             "ipopt.mu_strategy": "adaptive",
         }
-        if ordering := variant.stated.get("ordering"):
-            options["ipopt.mumps_pivot_order"] = ordering
-        if scaling := variant.stated.get("scaling"):
-            options["ipopt.mumps_scaling"] = scaling
+        for option, name in (("ordering", "pivot_order"), ("scaling", "scaling")):
+            if option in variant.stated:
+                options[f"ipopt.mumps_{name}"] = variant.stated[option]
         close = {"ipopt.mu_strategy": "monotone", "ipopt.mu_init": 1e-4, "ipopt.bound_push": 1e-6}
         program = {"x": columns, "f": objective, "g": ca.vertcat(*self._rows)}
         self._solvers = {
