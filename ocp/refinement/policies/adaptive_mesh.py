@@ -322,7 +322,8 @@ class _PhaseStep:
         base, blocked = settled(mesh, motion, known) if mesh.movable else (mesh, False)
 
         worth = _worthwhile_jumps(mesh, errors, accuracy.objective)
-        telling = last.errors.dynamics <= _A_MOTION and resolved and not large
+        is_motion = last.errors.dynamics <= _A_MOTION
+        telling = is_motion and resolved and not large
         if not telling:
             worth = []
 
@@ -345,7 +346,7 @@ class _PhaseStep:
             least_gain=np.inf if blocked else least,
             on_its_way=start.moving & (start is not base),
             missed=max(least, accuracy.objective),
-            halve=start is not base or bracketed is not None or not resolved,
+            halve=start is not base or bracketed is not None or (is_motion and not resolved),
         )
         refined = marks.refine(bracketed or start, base, policy.most_intervals)
         return cls(
