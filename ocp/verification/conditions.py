@@ -37,6 +37,9 @@ from ocp.verification.verify import boundary_excesses, verify
 # Fraction of a phase within which a jump is on a breakpoint
 _ON_BREAKPOINT = 1e-9
 
+# Times as many intervals that another mesh has, or that this one has, at least
+_OTHER = 1.2
+
 # Part of its scale that is the size of a peak of zero, as of an objective that is zero
 _OF_A_SCALE = 1e-3
 
@@ -214,22 +217,24 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
 
 
 def _other_mesh_condition(evidence: Evidence, allowed: Tolerances) -> Condition:
-    """What another mesh changes, where multipliers do not tell what a finer one would gain."""
-    iterate, count = evidence.iterate, evidence.iterate.mesh.intervals
-    others = [
-        entry.objective
+    """What two meshes tell, where multipliers do not tell what a finer one would gain."""
+    iterate = evidence.iterate
+    estimates = [
+        abs(iterate.objective - entry.objective) / iterate.objective_size / abs(ratio**2 - 1.0)
         for entry in evidence.rounds
-        if not count / 2 < entry.intervals < 2 * count and np.isfinite(entry.objective)
+        if np.isfinite(entry.objective)
+        and not 1.0 / _OTHER < (ratio := iterate.mesh.intervals / entry.intervals) < _OTHER
     ]
     return Condition(
         "another mesh",
-        abs(iterate.objective - others[-1]) / iterate.objective_size if others else float("inf"),
+        min(estimates, default=float("inf")),
         allowed.gain,
-        "the objective on a mesh of half or twice as many intervals differs by this part; the "
-        "multipliers of this scheme do not tell what a finer mesh gains"
-        if others
-        else "no mesh of half or twice as many intervals is on record, and the multipliers of this "
-        "scheme do not tell what a finer mesh gains: solve the problem with Radau",
+        "by another mesh of the solve the objective is off by this part, if its error falls like "
+        "the square of the intervals; the multipliers of this scheme do not tell what a finer mesh "
+        "gains"
+        if estimates
+        else "no other mesh is on record, and the multipliers of this scheme do not tell what a "
+        "finer mesh gains: solve the problem with Radau",
     )
 
 

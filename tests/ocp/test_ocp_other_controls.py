@@ -83,6 +83,17 @@ def test_a_cost_that_steps_with_the_control_is_no_linear_one() -> None:
     assert not certify(found).passed
 
 
+def test_zero_is_tried_for_a_control_without_limits() -> None:
+    """A drive with a dead zone of 2: 4 for half the time costs 8, and 3 all the time 9."""
+    u = Control("u")
+    rate = ca.fmax(u - 2, 0) + ca.fmin(u + 2, 0)
+    phase = Phase("go", {x: rate}, initial={x: 0}, final={x: 1}, end=1.0, guess={u: 3.0, x: (0, 1)})
+    found = solve(Problem("dead zone", phase, minimise=phase.integral(u**2)))
+    assert found.objective == pytest.approx(9.0, rel=1e-6)
+    assert "gain 0.33 of the objective, such as u = 0 instead of 3 at" in found.verdict
+    assert not checks(found)["other controls"].passed
+
+
 def test_a_cost_with_a_kink_in_the_control_is_no_square() -> None:
     """u^2 - 3 |u| has valleys of -2 at the limit -1, and of -2.25 at 1.5."""
     u = Control("u", lower=-1, upper=2)

@@ -226,8 +226,8 @@ def evaluations(controls: int) -> int:
 def _ranges(limits: Array, own: Array, sizes: Array) -> Array:
     """First and last values that are tried of each control, (n_u, 2)."""
     low, high = own.min(axis=0), own.max(axis=0)
-    # without a bound, as far again as the motion goes
-    reach = np.maximum(high - low, sizes)
+    # without a bound, as far again as the motion goes, and as zero is
+    reach = np.maximum.reduce([high - low, sizes, np.abs(low), np.abs(high)])
     unbounded = np.column_stack([low - reach, high + reach])
     return np.where(np.isfinite(limits), limits, unbounded)
 

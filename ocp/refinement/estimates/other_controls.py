@@ -33,7 +33,7 @@ from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 _POINTS = 4
 _EVALUATIONS = 200_000
 
-# Part of the largest curvature that is rounding
+# Part of the largest curvature, and of a control, that is rounding
 _ROUNDING = 1e-9
 
 # Part of the Hamiltonian's terms that a difference has to exceed: valleys that are as deep as each
@@ -123,7 +123,7 @@ def others_remark(found: Sequence[OtherControls], iterate: Iterate) -> str:
     units = {signal.name: signal.unit for signal in iterate.problem.signals[most.phase]}
     changed = ", ".join(
         f"{with_unit(f'{name} = {best:.4g}', units[name])} instead of {own:.4g}"
-        for name, own, best in zip(most.names, most.own[k], most.best[k], strict=True)
+        for name, own, best in zip(most.names, *_without_rounding(most, k), strict=True)
         if own != best
     )
     if most.vanished:
@@ -139,6 +139,14 @@ def others_remark(found: Sequence[OtherControls], iterate: Iterate) -> str:
         "stated; if the next answer promises as much again, ever faster switches gain, and there "
         "is no best motion: limit how fast the control changes"
     )
+
+
+def _without_rounding(others: OtherControls, k: int) -> tuple[Array, Array]:
+    """The motion's controls and the best ones at a point, with zero for what is rounding of it."""
+    pair = others.own[k], others.best[k]
+    least = _ROUNDING * np.maximum(*np.abs(pair))
+    own, best = (np.where(np.abs(values) > least, values, 0.0) for values in pair)
+    return own, best
 
 
 def others_of_phase(
