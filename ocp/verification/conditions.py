@@ -212,7 +212,7 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
             or "what controls far from these promise to gain, to first order, relative to the "
             "objective; each was tried over its whole range, where no limit of states alone acts",
         )
-    else:
+    elif any(iterate.problem.controls.values()):
         yield _other_mesh_condition(evidence, allowed)
 
 
