@@ -261,7 +261,8 @@ def _held(right: Solution, random: np.random.Generator) -> Spoilt | None:
         acting = {
             number: price
             for number, price in of_unit.items()
-            if not constraints[number].of_controls and price.max() > 0.0
+            if price.max() > 0.0
+            and not (constraints[number].of_controls or constraints[number].is_equation)
         }
         if not acting:
             continue
