@@ -35,6 +35,10 @@ _STEEP = {
 _LEAST = 1e-3
 _STANDS_OUT = 4.0
 
+# Part of what an expression is with symbols of different places, which is rounding: along a motion
+# an equation is next to nothing.
+_ROUNDING = 1e-6
+
 # The way between two places is divided so often in so many sections: to 1e-6 of it
 _SECTIONS, _DIVISIONS = 16, 5
 
@@ -104,7 +108,7 @@ def steep_changes(
     inner = places[1:-1]
     along = symbols(inner)
     values = at(inner, along, np.ones_like(jumping))
-    sizes = np.abs(values).max(axis=0)
+    sizes = np.maximum(np.abs(values).max(axis=0), _ROUNDING * _apart(at, inner, along))
     sizes = np.where(sizes > 0.0, sizes, 1.0)
     steps = np.abs(at(inner[1:], along[:-1], jumping) - values[:-1]) / sizes
     beside = np.pad(steps, ((1, 1), (0, 0)))
@@ -139,3 +143,12 @@ def steep_changes(
             size=float(whole[k]),
             by_place=bool(by_place[k] >= most[k]),
         )
+
+
+def _apart(at: Callable[[Array, Array, Flags], Array], places: Array, along: Array) -> Array:
+    """Largest values of expressions (k,) with each symbol from another place of the line."""
+    count = along.shape[1]
+    mixed = np.column_stack(
+        [np.roll(along[:, j], (j + 1) * len(along) // (count + 1)) for j in range(count)]
+    )
+    return np.asarray(np.abs(at(places, mixed, np.ones(count, dtype=bool))).max(axis=0))

@@ -60,6 +60,21 @@ def test_sums_and_products_are_not_looked_at() -> None:
     assert may_be_steep([x, ca.tanh(x)])
 
 
+def test_the_rounding_of_an_equation_is_no_change() -> None:
+    a, b = ca.SX.sym("a"), ca.SX.sym("b")
+    function = ca.Function("f", [ca.vertcat(a, b)], [ca.exp(a) - b])
+    nowhere, places = np.zeros(2, dtype=bool), np.linspace(0.0, 1.0, 200)
+
+    def found(rounding: float) -> int:
+        def symbols(at: np.ndarray) -> np.ndarray:
+            return np.column_stack([at, np.exp(at) + rounding * (at > 0.4317)])
+
+        return len(list(steep_changes(function, symbols, places, nowhere, nowhere)))
+
+    assert found(1e-12) == 0
+    assert found(1e-3) == 1
+
+
 def test_the_place_and_the_size_of_a_change() -> None:
     x, u = ca.SX.sym("x"), ca.SX.sym("u")
     function = ca.Function("f", [ca.vertcat(x, u)], [ca.vertcat(3 + ca.tanh(1e9 * x), u * x)])
