@@ -96,7 +96,7 @@ def prepare(
     ----------
     problem : Problem
     settings : Settings, optional
-        Their refinement is left out: the mesh stays.
+        Their refinement is left out: the mesh is fixed.
     mesh : Mesh, optional
         By default that of `guess` if it is a `Solution`, else a uniform one.
     guess, constants : optional

@@ -78,7 +78,7 @@ class ValueStep:
 def steps_along(
     problem: Problem, trajectory: Trajectory, evaluator: Evaluator
 ) -> Iterator[ValueStep]:
-    """The steps along a motion, for each change of a comparison the largest."""
+    """The steps along a motion, for each change of a comparison the largest, and steep changes."""
     for motion in trajectory.phases:
         stepwise = _steps_of(problem, motion.name, evaluator)
         if stepwise is not None:
@@ -86,7 +86,7 @@ def steps_along(
 
 
 def may_step(problem: Problem, evaluator: Evaluator) -> bool:
-    """Whether anything of a problem could step along a motion."""
+    """Whether anything of a problem could step along a motion, steep changes left out."""
     found = (_steps_of(problem, phase.name, evaluator) for phase in problem.phases)
     return any(each is not None and each.stepping is not None for each in found)
 

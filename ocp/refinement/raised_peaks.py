@@ -27,7 +27,7 @@ _AMPLE = 1.0 + 1e-6
 def verifiable(meshes: MeshSolver, solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
     """The best mesh iteration, with its peaks raised where no other one holds between its points.
 
-    Without any that holds it is the best one as it is, and so it is on a mesh that stays.
+    Without any that holds it is the best one as it is, and so it is on a fixed mesh.
     """
     best = best_of(solved, accuracy)
     if best.holds(accuracy, LOOSER) or not meshes.settings.refinement.adapts:

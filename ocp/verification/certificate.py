@@ -2,7 +2,9 @@
 
 `certify` does not believe what the solve checked. It drives the dynamics with the controls again,
 evaluates the motion between the points and tests the first-order conditions from the multipliers.
-The conditions themselves are in `ocp.verification.conditions` and `program_conditions`.
+Of the record of the solve it reads only the objectives of other meshes, for schemes whose
+multipliers do not tell what a finer mesh gains. The conditions themselves are in
+`ocp.verification.conditions` and `program_conditions`.
 """
 
 from __future__ import annotations

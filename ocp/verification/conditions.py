@@ -217,7 +217,10 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
 
 
 def _other_mesh_condition(evidence: Evidence, allowed: Tolerances) -> Condition:
-    """What two meshes tell, where multipliers do not tell what a finer one would gain."""
+    """What two meshes tell, where multipliers do not tell what a finer one would gain.
+
+    The least estimate counts: a mesh of the first rounds may have errors that fall otherwise.
+    """
     iterate = evidence.iterate
     estimates = [
         abs(iterate.objective - entry.objective) / iterate.objective_size / abs(ratio**2 - 1.0)

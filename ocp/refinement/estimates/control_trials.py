@@ -219,7 +219,10 @@ def tried_signals(iterate: Iterate, index: int) -> tuple[Control | Algebraic, ..
 
 
 def evaluations(controls: int) -> int:
-    """About how often the Hamiltonian is evaluated at each point, for a number of controls."""
+    """About how often the Hamiltonian is evaluated at each point, for a number of controls.
+
+    Where limits are touched it is twice that.
+    """
     return (_ALONE + 2 * _SECTIONS) * controls + _TOGETHER
 
 
