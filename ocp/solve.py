@@ -365,6 +365,11 @@ def _remarks(meshes: MeshSolver, refinement: Refinement, fitted: Iterate) -> Ite
     shortfall = _shortfall(meshes, refinement)
     if shortfall:
         yield shortfall
+    if refinement.best.raised:
+        yield (
+            "its peaks were raised to what the motion has between its points, which cost "
+            f"{refinement.best.raised:.0e} of the objective"
+        )
     if refinement.lower is not None and adapts:
         yield (
             f"it is a saddle: a motion beside it reaches {refinement.lower:.6g}, but none was "

@@ -76,6 +76,7 @@ def with_raised_peaks(
         iterate=raised,
         errors=replace(errors, gain=errors.gain + cost),
         violation=violation,
+        raised=cost,
     )
 
 

@@ -44,6 +44,9 @@ class SolvedMesh:
         Of the solver.
     seems_least : bool
         Whether it is no saddle of its program, see `ocp.nlp.result.NlpResult`.
+    raised : float
+        What it cost to raise its peaks to what the motion has between its points, relative to the
+        objective; 0 where they were not.
     """
 
     iterate: Iterate
@@ -53,6 +56,7 @@ class SolvedMesh:
     finer: bool
     iterations: int = 0
     seems_least: bool = False
+    raised: float = 0.0
 
     def holds(self, accuracy: Accuracy, slack: float = 1.0) -> bool:
         """Whether the motion meets the dynamics and all constraints, between its points too.
