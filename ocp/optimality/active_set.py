@@ -195,7 +195,7 @@ def strongest_multipliers(iterate: Iterate, *, mixed: bool = True) -> tuple[Arra
     ):
         for path in rows.path:
             constraint = transcription.constraints[index][path.constraint]
-            if not constraint.of_states or (constraint.mixed and not mixed):
+            if not constraint.of_states or (constraint.has_control and not mixed):
                 continue
             np.maximum.at(of_phase, path.intervals, multipliers[path.rows])
 

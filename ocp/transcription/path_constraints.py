@@ -42,7 +42,7 @@ class PathConstraint:
     of_states : bool
         Whether it depends on a state or an algebraic signal. Where it does not, its multipliers
         leave the costates as they are.
-    mixed : bool
+    has_control : bool
         Whether it depends on a control, be it with states or without.
     peak : Peak or None
         The peak that bounds the expression from above.
@@ -65,7 +65,7 @@ class PathConstraint:
     is_equation: bool = False
     of_controls: bool = False
     of_states: bool = True
-    mixed: bool = False
+    has_control: bool = False
     has_stated_scale: bool = False
 
     def limits(self, parameters: Parameters, peaks: Mapping[Peak, float]) -> tuple[float, float]:
@@ -110,7 +110,7 @@ def path_constraints(
             is_equation=b.is_equation,
             of_controls=not b.is_equation and _is_of_controls(b.expression, problem, phase.name),
             of_states=_is_of_states(b.expression),
-            mixed=_has_control(b.expression),
+            has_control=_has_control(b.expression),
         )
         for b in phase.bounds
     ]
@@ -129,7 +129,7 @@ def path_constraints(
             sign=sign,
             of_controls=_is_of_controls(expression, problem, phase.name),
             of_states=_is_of_states(expression),
-            mixed=_has_control(expression),
+            has_control=_has_control(expression),
         )
         for peak, expression in pieces_over(problem.peaks, phase.name)
         for sign in peak.signs

@@ -40,7 +40,7 @@ _ROUNDING = 1e-9
 # other, as those of an angle, differ by the errors of the costates
 _LEAST = 1e-6
 
-# and the part where a limit of states and controls acts: there the costates' errors left up to 7e-3
+# and the part where a mixed constraint acts: there the costates' errors left up to 7e-3
 # on first meshes, and 1e-5 on those that ended
 _MUCH = 1e-2
 
