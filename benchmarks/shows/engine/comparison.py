@@ -139,7 +139,8 @@ def judged_finer(
 ) -> dict[str, Any]:
     """The same on a finer mesh: an answer is wrong only if such a one says so too.
 
-    A mesh may err by more than its half tells.
+    A mesh may err by more than its half tells. Where nothing is found on its half, and so nothing
+    is known of its error, one that is finer still judges, and it is that one's half.
 
     Parameters
     ----------
@@ -150,8 +151,13 @@ def judged_finer(
     """
     near, fine = (Plain(variant, intervals * part, seconds) for part in (FINER // 2, FINER))
     values = {name: fine.solve(start).objective for name, start in starts.items()}
-    values |= {name: fine.solve(start, close=True).objective for name, start in ends.items()}
+    of_ends = {name: fine.solve(start, close=True).objective for name, start in ends.items()}
     coarse = {name: near.solve(start, close=True).objective for name, start in ends.items()}
+    if not any(math.isfinite(value) for value in coarse.values()):
+        finest = Plain(variant, 2 * FINER * intervals, seconds)
+        coarse = of_ends
+        of_ends = {name: finest.solve(start, close=True).objective for name, start in ends.items()}
+    values |= of_ends
     return judged(variant, answers, {**values, **(known or {})}, coarse)
 
 

@@ -1,14 +1,16 @@
 """Families: both statements of a benchmark are the benchmark's; what is said of an answer."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from benchmarks.shows.engine import comparison
 from benchmarks.shows.engine.comparison import Reference, _kind, by_engine, compared
 from benchmarks.shows.engine.engine_problem import problem_of
 from benchmarks.shows.engine.families import question
-from benchmarks.shows.engine.plain import DEGREE, Plain, crude_start, radau
+from benchmarks.shows.engine.plain import DEGREE, Plain, Start, crude_start, radau
 from benchmarks.shows.engine.variant import Variant, catalogue
 from ocp import Settings, solve
 from studies.benchmarks.problems import CATALOGUE
@@ -107,3 +109,27 @@ def test_an_answer_is_judged_by_what_the_plain_collocation_finds() -> None:
     assert kind(far, None) == "none exists"
     assert kind(far, 1.0, 1.0) == "wrong"
     assert kind(far, 1.0) == "wrong"
+
+
+def test_a_mesh_whose_half_finds_nothing_judges_nobody(monkeypatch: pytest.MonkeyPatch) -> None:
+    # meshes err by 1/N^2, and one of 400 intervals finds nothing
+    class Erring:
+        def __init__(self, variant: Variant, intervals: int, seconds: float) -> None:
+            self.intervals = intervals
+
+        def solve(self, start: object, *, close: bool = False) -> SimpleNamespace:
+            found = close and self.intervals > 400
+            error = (100 / self.intervals) ** 2
+            return SimpleNamespace(objective=10 + error if found else math.nan)
+
+    monkeypatch.setattr(comparison, "Plain", Erring)
+    variant = Variant.nominal("brachistochrone")
+    kinds = []
+    for value in (10.0, 9.9):
+        answers = {"crude": {"value": value}}
+        found = comparison.judged_finer(
+            variant, answers, 200, {"crude": crude_start(variant)}, {"engine": Start({}, {})}
+        )
+        kinds.append(answers["crude"]["kind"])
+        assert found["change"] == pytest.approx(1 / 64 - 1 / 256)
+    assert kinds == ["right", "wrong"]
