@@ -344,36 +344,26 @@ class _Walk:
             raise self.interrupted(meshes.parameters.values[self.constant.name], motion)
         if result.outcome != "solved":
             return None
-        rounds = [record_of(program.mesh, result, None)]
-        if below := self._below(meshes, program, result, rounds):
-            return self._alone(meshes, below, below.mesh, rounds)
+
+        iterations = result.iterations
+        point = StartingPoint.at(result)
+        if may_be_saddle(meshes, program, point, seems_least=result.seems_least):
+            # beyond a bifurcation a saddle may follow on a neighbour's minimum
+            rounds = [record_of(program.mesh, result, None)]
+            motion = trajectory_of(program, result.x, meshes.parameters)
+            below = lower_motion(meshes, iterate_of(program, result, motion), rounds)
+            if below is not None:
+                return self._alone(meshes, below, below.mesh, rounds)
+            iterations = iterations_of(rounds)
         return Member(
             value=meshes.parameters.values[self.constant.name],
             objective=meshes.problem.sense * result.objective * program.scales.objective,
-            iterations=iterations_of(rounds),
+            iterations=iterations,
             alone=False,
             program=program,
             parameters=meshes.parameters,
             answer=result,
         )
-
-    def _below(
-        self,
-        meshes: MeshSolver,
-        program: Transcription,
-        result: NlpResult,
-        rounds: list[MeshIteration],
-    ) -> Iterate | None:
-        """A motion of a lower objective, where what was found is a saddle; None elsewhere.
-
-        Beyond a bifurcation a saddle may follow on a neighbour's minimum. What is tried is appended
-        to the rounds.
-        """
-        point = StartingPoint.at(result)
-        if not may_be_saddle(meshes, program, point, seems_least=result.seems_least):
-            return None
-        motion = trajectory_of(program, result.x, meshes.parameters)
-        return lower_motion(meshes, iterate_of(program, result, motion), rounds)
 
     def _alone(
         self,

@@ -186,6 +186,8 @@ class Ipopt:
 
     def within(self, iterations: float, seconds: float) -> Ipopt:
         """The same options with a budget of one run that is not above the given one."""
+        if iterations >= self.max_iterations and seconds >= self.seconds:
+            return self
         return replace(
             self,
             max_iterations=int(min(self.max_iterations, iterations)),
@@ -207,7 +209,7 @@ class Ipopt:
 
     def within_gap(self, gap: float) -> Ipopt:
         """The same options, ending at most this far above the least scaled objective."""
-        return replace(self, gap=min(self.gap, gap))
+        return self if gap >= self.gap else replace(self, gap=gap)
 
     def alternatives(self, *, warm: bool) -> Sequence[Ipopt]:
         """Another line search from multipliers, a barrier that strays less without them."""

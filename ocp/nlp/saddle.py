@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -59,8 +60,8 @@ def added_curvature(
     KeyboardInterrupt
         The user stopped it.
     """
-    change = np.random.default_rng(0).standard_normal(point.x.size)
-    step = _ONE_STEP.solve(program, _beside(point, limits, _BESIDE * change), limits, parameters)
+    change = _BESIDE * _direction(point.x.size)
+    step = _ONE_STEP.solve(program, _beside(point, limits, change), limits, parameters)
     if step.outcome == "interrupted":
         raise KeyboardInterrupt
     return step.added_curvature
@@ -81,7 +82,7 @@ def fall_beside(
         Values of the problem's constants.
     """
     _, on_rows = point.multipliers or (None, np.zeros(program.rows))
-    change = _ASIDE * np.random.default_rng(0).standard_normal(point.x.size)
+    change = _ASIDE * _direction(point.x.size)
 
     def lagrangian(x: Array) -> float:
         objective, rows = program.oracle(x, parameters)
@@ -108,6 +109,12 @@ def starts_beside(
 def without_standstill(solver: NlpSolver) -> NlpSolver:
     """A solver that goes on where progress is slow, as it is beside a saddle."""
     return replace(solver, stall=0) if isinstance(solver, Ipopt) else solver
+
+
+@lru_cache(maxsize=4)
+def _direction(size: int) -> Array:
+    """A random change of unknowns (size,), the same in every run."""
+    return np.random.default_rng(0).standard_normal(size)
 
 
 def _beside(point: StartingPoint, limits: ProgramLimits, change: Array) -> StartingPoint:

@@ -7,7 +7,7 @@ one function, once for each set of values, and everybody reads the numbers.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
@@ -18,7 +18,7 @@ import numpy as np
 from ocp.arrays import Array
 from ocp.errors import StatementError
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import Constant, Signal, Unknown, is_number, is_real, resolve, scalar
+from ocp.problem.symbols import Constant, Signal, is_number, is_real, resolve, scalar
 
 Interval = tuple[float, float]
 
@@ -97,64 +97,67 @@ def parameters_of(
         values[name] = float(value)
     vector = np.array(list(values.values()), dtype=float)
 
-    # all limits that are expressions, at once
-    expressions, function = _limit_expressions(problem)
-    limits: dict[int, float] = {}
-    if expressions:
-        numbers = np.array(function(vector)).ravel()
-        limits = {e.element_hash(): float(v) for e, v in zip(expressions, numbers, strict=True)}
+    # all limits at once
+    stated = _stated_limits(problem)
+    numbers = stated.function(vector).nonzeros()
+    intervals = [
+        {key: (numbers[low], numbers[high]) for key, (low, high) in places.items()}
+        for places in stated.places
+    ]
+    limits = {key: numbers[place] for key, place in stated.expressions.items()}
+    return Parameters(values, vector, limits, *intervals)
 
-    def number(limit: Any) -> float:
-        stated = is_number(limit)
-        return float(limit) if stated else limits[scalar(limit, "a limit").element_hash()]
 
-    def interval(value: Any) -> Interval:
+@dataclass(frozen=True, eq=False, repr=False)
+class _StatedLimits:
+    """All limits and boundary values of a statement, as places in the results of one function.
+
+    Attributes
+    ----------
+    function : Function
+        Of the constants; its results are all limits, numbers among them.
+    expressions : mapping of CasADi's hash of an expression to its place
+    places : five mappings to (place of the lower limit, place of the upper one)
+        Of signals, unknowns, bounds, initial and final values, by the keys of `Parameters`.
+    """
+
+    function: ca.Function
+    expressions: Mapping[int, int]
+    places: Sequence[Mapping[Any, tuple[int, int]]]
+
+
+@lru_cache(maxsize=64)
+def _stated_limits(problem: Problem) -> _StatedLimits:
+    """The limits of a problem, and the function that evaluates them all."""
+    stated: list[ca.SX] = []
+    expressions: dict[int, int] = {}
+
+    def place(limit: Any) -> int:
+        expression = scalar(limit, "a limit")
+        stated.append(expression)
+        if not is_number(limit):
+            expressions[expression.element_hash()] = len(stated) - 1
+        return len(stated) - 1
+
+    def both(value: Any) -> tuple[int, int]:
         low, high = value if isinstance(value, tuple) else (value, value)
-        return number(low), number(high)
+        return place(low), place(high)
 
     bounds = [("", bound) for bound in problem.boundary_constraints]
     bounds += [(phase.name, bound) for phase in problem.phases for bound in phase.bounds]
     signals = [symbol for symbol in problem.symbols if isinstance(symbol, Signal)]
-    return Parameters(
-        values=values,
-        vector=vector,
-        limits=limits,
-        signal_limits={s.name: interval((s.lower, s.upper)) for s in signals},
-        unknown_limits={u.name: interval((u.lower, u.upper)) for u in problem.unknowns},
-        bound_limits={(where, b.name): interval((b.lower, b.upper)) for where, b in bounds},
-        initial_values={
-            (phase.name, state.name): interval(value)
+    places: list[dict[Any, tuple[int, int]]] = [
+        {s.name: both((s.lower, s.upper)) for s in signals},
+        {u.name: both((u.lower, u.upper)) for u in problem.unknowns},
+        {(where, b.name): both((b.lower, b.upper)) for where, b in bounds},
+    ]
+    for end in ("initial", "final"):
+        values = [
+            (phase.name, state.name, value)
             for phase in problem.phases
-            for state, value in phase.initial.items()
-        },
-        final_values={
-            (phase.name, state.name): interval(value)
-            for phase in problem.phases
-            for state, value in phase.final.items()
-        },
-    )
-
-
-@lru_cache(maxsize=64)
-def _limit_expressions(problem: Problem) -> tuple[tuple[ca.SX, ...], ca.Function]:
-    """Limits that are expressions of constants, and the function that evaluates them all."""
-    expressions: dict[int, ca.SX] = {}
-    for limit in _stated_limits(problem):
-        if not is_number(limit):
-            expression = scalar(limit, "a limit")
-            expressions[expression.element_hash()] = expression
+            for state, value in getattr(phase, end).items()
+        ]
+        places.append({(phase, state): both(value) for phase, state, value in values})
     constants = ca.vertcat(*[c.symbol for c in problem.constants], ca.SX(0, 1))
-    stacked = ca.vertcat(*expressions.values(), ca.SX(0, 1))
-    return tuple(expressions.values()), ca.Function("limits", [constants], [stacked])
-
-
-def _stated_limits(problem: Problem) -> Iterator[Any]:
-    """All limits and boundary values of the statement."""
-    for symbol in problem.symbols:
-        if isinstance(symbol, (Signal, Unknown)):
-            yield from (symbol.lower, symbol.upper)
-    for bound in (*problem.boundary_constraints, *(b for p in problem.phases for b in p.bounds)):
-        yield from (bound.lower, bound.upper)
-    for phase in problem.phases:
-        for value in (*phase.initial.values(), *phase.final.values()):
-            yield from value if isinstance(value, tuple) else (value,)
+    stacked = ca.densify(ca.vertcat(*stated, ca.SX(0, 1)))
+    return _StatedLimits(ca.Function("limits", [constants], [stacked]), expressions, places)

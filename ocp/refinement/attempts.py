@@ -58,6 +58,8 @@ def with_retries(
         if iterations >= most:
             break
 
+    if attempts == 1:
+        return result
     return replace(result, iterations=iterations, seconds=seconds, attempts=attempts)
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -71,6 +72,9 @@ class MeshSolver:
     rough_solver: NlpSolver
     progress: Progress | None = None
     prepared: Transcription | None = None
+    _limits: WeakKeyDictionary[Transcription, ProgramLimits] = field(
+        default_factory=WeakKeyDictionary, init=False
+    )
 
     @classmethod
     def of(
@@ -91,6 +95,13 @@ class MeshSolver:
         if evaluator is None or evaluator.problem is not problem:
             evaluator = Evaluator(problem)
         return cls(problem, settings, parameters, evaluator, budget, rough, progress, prepared)
+
+    def limits(self, program: Transcription) -> ProgramLimits:
+        """Limits of a program at the values of the constants, worked out once."""
+        known = self._limits.get(program)
+        if known is None:
+            known = self._limits[program] = program.limits(self.parameters)
+        return known
 
     def first_program(self, start: Start, mesh: Mesh) -> Transcription:
         """The program of the first mesh; one that is there already where it fits."""
@@ -181,7 +192,7 @@ class MeshSolver:
         most : float
             Iterations of all attempts together.
         """
-        limits = program.limits(self.parameters)
+        limits = self.limits(program)
 
         def run(solver: NlpSolver, point: StartingPoint) -> NlpResult:
             return self.run(program, solver, point, limits, len(before) + 1)

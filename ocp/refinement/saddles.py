@@ -61,14 +61,14 @@ def lower_motion(
     if any(phase.movable for phase in answer.mesh.phases):
         # where breakpoints lie alters the objective by errors of the mesh alone, up or down
         program = meshes.next_program(answer, _held_still(answer))
-        point = meshes.starting_point(program, answer, program.limits(meshes.parameters))
+        point = meshes.starting_point(program, answer, meshes.limits(program))
         if not may_be_saddle(meshes, program, point):
             return None
 
     sense = meshes.problem.sense
     least = meshes.settings.accuracy.objective * answer.objective_size
     solver = without_standstill(meshes.settings.solver).within(PATIENCE, math.inf)
-    for pair in starts_beside(point, program.limits(meshes.parameters)):
+    for pair in starts_beside(point, meshes.limits(program)):
         # one side may lead to a corner nearby, and the other one far down
         found = [_found(meshes, solver, program, start, rounds) for start in pair]
         below = min(
@@ -104,7 +104,7 @@ def may_be_saddle(
     KeyboardInterrupt
         The user stopped it.
     """
-    limits, parameters = program.limits(meshes.parameters), meshes.parameters.vector
+    limits, parameters = meshes.limits(program), meshes.parameters.vector
     # CasADi takes the slope of a modulus of zero to be zero, so that no curvature is asked for
     kinked = bool(kinks_of(meshes.problem))
     if kinked and fall_beside(program.program, point, limits, parameters) > _FALL:
@@ -133,7 +133,7 @@ def _found(
     done = iterations_of(rounds)
     if meshes.budget.spent(done):
         return None
-    limits = program.limits(meshes.parameters)
+    limits = meshes.limits(program)
     result = meshes.run(program, meshes.budget.within(solver, done), start, limits, len(rounds) + 1)
     motion = trajectory_of(program, result.x, meshes.parameters)
     if result.outcome == "interrupted":

@@ -29,16 +29,22 @@ class Limits:
 
     def take(self, instances: int, limits: list[tuple[Any, Any, float]]) -> Integers:
         """Entries for rows ``(lower, upper, scale)`` repeated; ids of shape (instances, rows)."""
-        size = instances * len(limits)
-        ids = np.arange(self.count, self.count + size).reshape(instances, len(limits))
-        self.count += size
+        ids = self._new(instances, len(limits))
         for j, (lower, upper, scale) in enumerate(limits):
             self.bound(ids[:, j], lower, upper, scale)
         return ids
 
     def take_equations(self, instances: int, rows: int) -> Integers:
         """Entries for scaled equations ``row = 0``; ids of shape (instances, rows)."""
-        return self.take(instances, [(0.0, 0.0, 1.0)] * rows)
+        ids = self._new(instances, rows)
+        self.bound(ids, 0.0, 0.0, 1.0)
+        return ids
+
+    def _new(self, instances: int, rows: int) -> Integers:
+        size = instances * rows
+        ids = np.arange(self.count, self.count + size).reshape(instances, rows)
+        self.count += size
+        return ids
 
     def bound(self, ids: Any, lower: Any, upper: Any, scale: float) -> None:
         """Set (and override) the limits of some entries."""

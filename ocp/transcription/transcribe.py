@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -35,7 +36,7 @@ class ProgramLimits:
     columns: tuple[Array, Array]
     rows: tuple[Array, Array]
 
-    @property
+    @cached_property
     def sides(self) -> int:
         """How many limits there are, both sides counted; an equation has none."""
         return sum(

@@ -133,6 +133,7 @@ def timed_inside() -> Iterator[Inside]:
         begin = process_time()
         answer = watch(self, arguments, results)
         inside.seconds -= process_time() - begin
+        inside.iterations += 1
         return answer
 
     def timed(program: Any, options: Mapping[str, Any]) -> KeptSolver:
@@ -142,7 +143,7 @@ def timed_inside() -> Iterator[Inside]:
             begin = process_time()
             made.evaluate()
             inside.seconds += process_time() - begin
-            inside.iterations += made.statistics()["iter_count"]
+            inside.iterations -= 1  # the start is watched, too, and is none
 
         return replace(made, evaluate=evaluate)
 

@@ -126,7 +126,7 @@ def _in_its_sizes(
     meshes = first_round.meshes
     found = trajectory_of(program, failed.x, meshes.parameters)
     again = meshes.first_program(found, program.mesh)
-    point = meshes.starting_point(again, found, again.limits(meshes.parameters))
+    point = meshes.starting_point(again, found, meshes.limits(again))
     for result in first_round.runs(again, [(first_round.solver, point)], failed):
         if result.outcome in ("solved", "interrupted"):
             return again, result
@@ -135,7 +135,7 @@ def _in_its_sizes(
 
 def _hopeful(meshes: MeshSolver, program: Transcription, failed: NlpResult) -> bool:
     """Whether another start may lead to an answer where one has failed."""
-    limits = program.limits(meshes.parameters)
+    limits = meshes.limits(program)
     free, equations = counted(limits)
     motion = trajectory_of(program, failed.x, meshes.parameters)
     met = float(limits.excess(failed.rows).max(initial=0.0)) < _MET
@@ -186,7 +186,7 @@ def _from_other_starts(
     The second is the least sum of what the starts leave of their rows, scaled.
     """
     answers, last, starts, off = list[NlpResult](), failed.result, failed.starts, math.inf
-    limits = program.limits(first_round.meshes.parameters)
+    limits = first_round.meshes.limits(program)
     for last in first_round.runs(program, _attempts(first_round, program, guesses), failed.result):
         starts += 1
         off = min(off, float(limits.excess(last.rows).sum()))
@@ -209,7 +209,7 @@ def _attempts(
     # where a filter takes no step any more, a penalty function often does
     solver, meshes = first_round.solver, first_round.meshes
     others = [*solver.alternatives(warm=True), *solver.alternatives(warm=False)]
-    limits = program.limits(meshes.parameters)
+    limits = meshes.limits(program)
     for other in others:
         yield other, meshes.starting_point(program, None, limits)
 

@@ -72,7 +72,7 @@ class FirstRound:
         patience : int
             Iterations of each attempt at most.
         """
-        limits, before = program.limits(self.meshes.parameters), iterations_of(self.before)
+        limits, before = self.meshes.limits(program), iterations_of(self.before)
         iterations, seconds = done.iterations, done.seconds
         taken: list[int] = []  # by each attempt that led to an answer
         for solver, point in attempts:
@@ -215,7 +215,7 @@ class _WithOthers:
 
 
 def _point(meshes: MeshSolver, program: Transcription, guess: InitialGuess) -> StartingPoint:
-    limits = program.limits(meshes.parameters)
+    limits = meshes.limits(program)
     # a wave may leave where an expression has a value
     columns = np.nan_to_num(decision_vector(program, guess, limits, meshes.parameters.vector))
     return StartingPoint(columns)
