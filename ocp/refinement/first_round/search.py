@@ -184,7 +184,12 @@ def _searched(
     limit = _Limit.of(first_round, program, before.last)
     agree = _AGREE_IF_OTHERS if meet_freely(first_round.meshes.problem.phases) else _AGREE
     attempts = ((first_round.solver, point) for point in _alternating(first_round.meshes, program))
-    for last in first_round.runs(program, attempts, before.last):
+    known = [answer.value for answer in before.answers]
+
+    def agreed(found: Sequence[NlpResult]) -> bool:
+        return _settled([*known, *(result.objective for result in found)], agree)
+
+    for last in first_round.runs(program, attempts, before.last, agreed=agreed):
         answers = search.answers
         if last.outcome == "solved":
             answers = (*answers, _examined(first_round.meshes, program, last))
@@ -198,7 +203,7 @@ def _searched(
         enough = search.starts >= _CHEAP_STARTS or last.iterations >= limit.cheap
         # on a mesh too coarse to compare values, further ones would only differ
         enough |= min((a.dynamics for a in answers), default=inf) > _COMPARABLE
-        settled = enough and _settled(answers, agree)
+        settled = enough and _settled([answer.value for answer in answers], agree)
         if last.outcome == "interrupted" or settled or (may_refine and no_motion):
             break
         if search.seems_unbounded or search.seems_undefined:
@@ -226,7 +231,7 @@ def _improved(first_round: FirstRound, before: _FirstMeshSearch) -> _FirstMeshSe
                 answers = (*answers, _examined(meshes, program, last))
             search = replace(search, answers=answers, last=last, starts=search.starts + 1)
         better = min(search.answers, key=_value)
-        if better is best or _same(better, best):
+        if better is best or _same(better.value, best.value):
             break
     return search
 
@@ -284,25 +289,24 @@ def _value(answer: _Answer) -> float:
     return answer.value
 
 
-def _same(one: _Answer, other: _Answer) -> bool:
-    size = max(abs(one.value), abs(other.value), _SMALLEST)
-    return abs(one.value - other.value) <= _SAME * size
+def _same(one: float, other: float) -> bool:
+    size = max(abs(one), abs(other), _SMALLEST)
+    return abs(one - other) <= _SAME * size
 
 
-def _settled(answers: Sequence[_Answer], enough: int) -> bool:
-    """Whether the best answer was found often enough, where `enough` is if none differs."""
-    if not answers:
+def _settled(values: Sequence[float], enough: int) -> bool:
+    """Whether the best value was found often enough, where `enough` is if none differs."""
+    if not values:
         return False
-    best = min(answers, key=_value)
-    agree = sum(_same(best, answer) for answer in answers)
-    return agree >= (enough if agree == len(answers) else _AGREE_IF_OTHERS)
+    agree = sum(_same(min(values), value) for value in values)
+    return agree >= (enough if agree == len(values) else _AGREE_IF_OTHERS)
 
 
 def _distinct(answers: Sequence[_Answer]) -> list[_Answer]:
     """Different answers, the best one first."""
     ranked: list[_Answer] = []
     for answer in sorted(answers, key=_value):
-        if not any(_same(answer, better) for better in ranked):
+        if not any(_same(answer.value, better.value) for better in ranked):
             ranked.append(answer)
     return ranked
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf
 
@@ -29,6 +29,9 @@ PATIENCE = 300
 # not before the second number: what takes longer has mostly lost its way.
 _TIMES_THE_USUAL = 5
 _LEAST_PATIENCE = 60
+# The same where answers agree already, and further starts only confirm them.
+_TIMES_TO_CONFIRM = 2
+_LEAST_TO_CONFIRM = 30
 
 # Part of the objective that other controls have to promise on a first, coarse mesh
 _PROMISED = 1e-4
@@ -62,6 +65,7 @@ class FirstRound:
         attempts: Attempts,
         done: NlpResult,
         patience: int = PATIENCE,
+        agreed: Callable[[Sequence[NlpResult]], bool] = lambda _: False,
     ) -> Iterator[NlpResult]:
         """What comes of attempts while the budget lasts; each counts what all took since `done`.
 
@@ -71,18 +75,21 @@ class FirstRound:
             The last run on this mesh.
         patience : int
             Iterations of each attempt at most.
+        agreed : callable
+            Whether the answers until now agree, so that the next attempt only confirms them.
         """
         limits, before = self.meshes.limits(program), iterations_of(self.before)
         iterations, seconds = done.iterations, done.seconds
-        taken: list[int] = []  # by each attempt that led to an answer
+        answers: list[NlpResult] = []
         for solver, point in attempts:
             if self.meshes.budget.spent(before + iterations):
                 return
-            patient = solver.within(min(patience, _usual_patience(taken)), inf)
+            usual = _usual_patience(answers, confirms=agreed(answers))
+            patient = solver.within(min(patience, usual), inf)
             patient = self.meshes.budget.within(patient, before + iterations)
             result = self.meshes.run(program, patient, point, limits, len(self.before) + 1)
             if result.outcome == "solved":
-                taken.append(result.iterations)
+                answers.append(result)
             iterations, seconds = iterations + result.iterations, seconds + result.seconds
             yield replace(result, iterations=iterations, seconds=seconds)
 
@@ -106,9 +113,14 @@ class FirstMotion:
     starts: int = 1
 
 
-def _usual_patience(taken: Sequence[int]) -> float:
+def _usual_patience(answers: Sequence[NlpResult], *, confirms: bool) -> float:
     """Iterations after which an attempt counts as lost, by those that led to answers."""
-    return max(_LEAST_PATIENCE, _TIMES_THE_USUAL * float(np.median(taken))) if taken else inf
+    if not answers:
+        return inf
+    times, least = (
+        (_TIMES_TO_CONFIRM, _LEAST_TO_CONFIRM) if confirms else (_TIMES_THE_USUAL, _LEAST_PATIENCE)
+    )
+    return max(least, times * float(np.median([answer.iterations for answer in answers])))
 
 
 def simulated(meshes: MeshSolver, program: Transcription, count: int) -> Iterator[StartingPoint]:
