@@ -283,7 +283,7 @@ class Ipopt:
         result = NlpResult(
             outcome="interrupted" if interrupts.asked else _OUTCOMES.get(status, "failed"),
             status=status,
-            x=solution["x"],
+            x=_within(solution["x"], limits),
             objective=float(solution["f"][0]),
             rows=solution["g"],
             bound_multipliers=solution["lam_x"],
@@ -293,8 +293,8 @@ class Ipopt:
             added_curvature=float(added[-1]) if len(added) > 1 else math.nan,
         )
         if result.outcome not in ("solved", "interrupted") or run.stood_still:
-            result = _at_best(result, standstill, stopped=interrupts.asked)
-        return replace(result, x=_within(result.x, limits))
+            return _at_best(result, standstill, limits, stopped=interrupts.asked)
+        return result
 
     def _complementarity(self, limits: ProgramLimits) -> float:
         """The largest product of a slack and its multiplier with which the gap is small enough.
@@ -357,10 +357,13 @@ def _within(x: Array, limits: ProgramLimits) -> Array:
     2e-12 (its option `slack_move`) and leaves it there. Times a multiplier of 1e6 this is more than
     a certificate takes for complementary.
     """
-    return np.clip(x, *limits.columns)
+    lower, upper = limits.columns
+    return np.minimum(np.maximum(x, lower), upper)
 
 
-def _at_best(result: NlpResult, standstill: Standstill | None, *, stopped: bool) -> NlpResult:
+def _at_best(
+    result: NlpResult, standstill: Standstill | None, limits: ProgramLimits, *, stopped: bool
+) -> NlpResult:
     """The best point near the optimum that a run came by, where it wandered on from there."""
     best = standstill.best if standstill else None
     if best is None:
@@ -369,7 +372,7 @@ def _at_best(result: NlpResult, standstill: Standstill | None, *, stopped: bool)
         result,
         outcome="interrupted" if stopped else "solved",
         status=_STOOD_STILL,
-        x=best.x,
+        x=_within(best.x, limits),
         objective=best.objective,
         rows=best.rows,
         bound_multipliers=best.bound_multipliers,

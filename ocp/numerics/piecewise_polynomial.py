@@ -237,8 +237,10 @@ def _lagrange(support: Array, weights: Array, tau: Array) -> Array:
 
     # at a support point the barycentric form divides by zero: the basis is 0 or 1 there
     hit = gaps == 0.0
-    terms = weights / np.where(hit, 1.0, gaps)
-    terms = np.where(hit.any(axis=-1, keepdims=True), hit, terms)
+    some = bool(hit.any())
+    terms = weights / (np.where(hit, 1.0, gaps) if some else gaps)
+    if some:
+        terms = np.where(hit.any(axis=-1, keepdims=True), hit, terms)
     return np.asarray(terms / terms.sum(axis=-1, keepdims=True))
 
 
@@ -263,6 +265,8 @@ def bernstein(count: int, tau: Array) -> Array:
     29, 2012). The shape is ``tau.shape + (count,)``.
     """
     local, i = np.asarray(tau, dtype=float)[..., None], np.arange(count)
+    if count == 1:
+        return np.ones_like(local)
     binomials = np.array([math.comb(count - 1, k) for k in i], dtype=float)
     return np.asarray(binomials * local**i * (1.0 - local) ** (count - 1 - i))
 

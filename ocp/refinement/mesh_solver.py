@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -72,9 +71,7 @@ class MeshSolver:
     rough_solver: NlpSolver
     progress: Progress | None = None
     prepared: Transcription | None = None
-    _limits: WeakKeyDictionary[Transcription, ProgramLimits] = field(
-        default_factory=WeakKeyDictionary, init=False
-    )
+    _limits: dict[Transcription, ProgramLimits] = field(default_factory=dict, init=False)
 
     @classmethod
     def of(
@@ -97,11 +94,11 @@ class MeshSolver:
         return cls(problem, settings, parameters, evaluator, budget, rough, progress, prepared)
 
     def limits(self, program: Transcription) -> ProgramLimits:
-        """Limits of a program at the values of the constants, worked out once."""
-        known = self._limits.get(program)
-        if known is None:
-            known = self._limits[program] = program.limits(self.parameters)
-        return known
+        """Limits of a program at the values of the constants; those of the last one are kept."""
+        if program not in self._limits:
+            self._limits.clear()
+            self._limits[program] = program.limits(self.parameters)
+        return self._limits[program]
 
     def first_program(self, start: Start, mesh: Mesh) -> Transcription:
         """The program of the first mesh; one that is there already where it fits."""
