@@ -375,10 +375,9 @@ def _remarks(meshes: MeshSolver, refinement: Refinement, fitted: Iterate) -> Ite
             f"it is a saddle: a motion beside it reaches {refinement.lower:.6g}, but none was "
             "found there that meets the dynamics and all limits between its points"
         )
-    if meshes.settings.scheme.informative_multipliers:
-        others = list(other_controls(iterate, meshes.evaluator))
-        if told := others_remark(others, iterate):
-            yield told
+    others = list(other_controls(iterate, meshes.evaluator))
+    if told := others_remark(others, iterate):
+        yield told
     # a fixed mesh may be coarse on purpose, and what else is open explains a displaced switch
     if adapts and not shortfall and (displaced := displaced_remark(fitted, meshes.evaluator)):
         yield displaced

@@ -161,19 +161,25 @@ def bisected(mesh: Mesh, most_intervals: int) -> Mesh | None:
     """Every interval cut in two, extra points carried over; None if that is too many."""
     if 2 * mesh.intervals > most_intervals:
         return None
-    phases, extras = [], []
-    for phase, extra in zip(mesh.phases, mesh.extra, strict=True):
-        middle = 0.5 * (phase.breakpoints[:-1] + phase.breakpoints[1:])
-        phases.append(with_points(phase, middle, closest=0.0))
-        extras.append(tuple(_halved(points) for points in extra))
-    return Mesh(tuple(phases), tuple(extras))
+    return replace(cut_in_two(mesh, 0.5), back_off=())
 
 
-def _halved(points: ExtraPoints) -> ExtraPoints:
-    """The same points on a mesh whose intervals were all cut in the middle."""
-    right = points.tau >= 0.5
+def cut_in_two(mesh: Mesh, share: float) -> Mesh:
+    """Every interval cut where its first part is this share, extra points and back-offs kept."""
+    phases, extras, back_offs = [], [], []
+    for phase, extra, back_off in zip(mesh.phases, mesh.extra, mesh.back_off, strict=True):
+        cuts = phase.breakpoints[:-1] + share * np.diff(phase.breakpoints)
+        phases.append(with_points(phase, cuts, closest=0.0))
+        extras.append(tuple(_of_parts(points, share) for points in extra))
+        back_offs.append({number: np.repeat(by, 2) for number, by in back_off.items()})
+    return Mesh(tuple(phases), tuple(extras), tuple(back_offs))
+
+
+def _of_parts(points: ExtraPoints, share: float) -> ExtraPoints:
+    """The same points on a mesh whose intervals were all cut in two."""
+    right = points.tau >= share
     intervals = 2 * points.intervals + right
-    tau = np.where(right, 2 * points.tau - 1.0, 2 * points.tau)
+    tau = np.where(right, (points.tau - share) / (1.0 - share), points.tau / share)
     return ExtraPoints(points.constraint, intervals, tau)
 
 

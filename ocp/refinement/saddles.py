@@ -60,7 +60,7 @@ def lower_motion(
     program, point = answer.transcription, StartingPoint.at(answer)
     if any(phase.movable for phase in answer.mesh.phases):
         # where breakpoints lie alters the objective by errors of the mesh alone, up or down
-        program = meshes.next_program(answer, _held_still(answer))
+        program = meshes.next_program(answer, held_still(answer))
         point = meshes.starting_point(program, answer, meshes.limits(program))
         if not may_be_saddle(meshes, program, point):
             return None
@@ -112,7 +112,7 @@ def may_be_saddle(
     return not seems_least and added_curvature(program.program, point, limits, parameters) != 0
 
 
-def _held_still(answer: Iterate) -> Mesh:
+def held_still(answer: Iterate) -> Mesh:
     """A mesh of the same intervals as an answer has, which do not move."""
     pairs = zip(answer.mesh.phases, answer.trajectory.phases, strict=True)
     phases = [replace(mesh, breakpoints=motion.fractions, movable=()) for mesh, motion in pairs]

@@ -2,9 +2,8 @@
 
 `certify` does not believe what the solve checked. It drives the dynamics with the controls again,
 evaluates the motion between the points and tests the first-order conditions from the multipliers.
-Of the record of the solve it reads only the objectives of other meshes, for schemes whose
-multipliers do not tell what a finer mesh gains. The conditions themselves are in
-`ocp.verification.conditions` and `program_conditions`.
+For schemes whose multipliers do not tell what a finer mesh gains, it solves the problem on one. The
+conditions themselves are in `ocp.verification.conditions`, `program_conditions` and `finer_mesh`.
 """
 
 from __future__ import annotations
@@ -19,7 +18,6 @@ from ocp.errors import StatementError
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers, all_multipliers
-from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.verification.conditions import (
     Condition,
     Evidence,
@@ -27,6 +25,7 @@ from ocp.verification.conditions import (
     optimality_conditions,
     step_conditions,
 )
+from ocp.verification.finer_mesh import finer_mesh_conditions
 from ocp.verification.program_conditions import (
     curvature_condition,
     peak_conditions,
@@ -108,9 +107,6 @@ class Certifiable(Protocol):
     def evaluator(self) -> Evaluator: ...
 
     @property
-    def mesh_iterations(self) -> tuple[MeshIteration, ...]: ...
-
-    @property
     def kept_iterate(self) -> Iterate: ...
 
     @property
@@ -147,7 +143,6 @@ def certify(solution: Certifiable, tolerances: Tolerances | None = None) -> Cert
         multipliers=solution.kept_multipliers,
         scaled=all_multipliers(shown),
         evaluator=solution.evaluator,
-        rounds=solution.mesh_iterations,
     )
 
     allowed = tolerances or Tolerances()
@@ -156,6 +151,7 @@ def certify(solution: Certifiable, tolerances: Tolerances | None = None) -> Cert
         *program_conditions(evidence, allowed),
         curvature_condition(evidence, allowed),
         *optimality_conditions(evidence, allowed),
+        *finer_mesh_conditions(evidence, allowed),
         *step_conditions(evidence, allowed),
         *peak_conditions(evidence, allowed),
     )

@@ -28,7 +28,6 @@ from ocp.refinement.estimates.excess_price import worth_of_excess
 from ocp.refinement.estimates.other_controls import other_controls, others_remark, promised_by
 from ocp.refinement.estimates.promised_gain import promised_gain
 from ocp.refinement.estimates.switch_detection import control_jumps
-from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.verification.minimum_principle import MinimumPrinciple, minimum_principle
 from ocp.verification.simulation import SimulatedMotion, replayed, simulate
 from ocp.verification.tolerances import Tolerances
@@ -36,9 +35,6 @@ from ocp.verification.verify import boundary_excesses, verify
 
 # Fraction of a phase within which a jump is on a breakpoint
 _ON_BREAKPOINT = 1e-9
-
-# Times as many intervals that another mesh has, or that this one has, at least
-_OTHER = 1.2
 
 # Part of its scale that is the size of a peak of zero, as of an objective that is zero
 _OF_A_SCALE = 1e-3
@@ -77,15 +73,12 @@ class Evidence:
         As the solution shows them.
     scaled : (rows + n,)
         Scaled multipliers of the rows, then of the unknowns' bounds.
-    rounds : tuple of MeshIteration
-        The record of the solve.
     """
 
     iterate: Iterate
     multipliers: Multipliers
     scaled: Array
     evaluator: Evaluator
-    rounds: tuple[MeshIteration, ...]
 
     @property
     def peaks(self) -> dict[Peak, float]:
@@ -195,7 +188,7 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
                 "to the objective",
             )
 
-    # other schemes have multipliers that meet the principle on any mesh
+    # other schemes have multipliers that meet the principle on any mesh, see `finer_mesh`
     if informative:
         yield Condition(
             "finer controls",
@@ -203,41 +196,14 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
             allowed.gain,
             "what they promise to gain, to first order, relative to the objective",
         )
-        others = list(other_controls(iterate, evidence.evaluator))
-        yield Condition(
-            "other controls",
-            promised_by(others, iterate),
-            allowed.gain,
-            others_remark(others, iterate)
-            or "what controls far from these promise to gain, to first order, relative to the "
-            "objective; each was tried over its whole range, where no limit of states alone acts",
-        )
-    elif any(iterate.problem.controls.values()):
-        yield _other_mesh_condition(evidence, allowed)
-
-
-def _other_mesh_condition(evidence: Evidence, allowed: Tolerances) -> Condition:
-    """What two meshes tell, where multipliers do not tell what a finer one would gain.
-
-    The least estimate counts: a mesh of the first rounds may have errors that fall otherwise.
-    """
-    iterate = evidence.iterate
-    estimates = [
-        abs(iterate.objective - entry.objective) / iterate.objective_size / abs(ratio**2 - 1.0)
-        for entry in evidence.rounds
-        if np.isfinite(entry.objective)
-        and not 1.0 / _OTHER < (ratio := iterate.mesh.intervals / entry.intervals) < _OTHER
-    ]
-    return Condition(
-        "another mesh",
-        min(estimates, default=float("inf")),
+    others = list(other_controls(iterate, evidence.evaluator))
+    yield Condition(
+        "other controls",
+        promised_by(others, iterate),
         allowed.gain,
-        "by another mesh of the solve the objective is off by this part, if its error falls like "
-        "the square of the intervals; the multipliers of this scheme do not tell what a finer mesh "
-        "gains"
-        if estimates
-        else "no other mesh is on record, and the multipliers of this scheme do not tell what a "
-        "finer mesh gains: solve the problem with Radau",
+        others_remark(others, iterate)
+        or "what controls far from these promise to gain, to first order, relative to the "
+        "objective; each was tried over its whole range, where no limit of states alone acts",
     )
 
 
