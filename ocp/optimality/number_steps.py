@@ -30,6 +30,10 @@ from ocp.problem.symbols import Between, Constant, Signal, Symbol, Time, Unknown
 _VALUES = 65
 _INSTANTS = 5
 
+# Sizes of a number up to which it is moved where nothing limits it. Its size is often that of where
+# a motion starts, and the motion may end at a multiple of that.
+_FAR = 10.0
+
 # Part of its size that is rounding of a number
 _ZERO = 1e-12
 
@@ -194,9 +198,9 @@ class _Lines:
 
 
 def _ranges(own: float, limits: Interval, reach: float) -> Iterator[Array]:
-    """Values of a number that are looked at: near its own, and in its limits if it has both."""
-    near = max(limits[0], own - reach), min(limits[1], own + reach)
-    for low, high in dict.fromkeys((near, limits)):
+    """Values of a number that are looked at: near its own, farther off, and between its limits."""
+    around = ((own - far * reach, own + far * reach) for far in (1.0, _FAR))
+    for low, high in dict.fromkeys([*(_both(limits, each) for each in around), limits]):
         if math.isfinite(high - low) and high > low:
             yield np.linspace(low, high, _VALUES)
 

@@ -49,6 +49,13 @@ def late():
     return Problem("p", phase, minimise=phase.integral(u**2) + 0.2 * phase.duration + bonus)
 
 
+def far_off():
+    """A bonus for an end that is eight times as far off as the start, which no limit excludes."""
+    phase = Phase("move", {x: u}, {x: 0.2}, end=1.0)
+    bonus = ca.if_else(phase.at_end(x) > 1.6, -3, 0)
+    return Problem("p", phase, minimise=phase.integral(u**2) / 2 + bonus)
+
+
 def in_a_bound():
     phase = move()
     end = phase.at_end(x)
@@ -61,6 +68,7 @@ STEPS = {
     "quotient": (stepping(lambda end, _: end / ca.fabs(end)), "'abs.*' vanishes"),
     "expression": (stepping(lambda _, p: p.at_end(ca.floor(x))), r"the floor\(x\) at the end of"),
     "time": (late(), r"the objective steps at end of move = 3 s \(now 2.23607\)"),
+    "far off": (far_off(), r"the objective steps at x at the end of move = 1.6 \(now 0.2\)"),
     "bound": (in_a_bound(), "the bound 'allowed' steps at x at the end of move = 0.5"),
     "parameter": (of_a_parameter(ca.sign), "the rate of 'x' steps at p = 0"),
     "its quotient": (of_a_parameter(lambda p: p / ca.fabs(p)), r"p = 0 \(now 0.5\)"),
