@@ -4,15 +4,16 @@ A tariff, an eclipse or a gate changes the dynamics at a time that is known befo
 polynomial follows that, so an interval must end there. Such times are stated, or read off the
 expressions: a comparison of time with a number (as in ``if_else``, ``pw_const`` and ``pw_lin``), a
 sign, an absolute value, a smallest or a largest value changes where its two sides are equal, and a
-quotient may step where its divisor vanishes. Only what is linear in time is read, so that every
-change is found exactly. A time that depends on a `Constant` is not, because a mesh serves for all
-values of the constants.
+quotient may step where its divisor vanishes. What is linear in time is solved for the time. Other
+functions of time alone, as in ``(TIME - 3)**2 < 0.01``, are sampled, and each change is located to
+rounding. A time that depends on a `Constant` is not read, because a mesh serves for all values of
+the constants.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import casadi as ca
@@ -20,7 +21,7 @@ import numpy as np
 
 from ocp.arrays import Array
 from ocp.errors import StatementError
-from ocp.numerics.expression_graph import Instruction, graph_of
+from ocp.numerics.expression_graph import ExpressionGraph, Instruction, graph_of
 from ocp.problem.symbols import TIME, is_real
 
 # A table of more steps than this is taken as it is: its values are close to a smooth curve, and a
@@ -33,7 +34,23 @@ _BESIDE = 64 * float(np.finfo(float).eps)
 
 # operations that change where their operands are equal, and where their operand is zero
 _OF_TWO = {"lt", "le", "eq", "ne", "fmin", "fmax"}
-_OF_ONE = {"sign", "fabs"}
+_OF_ONE = {"sign", "fabs", "inv"}
+
+# those that change where a quotient is a whole number, or half of an odd one: what vanishes there,
+# of the quotient times pi
+_OF_WHOLE: dict[str, Callable[[ca.SX], ca.SX]] = {
+    "floor": ca.sin,
+    "ceil": ca.sin,
+    "fmod": ca.sin,
+    "remainder": ca.cos,
+}
+
+# Samples of a function of time over a phase, and how often the surroundings of where it is nearest
+# to zero are sampled again, by how many: it may change for a short time only.
+_SAMPLES = 4001
+_ZOOMS = 4
+_ZOOM_SAMPLES = 33
+_BISECTIONS = 60
 
 _Line = tuple[float, float]  # slope by time, and value at time zero
 
@@ -56,29 +73,107 @@ def stepping_times(expressions: Iterable[ca.SX], start: float, end: float) -> tu
     clock = next(i for i, s in enumerate(symbols) if s.element_hash() == TIME.symbol.element_hash())
 
     lines: list[_Line | None] = []
+    of_time: list[bool] = []
     found: set[float] = set()
+    curved: list[tuple[str, tuple[int, ...]]] = []
     for instruction in graph.instructions:
-        operands = [lines[i] for i in instruction.operands if instruction.operation != "symbol"]
-        for line in _compared(instruction, operands):
-            if line[0] != 0.0 and start < -line[1] / line[0] < end:
+        is_symbol = instruction.operation == "symbol"
+        places = () if is_symbol else instruction.operands
+        sides = _compared(instruction)
+        if sides and all(of_time[i] for i in sides):
+            line = _difference([lines[i] for i in sides])
+            if line is None or instruction.operation in _OF_WHOLE:
+                curved.append((instruction.operation, sides))
+            elif line[0] != 0.0 and start < -line[1] / line[0] < end:
                 found.add(-line[1] / line[0])
-        lines.append(_line(instruction, operands, clock))
+        lines.append(_line(instruction, [lines[i] for i in places], clock))
+        own = instruction.operands[0] == clock if is_symbol else instruction.function is None
+        of_time.append(own and all(of_time[i] for i in places))
+
+    if curved:
+        places = tuple(i for _, sides in curved for i in sides)
+        values = iter(ExpressionGraph(graph.instructions, places).rebuilt(symbols))
+        vanishing = [_vanishing(name, [next(values) for _ in sides]) for name, sides in curved]
+        found |= _crossings(vanishing, np.array([start, *sorted(found), end]))
     return tuple(sorted(found)) if len(found) <= _MOST else ()
 
 
-def _compared(instruction: Instruction, operands: Sequence[_Line | None]) -> Iterator[_Line]:
-    """What an operation compares with zero, if it is linear in time."""
+def _compared(instruction: Instruction) -> tuple[int, ...]:
+    """The operands that an operation compares with each other, or with zero; none if it does not.
+
+    It changes where they are equal, or where the one operand is zero.
+    """
     name = instruction.operation
-    if name in _OF_ONE and operands[0] is not None:
-        yield operands[0]
-    if name == "inv" and operands[0] is not None:
-        yield operands[0]
-    if name == "div" and operands[1] is not None:
-        yield operands[1]
-    if name in _OF_TWO:
-        first, second = operands
-        if first is not None and second is not None:
-            yield first[0] - second[0], first[1] - second[1]
+    if name in _OF_TWO or name in _OF_ONE or name in _OF_WHOLE:
+        return instruction.operands
+    return instruction.operands[1:] if name == "div" else ()
+
+
+def _vanishing(name: str, sides: Sequence[ca.SX]) -> ca.SX:
+    """What changes its sign where an operation on the sides changes."""
+    first, second = [*sides, ca.SX(1 if name in _OF_WHOLE else 0)][:2]
+    if name in _OF_WHOLE:
+        return _OF_WHOLE[name](math.pi * first / second)
+    return first - second
+
+
+def _difference(lines: Sequence[_Line | None]) -> _Line | None:
+    """The first line minus the second one if there is one, None where one is no line."""
+    first, second = [*lines, (0.0, 0.0)][:2]
+    if first is None or second is None:
+        return None
+    return first[0] - second[0], first[1] - second[1]
+
+
+def _crossings(functions: Sequence[ca.SX], known: Array) -> set[float]:
+    """Times at which functions of time alone change their signs.
+
+    Parameters
+    ----------
+    known : (m,)
+        Times that are sampled as well, in order, from the start of the phase to its end [s].
+    """
+    stacked = ca.densify(ca.vertcat(*functions))
+    function = ca.Function("compared", [TIME.symbol], [stacked])
+
+    def values(times: Array) -> Array:
+        return np.array(function(ca.DM(times).T)).reshape(len(functions), -1)
+
+    # a pulse may lie between the samples: its function comes near to zero there
+    start, end = known[0], known[-1]
+    times = np.union1d(np.linspace(start, end, _SAMPLES), known)
+    for _ in range(_ZOOMS):
+        near = np.abs(values(times))
+        lowest = (near[:, 1:-1] <= near[:, :-2]) & (near[:, 1:-1] <= near[:, 2:])
+        lowest &= (near[:, 1:-1] < near[:, :-2]) | (near[:, 1:-1] < near[:, 2:])
+        inner = 1 + np.flatnonzero(lowest.any(axis=0))
+        if inner.size == 0 or inner.size > _MOST:
+            break
+        shares = np.linspace(0.0, 1.0, _ZOOM_SAMPLES)[:, None]
+        around = times[inner - 1] + shares * (times[inner + 1] - times[inner - 1])
+        times = np.union1d(times, around.ravel())
+
+    found: set[float] = set()
+    for above in (np.greater, np.greater_equal):
+        numbers, rows = np.nonzero(np.diff(above(values(times), 0.0), axis=1))
+        if numbers.size > _MOST:
+            return set()
+        if numbers.size == 0:
+            continue
+        low, high, each = times[rows], times[rows + 1], np.arange(numbers.size)
+        before = above(values(low)[numbers, each], 0.0)
+        for _ in range(_BISECTIONS):
+            middle = 0.5 * (low + high)
+            same = above(values(middle)[numbers, each], 0.0) == before
+            low, high = np.where(same, middle, low), np.where(same, high, middle)
+        found.update(high.tolist())
+
+    # of those that differ by rounding one, and those that were known as they are
+    kept, beside = known.tolist(), _BESIDE * max(abs(start), abs(end))
+    for time in sorted(found):
+        if start < time < end and np.abs(time - np.array(kept)).min() > beside:
+            kept.append(time)
+    return set(kept[known.size :])
 
 
 def _line(instruction: Instruction, operands: Sequence[_Line | None], clock: int) -> _Line | None:

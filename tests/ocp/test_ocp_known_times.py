@@ -1,5 +1,7 @@
 """Known times, limits of unknowns, guesses by fraction and intervals by phase: what users state."""
 
+import math
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ from ocp import (
     Between,
     Bound,
     ByFraction,
+    Constant,
     Control,
     Phase,
     Problem,
@@ -90,22 +93,64 @@ def test_smooth_tables_and_free_times_have_no_steps():
     assert Problem("free", free, minimise=free.end_time).steps["free"] == ()
 
 
-def test_a_divisor_that_is_linear_in_time_tells_where_it_vanishes():
+def test_a_divisor_of_time_alone_tells_where_it_vanishes():
     quotients = [ca.atan(0.1 / (2 * TIME - 3)), 1 / (TIME - 0.25), 2 / (TIME**2 - 0.5)]
-    assert stepping_times(quotients, 0.0, 2.0) == (0.25, 1.5)
+    found = stepping_times(quotients, 0.0, 2.0)
+    assert found == pytest.approx((0.25, math.sqrt(0.5), 1.5), abs=1e-15)
 
 
-def test_steps_are_read_off_expressions_that_are_linear_in_time():
+def test_steps_are_read_off_functions_of_time_alone():
     t = TIME.symbol
     several = [
         ca.if_else(2 * t - 1 < 5, 0, 1),
         ca.fabs((t - 4) / 2),
         ca.sign(-t + 1),
         ca.fmax(t, 0.5),
-        ca.if_else(ca.sin(t) > 0, 1, 0),  # not linear: left to the refinement
+        ca.if_else(ca.sin(t) > 0, 1, 0),
         ca.if_else(t < 20, 1, 0),  # outside
     ]
-    assert stepping_times(several, 0.0, 10.0) == (0.5, 1.0, 3.0, 4.0)
+    expected = (0.5, 1.0, 3.0, math.pi, 4.0, 2 * math.pi, 3 * math.pi)
+    assert stepping_times(several, 0.0, 10.0) == pytest.approx(expected, abs=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("step", "times"),
+    [
+        (lambda t: ca.if_else((t - 0.4321) ** 2 < 25e-14, 1, 0), (0.4320995, 0.4321005)),
+        (lambda t: ca.fmax(0, 1e-8 - ca.fabs(t - 0.4321)), (0.43209999, 0.4321, 0.43210001)),
+        (lambda t: ca.fmod(t, 0.3), (0.3, 0.6, 0.9)),
+        (lambda t: ca.remainder(t, 0.3), (0.15, 0.45, 0.75)),
+        (lambda t: ca.ceil(4 * t**2), (0.5, math.sqrt(0.5), math.sqrt(0.75))),
+        (lambda t: ca.fmax(t**2 - 1, 0), ()),  # at an end
+        (lambda t: ca.sign(ca.sin(1e4 * t)), ()),  # too many
+        (lambda t: ca.sign(t**2 - Constant("c", "s", 0.5)), ()),  # at a constant
+    ],
+)
+def test_pulses_and_periods_of_time_are_found(step, times):
+    found = stepping_times([ca.SX(step(TIME.symbol))], 0.0, 1.0)
+    assert found == pytest.approx(times, abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    "pulse",
+    [
+        lambda: ca.if_else((TIME - 0.4321) ** 2 < 25e-8, 500, 0),
+        lambda: ca.if_else(ca.fabs(TIME - 0.4321) < 5e-4, 500, 0),
+        lambda: 500 * ca.fmax(0, 1 - ca.fabs(TIME - 0.4321) / 1e-3),
+    ],
+    ids=["square", "modulus", "triangle"],
+)
+def test_a_pulse_between_the_points_of_the_first_mesh_counts(pulse):
+    x, v, u = State("x"), State("v"), Control("u")
+    ends = {"initial": {x: 0, v: 0}, "final": {x: 1, v: 0}}
+    move = Phase("move", {x: v, v: u + pulse()}, **ends, end=1.0)
+    solution = solve(Problem("kicked", move, minimise=move.integral(u**2)))
+
+    # it changes the speed by 0.5; by X from rest to the speed V costs 12 (X^2 - X V) + 4 V^2
+    way, speed = 1 - 0.5 * (1 - 0.4321), -0.5
+    expected = 12 * way**2 - 12 * way * speed + 4 * speed**2
+    assert solution.objective == pytest.approx(expected, rel=1e-9)
+    assert certify(solution).passed
 
 
 @pytest.mark.parametrize(
