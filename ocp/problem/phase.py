@@ -79,7 +79,8 @@ class Phase:
     breakpoints : sequence of number
         Times at which the mesh has a breakpoint [s], because something steps there. Where an
         expression compares time, or a function of time alone, with a number, as
-        ``if_else(TIME < 3, ...)`` does, such a time is one without being stated. The times of the phase must be fixed.
+        ``if_else(TIME < 3, ...)`` does, such a time is one without being stated. The times of the
+        phase must be fixed.
 
     Attributes
     ----------

@@ -385,7 +385,7 @@ def test_where_multipliers_tell_nothing_of_finer_controls_a_finer_mesh_is_solved
 
 
 def test_meshes_of_a_solve_that_agree_prove_nothing_of_intervals_that_neither_has_cut():
-    """The path is of three arcs; the trapezoidal scheme errs on all, and leaves most as they are."""
+    """The trapezoidal scheme errs on all three arcs, and most intervals stay as they are."""
     settings = Settings(scheme=Trapezoid(), intervals=6, refinement=AdaptiveMesh(rounds=4))
     found = solve(bryson_denham(), settings=settings)
     error = abs(found.objective / 4.0 - 1)

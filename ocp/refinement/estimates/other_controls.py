@@ -41,8 +41,8 @@ _ROUNDING = 1e-9
 _LEAST = 1e-6
 
 # and the part where a mixed constraint acts: there the costates' errors left up to 7e-3
-# on first meshes, and 1e-5 on those that ended. Schemes whose multipliers meet the minimum principle
-# at their points on any mesh have costates of a lower order between these.
+# on first meshes, and 1e-5 on those that ended. Where multipliers meet the minimum principle on any
+# mesh, as those of Lobatto's scheme do, costates are of a lower order between the points.
 _MUCH = 1e-2
 
 
