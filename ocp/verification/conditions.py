@@ -25,6 +25,7 @@ from ocp.problem.symbols import TIME, Between
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.error_estimate import MotionErrors
 from ocp.refinement.estimates.excess_price import worth_of_excess
+from ocp.refinement.estimates.narrow_features import feature_remark, narrow_features
 from ocp.refinement.estimates.other_controls import other_controls, others_remark, promised_by
 from ocp.refinement.estimates.promised_gain import promised_gain
 from ocp.refinement.estimates.switch_detection import control_jumps
@@ -142,6 +143,11 @@ def motion_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condi
         "the motion exceeds its path constraints, bounds and peaks between the points by what is "
         "worth this part of the objective, to first order",
     )
+
+    features = list(narrow_features(between_points, allowed.replay))
+    if remark := feature_remark(features):
+        largest = max(feature.size for feature in features)
+        yield Condition("narrow features", largest, allowed.replay, remark)
 
     # bounds and links of the problem, with the peaks of the replay as they are between the points
     dense_peaks = (dense for _, _, dense in verification.peaks)
