@@ -31,6 +31,9 @@ class PhaseMesh:
     movable : (m,) indices of inner breakpoints that the optimiser may move between their
         neighbours.
     longest : times its width on this mesh that an interval with a movable end may grow to.
+    sides : (N, k) sides on which the expressions of an interval are, of each kink that the motion
+        may cross (`ocp.problem.kinks.crossable_kinks`): 1 or -1, and 0 where that is left open.
+        None where it is left open everywhere.
     intervals : number of intervals N.
     moving : (N,) whether an interval has a movable end.
 
@@ -44,6 +47,7 @@ class PhaseMesh:
     degrees: Integers
     movable: tuple[int, ...] = ()
     longest: float = np.inf
+    sides: Integers | None = None
     intervals: int = field(init=False, repr=False)
     moving: Flags = field(init=False, repr=False)
 

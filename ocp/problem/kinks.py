@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from ocp.numerics.kinks import kinked_operations
+import casadi as ca
+
+from ocp.numerics.kinks import KinkSurfaces, kinked_operations
 from ocp.problem.display import functional_text
+from ocp.problem.functionals import Integral
 from ocp.problem.problem import Problem
+from ocp.problem.symbols import State
 
 
 @lru_cache(maxsize=64)
@@ -21,3 +25,26 @@ def kinks_of(problem: Problem) -> tuple[tuple[str, tuple[str, ...]], ...]:
     ]
     found = ((what, tuple(kinked_operations(expression))) for what, expression in expressions)
     return tuple((what, operations) for what, operations in found if operations)
+
+
+@lru_cache(maxsize=256)
+def crossable_kinks(problem: Problem, phase: str) -> KinkSurfaces:
+    """Kinks of the dynamics and integrands of a phase that its motion may cross.
+
+    Their place depends on states, and may depend on time and numbers, but on nothing that jumps,
+    as controls do.
+    """
+    integrands = [
+        piece
+        for functional in problem.functionals
+        if isinstance(functional, Integral)
+        for where, piece in functional.pieces
+        if where == phase
+    ]
+    surfaces = KinkSurfaces.of([*problem.phase(phase).dynamics.values(), *integrands])
+    signals = problem.signals[phase]
+    states = ca.vertcat(*[s.symbol for s in signals if isinstance(s, State)], ca.SX(0, 1))
+    others = ca.vertcat(*[s.symbol for s in signals if not isinstance(s, State)], ca.SX(0, 1))
+    return surfaces.only(
+        [ca.depends_on(g, states) and not ca.depends_on(g, others) for g in surfaces.values]
+    )

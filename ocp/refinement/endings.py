@@ -9,6 +9,7 @@ from typing import Literal
 from ocp.errors import Collapsed, NumericalTrouble
 from ocp.problem.display import with_unit
 from ocp.refinement.accuracy import Accuracy
+from ocp.refinement.estimates.kink_crossings import NEAR
 from ocp.refinement.impulses import impulse
 from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver
@@ -169,7 +170,7 @@ def stands_still(
     refuted = finer and is_refuted(latest, len(latest) - 1, accuracy)
     if promised > accuracy.objective and not refuted:
         return False
-    if leaks and _leaks_fall(latest):
+    if (leaks and _leaks_fall(latest)) or _crossings_settle(latest):
         return False
     return any(s.holds(accuracy, LOOSER) for s in latest)
 
@@ -177,3 +178,9 @@ def stands_still(
 def _leaks_fall(latest: Sequence[SolvedMesh]) -> bool:
     """Whether each of the rounds left much less over the limits than the one before."""
     return all(new.leak <= _FALLING * old.leak for old, new in itertools.pairwise(latest))
+
+
+def _crossings_settle(latest: Sequence[SolvedMesh]) -> bool:
+    """Whether the last round brought the breakpoints much nearer to crossings of kinks, if any."""
+    before, last = (s.errors.farthest_crossing for s in latest[-2:])
+    return last <= _FALLING * before and last > NEAR

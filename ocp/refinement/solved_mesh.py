@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.error_estimate import MeshErrors
+from ocp.refinement.estimates.kink_crossings import NEAR
 from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 
 # Factor by which constraints may miss their tolerance in a round that is good enough to be verified
@@ -111,6 +112,8 @@ def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
     strict = [s for s in as_good if s.holds(accuracy)]
     # of answers that are as good, one whose controls promise nothing more is proven better
     strict = [s for s in strict if s.errors.gain <= accuracy.objective] or strict
+    # beyond a kink that its breakpoint has missed, one side's dynamics may be the cheaper ones
+    strict = [s for s in strict if s.errors.farthest_crossing <= NEAR] or strict
     if strict:
         return min(strict, key=lambda s: sense * s.iterate.objective)
     return min(as_good, key=lambda s: s.leak, default=best)

@@ -471,7 +471,7 @@ class _FunctionalExpressions:
             signals = ca.vertcat(x, ca.SX.zeros(len(others)))
             is_point = isinstance(functional, PointValue)
             time = functional.instant if is_point else self._time(columns, 0 if node == 0 else -1)
-            return Point(signals, time, ca.SX(0), self.unknowns)
+            return Point(signals, time, ca.SX(0), self.unknowns, ca.SX(0, 1))
 
         interval, tau = _interval_before(node), 0.0 if node == 0 else 1.0
         group = columns.group_of(interval)
@@ -479,4 +479,4 @@ class _FunctionalExpressions:
             self.context, columns, group, np.array([interval]), np.array([tau])
         )
         self.builder.absorb(sub)
-        return Point(point.signals, point.time, point.length, self.unknowns)
+        return Point(point.signals, point.time, point.length, self.unknowns, ca.SX(0, 1))

@@ -16,6 +16,7 @@ import numpy as np
 from ocp.arrays import Array, Integers
 from ocp.numerics.piecewise_polynomial import bernstein, elevation, lagrange
 from ocp.problem.instants import within
+from ocp.problem.kinks import crossable_kinks
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME
 from ocp.transcription.columns import Columns, IntervalGroup, PhaseColumns
@@ -65,9 +66,13 @@ class KernelContext:
         signals = ca.vertcat(*[s.symbol for s in columns.signals], ca.SX(0, 1))
         unknowns = ca.vertcat(*[u.symbol for u in self.problem.unknowns], ca.SX(0, 1))
         stacked = ca.vertcat(*[ca.densify(ca.SX(expression)) for expression in wanted])
-        inputs = [signals, unknowns, TIME.symbol, self.constants]
+        sides = ca.SX.sym("side", point.sides.numel())
+        if point.sides.numel():
+            kinks = crossable_kinks(self.problem, columns.phase.name)
+            stacked = ca.vertcat(*kinks.with_sides(ca.vertsplit(stacked), sides))
+        inputs = [signals, unknowns, TIME.symbol, self.constants, sides]
         function = ca.Function("expressions", inputs, [stacked])
-        values = function(point.signals, point.unknowns, point.time, self.constants)
+        values = function(point.signals, point.unknowns, point.time, self.constants, point.sides)
         return ca.vertsplit(values)
 
 
@@ -140,12 +145,19 @@ class KernelBuilder:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Point:
-    """Signals, time and interval length at one point of an interval, as local expressions."""
+    """Signals, time and interval length at one point of an interval, as local expressions.
+
+    Attributes
+    ----------
+    sides : (k,)
+        The sides of kinks that are given there; empty where none is.
+    """
 
     signals: ca.SX
     time: Any
     length: Any
     unknowns: ca.SX
+    sides: ca.SX
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -195,7 +207,8 @@ def collocation_point(
     z = builder.variables(algebraic_ids, context.sizes(columns.algebraics))
     t, h = _clock(context, columns, builder, group, intervals, tau)
     signals = ca.vertcat(x, *controls, z)
-    return builder, CollocationPoint(signals, t, h, context.unknowns(builder), slope, weight)
+    unknowns, sides = context.unknowns(builder), _sides(columns, builder, intervals)
+    return builder, CollocationPoint(signals, t, h, unknowns, sides, slope, weight)
 
 
 def sample_point(
@@ -219,7 +232,8 @@ def sample_point(
     controls = _controls(context, columns, builder, group, row, tau, builder.combination)
     z = interpolated(group.algebraics, columns.algebraics, rule.points)
     t, h = _clock(context, columns, builder, group, intervals, tau)
-    return builder, Point(ca.vertcat(x, *controls, z), t, h, context.unknowns(builder))
+    sides = _sides(columns, builder, intervals)
+    return builder, Point(ca.vertcat(x, *controls, z), t, h, context.unknowns(builder), sides)
 
 
 def coefficient_point(
@@ -256,7 +270,13 @@ def coefficient_point(
 
     nothing = [ca.SX.zeros(len(signals)) for signals in (columns.states, columns.algebraics)]
     signals = ca.vertcat(nothing[0], *controls, nothing[1])
-    return builder, Point(signals, 0, ca.SX(0), context.unknowns(builder)), count
+    return builder, Point(signals, 0, ca.SX(0), context.unknowns(builder), ca.SX(0, 1)), count
+
+
+def _sides(columns: PhaseColumns, builder: KernelBuilder, intervals: Integers) -> ca.SX:
+    """The sides of kinks that the mesh gives in intervals, one an instance."""
+    sides = columns.mesh.sides
+    return ca.SX(0, 1) if sides is None else builder.data(sides[intervals].astype(float))
 
 
 def _controls(

@@ -94,14 +94,18 @@ def test_a_run_ends_at_its_best_point_where_the_tolerance_is_out_of_reach():
     assert found.iterations < 200
 
 
-def mesh_round(objective, *, excess=0.0, dynamics=1e-9, gain=0.0, tight=True, finer=True):
+def mesh_round(
+    objective, *, excess=0.0, dynamics=1e-9, gain=0.0, tight=True, finer=True, off_kinks=0.0
+):
     """A solved mesh as far as the end of a refinement looks at it."""
     problem = SimpleNamespace(sense=1.0)
     scales = SimpleNamespace(objective=1.0)
     iterate = SimpleNamespace(
         objective=objective, scales=scales, problem=problem, objective_size=abs(objective)
     )
-    errors = SimpleNamespace(excess=excess, dynamics=dynamics, gain=gain)
+    errors = SimpleNamespace(
+        excess=excess, dynamics=dynamics, gain=gain, farthest_crossing=off_kinks
+    )
     return SolvedMesh(iterate, errors, 0.0, tight, finer)
 
 
@@ -115,6 +119,15 @@ def test_a_refinement_goes_on_once_more_where_that_only_closes_leaks():
     closing = [mesh_round(2.0, excess=e, finer=False) for e in (9e-7, 7e-7, 5e-7)]
     assert not stands_still(closing[:2], ACCURACY, closes_leaks=True)
     assert stands_still(closing, ACCURACY, closes_leaks=True)
+
+
+def test_a_refinement_goes_on_while_breakpoints_come_nearer_to_kinks():
+    def nearing(*off):
+        return [mesh_round(2.0, excess=5e-7, off_kinks=each) for each in off]
+
+    assert not stands_still(nearing(1e-4, 1e-6), ACCURACY)
+    assert stands_still(nearing(1e-6, 1e-6), ACCURACY)
+    assert stands_still(nearing(1e-6, 1e-9), ACCURACY)
 
 
 def promising(*gains, finer=True, excess=5e-7):
@@ -216,6 +229,12 @@ def test_a_round_that_a_certificate_passes_is_the_better_of_equal_ones():
     # and where none passes, too
     worse = mesh_round(2.0 + 1e-7, excess=5e-7, gain=2e-5)
     assert best_of([worse, promising], ACCURACY) is promising
+
+
+def test_a_round_whose_breakpoints_are_on_its_kinks_is_the_better_of_equal_ones():
+    beside, at = mesh_round(2.0 - 1e-7, off_kinks=1e-5), mesh_round(2.0, off_kinks=1e-9)
+    assert best_of([beside, at], ACCURACY) is at
+    assert best_of([beside, mesh_round(2.0, excess=5e-7)], ACCURACY) is beside
 
 
 def test_an_audit_ends_where_its_starts_are_enough():

@@ -21,6 +21,7 @@ from ocp.problem.parameters import Parameters
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.constrained_arcs import arc_gains
 from ocp.refinement.estimates.excess_price import weighted_by_worth
+from ocp.refinement.estimates.kink_crossings import KinkCrossings, kink_crossings
 from ocp.refinement.estimates.missed_switches import (
     between_valleys,
     displaced_switches,
@@ -278,6 +279,8 @@ class PhaseErrors:
     at_end : (N,)
         Whether most of what finer controls could gain is near the end of an interval that has no
         jump of a control.
+    crossings : KinkCrossings
+        Where the motion goes through kinks.
     """
 
     dynamics: Array
@@ -291,6 +294,7 @@ class PhaseErrors:
     coarse: Flags
     parts: Array
     at_end: Flags
+    crossings: KinkCrossings
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -316,6 +320,11 @@ class MeshErrors:
     excess: float
     gain: float
     of_motion: MotionErrors | None = field(default=None, repr=False)
+
+    @property
+    def farthest_crossing(self) -> float:
+        """How far a crossing of a kink is from a breakpoint at most, as a fraction of its phase."""
+        return max(phase.crossings.farthest for phase in self.phases)
 
 
 def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) -> MeshErrors:
@@ -350,6 +359,9 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
                 coarse=wide & np.any([np.zeros_like(wide), *over], axis=0),
                 parts=gains.parts,
                 at_end=gains.at_end & ~_at_jumps(motion, jumps),
+                crossings=kink_crossings(
+                    iterate.trajectory, evaluator, motion.name, iterate.mesh.phases[index].sides
+                ),
             )
         )
     return MeshErrors(

@@ -16,6 +16,7 @@ from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.error_estimate import MeshErrors, PhaseErrors
+from ocp.refinement.estimates.kink_crossings import NEAR, NEAR_WHILE_ROUGH
 from ocp.refinement.estimates.missed_switches import beside, held_switches
 from ocp.refinement.estimates.peak_leaks import cost_of_raising, is_affordable
 from ocp.refinement.estimates.switch_detection import Jump
@@ -25,6 +26,11 @@ from ocp.refinement.policies.brackets import (
     settled,
     with_brackets,
     with_movable_switches,
+)
+from ocp.refinement.policies.kink_breakpoints import (
+    crossed_meshes,
+    with_crossings,
+    with_sides,
 )
 from ocp.refinement.policies.marks import WHOLE, Marks
 from ocp.refinement.policies.movable import hindered
@@ -111,7 +117,7 @@ class AdaptiveMesh:
         last = solved[-1]
         informative = last.iterate.scheme.informative_multipliers
         converged = _controls_converged(solved, accuracy, informative)
-        following = self._adapted(last, accuracy, resolve_controls=not converged)
+        following = self._adapted(solved, accuracy, resolve_controls=not converged)
         if following is not None and not self.move_breakpoints:
             following = following.frozen()
         elif following is not None and informative and _promises_in_vain(solved, accuracy):
@@ -129,7 +135,7 @@ class AdaptiveMesh:
         if not any(phase.movable for phase in failed.phases):
             return None
         still = self._held_still()
-        following = still._adapted(solved[-1], accuracy, resolve_controls=True)
+        following = still._adapted(solved, accuracy, resolve_controls=True)
         return still, (following or solved[-1].iterate.mesh).frozen()
 
     def _held_still(self) -> AdaptiveMesh:
@@ -138,12 +144,13 @@ class AdaptiveMesh:
 
     def _adapted(
         self,
-        last: SolvedMesh,
+        solved: Sequence[SolvedMesh],
         accuracy: Accuracy,
         *,
         resolve_controls: bool,
     ) -> Mesh | None:
         """A better mesh, or None when the errors meet all tolerances."""
+        last = solved[-1]
         least = _least_gain(last.errors, accuracy.objective) if resolve_controls else np.inf
         leaks = last.errors.excess > accuracy.path
         closed = _NEARLY * accuracy.path if leaks else accuracy.path
@@ -154,7 +161,7 @@ class AdaptiveMesh:
         def steps_to(least: float, *, large: bool) -> list[_PhaseStep]:
             return [
                 _PhaseStep.of(
-                    last,
+                    solved,
                     index,
                     self,
                     accuracy,
@@ -299,7 +306,7 @@ class _PhaseStep:
     @classmethod
     def of(
         cls,
-        last: SolvedMesh,
+        solved: Sequence[SolvedMesh],
         index: int,
         policy: AdaptiveMesh,
         accuracy: Accuracy,
@@ -315,6 +322,7 @@ class _PhaseStep:
         Jumps that the mesh has not `resolved` are cut in two. Where the program is `large` its
         controls are left as they are, and so are their jumps.
         """
+        last = solved[-1]
         mesh = last.iterate.mesh.phases[index]
         errors = without_closed(last.errors.phases[index], new_back_off, accuracy.path)
         motion = last.iterate.trajectory.phases[index]
@@ -335,6 +343,10 @@ class _PhaseStep:
             start = freed_at(base, motion.fractions[1:-1][held])
             errors = replace(errors, gain=np.where(beside(held), 0.0, errors.gain))
         bracketed = with_brackets(start, worth, policy.move_breakpoints, known)
+        near = NEAR if last.tight else NEAR_WHILE_ROUGH
+        motions = crossed_meshes(solved, index, are_motions=is_motion)
+        crossed = with_crossings(bracketed or start, motions, known, near)
+        errors = _without_errors_at(errors, motion, motions[-1].crossings.places[crossed.moved])
 
         # While a breakpoint is still on its way, gains are those of a control that will change, and
         # so are the errors of controls before each jump has its bracket.
@@ -348,7 +360,8 @@ class _PhaseStep:
             missed=max(least, accuracy.objective),
             halve=start is not base or bracketed is not None or (is_motion and not resolved),
         )
-        refined = marks.refine(bracketed or start, base, policy.most_intervals)
+        refined = marks.refine(crossed.mesh, base, policy.most_intervals)
+        refined = with_sides(refined, crossed.crossings, near)
         return cls(
             mesh,
             base,
@@ -367,7 +380,11 @@ class _PhaseStep:
         """Whether there is anything to solve again for."""
         leaks = any(float(e.values.max()) > self.tolerance for e in self.errors.excess)
         backed_off = any(values.any() for values in self.new_back_off.values())
-        return self.blocked or leaks or backed_off or not _equal(self.refined, self.base)
+        # what was found on a side of a kink that the motion has left is no answer
+        off_sides = bool(self.errors.crossings.left.any())
+        return (
+            self.blocked or leaks or backed_off or off_sides or not _equal(self.refined, self.base)
+        )
 
     @property
     def breakpoints(self) -> Array:
@@ -444,6 +461,14 @@ def _wrongly_held(last: SolvedMesh, index: int, errors: PhaseErrors, tolerance: 
         # multipliers are not unique beside any of them: another one may be displaced next time
         held |= errors.displaced | held_switches(last.iterate, index, errors.jumps)
     return held
+
+
+def _without_errors_at(errors: PhaseErrors, motion: PhaseTrajectory, places: Array) -> PhaseErrors:
+    """The errors, none of dynamics and controls in the intervals that hold given fractions."""
+    held = np.clip(np.searchsorted(motion.fractions, places) - 1, 0, motion.intervals - 1)
+    dynamics, gain = errors.dynamics.copy(), errors.gain.copy()
+    dynamics[held], gain[held] = 0.0, 0.0
+    return replace(errors, dynamics=dynamics, gain=gain)
 
 
 def _equal(a: PhaseMesh, b: PhaseMesh) -> bool:

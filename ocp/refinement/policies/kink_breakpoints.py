@@ -1,0 +1,231 @@
+"""Breakpoints where a motion crosses a kink of its dynamics or integrands.
+
+The breakpoint is fixed, at the crossing that the last motion had. On each side of it the expression
+is that of the side, also a little beyond the kink, so that the program is smooth: a collocation
+point that is on the kink itself would be on either side by turns, and the solver would come to no
+end.
+
+An error of the place moves the crossing by a part of it, which differs from problem to problem:
+beyond the kink the costates go on as on the wrong side. After two meshes that part is known, and
+the breakpoint is put where both will meet (Anderson, "Iterative procedures for nonlinear integral
+equations", 1965).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ocp.arrays import Array, Flags
+from ocp.mesh.mesh import SAME_POINT, PhaseMesh
+from ocp.refinement.estimates.kink_crossings import NEAR_WHILE_ROUGH, KinkCrossings
+from ocp.refinement.solved_mesh import SolvedMesh
+
+# Changes of a distance, relative to the largest one, that say nothing of the next mesh
+_NO_CHANGE = 1e-6
+
+# Times the farthest distance of a crossing from its breakpoint, beyond which none is expected
+_FARTHER = 10.0
+
+# Crossings by intervals of a mesh, and how many at least, beyond which it does not resolve them
+_TOO_MANY = 0.3
+_MANY = 16
+
+# Meshes after which the farthest crossing has to have come as near as this to its breakpoint
+_PATIENCE = 4
+_FALLING = 0.5
+
+# Of the interval that holds a crossing: a breakpoint this close to a new one was that of the same
+# crossing on the mesh before, or would leave an interval too narrow for anything.
+_REPLACED = 0.1
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CrossedMesh:
+    """A solved mesh of a phase, and the crossings of its motion.
+
+    Attributes
+    ----------
+    mesh : PhaseMesh
+    fractions : (N + 1,)
+        Its breakpoints where the optimiser left them, as fractions of the phase.
+    crossings : KinkCrossings
+    stood : (m,)
+        The breakpoint at which the mesh goes over to the side behind each crossing, as a fraction
+        of the phase; nan where it has none.
+    """
+
+    mesh: PhaseMesh
+    fractions: Array
+    crossings: KinkCrossings
+
+    @cached_property
+    def stood(self) -> Array:
+        """See the attributes."""
+        places = np.full(self.crossings.count, np.nan)
+        if self.mesh.sides is None:
+            return places
+        for i, (place, surface, behind) in enumerate(self.crossings.each()):
+            side = self.mesh.sides[:, surface]
+            over = self.fractions[1:-1][(side[:-1] == -behind) & (side[1:] == behind)]
+            if over.size:
+                places[i] = over[np.abs(over - place).argmin()]
+        return places
+
+    def same_crossings(self, other: CrossedMesh) -> bool:
+        """Whether another motion crosses the same kinks in the same order."""
+        ours, theirs = self.crossings, other.crossings
+        same = np.array_equal(ours.surfaces, theirs.surfaces)
+        return same and np.array_equal(ours.behind, theirs.behind)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class KinkBreakpoints:
+    """A mesh with breakpoints at crossings of kinks.
+
+    Attributes
+    ----------
+    mesh : PhaseMesh
+    crossings : KinkCrossings
+        Each at its breakpoint.
+    moved : (m,)
+        Whether each was on no breakpoint. The errors of the interval that held it are those of the
+        kink.
+    """
+
+    mesh: PhaseMesh
+    crossings: KinkCrossings
+    moved: Flags
+
+
+def crossed_meshes(
+    solved: Sequence[SolvedMesh], index: int, *, are_motions: bool
+) -> list[CrossedMesh]:
+    """The solved meshes of a phase; the last one without crossings where none can be met.
+
+    Parameters
+    ----------
+    index : int
+        Of the phase.
+    are_motions : bool
+        Whether the last mesh holds the dynamics well enough to say where kinks are crossed.
+    """
+    meshes = [
+        CrossedMesh(
+            each.iterate.mesh.phases[index],
+            each.iterate.trajectory.phases[index].fractions,
+            each.errors.phases[index].crossings,
+        )
+        for each in solved
+    ]
+    if are_motions and are_met(meshes):
+        return meshes
+    return [replace(meshes[-1], crossings=meshes[-1].crossings.none())]
+
+
+def are_met(solved: Sequence[CrossedMesh]) -> bool:
+    """Whether breakpoints can follow the crossings of the last motion.
+
+    Not where a mesh has so many that it does not resolve the motion, nor where breakpoints have
+    followed them over some meshes and came no nearer.
+    """
+    last = solved[-1]
+    if last.crossings.count > max(_MANY, _TOO_MANY * last.mesh.intervals):
+        return False
+    off = np.array([each.crossings.farthest for each in solved])
+    then, now = off[: -_PATIENCE or None], off[_PATIENCE:]
+    return not bool(np.any((now > NEAR_WHILE_ROUGH) & (now > _FALLING * then[: now.size])))
+
+
+def expected_places(solved: Sequence[CrossedMesh]) -> Array:
+    """Where the crossings of the last motion will be once their breakpoints are there, (m,).
+
+    As fractions of the phase.
+    """
+    last = solved[-1]
+    latest = list[CrossedMesh]()
+    for each in reversed(solved):
+        if not each.same_crossings(last) or np.isnan(each.stood).any():
+            break
+        latest.insert(0, each)
+    if len(latest) < 2:
+        return last.crossings.places
+
+    # the combination of meshes whose breakpoints are nearest to their crossings
+    crossed = np.array([each.crossings.places for each in latest])
+    off = crossed - np.array([each.stood for each in latest])
+    shares, *_ = np.linalg.lstsq(np.diff(off, axis=0).T, off[-1], rcond=_NO_CHANGE)
+    expected = crossed[-1] - shares @ np.diff(crossed, axis=0)
+    farther = np.abs(expected - crossed[-1]).max() > _FARTHER * np.abs(off[-1]).max()
+    return crossed[-1] if farther else np.asarray(expected)
+
+
+def with_crossings(
+    mesh: PhaseMesh, solved: Sequence[CrossedMesh], known: Array, near: float
+) -> KinkBreakpoints:
+    """A mesh with a breakpoint at each crossing of the last motion.
+
+    Parameters
+    ----------
+    mesh : PhaseMesh
+        That of the last motion, maybe with other breakpoints for other reasons.
+    known : (n,)
+        Known instants, as fractions of the phase, whose breakpoints stay.
+    near : float
+        Of the phase, within which a breakpoint is at a crossing.
+    """
+    before, crossings = mesh.breakpoints, solved[-1].crossings
+    if not crossings.count:
+        return KinkBreakpoints(mesh, crossings, np.empty(0, dtype=bool))
+    nearest = before[np.abs(crossings.places[:, None] - before).argmin(axis=1)]
+    moved = np.abs(crossings.places - nearest) > near
+    places = np.clip(expected_places(solved), near, 1.0 - near)
+    places = np.where(moved, places, nearest)
+    if not moved.any():
+        return KinkBreakpoints(mesh, replace(crossings, places=places), moved)
+
+    # what was the breakpoint of a crossing before goes, and what is so near that it serves for
+    # nothing else
+    wanted = places[moved]
+    holders = np.clip(np.searchsorted(before, wanted) - 1, 0, mesh.intervals - 1)
+    close = np.abs(before[:, None] - wanted) < _REPLACED * np.diff(before)[holders]
+    goes = close.any(axis=1) | np.isin(before, solved[-1].stood[moved])
+    stays = np.abs(before[:, None] - known).min(axis=1, initial=np.inf) <= SAME_POINT
+    stays[[0, -1, *mesh.movable]] = True
+    stays |= np.isin(before, nearest[~moved])
+
+    points = before[stays | ~goes]
+    for place in np.sort(wanted):
+        if np.abs(points - place).min() > near:
+            points = np.sort(np.append(points, place))
+    centres = 0.5 * (points[:-1] + points[1:])
+    parents = np.clip(np.searchsorted(before, centres) - 1, 0, mesh.intervals - 1)
+    movable = tuple(int(np.searchsorted(points, before[i])) for i in mesh.movable)
+    refined = PhaseMesh(points, mesh.degrees[parents], movable)
+    return KinkBreakpoints(refined, replace(crossings, places=places), moved)
+
+
+def with_sides(mesh: PhaseMesh, crossings: KinkCrossings, near: float) -> PhaseMesh:
+    """The mesh with the sides of kinks given in the intervals beside their breakpoints.
+
+    No side is given in an interval that the motion leaves through another crossing of the kink.
+
+    Parameters
+    ----------
+    crossings : KinkCrossings
+        Each at its breakpoint, if it has one.
+    near : float
+        Of the phase, within which a breakpoint is at a crossing.
+    """
+    sides = np.zeros((mesh.intervals, crossings.kinks), dtype=np.int64)
+    for place, surface, behind in crossings.each():
+        at = int(np.abs(mesh.breakpoints - place).argmin())
+        if 0 < at < mesh.intervals and abs(mesh.breakpoints[at] - place) <= near:
+            sides[at - 1, surface], sides[at, surface] = -behind, behind
+    for place, surface, _ in crossings.each():
+        if np.abs(mesh.breakpoints - place).min() > near:
+            sides[np.searchsorted(mesh.breakpoints, place) - 1, surface] = 0
+    return replace(mesh, sides=sides if sides.any() else None)
