@@ -57,7 +57,9 @@ class MinimumPrinciple:
     mean : float
         Of the Hamiltonian over the phase [unit of the objective / s].
     ends : (2,)
-        Its values at the first and last instant.
+        Its values before the first and behind the last instant, by those of the first and last
+        interval. A limit or peak that depends on time may act at an end by a whole mass, as a peak
+        does that is attained there. Then the Hamiltonian jumps at that instant.
     size : float
         Root mean square over time of ``|L| + sum |lambda_i f_i|``, to which the following are
         relative. In a phase that does not matter it is a small part of the objective's rate: the
@@ -94,7 +96,7 @@ class MinimumPrinciple:
     name: str
     autonomous: bool
     mean: float
-    ends: Array
+    ends: tuple[float, float]
     size: float
     sizes: Array
     drift: float
@@ -185,22 +187,22 @@ def minimum_principle(
     size = max(math.sqrt(float(sizes**2 @ steps / duration)), least)
     slopes = _projected(tested, *_slopes(tested, points, values))
 
-    first_and_last = np.array([0, phase.intervals - 1])
-    by_time: Array | float = 0.0
+    by_time, until_end = np.zeros(phase.intervals), 0.0
     if not hamiltonian.autonomous:
-        by_time = changes_by_time(iterate, evaluator, costates, index)
+        by_time, until_end = changes_by_time(iterate, evaluator, costates, index)
+    kept = means - by_time
     stretches = stretches_of(iterate, phase)
     drift = float(np.abs(means - _means_of_stretches(means, steps, stretches)) @ steps / duration)
     return MinimumPrinciple(
         name=phase.name,
         autonomous=hamiltonian.autonomous,
         mean=float(means @ steps / duration),
-        ends=tested.values(first_and_last, np.array([0.0, 1.0])).value,
+        ends=(float(kept[0]), float(kept[-1] + until_end)),
         size=size,
         sizes=np.maximum(sizes / size, 1.0),
         drift=drift / size,
         means=means / size,
-        kept=(means - by_time) / size,
+        kept=kept / size,
         steps=steps,
         stretches=stretches,
         slopes=slopes,

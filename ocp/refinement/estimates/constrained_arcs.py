@@ -54,16 +54,17 @@ def arc_gains(iterate: Iterate, evaluator: Evaluator, index: int, acting: Flags)
     )
     means = points.means(values.value)
     if not hamiltonian.autonomous:
-        means -= changes_by_time(iterate, evaluator, costates, index)
+        means -= changes_by_time(iterate, evaluator, costates, index)[0]
     return gains_by_means(means, steps, stretches, acting, changes)
 
 
 def changes_by_time(
     iterate: Iterate, evaluator: Evaluator, costates: PhaseCostates, index: int
-) -> Array:
-    """Change of the Hamiltonian by time alone since the start of the phase, (N,).
+) -> tuple[Array, float]:
+    """Change of the Hamiltonian by time alone since the start of the phase.
 
-    The mean over each interval [unit of the objective / s].
+    The mean over each interval (N,), and that of the whole phase, its last instant included [unit
+    of the objective / s].
 
     ``dH/dt = H_t + sum mu c_t`` along an optimum (Bryson and Ho, ch. 3.10), where the multipliers
     of limits that act are masses at points.
@@ -94,7 +95,7 @@ def changes_by_time(
         masses = masses * iterate.scales.objective / constraint.scale
         slopes = of_paths[:, hamiltonian.paths.index(rows.constraint)]
         add(rows.intervals, rows.tau, masses * slopes)
-    return np.asarray(np.cumsum(whole) - whole + mean)
+    return np.cumsum(whole) - whole + mean, float(whole.sum())
 
 
 def gains_by_means(
