@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array, Flags
@@ -138,21 +139,27 @@ def path_multiplier_sums(iterate: Iterate, index: int) -> dict[int, Array]:
 
 
 def saturated_constraints(iterate: Iterate, index: int) -> Flags:
-    """Intervals in which a constraint of controls alone is at its limit all through, (N,)."""
+    """Whether a constraint of controls alone holds each at its limit all through, (N, n_u).
+
+    The controls are in the order of a trajectory.
+    """
     transcription = iterate.transcription
-    count = transcription.columns.phases[index].intervals
-    saturated = np.zeros(count, dtype=bool)
+    columns = transcription.columns.phases[index]
+    count = columns.intervals
+    saturated = np.zeros((count, len(columns.controls)), dtype=bool)
     numbers = [i for i, c in enumerate(transcription.constraints[index]) if c.of_controls]
     if not numbers:
         return saturated
 
     distances = limit_distances(iterate)
     for number in numbers:
+        expression = transcription.constraints[index][number].expression
+        limited = [ca.depends_on(expression, control.symbol) for control in columns.controls]
         for distance in (distances.lower, distances.upper):
             farthest = np.zeros(count)
             for path in transcription.rows.of_constraint(index, number):
                 np.maximum.at(farthest, path.intervals, distance[path.rows])
-            saturated |= farthest <= CLOSE
+            saturated |= (farthest <= CLOSE)[:, None] & limited
     return saturated
 
 

@@ -31,9 +31,11 @@ _LEAST_REACH = 1e-3
 
 
 def gains(iterate: Iterate, evaluator: Evaluator, index: int, strongly_acting: Flags) -> Array:
-    """What finer controls gain in each part of each interval of a phase, (N, p).
+    """What each finer control gains in each part of each interval of a phase, (N, p, n_u).
 
-    In the unit of the objective. The parts are those of `ocp.optimality.costate_errors.PARTS`.
+    In the unit of the objective. The parts are those of `ocp.optimality.costate_errors.PARTS`, the
+    controls in the order of a trajectory. Where controls that share a limit cannot all have what
+    each would gain alone, each has the same part of it.
 
     Parameters
     ----------
@@ -47,7 +49,7 @@ def gains(iterate: Iterate, evaluator: Evaluator, index: int, strongly_acting: F
     phase = iterate.trajectory.phases[index]
     hamiltonian = hamiltonian_of(evaluator, iterate.transcription, index)
     if not hamiltonian.controls:
-        return np.zeros((phase.intervals, PARTS.size - 1))
+        return np.zeros((phase.intervals, PARTS.size - 1, 0))
 
     # points in each part of an interval, so that no thin layer at its end is missed
     nodes, weights = np.polynomial.legendre.leggauss(_POINTS)
@@ -70,11 +72,24 @@ def gains(iterate: Iterate, evaluator: Evaluator, index: int, strongly_acting: F
     with np.errstate(divide="ignore", invalid="ignore"):
         newton = np.where(curvature > 0, 0.5 * values.slope**2 / curvature, np.inf)
 
-    density = np.minimum(to_the_end, newton).sum(axis=1)
-    density = np.minimum(density, _traded(iterate, hamiltonian, values, (down, up), index))
-    density = np.where(np.isfinite(density), density, 0.0).reshape(phase.intervals, -1)
-    of_parts = (density * shares).reshape(phase.intervals, -1, _POINTS).sum(axis=2)
-    return np.asarray(of_parts * np.diff(phase.breakpoints)[:, None])
+    alone = np.minimum(to_the_end, newton)
+    traded = _traded(iterate, hamiltonian, values, (down, up), index)
+    density = _shared_out(alone, np.minimum(alone.sum(axis=1), traded))
+    shape = (phase.intervals, PARTS.size - 1, _POINTS, alone.shape[1])
+    of_parts = np.einsum("kpqu,pq->kpu", density.reshape(shape), shares.reshape(-1, _POINTS))
+    return np.asarray(of_parts * np.diff(phase.breakpoints)[:, None, None])
+
+
+def _shared_out(alone: Array, together: Array) -> Array:
+    """What each control has of a gain (m,), in parts of what each would gain alone, (m, n_u).
+
+    None where the gain is infinite. Where some would gain without end alone, all have the same.
+    """
+    total = alone.sum(axis=1, keepdims=True)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        parts = np.where(np.isfinite(total), alone / total, 1.0 / alone.shape[1])
+    parts = np.where(total > 0, parts, 0.0)
+    return np.where(np.isfinite(together), together, 0.0)[:, None] * parts
 
 
 def _traded(

@@ -105,7 +105,7 @@ def test_gain_of_a_piecewise_constant_control_is_what_is_lost():
     # the best N steps have the slope c = 12 / (1 - 1 / N^2) and the objective c
     # each interval of h = 1 / N loses int (u - mean u)^2 dt = c^2 h^3 / 12
     iterate = iterate_of(least_effort("constant"), intervals=10)
-    found = gains(iterate, Evaluator(iterate.problem), 0, nowhere(iterate)).sum(axis=1)
+    found = gains(iterate, Evaluator(iterate.problem), 0, nowhere(iterate)).sum(axis=(1, 2))
     slope = 12.0 / (1.0 - 1.0 / 10**2)
     assert iterate.objective == pytest.approx(slope, rel=1e-9)
     np.testing.assert_allclose(found, slope**2 / 10**3 / 12.0, rtol=1e-6)
@@ -139,7 +139,7 @@ def test_a_phase_without_controls_gains_nothing():
     problem = Problem("decay", [phase], minimise=phase.at_end(x))
     iterate = iterate_of(problem, scheme=Radau(3))
     found = gains(iterate, Evaluator(problem), 0, nowhere(iterate))
-    np.testing.assert_array_equal(found.sum(axis=1), np.zeros(5))
+    np.testing.assert_array_equal(found.sum(axis=(1, 2)), np.zeros(5))
     hamiltonian, values, t = along(iterate)
     assert hamiltonian.controls == ()
     # lambda = exp(t - 1), x = exp(-t): H = -exp(-1), to the order of three points in 5 intervals

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ocp import Between, Control, FixedMesh, Phase, Problem, Settings, State, solve
+from ocp import Between, Control, FixedMesh, Phase, Problem, Radau, Settings, State, solve
 from ocp.optimality.active_set import strongest_multipliers
 from ocp.refinement.estimates.promised_gain import PhaseGains, promised_gain
 
@@ -38,3 +38,34 @@ def test_a_promise_is_noise_where_a_control_is_smooth_and_a_constraint_acts():
     easiest = moved(lambda phase, u: phase.integral(u**2), end=1.0)
     assert telling(easiest, acting=False).all()
     assert not telling(easiest, acting=True).any()
+
+
+def slow_move(*, with_pump):
+    """A distance of 1 m below a speed limit, beside a tank that a pump fills all the time."""
+    x, v, u = State("x", "m"), State("v", "m/s", upper=1.2), Control("u", "m/s^2")
+    level, pump = State("level"), Control("pump", lower=0.0, upper=1.0)
+    dynamics, start = {x: v, v: u}, {x: 0, v: 0}
+    if with_pump:
+        dynamics, start = dynamics | {level: pump}, start | {level: 0}
+    phase = Phase("move", dynamics, start, {x: 1, v: 0}, end=1.0)
+    effort = phase.integral(u**2)
+    problem = Problem(
+        "slow move", [phase], minimise=effort - phase.at_end(level) if with_pump else effort
+    )
+    # odd, so that the arc begins inside an interval
+    fixed = Settings(intervals=11, scheme=Radau(4), refinement=FixedMesh(), verify=False)
+    return solve(problem, settings=fixed)
+
+
+def test_a_control_on_its_bound_makes_no_noise_of_another_one_tell():
+    alone, beside = slow_move(with_pump=False), slow_move(with_pump=True)
+    assert beside.objective == pytest.approx(alone.objective - 1.0, rel=1e-7)
+    promised = []
+    for solution in (alone, beside):
+        iterate = solution.kept_iterate
+        strongest = strongest_multipliers(iterate)
+        gains = PhaseGains.of(iterate, solution.evaluator, 0, strongest[0])
+        promised.append(gains.told.sum() * iterate.objective_size)
+        # what the speed limit leaves between its points is there in both
+        assert gains.anywhere.sum() > 2.0 * gains.told.sum()
+    assert promised[1] == pytest.approx(promised[0], rel=1e-2, abs=1e-9)

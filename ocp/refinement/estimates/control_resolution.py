@@ -17,16 +17,14 @@ from ocp.refinement.estimates.switch_detection import control_samples, jumps_at
 
 
 def control_errors(motion: PhaseTrajectory, mesh: PhaseMesh) -> Array:
-    """Estimated error of each interval's control shape relative to the control's range, (N,).
+    """Estimated error of each control's shape in each interval, relative to its range, (N, n_u).
 
     Of a constant or linear control it is what the next order would add, from the smaller of the
     differences to both neighbours: a level next to a jump is no error, a value between two levels
     is. Of a polynomial of a higher order it is its last Legendre coefficient.
     """
-    worst = np.zeros(mesh.intervals)
-    for _, error in _errors_by_control(motion, mesh):
-        worst = np.maximum(worst, error)
-    return worst
+    errors = [error for _, error in _errors_by_control(motion, mesh)]
+    return np.column_stack([np.zeros((mesh.intervals, 0)), *errors])
 
 
 def parts_to_resolve(motion: PhaseTrajectory, mesh: PhaseMesh, allowed: float) -> Array:
@@ -43,14 +41,15 @@ def parts_to_resolve(motion: PhaseTrajectory, mesh: PhaseMesh, allowed: float) -
 def _errors_by_control(
     motion: PhaseTrajectory, mesh: PhaseMesh
 ) -> Iterator[tuple[Integers, Array]]:
-    """Orders and estimated errors of each control that varies, (N,) each."""
+    """Orders and estimated errors of each control, (N,) each; one that never varies has none."""
     # a breakpoint at which nothing jumps separates no levels
     mesh = replace(mesh, movable=tuple(i for i in mesh.movable if jumps_at(motion, i)))
     for name in motion.controls:
         size = float(np.ptp(control_samples(motion, name)[1]))
-        if size == 0.0:
-            continue
         control = motion.polynomial(name)
+        if size == 0.0:
+            yield control.orders, np.zeros(mesh.intervals)
+            continue
         ends, width = control.ends()[:, :, 0], np.diff(control.breakpoints)
         level = 0.5 * (ends[:, 0] + ends[:, 1])
         slope = (ends[:, 1] - ends[:, 0]) / width
@@ -65,12 +64,12 @@ def _errors_by_control(
 
 
 def saturated(motion: PhaseTrajectory, limits: Mapping[str, tuple[float, float]]) -> Flags:
-    """Intervals in which a control stays on one of its bounds or close to it, (N,)."""
-    on_bound = np.zeros(motion.intervals, dtype=bool)
-    for name in motion.controls:
+    """Whether each control stays on one of its bounds or close to it in an interval, (N, n_u)."""
+    on_bound = np.zeros((motion.intervals, len(motion.controls)), dtype=bool)
+    for j, name in enumerate(motion.controls):
         margin = CLOSE * float(np.ptp(control_samples(motion, name)[1]))
         for limit in limits[name]:
-            on_bound |= share_at_limit(motion.polynomial(name), limit, margin) == 1.0
+            on_bound[:, j] |= share_at_limit(motion.polynomial(name), limit, margin) == 1.0
     return on_bound
 
 

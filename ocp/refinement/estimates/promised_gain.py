@@ -40,10 +40,13 @@ class PhaseGains:
     ----------
     anywhere : (N,)
         To gain, relative to the objective, wherever it is.
+    told : (N,)
+        The part of it that says something, with `back_offs`. Where a control is smooth and a
+        constraint acts, its gain is noise: multipliers of the constraint sit at points, so that
+        the costates between them say little of the controls. Another control that is rough, or on
+        its bound, makes it no less so.
     telling : (N,)
-        Whether that says something. Where a control is smooth and a constraint acts, the gain is
-        noise: multipliers of the constraint sit at points, so that the costates between them say
-        little of the controls.
+        Whether the gain of any control says something.
     back_offs : (N,)
         To gain from limits that are backed off, which finer intervals do without.
     parts : (N,)
@@ -53,6 +56,7 @@ class PhaseGains:
     """
 
     anywhere: Array
+    told: Array
     telling: Flags
     back_offs: Array
     parts: Array
@@ -68,23 +72,22 @@ class PhaseGains:
             As of `strongest_multipliers` for the phase.
         """
         gained = gains(iterate, evaluator, index, strongest > STRONGLY_ACTIVE)
-        of_parts = gained / iterate.objective_size
+        of_controls = gained / iterate.objective_size
+        of_parts = of_controls.sum(axis=2)
         anywhere = of_parts.sum(axis=1)
         motion, mesh = iterate.trajectory.phases[index], iterate.mesh.phases[index]
         parts = parts_to_resolve(motion, mesh, _SMOOTH)
         back_offs = back_off_costs(iterate, index)
+        free = ~(strongest > ACTING)
+        telling = _rough(iterate, index) | free[:, None]
         return cls(
             anywhere,
-            _rough(iterate, index) | ~(strongest > ACTING),
+            np.where(telling, of_controls.sum(axis=1), 0.0).sum(axis=1) + back_offs,
+            np.asarray(free | telling.any(axis=1)),
             back_offs,
             parts,
             at_end=of_parts[:, 1:].sum(axis=1) > _MOST * anywhere,
         )
-
-    @property
-    def told(self) -> Array:
-        """The gain where it says something, with that of limits backed off, (N,)."""
-        return np.where(self.telling, self.anywhere, 0.0) + self.back_offs
 
 
 def promised_gain(iterate: Iterate, evaluator: Evaluator, strongest: Sequence[Array]) -> float:
@@ -100,7 +103,7 @@ def promised_gain(iterate: Iterate, evaluator: Evaluator, strongest: Sequence[Ar
 
 
 def _rough(iterate: Iterate, index: int) -> Flags:
-    """Intervals in which a control is not resolved, or stays on a bound that it should leave."""
+    """Whether each control is not resolved, or stays on a bound that it should leave, (N, n_u)."""
     motion, mesh = iterate.trajectory.phases[index], iterate.mesh.phases[index]
     on_bound = saturated(motion, iterate.parameters.signal_limits)
     on_bound |= saturated_constraints(iterate, index)
