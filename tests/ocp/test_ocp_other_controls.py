@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from ocp import TIME, Control, Phase, Problem, State, certify, solve
+from ocp import TIME, Bound, Control, FixedMesh, Phase, Problem, Settings, State, certify, solve
+from ocp.refinement.estimates.other_controls import others_of_phase
 
 x = State("x")
 throttle = Control("throttle", lower=-2, upper=2)
@@ -120,3 +121,28 @@ def test_where_the_hamiltonian_is_convex_nothing_is_tried() -> None:
     phase = Phase("go", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
     check = checks(solve(Problem("go", phase, minimise=phase.integral(u**2))))["other controls"]
     assert check.value == 0.0
+
+
+def is_tried(least: float, most: float, grip: object = 1.0) -> bool:
+    """Whether other thrusts are tried where their size is limited, at a motion as far as can be."""
+    a, b = (Control(name, lower=-2, upper=2) for name in "ab")
+    y = State("y")
+    size = Bound("size", (a**2 + b**2) * grip, lower=least, upper=most)
+    phase = Phase(
+        "go", {x: a, y: b - y}, {x: 0, y: 0}, bounds=[size], end=1.0, guess={a: 0.6, b: 0.6}
+    )
+    problem = Problem("go", phase, maximise=phase.at_end(x + y))
+    fixed = Settings(intervals=5, refinement=FixedMesh(), verify=False)
+    found = solve(problem, settings=fixed)
+    everywhere = np.ones(5, dtype=bool)
+    return others_of_phase(found.kept_iterate, found.evaluator, 0, everywhere) is not None
+
+
+def test_within_a_circle_of_controls_nothing_is_tried() -> None:
+    assert not is_tried(-np.inf, 1.0)
+    # a circle whose size changes along the motion is one, too
+    assert not is_tried(-np.inf, 1.0, 1.0 + 0.5 * TIME)
+    assert not is_tried(-1.0, np.inf, -1.0)
+    # what is allowed of a ring is no convex set, and neither is what lies outside of a circle
+    assert is_tried(0.1, 1.0)
+    assert is_tried(-np.inf, -0.5, -1.0)

@@ -15,13 +15,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array, Flags, Integers
 from ocp.mesh.trajectory import Evaluator
+from ocp.numerics.columnwise import columnwise
 from ocp.numerics.linearity import is_linear, is_quadratic
 from ocp.optimality.active_set import ACTING, acting_on_states, strongest_multipliers
-from ocp.optimality.hamiltonian import hamiltonian_of
+from ocp.optimality.hamiltonian import Hamiltonian, hamiltonian_of
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import duration_multiplier, phase_costates
 from ocp.problem.display import with_unit
@@ -177,12 +179,13 @@ def others_of_phase(
         return None
     costates = phase_costates(iterate, index).local(intervals, tau)
     own = hamiltonian.at(evaluator, iterate.trajectory, costates, intervals, tau)
+    points = (intervals, tau)
     # the best ones are neighbours then, which the program has compared
-    square = is_quadratic(value, u) and is_linear(path, u) and tried == hamiltonian.controls
-    if square and _is_convex(own.curvature) and not vanished:
+    square = is_quadratic(value, u) and tried == hamiltonian.controls and not vanished
+    convex = square and _is_convex(own.curvature)
+    if convex and _limits_are_convex(iterate, evaluator, hamiltonian, index, points):
         return None
 
-    points = (intervals, tau)
     trials = ControlTrials.of(iterate, evaluator, hamiltonian, index, points, costates)
     best, least = trials.best(own.value)
     less = own.value - least
@@ -218,6 +221,51 @@ def _points_of(intervals: Integers, controls: int) -> tuple[Integers, Array, Arr
     nodes, weights = np.polynomial.legendre.leggauss(points)
     tau, shares = np.tile(0.5 * (nodes + 1.0), intervals.size), np.tile(weights, intervals.size)
     return np.repeat(intervals, points), tau, 0.5 * shares
+
+
+def _limits_are_convex(
+    iterate: Iterate,
+    evaluator: Evaluator,
+    hamiltonian: Hamiltonian,
+    index: int,
+    points: tuple[Integers, Array],
+) -> bool:
+    """Whether the controls that path constraints allow are a convex set at points of a phase.
+
+    They are where each constraint is linear in the controls, or a square function of them that
+    curves away from its only limit: a circle of friction, a thrust of limited size.
+    """
+    motion = iterate.trajectory.phases[index]
+    inputs, _, path = hamiltonian.expressions()
+    u = inputs[0][[motion.signals.index(control.name) for control in hamiltonian.controls]]
+    curved = [i for i in range(path.numel()) if not is_linear(path[i], u)]
+    if not all(is_quadratic(path[i], u) for i in curved):
+        return False
+    if not curved:
+        return True
+
+    # towards which side each curves
+    peaks = iterate.trajectory.peaks_of(iterate.problem)
+    constraints = iterate.transcription.constraints[index]
+    limits = [constraints[hamiltonian.paths[i]].limits(iterate.parameters, peaks) for i in curved]
+    if any(np.isfinite(one).all() for one in limits):
+        return False
+    signs = [1.0 if np.isfinite(upper) else -1.0 for _, upper in limits]
+    key = ("curvature of limits", index, motion.signals, tuple(curved))
+    if key not in evaluator.compiled:
+        second = [ca.densify(ca.vec(ca.hessian(path[i], u)[0])) for i in curved]
+        evaluator.compiled[key] = ca.Function("curvatures", inputs[:3], ca.cse(second))
+    curvatures = columnwise(
+        evaluator.compiled[key],
+        motion.local(*points),
+        evaluator.times(motion, *points)[:, None],
+        evaluator.numbers(iterate.trajectory),
+    )
+    count = u.numel()
+    return all(
+        _is_convex(sign * curvature.reshape(-1, count, count))
+        for sign, curvature in zip(signs, curvatures, strict=True)
+    )
 
 
 def _is_convex(curvature: Array) -> bool:
