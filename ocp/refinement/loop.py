@@ -7,14 +7,17 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
+from ocp.arrays import Array
 from ocp.errors import BudgetSpent, Collapsed, Interrupted, SolveFailed, Unbounded
 from ocp.mesh.mesh import Mesh, same_intervals
 from ocp.nlp.result import NEAR
 from ocp.nlp.solver import StartingPoint
+from ocp.numerics.interval_maxima import Extremes
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.endings import Ending, ending_of
-from ocp.refinement.estimates.error_estimate import MeshErrors
 from ocp.refinement.estimates.other_controls import other_controls, promised_by
 from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.refinement.first_round.first_answer import first_answer
@@ -282,7 +285,7 @@ def _after_solved(
     return _Step(
         following,
         policy,
-        rough=following is not None and _worst(solved[-1].errors) >= _FAR,
+        rough=following is not None and _worst(solved[-1]) >= _FAR,
         closes_leaks=_closes_leaks(solved, following),
     )
 
@@ -352,6 +355,27 @@ def _leaves_more_open(last: SolvedMesh, accuracy: Accuracy) -> bool:
     return much and not last.holds(accuracy, LOOSER)
 
 
-def _worst(errors: MeshErrors) -> float:
-    """What is wrong with a mesh, or what a better one may gain, whichever is more."""
-    return max(errors.gain / LITTLE, errors.excess, errors.dynamics)
+def _worst(last: SolvedMesh) -> float:
+    """What is wrong with a mesh, or what a better one may gain, whichever is more.
+
+    A leak counts by the time that it takes. One in a few narrow intervals is no reason to be rough:
+    most of the next mesh is the same, and controls that are a little off leak at other places.
+    """
+    phases = zip(last.iterate.trajectory.phases, last.errors.phases, strict=True)
+    leaks = [mean_excess(motion.fractions, errors.excess) for motion, errors in phases]
+    return max(last.errors.gain / LITTLE, last.errors.dynamics, *leaks)
+
+
+def mean_excess(fractions: Array, excess: Sequence[Extremes]) -> float:
+    """The worst excess in each interval of a phase, averaged over its time; 0 without any.
+
+    Parameters
+    ----------
+    fractions : (N + 1,)
+        Breakpoints as fractions of the phase.
+    excess : sequence of Extremes
+        Of each path constraint, relative.
+    """
+    widths = np.diff(fractions)
+    worst = np.max([np.zeros_like(widths), *[e.values for e in excess]], axis=0)
+    return float(widths @ worst)

@@ -21,7 +21,9 @@ from ocp import (
     solve,
 )
 from ocp.mesh.mesh import Mesh, uniform
+from ocp.numerics.interval_maxima import Extremes
 from ocp.problem.parameters import parameters_of
+from ocp.refinement.loop import mean_excess
 from ocp.refinement.mesh_solver import MeshSolver
 
 # A mass of 1 kg moves 1 m from rest to rest in 3 s and brakes by at most 1 m/s^2. At full power P
@@ -131,3 +133,15 @@ def test_an_excess_is_a_part_of_the_scale_that_is_stated(peak):
     inside = t[np.abs(t - peak) < 0.04]
     efforts = 3 * (1 - 400 * (inside - peak) ** 2) ** 2 / (inside * (1 - inside)) ** 3
     assert found.objective == pytest.approx(efforts.max(), rel=1e-6)
+
+
+def test_a_leak_counts_by_the_time_that_it_takes() -> None:
+    fractions = np.array([0.0, 0.5, 0.501, 1.0])
+    middle = np.full(3, 0.5)
+    excess = [
+        Extremes(np.array([-0.3, 0.2, -np.inf]), middle),
+        Extremes(np.array([-0.1, 0.4, 1e-6]), middle),
+    ]
+    # what is within a limit makes up for no leak
+    assert mean_excess(fractions, excess) == pytest.approx(0.4 * 0.001 + 1e-6 * 0.499, rel=1e-12)
+    assert mean_excess(fractions, []) == 0.0
