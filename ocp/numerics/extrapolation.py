@@ -73,21 +73,22 @@ def driven_step(rate: ca.Function, n_x: int, n_u: int, count: int) -> ca.Functio
         it.
     """
     kind = ca.SX if rate.n_instructions() < _LONG else ca.MX
-    x, data = kind.sym("x", n_x), kind.sym("data", n_u * count + 4)
+    x, data, local = kind.sym("x", n_x), kind.sym("data", n_u * count + 4), kind.sym("local")
     table = ca.reshape(data[: n_u * count], count, n_u)
     t, h, tau, span = ca.vertsplit(data[n_u * count :])
 
-    def slope(state: Any, local: Any) -> Any:
-        u = kind(0, 1)
-        if n_u:
-            # Horner's rule, all inputs at once
-            row = table[count - 1, :]
-            for i in range(count - 2, -1, -1):
-                row = row * (tau + local) + table[i, :]
-            u = row.T
-        return h * rate(state, u, t + (tau + local) * h)
+    u = kind(0, 1)
+    if n_u:
+        # Horner's rule, all inputs at once
+        row = table[count - 1, :]
+        for i in range(count - 2, -1, -1):
+            row = row * (tau + local) + table[i, :]
+        u = row.T
+    # a function, so that each substep is one call
+    slope = ca.Function("slope", [x, local, data], [h * rate(x, u, t + (tau + local) * h)])
 
-    return ca.Function("step", [x, data], list(extrapolated_step(slope, x, span)))
+    ends = extrapolated_step(lambda state, at: slope(state, at, data), x, span)
+    return ca.Function("step", [x, data], list(ends))
 
 
 def accumulated(step: ca.Function, count: int) -> ca.Function:
