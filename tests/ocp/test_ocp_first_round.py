@@ -1,5 +1,6 @@
 """Where the stated guess leads nowhere: other barriers, and guesses by simulation."""
 
+from types import SimpleNamespace
 from typing import ClassVar
 
 import casadi as ca
@@ -24,8 +25,11 @@ from ocp import (
 )
 from ocp.mesh.initial_guess import initial_guess, states_a_motion, states_only_lines
 from ocp.mesh.simulated_guess import simulated_guesses
+from ocp.nlp.result import NlpResult
 from ocp.nlp.standstill import Divergence
 from ocp.problem.parameters import parameters_of
+from ocp.refinement.budget import Budget
+from ocp.refinement.first_round.starts import FirstRound
 from ocp.transcription.transcribe import ProgramLimits
 
 
@@ -167,6 +171,46 @@ def test_no_more_than_a_few_starts_are_made_where_an_expression_has_no_value_any
         solve(problem, settings=Settings(solver=Counting()))
     # the stated guess and three others
     assert Counting.runs == ["invalid number"] * 4
+
+
+def test_a_start_that_only_confirms_is_given_up_sooner(monkeypatch):
+    # the time is free, so that other starts are made; all of them lead to the same answer
+    x, u = State("x"), Control("u", lower=-1, upper=1)
+    phase = Phase("p", {x: u}, {x: 0}, {x: 1}, end=Between(0.1, 10))
+    runs, run = [], Ipopt.solve
+
+    def noted(self, *arguments):
+        result = run(self, *arguments)
+        runs.append((self.max_iterations, result.outcome, result.iterations))
+        return result
+
+    monkeypatch.setattr(Ipopt, "solve", noted)
+    solution = solve(Problem("least time", phase, minimise=phase.end_time))
+    assert solution.objective == pytest.approx(1.0)
+    assert solution.mesh_iterations[0].starts == 6
+
+    starts = runs[:6]
+    assert {outcome for _, outcome, _ in starts} == {"solved"}
+    assert max(iterations for *_, iterations in starts) <= 15
+    # the guess, the first start, which agrees with it, and those that confirm the two
+    assert [most for most, *_ in starts] == [1000, 300, 30, 30, 30, 30]
+
+
+def test_what_answers_took_tells_how_long_a_start_is_waited_for():
+    waited = []
+
+    def run(program, solver, point, limits, number):
+        waited.append(solver.max_iterations)
+        nothing = np.zeros(0)
+        return NlpResult("solved", "", nothing, 1.0, nothing, nothing, nothing, 40, 0.0)
+
+    meshes = SimpleNamespace(budget=Budget(), limits=lambda program: None, run=run)
+    first_round = FirstRound(meshes, Ipopt(), ())
+    done = run(None, Ipopt(), None, None, 1)
+    attempts = [(Ipopt(), None)] * 5
+    taken = list(first_round.runs(None, attempts, done, agreed=lambda answers: len(answers) > 2))
+    assert waited[1:] == [300, 200, 200, 80, 80]
+    assert taken[-1].iterations == 6 * 40
 
 
 def test_a_straight_line_as_a_guess_stays_the_users_choice():
