@@ -43,6 +43,11 @@ MULTIPLIER_FREE = 1e-6
 # objective's size. A larger product is no remainder of the barrier.
 LEFT = 1e-9
 
+# The same of all limits of a phase's controls together. A run that ends where it stands still may
+# leave more at each of them. To first order the objective gains no more than the sum by moving all
+# these controls on to their limits.
+LEFT_TOGETHER = 1e-6
+
 # Part of the largest multiplier of the same limit, from which on that one is strongly active.
 # Where it is not, the barrier leaves about 1e-10 over the scaled distance.
 STRONGLY_ACTIVE = 1e-6

@@ -25,7 +25,14 @@ import numpy as np
 
 from ocp.arrays import Array, Flags, Integers
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory
-from ocp.optimality.active_set import AT, CLOSE, LEFT, at_limit, share_at_limit
+from ocp.optimality.active_set import (
+    AT,
+    CLOSE,
+    LEFT,
+    LEFT_TOGETHER,
+    at_limit,
+    share_at_limit,
+)
 from ocp.optimality.hamiltonian import Hamiltonian, HamiltonianValues, hamiltonian_of
 from ocp.optimality.interval_means import CollocationPoints, collocation_points
 from ocp.optimality.iterate import Iterate
@@ -318,16 +325,25 @@ def _left_by_barrier(tested: _TestedPhase) -> Array:
     lower, upper = iterate.limits.columns
     left = np.zeros((steps.size, len(names)))
 
-    for signal, intervals, ids in columns.phases[tested.index].coefficients:
-        if signal.name not in names:
-            continue
+    own = [
+        (names.index(signal.name), intervals, ids)
+        for signal, intervals, ids in columns.phases[tested.index].coefficients
+        if signal.name in names
+    ]
+    found = list[tuple[Array, Array]]()
+    for _, _, ids in own:
         multipliers, x = iterate.bound_multipliers[ids], iterate.x[ids]
         distances = np.where(multipliers > 0, upper[ids] - x, x - lower[ids])
         pushing = np.isfinite(distances) & (multipliers != 0)
         products = np.abs(multipliers * np.where(pushing, distances, 0.0))
-        explained = np.where(pushing & (products <= LEFT), multipliers / columns.sizes[ids], 0.0)
+        found.append((np.where(pushing, multipliers, 0.0), products))
+
+    together = sum(float(products.sum()) for _, products in found) * iterate.scales.objective
+    most = np.inf if together <= LEFT_TOGETHER * iterate.objective_size else LEFT
+    for (number, intervals, ids), (multipliers, products) in zip(own, found, strict=True):
+        explained = np.where(products <= most, multipliers / columns.sizes[ids], 0.0)
         masses = explained.sum(axis=1) * iterate.scales.objective
-        left[intervals, names.index(signal.name)] = masses / steps[intervals]
+        left[intervals, number] = masses / steps[intervals]
     return left
 
 

@@ -256,18 +256,33 @@ def test_what_a_barrier_leaves_of_a_bound_is_no_slope():
     assert named_check(certificate, "between changes of 'go': dH/du").value < 1e-10
 
 
-def test_a_slope_that_no_barrier_leaves_fails():
-    # a costate that is 1e-3 too large, and bound multipliers that balance it 1e-3 off the bound
-    found = towards(200, upper=1 + 1e-3)
+def pushed_off(part, intervals=200):
+    """A costate that is too large by a part, and bound multipliers that balance it 1e-3 off."""
+    found = towards(intervals, upper=1 + 1e-3)
     iterate = found.kept_iterate
     ((_, _, controls),) = iterate.transcription.columns.phases[0].coefficients
     pushing = iterate.bound_multipliers.copy()
-    pushing[controls] += 2e-3 / 200 / iterate.scales.objective * iterate.scales.signals["u"]
+    size = iterate.scales.signals["u"] / iterate.scales.objective
+    pushing[controls] += 2 * part / intervals * size
     pushed = dataclasses.replace(
         found, iterate=dataclasses.replace(iterate, bound_multipliers=pushing)
     )
-    spoilt = with_costates(pushed, lambda values: values * (1 + 1e-3))
-    assert "between changes of 'go': dH/du" in failed(spoilt)
+    return with_costates(pushed, lambda values: values * (1 + part))
+
+
+def test_a_slope_that_no_barrier_leaves_fails():
+    # all products together are 2e-3 times 1e-3 of the objective
+    assert "between changes of 'go': dH/du" in failed(pushed_off(1e-3))
+
+
+def test_a_slope_counts_as_left_where_all_that_is_left_is_worth_next_to_nothing():
+    # on so coarse a mesh each product is far above 1e-9, and all of them are 6e-7 of the objective
+    spoilt = pushed_off(3e-4, intervals=20)
+    slope = named_check(certify(spoilt), "between changes of 'go': dH/du")
+    assert slope.value < 1e-9
+    found = towards(20, upper=1 + 1e-3)
+    without = with_costates(found, lambda values: values * (1 + 3e-4))
+    assert not named_check(certify(without), "between changes of 'go': dH/du").passed
 
 
 def test_a_stationary_point_that_is_no_minimum_fails(monkeypatch):
