@@ -285,7 +285,7 @@ def _after_solved(
     return _Step(
         following,
         policy,
-        rough=following is not None and _worst(solved[-1]) >= _FAR,
+        rough=following is not None and _is_far(solved[-1], accuracy),
         closes_leaks=_closes_leaks(solved, following),
     )
 
@@ -355,15 +355,18 @@ def _leaves_more_open(last: SolvedMesh, accuracy: Accuracy) -> bool:
     return much and not last.holds(accuracy, LOOSER)
 
 
-def _worst(last: SolvedMesh) -> float:
-    """What is wrong with a mesh, or what a better one may gain, whichever is more.
+def _is_far(last: SolvedMesh, accuracy: Accuracy) -> bool:
+    """Whether digits of the next mesh are lost, because that one will be replaced, too.
 
-    A leak counts by the time that it takes. One in a few narrow intervals is no reason to be rough:
-    most of the next mesh is the same, and controls that are a little off leak at other places.
+    Where little is left to gain, a leak counts by the time that it takes. One in a few narrow
+    intervals is no reason to be rough: most of the next mesh is the same as the one after it, and
+    controls that are a little off leak at other places.
     """
-    phases = zip(last.iterate.trajectory.phases, last.errors.phases, strict=True)
-    leaks = [mean_excess(motion.fractions, errors.excess) for motion, errors in phases]
-    return max(last.errors.gain / LITTLE, last.errors.dynamics, *leaks)
+    errors, leak = last.errors, last.errors.excess
+    if errors.gain <= LITTLE * accuracy.objective:
+        phases = zip(last.iterate.trajectory.phases, errors.phases, strict=True)
+        leak = max(mean_excess(motion.fractions, of_phase.excess) for motion, of_phase in phases)
+    return max(errors.gain / LITTLE, errors.dynamics, leak) >= _FAR
 
 
 def mean_excess(fractions: Array, excess: Sequence[Extremes]) -> float:

@@ -173,6 +173,16 @@ def test_a_refinement_goes_on_while_what_leaks_falls_fast():
     assert stands_still([mesh_round(2.0, excess=e) for e in (7e-7, 5e-7, 3e-7)], ACCURACY)
 
 
+def test_a_limit_that_has_just_begun_to_leak_gets_a_mesh_to_be_closed_on():
+    begun, stays = (
+        [mesh_round(2.0, excess=e, finer=False) for e in leaks]
+        for leaks in ((5e-7, 5e-7, 2e-4), (5e-7, 2e-4, 2e-4))
+    )
+    assert not stands_still(begun, ACCURACY)
+    assert not stands_still(begun, ACCURACY, closes_leaks=True)
+    assert stands_still(stays, ACCURACY, closes_leaks=True)
+
+
 @pytest.mark.parametrize(
     "last",
     [
