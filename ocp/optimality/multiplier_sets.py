@@ -12,6 +12,7 @@ them if it is a combination of the equations that they solve.
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -25,7 +26,7 @@ from ocp.optimality.multipliers import all_multipliers
 from ocp.optimality.switch_slopes import SwitchSlopes, switch_slopes
 
 if TYPE_CHECKING:
-    from scipy.sparse import csr_matrix
+    from scipy.sparse import csc_matrix, csr_matrix
     from scipy.sparse.linalg import SuperLU
 
 # Part of a slope, or of the objective per size, beyond which its two ends count as two.
@@ -52,8 +53,9 @@ _LINEAR_PROGRAM = {
 # Part of a direction that may be no combination of the equations, relative: what rounding leaves
 # where their singular values reach down to 1e-9.
 _ROUNDING = 1e-5
-# What keeps the projection onto these combinations regular, and steps that take it away again.
-_REGULAR = 1e-18
+# What keeps the projection onto these combinations regular, and steps that take it away again. The
+# next one where rounding swallows one.
+_REGULAR = (1e-18, 1e-15, 1e-12, 1e-9)
 _REFINEMENTS = 3
 
 # Of the largest multiplier: what moving a switch may promise, which is the noise of a solver.
@@ -201,12 +203,20 @@ class MultiplierChanges:
     @cached_property
     def _projection(self) -> SuperLU:
         """Solves for the part of a direction that is no combination of the equations."""
-        from scipy.sparse import bmat, identity
         from scipy.sparse.linalg import splu
 
+        for regular in _REGULAR[:-1]:
+            with suppress(RuntimeError):  # a pivot of zero
+                return splu(self._with(regular))
+        return splu(self._with(_REGULAR[-1]))
+
+    def _with(self, regular: float) -> csc_matrix:
+        """The matrix of the projection, kept regular by so much."""
+        from scipy.sparse import bmat, identity
+
         k, m = self.equations.shape
-        blocks = [[identity(m), self.equations.T], [self.equations, -_REGULAR * identity(k)]]
-        return splu(bmat(blocks).tocsc())
+        blocks = [[identity(m), self.equations.T], [self.equations, -regular * identity(k)]]
+        return bmat(blocks).tocsc()
 
     def most(self, direction: Array) -> float:
         """Largest value of ``direction @ z``; nan if the linear program ends without an answer."""

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from ocp import (
+    TIME,
     Algebraic,
     Between,
     Bound,
@@ -365,3 +366,16 @@ def test_a_phase_is_simulated_from_where_the_one_before_it_ended():
     after = guess.phases["two"].at_fractions(np.array([0.0]))
     assert before["x"] == pytest.approx(after["x"])
     assert before["v"] == pytest.approx(after["v"])
+
+
+@pytest.mark.parametrize("first", [2.0, 6.0])
+def test_a_failure_on_motions_that_end_before_they_begin_says_nothing(first):
+    """Of two free times the end may come first: on its way there the solver fails from 2 s."""
+    x, u = State("x"), Control("u")
+    times = {"start": Between(0, 20, first), "end": Between(0.5, 25, first + 2)}
+    move = Phase("move", {x: u}, {x: 0}, {x: 1}, **times)
+    longest = Bound("longest", move.duration, upper=2)
+    cost = move.integral((1 + (TIME - 7) ** 2) * u**2)
+    found = solve(Problem("cheap times", move, minimise=cost, bounds=[longest]))
+    # between 6 s and 8 s it is least
+    assert found.objective == pytest.approx(1 / (2 * np.arctan(1.0)), rel=1e-7)

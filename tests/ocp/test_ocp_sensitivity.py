@@ -8,6 +8,7 @@ import pytest
 from scipy.sparse import csr_matrix
 
 from ocp import (
+    TIME,
     Accuracy,
     Between,
     Bound,
@@ -273,3 +274,18 @@ def test_multipliers_of_problem_bounds_have_the_name_and_sign_of_their_limit():
     assert -found.sensitivities()["swing: speed upper"] == pytest.approx(
         speed.masses.sum(), abs=1e-6
     )
+
+
+def test_slopes_of_two_free_times_with_a_longest_duration():
+    """The cheapest two seconds are around 7 s: J = 1 / (2 atan(L / 2)), dJ/dL = -J^2 / 2."""
+    x, u, longest = State("x"), Control("u"), Constant("longest", "s", 2.0)
+    times = {"start": Between(1, 20, 6), "end": Between(3.5, 25, 8)}
+    move = Phase("move", {x: u}, {x: 0}, {x: 1}, **times)
+    price = 1 + (TIME - 7) ** 2
+    bound = Bound("duration", move.duration, upper=longest)
+    found = solve(Problem("cheap", move, minimise=move.integral(price * u**2), bounds=[bound]))
+    best = 1 / (2 * math.atan(1.0))
+    assert found.objective == pytest.approx(best, rel=1e-7)
+    slopes = found.sensitivities()
+    assert slopes["longest"] == pytest.approx(-(best**2) / 2, rel=CLOSE)
+    assert slopes["move: x final"] == pytest.approx(2 * best, rel=CLOSE)

@@ -30,6 +30,7 @@ from itertools import cycle
 import numpy as np
 
 from ocp.mesh.initial_guess import states_a_motion, states_only_lines
+from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.collapse import collapsed
 from ocp.nlp.failures import counted
 from ocp.nlp.result import NlpResult
@@ -125,6 +126,8 @@ def _in_its_sizes(
         return program, failed
     meshes = first_round.meshes
     found = trajectory_of(program, failed.x, meshes.parameters)
+    if _backwards(found):
+        return program, failed
     again = meshes.first_program(found, program.mesh)
     point = meshes.starting_point(again, found, meshes.limits(again))
     for result in first_round.runs(again, [(first_round.solver, point)], failed):
@@ -139,10 +142,15 @@ def _hopeful(meshes: MeshSolver, program: Transcription, failed: NlpResult) -> b
     free, equations = counted(limits)
     motion = trajectory_of(program, failed.x, meshes.parameters)
     met = float(limits.excess(failed.rows).max(initial=0.0)) < _MET
-    if met and collapsed(program, motion, failed.x) is not None:
+    if met and not _backwards(motion) and collapsed(program, motion, failed.x) is not None:
         return False  # it is the statement that leads there
     short = failed.outcome == "budget" and failed.iterations < PATIENCE
     return failed.outcome in _HOPEFUL and not short and equations <= free
+
+
+def _backwards(motion: Trajectory) -> bool:
+    """Whether a phase ends before it begins: what it costs then has the wrong sign, and no size."""
+    return any(phase.end < phase.start for phase in motion.phases)
 
 
 def _may_be_far(meshes: MeshSolver, result: NlpResult) -> bool:
