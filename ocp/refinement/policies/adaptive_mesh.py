@@ -28,7 +28,8 @@ from ocp.refinement.policies.brackets import (
     with_movable_switches,
 )
 from ocp.refinement.policies.kink_breakpoints import (
-    crossed_meshes,
+    AwaitedCrossings,
+    awaited_crossings,
     with_crossings,
     with_sides,
 )
@@ -157,16 +158,18 @@ class AdaptiveMesh:
         back_offs = chosen_back_offs(last, accuracy, closed)
 
         resolved = _resolves_jumps(last, accuracy)
+        awaited = awaited_crossings(solved, are_motions=last.errors.dynamics <= _A_MOTION)
 
         def steps_to(least: float, *, large: bool) -> list[_PhaseStep]:
             return [
                 _PhaseStep.of(
-                    solved,
+                    last,
                     index,
                     self,
                     accuracy,
                     least,
                     back_offs[index],
+                    awaited[index],
                     closed,
                     resolved=resolved,
                     large=large,
@@ -306,12 +309,13 @@ class _PhaseStep:
     @classmethod
     def of(
         cls,
-        solved: Sequence[SolvedMesh],
+        last: SolvedMesh,
         index: int,
         policy: AdaptiveMesh,
         accuracy: Accuracy,
         least: float,
         new_back_off: Mapping[int, Array],
+        awaited: AwaitedCrossings,
         closed: float,
         *,
         resolved: bool,
@@ -322,7 +326,6 @@ class _PhaseStep:
         Jumps that the mesh has not `resolved` are cut in two. Where the program is `large` its
         controls are left as they are, and so are their jumps.
         """
-        last = solved[-1]
         mesh = last.iterate.mesh.phases[index]
         errors = without_closed(last.errors.phases[index], new_back_off, accuracy.path)
         motion = last.iterate.trajectory.phases[index]
@@ -344,9 +347,8 @@ class _PhaseStep:
             errors = replace(errors, gain=np.where(beside(held), 0.0, errors.gain))
         bracketed = with_brackets(start, worth, policy.move_breakpoints, known)
         near = NEAR if last.tight else NEAR_WHILE_ROUGH
-        motions = crossed_meshes(solved, index, are_motions=is_motion)
-        crossed = with_crossings(bracketed or start, motions, known, near)
-        errors = _without_errors_at(errors, motion, motions[-1].crossings.places[crossed.moved])
+        crossed = with_crossings(bracketed or start, awaited, known, near)
+        errors = _without_errors_at(errors, motion, awaited.last.crossings.places[crossed.moved])
 
         # While a breakpoint is still on its way, gains are those of a control that will change, and
         # so are the errors of controls before each jump has its bracket.

@@ -81,6 +81,25 @@ class CrossedMesh:
         same = np.array_equal(ours.surfaces, theirs.surfaces)
         return same and np.array_equal(ours.behind, theirs.behind)
 
+    def without_crossings(self) -> CrossedMesh:
+        """The same mesh, its crossings left out."""
+        return replace(self, crossings=self.crossings.none())
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class AwaitedCrossings:
+    """The crossings of a phase on the last mesh, and where they are expected on the next one.
+
+    Attributes
+    ----------
+    last : CrossedMesh
+    expected : (m,)
+        As fractions of the phase.
+    """
+
+    last: CrossedMesh
+    expected: Array
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class KinkBreakpoints:
@@ -101,29 +120,40 @@ class KinkBreakpoints:
     moved: Flags
 
 
-def crossed_meshes(
-    solved: Sequence[SolvedMesh], index: int, *, are_motions: bool
-) -> list[CrossedMesh]:
-    """The solved meshes of a phase; the last one without crossings where none can be met.
+def _crossed_meshes(solved: Sequence[SolvedMesh]) -> list[list[CrossedMesh]]:
+    """The solved meshes of each phase, with the crossings of their motions."""
+    return [
+        [
+            CrossedMesh(
+                each.iterate.mesh.phases[index],
+                each.iterate.trajectory.phases[index].fractions,
+                each.errors.phases[index].crossings,
+            )
+            for each in solved
+        ]
+        for index in range(len(solved[-1].iterate.mesh.phases))
+    ]
+
+
+def awaited_crossings(solved: Sequence[SolvedMesh], *, are_motions: bool) -> list[AwaitedCrossings]:
+    """The crossings of each phase of the last mesh, those left out that cannot be met.
 
     Parameters
     ----------
-    index : int
-        Of the phase.
     are_motions : bool
         Whether the last mesh holds the dynamics well enough to say where kinks are crossed.
     """
-    meshes = [
-        CrossedMesh(
-            each.iterate.mesh.phases[index],
-            each.iterate.trajectory.phases[index].fractions,
-            each.errors.phases[index].crossings,
-        )
-        for each in solved
+    histories = _crossed_meshes(solved)
+    left_out = [not (are_motions and are_met(history)) for history in histories]
+    histories = [
+        [each.without_crossings() for each in history] if out else history
+        for history, out in zip(histories, left_out, strict=True)
     ]
-    if are_motions and are_met(meshes):
-        return meshes
-    return [replace(meshes[-1], crossings=meshes[-1].crossings.none())]
+    expected = expected_places(histories)
+    return [
+        AwaitedCrossings(history[-1], places)
+        for history, places in zip(histories, expected, strict=True)
+    ]
 
 
 def are_met(solved: Sequence[CrossedMesh]) -> bool:
@@ -140,31 +170,45 @@ def are_met(solved: Sequence[CrossedMesh]) -> bool:
     return not bool(np.any((now > NEAR_WHILE_ROUGH) & (now > _FALLING * then[: now.size])))
 
 
-def expected_places(solved: Sequence[CrossedMesh]) -> Array:
-    """Where the crossings of the last motion will be once their breakpoints are there, (m,).
+def expected_places(solved: Sequence[Sequence[CrossedMesh]]) -> list[Array]:
+    """Where the crossings of the last motion will be once their breakpoints are there.
 
-    As fractions of the phase.
+    Parameters
+    ----------
+    solved : sequence of sequence of CrossedMesh
+        The solved meshes of each phase, as many of each.
+
+    Returns
+    -------
+    list of (m,)
+        Of each phase, as fractions of it.
     """
-    last = solved[-1]
-    latest = list[CrossedMesh]()
-    for each in reversed(solved):
-        if not each.same_crossings(last) or np.isnan(each.stood).any():
+    last = [of_phase[-1] for of_phase in solved]
+    places = [each.crossings.places for each in last]
+    count = sum(own.size for own in places)
+
+    # as many differences as there are crossings, the latest ones, which are the smallest
+    crossed, off = list[Array](), list[Array]()
+    for mesh in reversed(list(zip(*solved, strict=True))):
+        stood = np.concatenate([each.stood for each in mesh])
+        same = all(each.same_crossings(own) for each, own in zip(mesh, last, strict=True))
+        if not same or np.isnan(stood).any() or len(off) > count:
             break
-        latest.insert(0, each)
-    if len(latest) < 2:
-        return last.crossings.places
+        crossed.insert(0, np.concatenate([each.crossings.places for each in mesh]))
+        off.insert(0, crossed[0] - stood)
+    if len(off) < 2 or not count:
+        return places
 
     # the combination of meshes whose breakpoints are nearest to their crossings
-    crossed = np.array([each.crossings.places for each in latest])
-    off = crossed - np.array([each.stood for each in latest])
     shares, *_ = np.linalg.lstsq(np.diff(off, axis=0).T, off[-1], rcond=_NO_CHANGE)
-    expected = crossed[-1] - shares @ np.diff(crossed, axis=0)
-    farther = np.abs(expected - crossed[-1]).max() > _FARTHER * np.abs(off[-1]).max()
-    return crossed[-1] if farther else np.asarray(expected)
+    ahead = -shares @ np.diff(crossed, axis=0)
+    if np.abs(ahead).max() > _FARTHER * np.abs(off[-1]).max():
+        return places
+    return np.split(crossed[-1] + ahead, np.cumsum([own.size for own in places])[:-1])
 
 
 def with_crossings(
-    mesh: PhaseMesh, solved: Sequence[CrossedMesh], known: Array, near: float
+    mesh: PhaseMesh, awaited: AwaitedCrossings, known: Array, near: float
 ) -> KinkBreakpoints:
     """A mesh with a breakpoint at each crossing of the last motion.
 
@@ -177,12 +221,12 @@ def with_crossings(
     near : float
         Of the phase, within which a breakpoint is at a crossing.
     """
-    before, crossings = mesh.breakpoints, solved[-1].crossings
+    before, crossings = mesh.breakpoints, awaited.last.crossings
     if not crossings.count:
         return KinkBreakpoints(mesh, crossings, np.empty(0, dtype=bool))
     nearest = before[np.abs(crossings.places[:, None] - before).argmin(axis=1)]
     moved = np.abs(crossings.places - nearest) > near
-    places = np.clip(expected_places(solved), near, 1.0 - near)
+    places = np.clip(awaited.expected, near, 1.0 - near)
     places = np.where(moved, places, nearest)
     if not moved.any():
         return KinkBreakpoints(mesh, replace(crossings, places=places), moved)
@@ -192,7 +236,7 @@ def with_crossings(
     wanted = places[moved]
     holders = np.clip(np.searchsorted(before, wanted) - 1, 0, mesh.intervals - 1)
     close = np.abs(before[:, None] - wanted) < _REPLACED * np.diff(before)[holders]
-    goes = close.any(axis=1) | np.isin(before, solved[-1].stood[moved])
+    goes = close.any(axis=1) | np.isin(before, awaited.last.stood[moved])
     stays = np.abs(before[:, None] - known).min(axis=1, initial=np.inf) <= SAME_POINT
     stays[[0, -1, *mesh.movable]] = True
     stays |= np.isin(before, nearest[~moved])
