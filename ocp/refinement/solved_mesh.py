@@ -96,6 +96,8 @@ def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
     it lies on a mesh that was too coarse. Without any that holds it is the last round.
     """
     good = [s for s in solved if s.holds(accuracy, LOOSER)]
+    # where one side of a kink acts beyond it, the objective may gain by that
+    good = [s for s in good if s.errors.beyond_kinks <= NEAR] or good
     # values of those that are not solved to the tolerance asked for err by theirs
     good = [s for s in good if s.tight] or good
     sense = solved[-1].iterate.problem.sense
@@ -112,7 +114,7 @@ def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
     strict = [s for s in as_good if s.holds(accuracy)]
     # of answers that are as good, one whose controls promise nothing more is proven better
     strict = [s for s in strict if s.errors.gain <= accuracy.objective] or strict
-    # beyond a kink that its breakpoint has missed, one side's dynamics may be the cheaper ones
+    # inside an interval a kink spoils the costates
     strict = [s for s in strict if s.errors.farthest_crossing <= NEAR] or strict
     if strict:
         return min(strict, key=lambda s: sense * s.iterate.objective)

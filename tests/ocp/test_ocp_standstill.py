@@ -95,7 +95,15 @@ def test_a_run_ends_at_its_best_point_where_the_tolerance_is_out_of_reach():
 
 
 def mesh_round(
-    objective, *, excess=0.0, dynamics=1e-9, gain=0.0, tight=True, finer=True, off_kinks=0.0
+    objective,
+    *,
+    excess=0.0,
+    dynamics=1e-9,
+    gain=0.0,
+    tight=True,
+    finer=True,
+    off_kinks=0.0,
+    beyond=0.0,
 ):
     """A solved mesh as far as the end of a refinement looks at it."""
     problem = SimpleNamespace(sense=1.0)
@@ -104,7 +112,11 @@ def mesh_round(
         objective=objective, scales=scales, problem=problem, objective_size=abs(objective)
     )
     errors = SimpleNamespace(
-        excess=excess, dynamics=dynamics, gain=gain, farthest_crossing=off_kinks
+        excess=excess,
+        dynamics=dynamics,
+        gain=gain,
+        farthest_crossing=off_kinks,
+        beyond_kinks=beyond,
     )
     return SolvedMesh(iterate, errors, 0.0, tight, finer)
 
@@ -245,6 +257,13 @@ def test_a_round_whose_breakpoints_are_on_its_kinks_is_the_better_of_equal_ones(
     beside, at = mesh_round(2.0 - 1e-7, off_kinks=1e-5), mesh_round(2.0, off_kinks=1e-9)
     assert best_of([beside, at], ACCURACY) is at
     assert best_of([beside, mesh_round(2.0, excess=5e-7)], ACCURACY) is beside
+
+
+def test_a_round_that_gains_beyond_a_kink_is_no_answer():
+    gains, at = mesh_round(1.9, off_kinks=1e-3, beyond=1e-3), mesh_round(2.0, off_kinks=1e-9)
+    assert best_of([gains, at], ACCURACY) is at
+    # unless there is no other one
+    assert best_of([gains], ACCURACY) is gains
 
 
 def test_an_audit_ends_where_its_starts_are_enough():

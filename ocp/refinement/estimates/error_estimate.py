@@ -326,6 +326,11 @@ class MeshErrors:
         """How far a crossing of a kink is from a breakpoint at most, as a fraction of its phase."""
         return max(phase.crossings.farthest for phase in self.phases)
 
+    @property
+    def beyond_kinks(self) -> float:
+        """The same where the mesh gives sides, which then act beyond their kinks; 0 elsewhere."""
+        return max(p.crossings.farthest if p.crossings.given else 0.0 for p in self.phases)
+
 
 def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) -> MeshErrors:
     """Evaluate a solved mesh between its points."""

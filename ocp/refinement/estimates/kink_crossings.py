@@ -62,6 +62,8 @@ class KinkCrossings:
         How many kinks there are.
     left : (N,)
         Intervals of a mesh with given sides in which the motion is on another one.
+    given : bool
+        Whether the mesh gives sides at all.
     """
 
     places: Array
@@ -70,6 +72,7 @@ class KinkCrossings:
     off: Array
     kinks: int
     left: Flags
+    given: bool = False
 
     @property
     def count(self) -> int:
@@ -94,7 +97,7 @@ class KinkCrossings:
     def some(self, wanted: Flags | Integers) -> KinkCrossings:
         """Some of them, by flags (m,) or by their numbers."""
         kept = self.places[wanted], self.surfaces[wanted], self.behind[wanted], self.off[wanted]
-        return KinkCrossings(*kept, self.kinks, self.left)
+        return KinkCrossings(*kept, self.kinks, self.left, self.given)
 
 
 def no_crossings(intervals: int, kinks: int = 0) -> KinkCrossings:
@@ -138,7 +141,7 @@ def kink_crossings(
     # a change between two samples is enclosed by ever shorter sections
     k, section, number = np.nonzero((found[:, 1:] > 0) != (found[:, :-1] > 0))
     if not k.size:
-        return replace(none, left=left)
+        return replace(none, left=left, given=sides is not None)
 
     def at(tau: Array) -> Array:
         """The own surface of each crossing at local times, (m,) or (m, s)."""
@@ -163,7 +166,9 @@ def kink_crossings(
     places = motion.fractions[k] + 0.5 * (low + high) * width
     inside = (places > _SAME) & (places < 1.0 - _SAME)
     off = np.abs(places[:, None] - motion.fractions).min(axis=1)
-    crossings = KinkCrossings(places, number, np.where(above, -1, 1), off, none.kinks, left)
+    crossings = KinkCrossings(
+        places, number, np.where(above, -1, 1), off, none.kinks, left, sides is not None
+    )
     order = np.argsort(places, kind="stable")
     found_ones = crossings.some(order[(through & inside)[order]])
     return _without_steps(found_ones, trajectory, evaluator, motion)
