@@ -6,7 +6,9 @@ import math
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
+from types import CodeType
 from typing import Any
 
 import casadi as ca
@@ -26,11 +28,16 @@ _FUNCTIONS: dict[str, Any] = {
 }
 
 
+@lru_cache(maxsize=4096)
+def _code(expression: str) -> CodeType:
+    return compile(expression.strip(), "<expression>", "eval")
+
+
 def evaluated(expression: Any, names: Mapping[str, Any]) -> Any:
     """An expression of the file, a number or a text, at values or symbols of its names."""
     if isinstance(expression, str):
-        # the expressions are those of our own file
-        return eval(expression, {"__builtins__": {}}, {**_FUNCTIONS, **names})
+        # the expressions are those of our own file; guesses are evaluated at thousands of times
+        return eval(_code(expression), {"__builtins__": {}}, {**_FUNCTIONS, **names})
     return expression
 
 
