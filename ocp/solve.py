@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ocp.errors import Interrupted, SolveFailed, StatementError, StatementWarning, Unverified
+from ocp.errors import Interrupted, StatementError, StatementWarning, Unverified
 from ocp.keywords import checked_keywords
 from ocp.mesh.first_mesh import following
 from ocp.mesh.initial_guess import initial_guess
@@ -29,19 +29,13 @@ from ocp.problem.parameters import parameters_of
 from ocp.problem.problem import Problem, check_is_problem
 from ocp.problem.symbols import Constant, is_real
 from ocp.progress import Progress, shown
-from ocp.refinement.estimates.error_estimate import MotionErrors
 from ocp.refinement.estimates.missed_switches import displaced_remark
-from ocp.refinement.estimates.narrow_features import (
-    NarrowFeature,
-    feature_remark,
-    mesh_that_sees,
-    narrow_features,
-)
+from ocp.refinement.estimates.narrow_features import feature_remark
 from ocp.refinement.estimates.other_controls import other_controls, others_remark
 from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.refinement.loop import Refinement, refine
+from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver, Start
-from ocp.refinement.saddles import held_still
 from ocp.refinement.solved_mesh import LOOSER, SolvedMesh
 from ocp.settings import Settings, first_intervals
 from ocp.solution.solution import Solution
@@ -54,13 +48,7 @@ _DEFAULTS = Settings()
 # Every interval can meet its tolerance while their errors add up to a miss of the replayed end
 # state. The tolerance is then made stricter by this factor, so many times at most.
 _STRICTER = 30.0
-_STRICTER_GOES = 2
-
-# How often a refinement goes on, for that or because the points missed something narrow.
-_FURTHER_GOES = 4
-
-# What a feature between the points may change, of the tolerance on the dynamics: as a verification.
-_SLACK = 10.0
+_STRICTER_GOES = 3
 
 # Part of a proven bound by which a value that meets it may be off: bounds that are computed are not
 # better themselves.
@@ -151,37 +139,24 @@ def solve_from(
     """`solve` from a given start and mesh."""
     settings, accuracy = meshes.settings, meshes.settings.accuracy
     check_before_solve(meshes.problem, meshes.parameters)
-    refinement = refine(meshes, start, mesh, accuracy)
-    checked = _checked(meshes, refinement.best)
-    checking, stricter = checked.seconds, 0
+    rounds: tuple[MeshIteration, ...] = ()
+    checking = 0.0
 
-    for _ in range(_FURTHER_GOES):
+    for _ in range(_STRICTER_GOES):
+        refinement = refine(meshes, start, mesh, accuracy, rounds)
         iterate, rounds = refinement.best.iterate, refinement.rounds
-        if not (settings.refinement.adapts and settings.verify) or meshes.spent(rounds):
-            break
-        if checked.features:
-            # for the points of this mesh they do not exist
-            mesh = mesh_that_sees(held_still(iterate), checked.features)
-        else:
-            # what holds between the points and not in the replay is off by the dynamics' errors
-            holds = refinement.best.holds(accuracy, LOOSER)
-            passed = checked.verification.passed or not holds
-            if passed and checked.motion.miss <= settings.accuracy.replay:
-                break
-            if stricter == _STRICTER_GOES:
-                break
-            stricter += 1
-            accuracy = replace(accuracy, dynamics=accuracy.dynamics / _STRICTER)
-            mesh = iterate.mesh
-        try:
-            refinement = refine(meshes, iterate, mesh, accuracy, rounds)
-        except SolveFailed:
-            if not checked.features:
-                raise
-            # the verdict tells of what is left
-            break
         checked = _checked(meshes, refinement.best)
         checking += checked.seconds
+
+        if not (settings.refinement.adapts and settings.verify) or meshes.spent(rounds):
+            break
+        # what holds between the points and not in the replay is off by the dynamics' errors
+        holds = refinement.best.holds(accuracy, LOOSER)
+        passed = checked.verification.passed or not holds
+        if passed and checked.motion.miss <= settings.accuracy.replay:
+            break
+        accuracy = replace(accuracy, dynamics=accuracy.dynamics / _STRICTER)
+        mesh, start = iterate.mesh, iterate
 
     return _solution(meshes, refinement, replace(checked, seconds=checking), bound)
 
@@ -293,8 +268,6 @@ class _Checked:
     motion : SimulatedMotion
     replayed : Trajectory
     verification : Verification
-    features : tuple of NarrowFeature
-        That the points do not see.
     seconds : float
         That this took [s].
     """
@@ -302,7 +275,6 @@ class _Checked:
     motion: SimulatedMotion
     replayed: Trajectory
     verification: Verification
-    features: tuple[NarrowFeature, ...]
     seconds: float
 
 
@@ -311,17 +283,19 @@ def _checked(meshes: MeshSolver, best: SolvedMesh) -> _Checked:
     iterate = best.iterate
     if not meshes.settings.verify:
         nothing = SimulatedMotion(())
-        return _Checked(nothing, iterate.trajectory, unverified(iterate.objective), (), 0.0)
+        return _Checked(nothing, iterate.trajectory, unverified(iterate.objective), 0.0)
     begin = clock.perf_counter()
     motion = simulate(meshes.problem, iterate.trajectory, dict(iterate.scales.signals))
     again = replayed(iterate.trajectory, motion)
-    accuracy = meshes.settings.accuracy
-    errors = best.errors.of_motion or MotionErrors(
-        iterate.transcription, iterate.trajectory, meshes.evaluator, iterate.parameters
+    verification = verify(
+        iterate,
+        motion,
+        again,
+        meshes.settings.accuracy,
+        meshes.evaluator,
+        best.errors.of_motion,
     )
-    verification = verify(iterate, motion, again, accuracy, meshes.evaluator, errors)
-    features = tuple(narrow_features(errors, _SLACK * accuracy.dynamics))
-    return _Checked(motion, again, verification, features, clock.perf_counter() - begin)
+    return _Checked(motion, again, verification, clock.perf_counter() - begin)
 
 
 def _solution(
@@ -339,7 +313,7 @@ def _solution(
     verdict = "unverified"
     if checked.verification.passed:
         verdict = _verdict(meshes, refinement, bound)
-        remarks = (*_remarks(meshes, refinement, fitted), feature_remark(checked.features))
+        remarks = (*_remarks(meshes, refinement, fitted), feature_remark(refinement.features))
         verdict += "".join(f"; {remark}" for remark in remarks if remark)
     steps = step_remark(steps_along(meshes.problem, iterate.trajectory, meshes.evaluator))
     beside = number_remark(number_steps(iterate, meshes.evaluator))

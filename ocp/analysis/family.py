@@ -29,6 +29,8 @@ from ocp.problem.parameters import Parameters, parameters_of
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
 from ocp.progress import Progress, shown
+from ocp.refinement.estimates.error_estimate import MotionErrors
+from ocp.refinement.estimates.narrow_features import narrow_features
 from ocp.refinement.loop import refine
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_of
 from ocp.refinement.mesh_solver import LOOSE, MeshSolver
@@ -40,6 +42,7 @@ from ocp.refinement.policies.moving_mesh import (
     price_of_widths,
 )
 from ocp.refinement.saddles import lower_motion, may_be_saddle
+from ocp.refinement.solved_mesh import LOOSER
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
 from ocp.solve import first_mesh, solve, solve_from
@@ -55,6 +58,9 @@ _RENEWALS = 4
 
 # How a mesh that was merged is refined again
 _MOVING = MovingMesh(5)
+
+# Of the states' sizes: what is off by more between its points is no motion of the problem
+_NO_MOTION = 1e-3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -323,7 +329,7 @@ class _Walk:
             if found is None:
                 break
             if found.alone or not self._held_back(found):
-                if base.settings.refinement.adapts and not found.alone and self._steps(found):
+                if base.settings.refinement.adapts and not found.alone and self._loses(found):
                     mesh = self._first_mesh(found.trajectory)
                     return self._alone(meshes, found.trajectory, mesh)
                 return replace(found, iterations=iterations)
@@ -374,23 +380,34 @@ class _Walk:
     ) -> Member:
         """A member refined on a mesh of its own, from a motion nearby as far as it leads."""
         found = refine(meshes, start, mesh, meshes.settings.accuracy, rounds)
-        return self._followable(found.best.iterate, meshes.parameters, iterations_of(found.rounds))
+        iterate, iterations = found.best.iterate, iterations_of(found.rounds)
+        return self._followable(iterate, meshes.parameters, iterations, moves=not found.sighted)
 
-    def _followable(self, iterate: Iterate, parameters: Parameters, iterations: int) -> Member:
+    def _followable(
+        self, iterate: Iterate, parameters: Parameters, iterations: int, *, moves: bool = True
+    ) -> Member:
         """A refined motion on few intervals that move, where the mesh may change and that is found.
 
         It holds to the tolerances that were asked for.
+
+        Parameters
+        ----------
+        moves : bool
+            Whether breakpoints may move: not where they mark something narrow.
         """
         settings = self.base.settings
         if settings.refinement.adapts:
             meshes = self.base.at(parameters)
             try:
-                if self._steps(iterate):
+                if not moves or self._steps(iterate):
                     found = refine(meshes, iterate, iterate.mesh, settings.accuracy)
                 else:
                     moving = replace(meshes, settings=replace(settings, refinement=_MOVING))
                     mesh = movable_mesh(iterate, meshes.evaluator, _MERGED)
                     found = refine(moving, iterate, mesh, settings.accuracy)
+                    # points that move pass over what is narrow, as over a step
+                    if found.sighted or found.best.errors.dynamics > _NO_MOTION:
+                        found = refine(meshes, iterate, iterate.mesh, settings.accuracy)
             except SolveFailed:
                 found = refine(meshes, iterate, iterate.mesh, settings.accuracy)
             iterate, iterations = found.best.iterate, iterations + iterations_of(found.rounds)
@@ -403,6 +420,16 @@ class _Walk:
             parameters=parameters,
             answer=iterate,
         )
+
+    def _loses(self, found: Member) -> bool:
+        """Whether the points of a neighbour's mesh miss a step, or something that is narrow."""
+        if self._steps(found):
+            return True
+        iterate, allowed = found.iterate, LOOSER * self.base.settings.accuracy.dynamics
+        errors = MotionErrors(
+            found.program, iterate.trajectory, self.base.evaluator, found.parameters
+        )
+        return any(True for _ in narrow_features(errors, allowed))
 
     def _steps(self, answer: Iterate | Member) -> bool:
         """Whether an expression steps along a motion where no breakpoint is kept for it.

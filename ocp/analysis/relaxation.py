@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
@@ -18,7 +19,7 @@ import casadi as ca
 import numpy as np
 
 from ocp.analysis.limit_names import LimitNames, end_name, has_limit, phase_name
-from ocp.errors import StatementError
+from ocp.errors import SolveFailed, StatementError
 from ocp.keywords import checked_keywords
 from ocp.mesh.initial_guess import InitialGuess, initial_guess
 from ocp.mesh.trajectory import Trajectory
@@ -30,6 +31,9 @@ from ocp.problem.phase import Phase, kept_alive
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Control, Signal, Symbol, Unknown, is_limited, resolve
 from ocp.progress import Progress
+from ocp.refinement.estimates.error_estimate import MotionErrors
+from ocp.refinement.estimates.narrow_features import narrow_features
+from ocp.refinement.policies.adaptive_mesh import AdaptiveMesh
 from ocp.refinement.policies.policy import FixedMesh
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
@@ -41,6 +45,9 @@ Side = Literal["lower", "upper"]
 # One mesh, and controls that are constant in its intervals, where limits as rows hold between the
 # points too: a motion that minimises nothing but slacks has no shape of its own to resolve.
 _SETTINGS = Settings(intervals=40, refinement=FixedMesh())
+
+# Of their sizes: what states and limits may be off by between the points of that mesh
+_CLOSE = 1e-3
 
 # Part of its size, below which a slack is the solver's tolerance.
 _NOTHING = 1e-6
@@ -126,11 +133,11 @@ class Relaxation:
         return f"Relaxation of '{self.problem}': {names or 'nothing'} {verb} way; print it"
 
     def __str__(self) -> str:
-        if not self.items:
-            return f"'{self.problem}' can be met as it is stated"
-        listed = "; ".join(str(item) for item in self.items)
         reasons = "; ".join(self.solution.verification.reasons)
         doubt = f" (not verified: {reasons})" if reasons else ""
+        if not self.items:
+            return f"'{self.problem}' can be met as it is stated{doubt}"
+        listed = "; ".join(str(item) for item in self.items)
         told = f"; {self.steps}" if self.steps else ""
         return f"'{self.problem}' can be met if these limits are changed: {listed}{doubt}{told}"
 
@@ -194,6 +201,13 @@ def relaxed(
 
     trajectory = guess.trajectory if isinstance(guess, Solution) else guess
     solution = solve(statement, settings=settings, guess=trajectory, progress=progress)
+    if not _holds(solution) and not settings.refinement.adapts:
+        # what lies between the points of a mesh that stays would ask for nothing
+        finer = replace(settings, refinement=AdaptiveMesh())
+        with suppress(SolveFailed):
+            solution = solve(
+                statement, settings=finer, guess=solution.trajectory, progress=progress
+            )
 
     moved = {s.unknown: solution.value(s.unknown) for s in slacks}
     given_way = [s for s in slacks if moved[s.unknown] > _NOTHING * s.size]
@@ -203,6 +217,16 @@ def relaxed(
     of_motion = solution.kept_iterate, solution.evaluator
     steps = nearest_step(*of_motion, parameters.signal_limits) if items else ""
     return Relaxation(problem.name, items, total, solution, steps)
+
+
+def _holds(solution: Solution) -> bool:
+    """Whether a motion holds between its points as well as a mesh that stays is good for."""
+    iterate, verification = solution.kept_iterate, solution.verification
+    errors = MotionErrors(
+        iterate.transcription, iterate.trajectory, solution.evaluator, iterate.parameters
+    )
+    missed = any(True for _ in narrow_features(errors, _CLOSE))
+    return not missed and max(verification.excess, verification.miss) <= _CLOSE
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -18,6 +18,12 @@ from ocp.numerics.interval_maxima import Extremes
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.endings import Ending, ending_of
+from ocp.refinement.estimates.error_estimate import MotionErrors
+from ocp.refinement.estimates.narrow_features import (
+    NarrowFeature,
+    mesh_that_sees,
+    narrow_features,
+)
 from ocp.refinement.estimates.other_controls import other_controls, promised_by
 from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.refinement.first_round.first_answer import first_answer
@@ -27,7 +33,7 @@ from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.policies.movable import most_iterations
 from ocp.refinement.policies.policy import RefinementPolicy
 from ocp.refinement.raised_peaks import verifiable
-from ocp.refinement.saddles import lower_motion, may_be_saddle
+from ocp.refinement.saddles import held_still, lower_motion, may_be_saddle
 from ocp.refinement.solved_mesh import LITTLE, LOOSER, SolvedMesh, best_of
 from ocp.refinement.stopped import budget_spent, check_failure, interrupted
 
@@ -40,6 +46,9 @@ _SIZINGS = 4
 # A round may end above the least objective of its mesh by this part of what finer controls promise,
 # or of the tolerance on the objective. A motion further from it is not the one to be refined.
 _NEAR = 0.1
+
+# How often a refinement goes on because its points missed something narrow.
+_SIGHTS = 4
 
 # Saddles that are left one after the other.
 _SADDLES = 2
@@ -66,12 +75,18 @@ class Refinement:
     lower : float or None
         Where the best one is a saddle: the objective of a lower motion beside it, on the same mesh,
         whose refinement led to none that holds [unit of the objective]. None elsewhere.
+    features : tuple of NarrowFeature
+        That the points of the best one do not see.
+    sighted : bool
+        Whether there were such features on the way.
     """
 
     best: SolvedMesh
     rounds: tuple[MeshIteration, ...]
     ending: Ending
     lower: float | None = None
+    features: tuple[NarrowFeature, ...] = ()
+    sighted: bool = False
 
 
 def refine(
@@ -107,6 +122,7 @@ def refine(
     rounds = list(before)
     try:
         ending = _refine(meshes, start, mesh, accuracy, solved, rounds)
+        ending, features, sighted = _seen(meshes, accuracy, solved, rounds, ending)
         ending, lower = _left_saddles(meshes, accuracy, solved, rounds, ending)
     except KeyboardInterrupt as stop:
         raise interrupted(meshes.problem, solved, accuracy, None) from stop
@@ -114,7 +130,64 @@ def refine(
     best = verifiable(meshes, solved, accuracy)
     if ending == "budget" and not best.holds(accuracy, LOOSER):
         raise budget_spent(meshes, rounds, best.iterate.trajectory, best)
-    return Refinement(best, tuple(rounds), ending, lower)
+    return Refinement(best, tuple(rounds), ending, lower, features, sighted)
+
+
+def _seen(
+    meshes: MeshSolver,
+    accuracy: Accuracy,
+    solved: list[SolvedMesh],
+    rounds: list[MeshIteration],
+    ending: Ending,
+) -> tuple[Ending, tuple[NarrowFeature, ...], bool]:
+    """Go on while the points of the answer miss something narrow.
+
+    What was solved before is dropped: it holds for a problem without that.
+
+    Returns
+    -------
+    ending : str
+    features : tuple of NarrowFeature
+        That are still missed.
+    sighted : bool
+        Whether there were any.
+    """
+    sighted = False
+    for goes in range(_SIGHTS + 1):
+        best = best_of(solved, accuracy)
+        features = _features(meshes, best)
+        sighted |= bool(features)
+        if not (features and meshes.settings.refinement.adapts) or goes == _SIGHTS:
+            break
+        if ending == "budget" or meshes.spent(rounds):
+            return "budget", features, sighted
+
+        further: list[SolvedMesh] = []
+        mesh = mesh_that_sees(held_still(best.iterate), features)
+        try:
+            ending = _refine(meshes, best.iterate, mesh, accuracy, further, rounds)
+        except Interrupted as stop:
+            found = [*solved, *further]
+            raise interrupted(meshes.problem, found, accuracy, stop.iterate) from stop
+        except BudgetSpent:
+            ending = "budget"
+        except (Collapsed, Unbounded):
+            raise
+        except SolveFailed:
+            ending = "failure"
+        if not further:
+            break
+        solved[:] = further
+    return ending, features, sighted
+
+
+def _features(meshes: MeshSolver, best: SolvedMesh) -> tuple[NarrowFeature, ...]:
+    """What the points of a solved mesh do not see."""
+    iterate, known = best.iterate, best.errors.of_motion
+    errors = known or MotionErrors(
+        iterate.transcription, iterate.trajectory, meshes.evaluator, iterate.parameters
+    )
+    return tuple(narrow_features(errors, LOOSER * meshes.settings.accuracy.dynamics))
 
 
 def _left_saddles(

@@ -134,3 +134,16 @@ def test_a_step_at_a_time_that_varies_is_not_passed_over():
     values = np.array([0.2, 0.25, 0.4, 0.55])
     found = family(Problem("gear", phase, minimise=phase.integral(u**2)), change, values)
     assert found.objectives == pytest.approx(1 / (4 - 3 * values), rel=2e-5)
+
+
+def test_members_see_a_gust_between_the_points_of_a_neighbour():
+    """It changes the speed by 0.5 m/s in next to no time, at a time that varies."""
+    at = Constant("at", "s", 0.4321)
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
+    gust = 0.5e4 / np.sqrt(np.pi) * ca.exp(-(((TIME - at) * 1e4) ** 2))
+    ends = {"initial": {x: 0, v: 0}, "final": {x: 1, v: 0}}
+    move = Phase("move", {x: v, v: u + gust}, **ends, end=1.0)
+    problem, times = Problem("gust", move, minimise=move.integral(u**2)), np.linspace(0.43, 0.6, 4)
+    ways = 1 - 0.5 * (1 - times)
+    expected = 12 * (ways**2 + 0.5 * ways) + 1
+    assert family(problem, at, times).objectives == pytest.approx(expected, rel=1e-4)

@@ -6,6 +6,7 @@ import casadi as ca
 import pytest
 
 from ocp import (
+    TIME,
     Between,
     Bound,
     Constant,
@@ -184,3 +185,15 @@ def test_a_place_that_the_motion_does_not_reach_is_said():
 
 def test_without_steps_nothing_is_said_of_them():
     assert relaxed(too_far()).steps == ""
+
+
+def test_a_gate_between_the_points_has_to_give_way():
+    """The speed may not be negative, and has to be less than -0.3 m/s for a few milliseconds."""
+    x, v, u = State("x", "m"), State("v", "m/s", lower=0), Control("u", lower=-9, upper=9)
+    limit = 1.2 - 1.5 * ca.exp(-(((TIME - 0.4321) / 1e-3) ** 2))
+    gate = Bound("gate", v - limit, "m/s", upper=0)
+    ends = {"initial": {x: 0, v: 0}, "final": {x: 1, v: 0}}
+    move = Phase("move", {x: v, v: u}, **ends, end=1.0, bounds=[gate])
+    needed = relaxed(Problem("gate", move, minimise=move.integral(u**2)))
+    (item,) = needed.items
+    assert item.amount == pytest.approx(0.3, rel=1e-3)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from ocp.arrays import Array
+from ocp.arrays import Array, Integers
 from ocp.mesh.mesh import Mesh, with_points
 from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.numerics.piecewise_polynomial import Lagrange
@@ -28,6 +28,9 @@ from ocp.refinement.estimates.error_estimate import MotionErrors
 _SAMPLES = 4000
 _OF_PANEL = 4
 _OPERATIONS = 1e7
+
+# Panels of an interval, at least: a mesh that is as fine as the samples has seen all that they see
+_LEAST = 2
 
 # Degree up to which a polynomial hides nothing between the points, and the operations of an
 # expression up to which it is worth to look whether it is one
@@ -84,14 +87,14 @@ def narrow_features(errors: MotionErrors, allowed: float) -> Iterator[NarrowFeat
         for phase in problem.phases
     ]
     samples = min(_SAMPLES, _OPERATIONS / max(1, *operations))
-    count = sum(motion.intervals for motion in errors.trajectory.phases)
-    panels = int(samples // (_OF_PANEL * count))
-    if panels < 2:
+    panels = int(samples // (_OF_PANEL * len(problem.phases)))
+    if panels < _LEAST * max(motion.intervals for motion in errors.trajectory.phases):
         return
     for index, motion in enumerate(errors.trajectory.phases):
+        places = _Samples.of(errors, index, panels)
         looked_at = [
             (name, by_panel, np.where(total > _MORE * known + allowed, total, 0.0))
-            for name, by_panel, total, known in _Samples(errors, motion, index, panels).off()
+            for name, by_panel, total, known in places.off()
         ]
         if not looked_at:
             continue
@@ -99,16 +102,14 @@ def narrow_features(errors: MotionErrors, allowed: float) -> Iterator[NarrowFeat
         for k in np.flatnonzero(missed.any(axis=0)).tolist():
             worst = int(np.argmax(missed[:, k]))
             name, by_panel, total = looked_at[worst]
-            first, last = _span(by_panel[k])
-            start, width = motion.fractions[k], np.diff(motion.fractions)[k]
-            middle = start + 0.5 * (first + last) / panels * width
+            first, last = places.span(k, by_panel)
             yield NarrowFeature(
                 phase=index,
                 where=motion.name,
                 name=name,
-                first=max(float(start + (first - 1) / panels * width), 0.0),
-                last=min(float(start + (last + 1) / panels * width), 1.0),
-                time=float(motion.start + middle * (motion.end - motion.start)),
+                first=first,
+                last=last,
+                time=motion.start + 0.5 * (first + last) * (motion.end - motion.start),
                 size=float(total[k]),
             )
 
@@ -133,24 +134,70 @@ def mesh_that_sees(mesh: Mesh, features: Iterable[NarrowFeature]) -> Mesh:
     return Mesh(tuple(with_points(phase, np.array(at)) if at else phase for phase, at in pairs))
 
 
-def _span(off: Array) -> tuple[int, int]:
-    """The panels that hold nearly all of what is off: the first one, and the one after the last."""
-    shares = np.cumsum(off) / off.sum()
-    first = int(np.searchsorted(shares, _OUTSIDE))
-    return first, int(np.searchsorted(shares, 1.0 - _OUTSIDE)) + 1
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class _Samples:
-    """Dense samples of one phase, at Gauss points of panels that divide each interval."""
+    """Dense samples of one phase, at Gauss points of panels that divide each interval.
+
+    Attributes
+    ----------
+    errors : MotionErrors
+    motion : PhaseTrajectory
+    index : int
+        Number of the phase.
+    starts : (N,)
+        Number of the first panel of each interval.
+    intervals : (P,)
+        Of the panels.
+    left, width : (P,)
+        In local time.
+    """
 
     errors: MotionErrors
     motion: PhaseTrajectory
     index: int
-    panels: int
+    starts: Integers
+    intervals: Integers
+    left: Array
+    width: Array
+
+    @classmethod
+    def of(cls, errors: MotionErrors, index: int, panels: int) -> _Samples:
+        """About so many panels, which are as long as each other."""
+        motion = errors.trajectory.phases[index]
+        shares = np.diff(motion.fractions)
+        counts = np.maximum(np.ceil(shares * panels).astype(np.int64), _LEAST)
+        starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
+        intervals = np.repeat(np.arange(motion.intervals), counts)
+        number = np.arange(intervals.size) - starts[intervals]
+        width = 1.0 / counts[intervals]
+        return cls(errors, motion, index, starts, intervals, number * width, width)
+
+    def span(self, k: int, off: Array) -> tuple[float, float]:
+        """Where nearly all of what is off in interval `k` is, with a panel on each side.
+
+        Parameters
+        ----------
+        off : (P,)
+            In the panels.
+
+        Returns
+        -------
+        first, last : float
+            Fractions of the phase.
+        """
+        own = np.flatnonzero(self.intervals == k)
+        shares = np.cumsum(off[own]) / off[own].sum()
+        first = own[np.searchsorted(shares, _OUTSIDE)]
+        last = own[min(np.searchsorted(shares, 1.0 - _OUTSIDE), own.size - 1)]
+        start, size = self.motion.fractions[k], np.diff(self.motion.fractions)[k]
+        beside = self.width[first]
+        return (
+            max(float(start + (self.left[first] - beside) * size), 0.0),
+            min(float(start + (self.left[last] + 2 * beside) * size), 1.0),
+        )
 
     def off(self) -> Iterator[tuple[str, Array, Array, Array]]:
-        """What is off in the panels (N, P) and in all (N,), and what was known of that (N,).
+        """What is off in the panels (P,) and in all (N,), and what was known of that (N,).
 
         With the name of what it belongs to. All are relative.
         """
@@ -159,24 +206,27 @@ class _Samples:
             yield name, by_panel, total, known
         yield from self._constraints()
 
-    def _points(self) -> tuple[Array, Array]:
-        """Local times of the samples of an interval and their weights, which add up to one."""
-        gauss = Gauss().at(_OF_PANEL)
-        tau = (np.arange(self.panels)[:, None] + gauss.points) / self.panels
-        return tau.ravel(), np.tile(gauss.weights, self.panels) / self.panels
+    @property
+    def _tau(self) -> Array:
+        """Local times of the samples, (P, q)."""
+        return np.asarray(self.left[:, None] + self.width[:, None] * Gauss().at(_OF_PANEL).points)
 
-    def _in_panels(self, values: Array) -> Array:
-        """Values (N, P q) by panel, (N, P, q); what is no number the points have told already."""
-        shape = (self.motion.intervals, self.panels, _OF_PANEL)
-        return np.where(np.isfinite(values), values, 0.0).reshape(shape)
+    @property
+    def _seconds(self) -> Array:
+        """Weights of the samples [s], (P, q)."""
+        panels = np.diff(self.motion.breakpoints)[self.intervals] * self.width
+        return np.asarray(panels[:, None] * Gauss().at(_OF_PANEL).weights)
 
-    def _values(self, expressions: Sequence[ca.SX], tau: Array) -> Array:
-        """Expressions at the same local times of every interval, (n, N, m)."""
-        k = np.repeat(np.arange(self.motion.intervals), tau.size)
-        local = np.tile(tau, self.motion.intervals)
+    def _in_all(self, by_panel: Array) -> Array:
+        """Sums over the panels of each interval, (N,)."""
+        return np.asarray(np.add.reduceat(by_panel, self.starts))
+
+    def _values(self, expressions: Sequence[ca.SX], intervals: Integers, tau: Array) -> Array:
+        """Expressions at local times (r, q) of intervals (r,), (n, r, q)."""
+        k = np.repeat(intervals, tau.shape[1])
         trajectory, name = self.errors.trajectory, self.motion.name
-        values = self.errors.evaluator.values(trajectory, name, expressions, k, local)
-        return values.T.reshape(len(expressions), self.motion.intervals, tau.size)
+        values = self.errors.evaluator.values(trajectory, name, expressions, k, tau.ravel())
+        return values.T.reshape(len(expressions), *tau.shape)
 
     def _smooth(self, expression: ca.SX) -> bool:
         """Whether an expression is a polynomial of time along the motion, and hides nothing."""
@@ -195,15 +245,14 @@ class _Samples:
         rough = {s: rate for s, rate in dynamics.items() if not self._smooth(rate)}
         if not rough:
             return
-        tau, weights = self._points()
-        k = np.repeat(np.arange(motion.intervals), tau.size)
-        rates = motion.rates(k, np.tile(tau, motion.intervals))
-        steps = np.diff(motion.breakpoints)[:, None]
-        for state, stated in zip(rough, self._values(list(rough.values()), tau), strict=True):
+        tau, seconds = self._tau, self._seconds
+        rates = motion.rates(np.repeat(self.intervals, _OF_PANEL), tau.ravel())
+        values = self._values(list(rough.values()), self.intervals, tau)
+        for state, stated in zip(rough, values, strict=True):
             own = rates[:, motion.states.index(state.name)].reshape(stated.shape)
-            size = transcription.scales.signals[state.name]
-            residual = self._in_panels(np.abs(own - stated) * steps * weights / size).sum(axis=2)
-            yield owner_text(state), residual, residual.sum(axis=1)
+            residual = _finite(np.abs(own - stated) * seconds).sum(axis=1)
+            residual = residual / transcription.scales.signals[state.name]
+            yield owner_text(state), residual, self._in_all(residual)
 
     def _integrals(self) -> Iterator[tuple[str, Array, Array]]:
         """How integrands stray from polynomials through the points, and the integrals are off."""
@@ -216,22 +265,26 @@ class _Samples:
         if not integrals:
             return
         expressions = [f.expression for f in integrals]
-        tau, weights = self._points()
-        steps = np.diff(motion.breakpoints)
-        values = self._values(expressions, tau)
-        strayed, missed = np.zeros_like(values), np.zeros(values.shape[:2])
+        tau, seconds = self._tau, self._seconds
+        values = self._values(expressions, self.intervals, tau)
+        strayed, by_scheme = np.zeros_like(values), np.zeros((len(integrals), motion.intervals))
         for degree in sorted(set(motion.degrees.tolist())):
-            here, rule = motion.degrees == degree, motion.scheme.at(degree)
-            at_points = self._values(expressions, rule.points)[:, here]
-            basis = Lagrange(tuple(rule.points.tolist())).values(tau)
-            strayed[:, here] = np.abs(values[:, here] - at_points @ basis.T)
-            missed[:, here] = np.abs(values[:, here] @ weights - at_points @ rule.weights)
+            here, rule = np.flatnonzero(motion.degrees == degree), motion.scheme.at(degree)
+            points = np.tile(rule.points, (here.size, 1))
+            at_points = self._values(expressions, here, points)
+            by_scheme[:, here] = at_points @ rule.weights * np.diff(motion.breakpoints)[here]
 
-        totals = np.abs((values @ weights * steps).sum(axis=1))
-        for f, off, total, missing in zip(integrals, strayed, totals, missed, strict=True):
-            size = max(transcription.scales.functionals[f], float(total))
-            by_panel = self._in_panels(off * steps[:, None] * weights / size).sum(axis=2)
-            yield owner_text(f), by_panel, np.nan_to_num(missing * steps / size)
+            panels = np.flatnonzero(motion.degrees[self.intervals] == degree)
+            basis = Lagrange(tuple(rule.points.tolist())).values(tau[panels].ravel())
+            own = at_points[:, np.searchsorted(here, self.intervals[panels])]
+            followed = np.einsum("pqm,npm->npq", basis.reshape(*tau[panels].shape, -1), own)
+            strayed[:, panels] = np.abs(values[:, panels] - followed)
+
+        for f, densely, scheme, off in zip(integrals, values, by_scheme, strayed, strict=True):
+            found = self._in_all(_finite(densely * seconds).sum(axis=1))
+            size = max(transcription.scales.functionals[f], abs(float(found.sum())))
+            by_panel = _finite(off * seconds).sum(axis=1) / size
+            yield owner_text(f), by_panel, _finite(np.abs(found - scheme) / size)
 
     def _constraints(self) -> Iterator[tuple[str, Array, Array, Array]]:
         """What limits, peaks and equations are exceeded by."""
@@ -248,14 +301,20 @@ class _Samples:
         ]
         if not rows:
             return
-        tau, _ = self._points()
-        every = self._values([constraint.expression for constraint, _, _ in rows], tau)
+        expressions = [constraint.expression for constraint, _, _ in rows]
+        every = self._values(expressions, self.intervals, self._tau)
         for (constraint, (lower, upper), known), values in zip(rows, every, strict=True):
             signed = constraint.sign * values
-            beyond = self._in_panels(np.maximum(signed - upper, lower - signed))
+            beyond = _finite(np.maximum(signed - upper, lower - signed))
             if constraint.is_equation:
                 size, before = constraint.scale, self.errors.dynamics[index]
             else:
                 size, before = known.size, np.maximum(known.values, 0.0)
-            by_panel = np.maximum(beyond.max(axis=2), 0.0) / size
-            yield f"'{constraint.name}'", by_panel, by_panel.max(axis=1), before
+            by_panel = np.maximum(beyond.max(axis=1), 0.0) / size
+            total = np.maximum.reduceat(by_panel, self.starts)
+            yield f"'{constraint.name}'", by_panel, np.asarray(total), before
+
+
+def _finite(values: Array) -> Array:
+    """What is not a number counts as nothing: the points have told it."""
+    return np.where(np.isfinite(values), values, 0.0)
