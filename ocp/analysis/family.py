@@ -201,8 +201,8 @@ def family(
 
     The first value is solved and refined. Every further one starts from the primal and dual
     variables of the one before, on few intervals whose breakpoints move, or on a mesh that stays if
-    the settings say so. Where this fails, or where an expression steps at a time that no breakpoint
-    marks, a member is refined on a mesh of its own.
+    the settings say so. Where this fails, or where an expression steps or changes for a short
+    while at a time that no breakpoint marks, a member is refined on a mesh of its own.
 
     Members are what their meshes give. `Family.solution` refines and verifies one of them,
     `Family.solutions` all.

@@ -172,6 +172,7 @@ def relaxed(
         Of a limit's relaxation; 1 where nothing is said.
     settings : Settings, optional
         By default 40 intervals that stay, which is good to about a thousandth of what is needed.
+        Where the motion does not hold between their points, an adaptive mesh follows.
     guess, progress : optional
         As of `ocp.solve`.
 

@@ -187,8 +187,8 @@ class _Samples:
         """
         own = np.flatnonzero(self.intervals == k)
         shares = np.cumsum(off[own]) / off[own].sum()
-        first = own[np.searchsorted(shares, _OUTSIDE)]
-        last = own[min(np.searchsorted(shares, 1.0 - _OUTSIDE), own.size - 1)]
+        first = int(own[int(np.searchsorted(shares, _OUTSIDE))])
+        last = int(own[min(int(np.searchsorted(shares, 1.0 - _OUTSIDE)), own.size - 1)])
         start, size = self.motion.fractions[k], np.diff(self.motion.fractions)[k]
         beside = self.width[first]
         return (
