@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time as clock
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,7 +18,6 @@ from ocp.mesh.simulated_fit import determined_motion
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.collapse import collapsed
 from ocp.nlp.failures import failure
-from ocp.optimality.iterate import Iterate
 from ocp.optimality.multiplier_sets import fitted_to_switches
 from ocp.optimality.multipliers import multipliers
 from ocp.optimality.number_steps import number_remark, number_steps
@@ -29,10 +28,6 @@ from ocp.problem.parameters import parameters_of
 from ocp.problem.problem import Problem, check_is_problem
 from ocp.problem.symbols import Constant, is_real
 from ocp.progress import Progress, shown
-from ocp.refinement.estimates.missed_switches import displaced_remark
-from ocp.refinement.estimates.narrow_features import feature_remark
-from ocp.refinement.estimates.other_controls import other_controls, others_remark
-from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.refinement.loop import Refinement, refine
 from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver, Start
@@ -40,6 +35,7 @@ from ocp.refinement.solved_mesh import LOOSER, SolvedMesh
 from ocp.settings import Settings, first_intervals
 from ocp.solution.solution import Solution
 from ocp.transcription.packing import trajectory_of
+from ocp.verdict import verdict_on
 from ocp.verification.simulation import SimulatedMotion, replayed, simulate
 from ocp.verification.verify import Verification, unverified, verify
 
@@ -49,10 +45,6 @@ _DEFAULTS = Settings()
 # state. The tolerance is then made stricter by this factor, so many times at most.
 _STRICTER = 30.0
 _STRICTER_GOES = 3
-
-# Part of a proven bound by which a value that meets it may be off: bounds that are computed are not
-# better themselves.
-BOUND_MET = 1e-5
 
 # words of other tools
 _ELSEWHERE = {
@@ -312,9 +304,7 @@ def _solution(
     fitted = fitted_to_switches(iterate)
     verdict = "unverified"
     if checked.verification.passed:
-        verdict = _verdict(meshes, refinement, bound)
-        remarks = (*_remarks(meshes, refinement, fitted), feature_remark(refinement.features))
-        verdict += "".join(f"; {remark}" for remark in remarks if remark)
+        verdict = verdict_on(meshes, refinement, fitted, bound)
     steps = step_remark(steps_along(meshes.problem, iterate.trajectory, meshes.evaluator))
     beside = number_remark(number_steps(iterate, meshes.evaluator))
     remark = "; ".join(filter(None, (steps, beside)))
@@ -353,94 +343,3 @@ def _solution(
             solution,
         )
     return solution
-
-
-def _remarks(meshes: MeshSolver, refinement: Refinement, fitted: Iterate) -> Iterator[str]:
-    """Sentences of a verdict on what is open or may be better, though the answer is verified.
-
-    Parameters
-    ----------
-    fitted : Iterate
-        The answer, with multipliers that fit its switches.
-    """
-    iterate, adapts = refinement.best.iterate, meshes.settings.refinement.adapts
-    shortfall = _shortfall(meshes, refinement)
-    if shortfall:
-        yield shortfall
-    if refinement.best.raised:
-        yield (
-            "its peaks were raised to what the motion has between its points, which cost "
-            f"{refinement.best.raised:.0e} of the objective"
-        )
-    if refinement.lower is not None and adapts:
-        yield (
-            f"it is a saddle: a motion beside it reaches {refinement.lower:.6g}, but none was "
-            "found there that meets the dynamics and all limits between its points"
-        )
-    others = list(other_controls(iterate, meshes.evaluator))
-    if told := others_remark(others, iterate):
-        yield told
-    # a fixed mesh may be coarse on purpose, and what else is open explains a displaced switch
-    if adapts and not shortfall and (displaced := displaced_remark(fitted, meshes.evaluator)):
-        yield displaced
-
-
-def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:
-    """Why the refinement ended short of its tolerances, and which they are, if it did."""
-    gain = refinement.best.errors.gain
-    if not meshes.settings.refinement.adapts:
-        # it may be coarse on purpose, but what that costs should be known
-        if not meshes.settings.scheme.informative_multipliers:
-            return "the mesh is fixed, and this scheme does not tell what a finer one gains"
-        coarse = gain > CERTIFIED_GAIN
-        return f"the mesh is fixed, and a finer one promises a gain of {gain:.0e}" if coarse else ""
-    endings = {
-        "tolerances": "",
-        "standstill": "refinement ended where the objective stood still",
-        "rounds": f"refinement ended after {len(refinement.rounds)} mesh iterations",
-        "failure": "refinement ended after a mesh that failed",
-        "budget": f"the budget of {meshes.budget} ended the refinement",
-    }
-    ending, best, accuracy = endings[refinement.ending], refinement.best, meshes.settings.accuracy
-
-    open_tolerances = [
-        f"{what} hold to {value:.1e}; asked for were {allowed:.0e}"
-        for what, value, allowed in (
-            ("the constraints", best.leak, accuracy.path),
-            ("the dynamics", best.errors.dynamics, accuracy.dynamics),
-        )
-        if value > allowed
-    ]
-    # refuted by a finer mesh or not, what is promised is said
-    if best.errors.gain > accuracy.objective:
-        open_tolerances.append(f"finer controls promise a gain of {best.errors.gain:.0e}")
-    return ": ".join(part for part in (ending, "; ".join(open_tolerances)) if part)
-
-
-def _verdict(meshes: MeshSolver, refinement: Refinement, bound: float | None) -> str:
-    starts = max(entry.starts for entry in refinement.rounds)
-    verdict = f"local: best of {starts} start{'s' if starts > 1 else ''}"
-    if bound is None:
-        return verdict
-
-    value = refinement.best.iterate.objective
-    gap = gap_to_bound(value, bound, meshes.problem.sense)
-    if abs(gap) <= max(meshes.settings.accuracy.objective, BOUND_MET):
-        return f"global: bound met (gap {abs(gap):.1e})"
-    if gap < 0:
-        verdict += f"; the bound of {bound:.6g} is refuted by {value:.6g}"
-    return verdict
-
-
-def gap_to_bound(value: float, bound: float, sense: float) -> float:
-    """How far a value is from a proven bound, relative to the bound; negative if it refutes it.
-
-    Parameters
-    ----------
-    value, bound : float
-        [unit of the objective]
-    sense : float
-        Of the problem: 1 where it is minimised, -1 where it is maximised.
-    """
-    # only zero meets a bound of zero
-    return sense * (value - bound) / max(abs(bound), 1e-300)

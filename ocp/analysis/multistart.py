@@ -35,7 +35,8 @@ from ocp.problem.problem import Problem
 from ocp.progress import Progress, shown
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
-from ocp.solve import BOUND_MET, check_arguments, gap_to_bound, solve
+from ocp.solve import check_arguments, solve
+from ocp.verdict import BOUND_MET, gap_to_bound
 
 Start = Problem | Solution | Trajectory
 StartLike = Start | Callable[[], Start]

@@ -1,0 +1,124 @@
+"""The verdict of a verified answer: what it is the best of, and what is open or may be better.
+
+It is one line of words, the first of which say how far the answer was compared: ``local: best of 6
+starts``, or ``global`` where a proven bound is met. Then follow remarks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ocp.optimality.iterate import Iterate
+from ocp.refinement.estimates.missed_switches import displaced_remark
+from ocp.refinement.estimates.narrow_features import feature_remark
+from ocp.refinement.estimates.other_controls import other_controls, others_remark
+from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
+from ocp.refinement.loop import Refinement
+from ocp.refinement.mesh_solver import MeshSolver
+
+# Part of a proven bound by which a value that meets it may be off: bounds that are computed are not
+# better themselves.
+BOUND_MET = 1e-5
+
+
+def verdict_on(
+    meshes: MeshSolver, refinement: Refinement, fitted: Iterate, bound: float | None
+) -> str:
+    """The verdict of an answer that passed its verification.
+
+    Parameters
+    ----------
+    fitted : Iterate
+        The answer, with multipliers that fit its switches.
+    bound : float or None
+        A proven bound of the optimum [unit of the objective].
+    """
+    return "; ".join((_compared(meshes, refinement, bound), *_remarks(meshes, refinement, fitted)))
+
+
+def _compared(meshes: MeshSolver, refinement: Refinement, bound: float | None) -> str:
+    """What the answer is the best of."""
+    starts = max(entry.starts for entry in refinement.rounds)
+    verdict = f"local: best of {starts} start{'s' if starts > 1 else ''}"
+    if bound is None:
+        return verdict
+
+    value = refinement.best.iterate.objective
+    gap = gap_to_bound(value, bound, meshes.problem.sense)
+    if abs(gap) <= max(meshes.settings.accuracy.objective, BOUND_MET):
+        return f"global: bound met (gap {abs(gap):.1e})"
+    if gap < 0:
+        verdict += f"; the bound of {bound:.6g} is refuted by {value:.6g}"
+    return verdict
+
+
+def _remarks(meshes: MeshSolver, refinement: Refinement, fitted: Iterate) -> Iterator[str]:
+    """Sentences on what is open or may be better, though the answer is verified."""
+    iterate, adapts = refinement.best.iterate, meshes.settings.refinement.adapts
+    shortfall = _shortfall(meshes, refinement)
+    if shortfall:
+        yield shortfall
+    if refinement.best.raised:
+        yield (
+            "its peaks were raised to what the motion has between its points, which cost "
+            f"{refinement.best.raised:.0e} of the objective"
+        )
+    if refinement.lower is not None and adapts:
+        yield (
+            f"it is a saddle: a motion beside it reaches {refinement.lower:.6g}, but none was "
+            "found there that meets the dynamics and all limits between its points"
+        )
+    others = list(other_controls(iterate, meshes.evaluator))
+    if told := others_remark(others, iterate):
+        yield told
+    # a fixed mesh may be coarse on purpose, and what else is open explains a displaced switch
+    if adapts and not shortfall and (displaced := displaced_remark(fitted, meshes.evaluator)):
+        yield displaced
+    if missed := feature_remark(refinement.features):
+        yield missed
+
+
+def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:
+    """Why the refinement ended short of its tolerances, and which they are, if it did."""
+    gain = refinement.best.errors.gain
+    if not meshes.settings.refinement.adapts:
+        # it may be coarse on purpose, but what that costs should be known
+        if not meshes.settings.scheme.informative_multipliers:
+            return "the mesh is fixed, and this scheme does not tell what a finer one gains"
+        coarse = gain > CERTIFIED_GAIN
+        return f"the mesh is fixed, and a finer one promises a gain of {gain:.0e}" if coarse else ""
+    endings = {
+        "tolerances": "",
+        "standstill": "refinement ended where the objective stood still",
+        "rounds": f"refinement ended after {len(refinement.rounds)} mesh iterations",
+        "failure": "refinement ended after a mesh that failed",
+        "budget": f"the budget of {meshes.budget} ended the refinement",
+    }
+    ending, best, accuracy = endings[refinement.ending], refinement.best, meshes.settings.accuracy
+
+    open_tolerances = [
+        f"{what} hold to {value:.1e}; asked for were {allowed:.0e}"
+        for what, value, allowed in (
+            ("the constraints", best.leak, accuracy.path),
+            ("the dynamics", best.errors.dynamics, accuracy.dynamics),
+        )
+        if value > allowed
+    ]
+    # refuted by a finer mesh or not, what is promised is said
+    if best.errors.gain > accuracy.objective:
+        open_tolerances.append(f"finer controls promise a gain of {best.errors.gain:.0e}")
+    return ": ".join(part for part in (ending, "; ".join(open_tolerances)) if part)
+
+
+def gap_to_bound(value: float, bound: float, sense: float) -> float:
+    """How far a value is from a proven bound, relative to the bound; negative if it refutes it.
+
+    Parameters
+    ----------
+    value, bound : float
+        [unit of the objective]
+    sense : float
+        Of the problem: 1 where it is minimised, -1 where it is maximised.
+    """
+    # only zero meets a bound of zero
+    return sense * (value - bound) / max(abs(bound), 1e-300)
