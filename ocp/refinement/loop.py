@@ -24,12 +24,12 @@ from ocp.refinement.estimates.narrow_features import (
     mesh_that_sees,
     narrow_features,
 )
-from ocp.refinement.estimates.other_controls import other_controls, promised_by
 from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.refinement.first_round.first_answer import first_answer
 from ocp.refinement.first_round.starts import FirstRound
 from ocp.refinement.mesh_iteration import MeshIteration, record_of
 from ocp.refinement.mesh_solver import MeshSolver, Start
+from ocp.refinement.other_controls.promise import other_controls, promised_by
 from ocp.refinement.policies.movable import most_iterations
 from ocp.refinement.policies.policy import RefinementPolicy
 from ocp.refinement.raised_peaks import verifiable

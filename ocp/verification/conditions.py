@@ -26,9 +26,9 @@ from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.error_estimate import MotionErrors
 from ocp.refinement.estimates.excess_price import worth_of_excess
 from ocp.refinement.estimates.narrow_features import feature_remark, narrow_features
-from ocp.refinement.estimates.other_controls import other_controls, others_remark, promised_by
 from ocp.refinement.estimates.promised_gain import promised_gain
 from ocp.refinement.estimates.switch_detection import control_jumps
+from ocp.refinement.other_controls.promise import other_controls, others_remark, promised_by
 from ocp.verification.minimum_principle import MinimumPrinciple, minimum_principle
 from ocp.verification.simulation import SimulatedMotion, replayed, simulate
 from ocp.verification.tolerances import Tolerances

@@ -28,8 +28,8 @@ from ocp.mesh.trajectory import Evaluator
 from ocp.optimality.hamiltonian import relative_jumps, shifts
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.steps import steps_along
-from ocp.refinement.estimates.other_controls import others_of_phase
 from ocp.refinement.estimates.switch_detection import Jump, switches_at_breakpoints
+from ocp.refinement.other_controls.promise import others_of_phase
 
 # Of the objective: what a shift by the shorter interval beside it has to promise. At the optima of
 # the benchmarks the costates' errors promise up to 3e-5, and a switch that was missed 1.

@@ -14,9 +14,9 @@ from ocp.mesh.mesh import Mesh, uniform
 from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import NlpSolver, StartingPoint
 from ocp.optimality.iterate import iterate_of
-from ocp.refinement.estimates.other_controls import OtherControls, other_controls, promised_by
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of
 from ocp.refinement.mesh_solver import MeshSolver
+from ocp.refinement.other_controls.promise import OtherControls, other_controls, promised_by
 from ocp.transcription.packing import decision_vector, trajectory_of
 from ocp.transcription.transcribe import Transcription
 
@@ -174,7 +174,7 @@ def with_other_controls(
 ) -> Iterator[StartingPoint]:
     """A starting point from a motion with the best of the controls that were tried in its place.
 
-    None where no others are better. See `ocp.refinement.estimates.other_controls`.
+    None where no others are better. See `ocp.refinement.other_controls.promise`.
     """
     found = trajectory_of(program, result.x, meshes.parameters)
     iterate = iterate_of(program, result, found)

@@ -7,7 +7,7 @@ it began. A control that changes to a better valley for a short time changes the
 difference of the Hamiltonian times that time, to first order (Bryson and Ho, "Applied Optimal
 Control", ch. 2 and 3).
 
-Which controls are tried is in `control_trials`.
+Which controls are tried is in `trials`.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from ocp.optimality.hamiltonian import Hamiltonian, hamiltonian_of
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import duration_multiplier, phase_costates
 from ocp.problem.display import with_unit
-from ocp.refinement.estimates.control_trials import ControlTrials, evaluations, tried_signals
 from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
+from ocp.refinement.other_controls.trials import ControlTrials, evaluations, tried_signals
 
 # Gauss points of an interval, and evaluations of the Hamiltonian in all: on fine meshes fewer
 # points of an interval are looked at

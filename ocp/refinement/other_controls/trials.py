@@ -19,7 +19,7 @@ from ocp.numerics.columnwise import columnwise
 from ocp.optimality.hamiltonian import Hamiltonian
 from ocp.optimality.iterate import Iterate
 from ocp.problem.symbols import Algebraic, Control
-from ocp.refinement.estimates.control_limits import ControlLimits
+from ocp.refinement.other_controls.limits import ControlLimits
 from ocp.refinement.unwrapping import possible_periods
 
 # Values of each control that are tried alone, and points of the box
