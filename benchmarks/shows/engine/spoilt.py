@@ -183,6 +183,11 @@ def _solved_on(right: Solution, mesh: Mesh) -> Solution | None:
             found = solve(right.problem, settings=FIXED, guess=right.trajectory, mesh=mesh)
     except OcpError:
         return None
+    except RuntimeError as error:
+        # a limit may be backed off beyond the one on the other side, or beyond an end value
+        if "Ill-posed problem" not in str(error):
+            raise
+        return None
     return found if _differs(found, right) else None
 
 
