@@ -43,8 +43,9 @@ COARSE = Settings(
     accuracy=Accuracy(dynamics=1e-5, path=1e-5, replay=1e-4, objective=1e-4),
 )
 LOOSE = dict.fromkeys(SCHEMES) | {
-    # the Hamiltonian inherits the error of its dynamics, 1e-5
-    "trapezoid": Tolerances(replay=1e-4, excess=1e-4, objective=1e-4, within=1e-4)
+    # The Hamiltonian inherits the error of its dynamics, 1e-5. The objective was asked for to 1e-4,
+    # and is 1e-5 off: a finer mesh tells 1.5 times that, as errors of others may fall more slowly.
+    "trapezoid": Tolerances(replay=1e-4, excess=1e-4, objective=1e-4, within=1e-4, gain=2e-5)
 }
 QUICK = ("radau", "hermite-simpson")
 pytestmark = pytest.mark.parametrize(

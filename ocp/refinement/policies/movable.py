@@ -16,7 +16,7 @@ from ocp.refinement.solved_mesh import SolvedMesh
 
 # Movable breakpoints are in the way where a mesh takes more than these iterations, and this many
 # times as many as any mesh without them. The first mesh starts from afar, and does not count.
-_DOZENS = 30
+_DOZENS = 50
 _FAR_MORE = 2
 
 # Meshes in a row after which what is open has to have fallen to this part of what it was.
