@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import casadi as ca
 import numpy as np
@@ -20,6 +21,7 @@ from ocp.numerics.piecewise_polynomial import Lagrange
 from ocp.numerics.polynomial_expressions import polynomial_degree
 from ocp.numerics.schemes import Gauss
 from ocp.optimality.steps import owner_text, path_expressions
+from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME
 from ocp.refinement.estimates.error_estimate import MotionErrors
 
@@ -82,15 +84,16 @@ def narrow_features(errors: MotionErrors, allowed: float) -> Iterator[NarrowFeat
         What may be left, relative.
     """
     problem = errors.transcription.problem
-    operations = [
-        ca.n_nodes(ca.vertcat(*[e for _, e in path_expressions(problem, phase.name)]))
-        for phase in problem.phases
-    ]
-    samples = min(_SAMPLES, _OPERATIONS / max(1, *operations))
+    hiding = {phase.name: _hiding(problem, phase.name) for phase in problem.phases}
+    if not any(hiding.values()):
+        return
+    samples = min(_SAMPLES, _OPERATIONS / max(1, *hiding.values()))
     panels = int(samples // (_OF_PANEL * len(problem.phases)))
     if panels < _LEAST * max(motion.intervals for motion in errors.trajectory.phases):
         return
     for index, motion in enumerate(errors.trajectory.phases):
+        if not hiding[motion.name]:
+            continue
         places = _Samples.of(errors, index, panels)
         looked_at = [
             (name, by_panel, np.where(total > _MORE * known + allowed, total, 0.0))
@@ -132,6 +135,24 @@ def mesh_that_sees(mesh: Mesh, features: Iterable[NarrowFeature]) -> Mesh:
         fractions[feature.phase] += [feature.first, feature.last]
     pairs = zip(mesh.phases, fractions, strict=True)
     return Mesh(tuple(with_points(phase, np.array(at)) if at else phase for phase, at in pairs))
+
+
+@lru_cache(maxsize=256)
+def _hiding(problem: Problem, name: str) -> int:
+    """Operations of all expressions of a phase; 0 where none of them can hide anything."""
+    expressions = [expression for _, expression in path_expressions(problem, name)]
+    if all(_is_smooth(problem, name, expression) for expression in expressions):
+        return 0
+    return int(ca.n_nodes(ca.vertcat(*expressions)))
+
+
+def _is_smooth(problem: Problem, name: str, expression: ca.SX) -> bool:
+    """Whether an expression is a polynomial of time along a motion, and hides nothing."""
+    if ca.n_nodes(expression) > _SHORT:
+        return False
+    of_time = [*(signal.symbol for signal in problem.signals[name]), TIME.symbol]
+    degree = polynomial_degree(expression, of_time, [1] * len(of_time))
+    return degree is not None and degree <= _SMOOTH
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -229,14 +250,8 @@ class _Samples:
         return values.T.reshape(len(expressions), *tau.shape)
 
     def _smooth(self, expression: ca.SX) -> bool:
-        """Whether an expression is a polynomial of time along the motion, and hides nothing."""
-        if ca.n_nodes(expression) > _SHORT:
-            return False
-        problem, motion = self.errors.transcription.problem, self.motion
-        symbols = {signal.name: signal.symbol for signal in problem.signals[motion.name]}
-        of_time = [*(symbols[name] for name in motion.signals), TIME.symbol]
-        degree = polynomial_degree(expression, of_time, [1] * len(of_time))
-        return degree is not None and degree <= _SMOOTH
+        """See `_is_smooth`."""
+        return _is_smooth(self.errors.transcription.problem, self.motion.name, expression)
 
     def _dynamics(self) -> Iterator[tuple[str, Array, Array]]:
         """What the residuals of the states amount to."""
