@@ -30,7 +30,7 @@ from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
 from ocp.progress import Progress, shown
 from ocp.refinement.estimates.error_estimate import MotionErrors
-from ocp.refinement.estimates.narrow_features import narrow_features
+from ocp.refinement.estimates.narrow_features import may_hide, narrow_features
 from ocp.refinement.loop import refine
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_of
 from ocp.refinement.mesh_solver import LOOSE, MeshSolver
@@ -425,6 +425,8 @@ class _Walk:
         """Whether the points of a neighbour's mesh miss a step, or something that is narrow."""
         if self._steps(found):
             return True
+        if not may_hide(self.base.problem):
+            return False
         iterate, allowed = found.iterate, LOOSER * self.base.settings.accuracy.dynamics
         errors = MotionErrors(
             found.program, iterate.trajectory, self.base.evaluator, found.parameters

@@ -84,9 +84,9 @@ def narrow_features(errors: MotionErrors, allowed: float) -> Iterator[NarrowFeat
         What may be left, relative.
     """
     problem = errors.transcription.problem
-    hiding = {phase.name: _hiding(problem, phase.name) for phase in problem.phases}
-    if not any(hiding.values()):
+    if not may_hide(problem):
         return
+    hiding = {phase.name: _hiding(problem, phase.name) for phase in problem.phases}
     samples = min(_SAMPLES, _OPERATIONS / max(1, *hiding.values()))
     panels = int(samples // (_OF_PANEL * len(problem.phases)))
     if panels < _LEAST * max(motion.intervals for motion in errors.trajectory.phases):
@@ -135,6 +135,11 @@ def mesh_that_sees(mesh: Mesh, features: Iterable[NarrowFeature]) -> Mesh:
         fractions[feature.phase] += [feature.first, feature.last]
     pairs = zip(mesh.phases, fractions, strict=True)
     return Mesh(tuple(with_points(phase, np.array(at)) if at else phase for phase, at in pairs))
+
+
+def may_hide(problem: Problem) -> bool:
+    """Whether any expression of a problem can hide something between points."""
+    return any(_hiding(problem, phase.name) for phase in problem.phases)
 
 
 @lru_cache(maxsize=256)
