@@ -162,23 +162,38 @@ def _seen(
         if ending == "budget" or meshes.spent(rounds):
             return "budget", features, sighted
 
-        further: list[SolvedMesh] = []
         mesh = mesh_that_sees(held_still(best.iterate), features)
-        try:
-            ending = _refine(meshes, best.iterate, mesh, accuracy, further, rounds)
-        except Interrupted as stop:
-            found = [*solved, *further]
-            raise interrupted(meshes.problem, found, accuracy, stop.iterate) from stop
-        except BudgetSpent:
-            ending = "budget"
-        except (Collapsed, Unbounded):
-            raise
-        except SolveFailed:
-            ending = "failure"
+        ending, further = _gone_on(meshes, best.iterate, mesh, accuracy, solved, rounds)
         if not further:
             break
         solved[:] = further
     return ending, features, sighted
+
+
+def _gone_on(
+    meshes: MeshSolver,
+    start: Iterate,
+    mesh: Mesh,
+    accuracy: Accuracy,
+    solved: Sequence[SolvedMesh],
+    rounds: list[MeshIteration],
+) -> tuple[Ending, list[SolvedMesh]]:
+    """The loop once more, after what is already `solved`: its ending, and what it solved.
+
+    A failure or the end of the budget is an ending, as there is an answer already.
+    """
+    further: list[SolvedMesh] = []
+    try:
+        return _refine(meshes, start, mesh, accuracy, further, rounds), further
+    except Interrupted as stop:
+        found = [*solved, *further]
+        raise interrupted(meshes.problem, found, accuracy, stop.iterate) from stop
+    except BudgetSpent:
+        return "budget", further
+    except (Collapsed, Unbounded):
+        raise
+    except SolveFailed:
+        return "failure", further
 
 
 def _features(meshes: MeshSolver, best: SolvedMesh) -> tuple[NarrowFeature, ...]:
@@ -209,19 +224,7 @@ def _left_saddles(
         if below is None or _is_little_beside_others(meshes, best.iterate, below):
             return "budget" if meshes.spent(rounds) else ending, None
 
-        further: list[SolvedMesh] = []
-        try:
-            ending = _refine(meshes, below, below.mesh, accuracy, further, rounds)
-        except Interrupted as stop:
-            found = [*solved, *further]
-            raise interrupted(meshes.problem, found, accuracy, stop.iterate) from stop
-        except BudgetSpent:
-            ending = "budget"
-        except (Collapsed, Unbounded):
-            raise
-        except SolveFailed:
-            ending = "failure"
-
+        ending, further = _gone_on(meshes, below, below.mesh, accuracy, solved, rounds)
         if further and not meshes.settings.refinement.adapts:
             # on a fixed mesh a saddle may hold better than what is lower, and is no answer
             solved.clear()

@@ -86,11 +86,14 @@ def narrow_features(errors: MotionErrors, allowed: float) -> Iterator[NarrowFeat
     problem = errors.transcription.problem
     if not may_hide(problem):
         return
+
+    # long expressions are sampled less, and intervals with next to no samples tell nothing
     hiding = {phase.name: _hiding(problem, phase.name) for phase in problem.phases}
     samples = min(_SAMPLES, _OPERATIONS / max(1, *hiding.values()))
     panels = int(samples // (_OF_PANEL * len(problem.phases)))
     if panels < _LEAST * max(motion.intervals for motion in errors.trajectory.phases):
         return
+
     for index, motion in enumerate(errors.trajectory.phases):
         if not hiding[motion.name]:
             continue
@@ -101,6 +104,8 @@ def narrow_features(errors: MotionErrors, allowed: float) -> Iterator[NarrowFeat
         ]
         if not looked_at:
             continue
+
+        # an interval is told by what it misses most of
         missed = np.array([total for _, _, total in looked_at])
         for k in np.flatnonzero(missed.any(axis=0)).tolist():
             worst = int(np.argmax(missed[:, k]))
