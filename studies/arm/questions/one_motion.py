@@ -300,6 +300,6 @@ def _verdict(refined: Refined) -> Verdict:
         )
     return Verdict(
         "local",
-        "local: one optimum of the reduced model B21 from a rigid arm's motion, replayed on the "
-        "full ANCF model; others were not sought",
+        "local: one optimum of the reduced model B21 from one start, replayed on the full ANCF "
+        "model; others were not sought",
     )
