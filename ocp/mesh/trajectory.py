@@ -214,7 +214,6 @@ class Evaluator:
     problem: Problem
     compiled: dict[Hashable, Any] = field(init=False, default_factory=dict, repr=False)
     _functions: dict[tuple[str, tuple[int, ...]], Any] = field(default_factory=dict, repr=False)
-    _last: dict[ca.Function, ca.Function] = field(default_factory=dict, repr=False)
 
     def values(
         self,
@@ -249,8 +248,6 @@ class Evaluator:
     ) -> Array:
         """Expressions of given signal values (m, n) and times (m,), (m, len(expressions))."""
         function = self._function(trajectory.phase(phase), phase, expressions)
-        # CasADi finds a map that still lives, and takes longer to make one than to evaluate it
-        self._last[function] = function.map(len(signals))
         (values,) = columnwise(
             function, signals, np.asarray(times)[:, None], self.numbers(trajectory)
         )

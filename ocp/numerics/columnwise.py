@@ -6,10 +6,17 @@ A function's buffer reads and writes the arrays themselves.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import lru_cache
+
 import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array
+
+# Columns that are evaluated at once. CasADi takes longer to make a map than to evaluate it, by the
+# more the longer it is: maps of this length are made once, and what is left over has a short one.
+_SPAN = 128
 
 
 def called(function: ca.Function, *arguments: Array) -> list[Array]:
@@ -29,22 +36,9 @@ def called(function: ca.Function, *arguments: Array) -> list[Array]:
     ValueError
         An argument has not as many numbers as its input.
     """
-    inputs = [np.ascontiguousarray(argument, dtype=float) for argument in arguments]
     outputs = [np.empty(function.nnz_out(i)) for i in range(function.n_out())]
-    for i, given in enumerate(inputs):
-        if given.size != function.nnz_in(i):
-            shape = function.size_in(i)
-            raise ValueError(f"input {i} has {given.size} numbers; {function} takes {shape}")
-
-    buffer, evaluate = function.buffer()
-    for i, given in enumerate(inputs):
-        if given.size:
-            buffer.set_arg(i, given.data)
-    for i, found in enumerate(outputs):
-        if found.size:
-            buffer.set_res(i, found.data)
-    evaluate()
-    return [_full(function.sparsity_out(i), found) for i, found in enumerate(outputs)]
+    _evaluate(function, _contiguous(function, arguments, 1), outputs)
+    return [_full(function.sparsity_out(i), found, 1) for i, found in enumerate(outputs)]
 
 
 def columnwise(function: ca.Function, *arguments: Array) -> list[Array]:
@@ -61,14 +55,55 @@ def columnwise(function: ca.Function, *arguments: Array) -> list[Array]:
     if count == 0:
         return [np.empty((0, function.size1_out(i))) for i in range(function.n_out())]
     rows = [np.broadcast_to(argument, (count, np.shape(argument)[-1])) for argument in arguments]
-    return called(function.map(count), *rows)
+    inputs = _contiguous(function, rows, count)
+    outputs = [np.empty((count, function.nnz_out(i))) for i in range(function.n_out())]
+
+    for begin in range(0, count, _SPAN):
+        here = slice(begin, min(begin + _SPAN, count))
+        mapped = _mapped(function, here.stop - begin)
+        _evaluate(mapped, [given[here] for given in inputs], [found[here] for found in outputs])
+    return [_full(function.sparsity_out(i), found, count) for i, found in enumerate(outputs)]
 
 
-def _full(pattern: ca.Sparsity, nonzeros: Array) -> Array:
-    """A matrix, transposed."""
+@lru_cache(maxsize=256)
+def _mapped(function: ca.Function, count: int) -> ca.Function:
+    """A function for so many columns side by side."""
+    return function.map(count)
+
+
+def _contiguous(function: ca.Function, arguments: Sequence[Array], times: int) -> list[Array]:
+    """Arguments as CasADi reads them, each with so many times the numbers of its input.
+
+    Raises
+    ------
+    ValueError
+        One has not.
+    """
+    inputs = [np.ascontiguousarray(argument, dtype=float) for argument in arguments]
+    for i, given in enumerate(inputs):
+        if given.size != times * function.nnz_in(i):
+            shape = function.size_in(i)
+            raise ValueError(f"input {i} has {given.size} numbers; {function} takes {shape}")
+    return inputs
+
+
+def _evaluate(function: ca.Function, inputs: Sequence[Array], outputs: Sequence[Array]) -> None:
+    """Read the inputs and write the non-zeros of the outputs in place."""
+    buffer, evaluate = function.buffer()
+    for i, given in enumerate(inputs):
+        if given.size:
+            buffer.set_arg(i, given.data)
+    for i, found in enumerate(outputs):
+        if found.size:
+            buffer.set_res(i, found.data)
+    evaluate()
+
+
+def _full(pattern: ca.Sparsity, nonzeros: Array, count: int) -> Array:
+    """Matrices of their non-zeros (count, nnz), each transposed, below each other."""
     rows, columns = pattern.shape
     if pattern.is_dense():
-        return nonzeros.reshape(columns, rows)
-    full = np.zeros(rows * columns)
-    full[pattern.find()] = nonzeros
-    return full.reshape(columns, rows)
+        return nonzeros.reshape(count * columns, rows)
+    full = np.zeros((count, rows * columns))
+    full[:, pattern.find()] = nonzeros.reshape(count, -1)
+    return full.reshape(count * columns, rows)

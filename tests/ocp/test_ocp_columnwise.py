@@ -15,7 +15,7 @@ def function():
     return ca.Function("f", [x, t, nothing], [ca.vertcat(ca.sin(x[1]), x[2] + t), sparse])
 
 
-@pytest.mark.parametrize("count", [1, 2, 17])
+@pytest.mark.parametrize("count", [1, 2, 17, 128, 129, 300])
 def test_many_columns_are_evaluated_as_one_by_one(count):
     rng = np.random.default_rng(count)
     x, t = rng.normal(size=(count, 3)), rng.normal(size=(count, 1))
