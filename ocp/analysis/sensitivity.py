@@ -40,6 +40,7 @@ from ocp.optimality.steps import steps_along
 from ocp.problem.parameters import Parameters
 from ocp.problem.phase import Phase
 from ocp.problem.symbols import Between, resolve, scalar
+from ocp.refinement.estimates.hidden_slopes import missed_slopes
 from ocp.transcription.columns import PhaseColumns
 from ocp.transcription.transcribe import Transcription, transcribe
 
@@ -61,6 +62,11 @@ _STEP = (
     "solves with other values"
 )
 
+_HIDDEN = (
+    "they act between the points of the mesh, where nothing of them was seen; state breakpoints "
+    "there, or compare solves with other values"
+)
+
 
 class ActiveSetWarning(UserWarning):
     """A sensitivity is not one number: it differs on the two sides."""
@@ -74,7 +80,8 @@ class Sided:
     ----------
     below, above : float
         Equal where the optimum is smooth; infinite where it has no finite slope; nan where a step
-        of an expression moves with the number.
+        of an expression moves with the number, and where a constant acts between the points of the
+        mesh.
     note : str
         Empty, or why the value holds for small changes only.
     """
@@ -102,14 +109,15 @@ def sensitivities(solution: Solution) -> dict[str, float]:
     Warns
     -----
     ActiveSetWarning
-        Where the two sides differ, where it was not found whether they do, and where an expression
-        steps at a time that moves, so that the slope is not known.
+        Where the two sides differ, where it was not found whether they do, and where the slope is
+        not known: where an expression steps at a time that moves, or a constant acts between the
+        points of the mesh.
     """
     both_sides = one_sided_sensitivities(solution)
     kinks = [
         f"by '{name}' it changes by {s.below:.6g} for a decrease and {s.above:.6g} for an increase"
         for name, s in both_sides.items()
-        if not (s.is_one or s.note == _STEP)
+        if not (s.is_one or s.note in (_STEP, _HIDDEN))
     ]
     if kinks:
         warnings.warn(
@@ -129,13 +137,14 @@ def sensitivities(solution: Solution) -> dict[str, float]:
             stacklevel=3,
         )
 
-    stepping = [f"'{name}'" for name, s in both_sides.items() if s.note == _STEP]
-    if stepping:
-        warnings.warn(
-            f"the slopes by {', '.join(stepping)} are not known: {_STEP}",
-            ActiveSetWarning,
-            stacklevel=3,
-        )
+    for why in (_STEP, _HIDDEN):
+        unknown = [f"'{name}'" for name, s in both_sides.items() if s.note == why]
+        if unknown:
+            warnings.warn(
+                f"the slopes by {', '.join(unknown)} are not known: {why}",
+                ActiveSetWarning,
+                stacklevel=3,
+            )
     return {name: s.below if s.is_one else math.nan for name, s in both_sides.items()}
 
 
@@ -169,9 +178,18 @@ def one_sided_sensitivities(solution: Solution) -> dict[str, Sided]:
         else:
             sided[slope.name] = Sided(sense * (value + down), sense * (value + up), _KINK)
 
-    for name in _moved_by_steps(solution, sided):
-        sided[name] = Sided(math.nan, math.nan, _STEP)
+    for name, why in _not_known(solution, sided).items():
+        sided[name] = Sided(math.nan, math.nan, why)
     return sided
+
+
+def _not_known(solution: Solution, named: Iterable[str]) -> dict[str, str]:
+    """Those of named numbers whose slope the multipliers do not tell, and why."""
+    hidden = missed_slopes(solution.kept_iterate, solution.evaluator, math.inf)
+    return {
+        **{slope.symbol.name: _HIDDEN for slope in hidden if slope.symbol.name in named},
+        **dict.fromkeys(_moved_by_steps(solution, named), _STEP),
+    }
 
 
 def _moved_by_steps(solution: Solution, named: Iterable[str]) -> set[str]:
@@ -206,7 +224,7 @@ def slopes_by_multipliers(solution: Solution) -> dict[str, float]:
         * (slope.direct + float(slope.by_multiplier @ multipliers))
         for slope in lagrangian_slopes(iterate, multipliers, distances)
     }
-    return slopes | dict.fromkeys(_moved_by_steps(solution, slopes), math.nan)
+    return slopes | dict.fromkeys(_not_known(solution, slopes), math.nan)
 
 
 @dataclass(frozen=True, eq=False)

@@ -155,6 +155,7 @@ def with_points(mesh: PhaseMesh, fractions: Array, closest: float = SAME_POINT) 
     """The mesh with further breakpoints; intervals that are cut keep their degree."""
     near = np.abs(mesh.breakpoints[:, None] - np.asarray(fractions)[None, :]).min(axis=0)
     added = distinct(np.asarray(fractions)[near > closest])
+    added = added[np.append(True, np.diff(added) > closest)[: added.size]]
     points = np.sort(np.concatenate([mesh.breakpoints, added]))
     parents = np.searchsorted(mesh.breakpoints, points[:-1], side="right") - 1
     kept = tuple(int(np.searchsorted(points, mesh.breakpoints[i])) for i in mesh.movable)

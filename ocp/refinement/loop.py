@@ -16,9 +16,11 @@ from ocp.nlp.result import NEAR
 from ocp.nlp.solver import StartingPoint
 from ocp.numerics.interval_maxima import Extremes
 from ocp.optimality.iterate import Iterate
+from ocp.problem.symbols import Constant
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.endings import Ending, ending_of
 from ocp.refinement.estimates.error_estimate import MotionErrors
+from ocp.refinement.estimates.hidden_slopes import missed_slopes
 from ocp.refinement.estimates.narrow_features import (
     NarrowFeature,
     mesh_that_sees,
@@ -155,14 +157,15 @@ def _seen(
     sighted = False
     for goes in range(_SIGHTS + 1):
         best = best_of(solved, accuracy)
-        features = _features(meshes, best)
+        features, of_constants = _features(meshes, best)
         sighted |= bool(features)
-        if not (features and meshes.settings.refinement.adapts) or goes == _SIGHTS:
+        unseen = (*features, *of_constants)
+        if not (unseen and meshes.settings.refinement.adapts) or goes == _SIGHTS:
             break
         if ending == "budget" or meshes.spent(rounds):
             return "budget", features, sighted
 
-        mesh = mesh_that_sees(held_still(best.iterate), features)
+        mesh = mesh_that_sees(held_still(best.iterate), unseen)
         ending, further = _gone_on(meshes, best.iterate, mesh, accuracy, solved, rounds)
         if not further:
             break
@@ -196,13 +199,19 @@ def _gone_on(
         return "failure", further
 
 
-def _features(meshes: MeshSolver, best: SolvedMesh) -> tuple[NarrowFeature, ...]:
-    """What the points of a solved mesh do not see."""
+def _features(
+    meshes: MeshSolver, best: SolvedMesh
+) -> tuple[tuple[NarrowFeature, ...], tuple[NarrowFeature, ...]]:
+    """What the points of a solved mesh do not see, and what sensitivities alone miss by that."""
     iterate, known = best.iterate, best.errors.of_motion
     errors = known or MotionErrors(
         iterate.transcription, iterate.trajectory, meshes.evaluator, iterate.parameters
     )
-    return tuple(narrow_features(errors, LOOSER * meshes.settings.accuracy.dynamics))
+    allowed = LOOSER * meshes.settings.accuracy.dynamics
+    slopes = list(missed_slopes(iterate, meshes.evaluator, allowed))
+    moving = [slope.feature for slope in slopes if not isinstance(slope.symbol, Constant)]
+    of_constants = [slope.feature for slope in slopes if isinstance(slope.symbol, Constant)]
+    return (*narrow_features(errors, allowed), *moving), tuple(of_constants)
 
 
 def _left_saddles(

@@ -21,10 +21,11 @@ from ocp.optimality.multipliers import Multipliers, duration_multiplier
 from ocp.optimality.number_steps import number_remark, number_steps
 from ocp.optimality.steps import step_remark, steps_along
 from ocp.problem.functionals import BoundaryValue, End, Functional, Peak, PhaseTime
-from ocp.problem.symbols import TIME, Between
+from ocp.problem.symbols import TIME, Between, Constant
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.error_estimate import MotionErrors
 from ocp.refinement.estimates.excess_price import worth_of_excess
+from ocp.refinement.estimates.hidden_slopes import missed_slopes
 from ocp.refinement.estimates.narrow_features import feature_remark, narrow_features
 from ocp.refinement.estimates.promised_gain import promised_gain
 from ocp.refinement.estimates.switch_detection import control_jumps
@@ -148,6 +149,11 @@ def motion_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condi
     if remark := feature_remark(features):
         largest = max(feature.size for feature in features)
         yield Condition("narrow features", largest, allowed.replay, remark)
+    slopes = missed_slopes(iterate, evaluator, allowed.gain)
+    hidden = [slope.feature for slope in slopes if not isinstance(slope.symbol, Constant)]
+    if remark := feature_remark(hidden):
+        largest = max(feature.size for feature in hidden)
+        yield Condition("narrow features that a zero hides", largest, allowed.gain, remark)
 
     # bounds and links of the problem, with the peaks of the replay as they are between the points
     dense_peaks = (dense for _, _, dense in verification.peaks)

@@ -6,5 +6,6 @@ what a breakpoint at the wrong place costs, `back_off_cost` what limits that are
 `peak_leaks` what raised peaks cost, and `excess_price` what an excess is worth. `switch_detection`
 finds the jumps of controls, `control_resolution` says how well their shapes are resolved,
 `active_set_changes` where limits are met or left, and `kink_crossings` where the motion crosses
-kinks. `narrow_features` looks once more at an answer, for what lies between all points.
+kinks. `narrow_features` looks once more at an answer, for what lies between all points, and
+`hidden_slopes` for what a zero hides there, both at `dense_panels`.
 """

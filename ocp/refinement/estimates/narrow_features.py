@@ -16,23 +16,18 @@ import numpy as np
 
 from ocp.arrays import Array, Integers
 from ocp.mesh.mesh import Mesh, with_points
-from ocp.mesh.trajectory import PhaseTrajectory
 from ocp.numerics.piecewise_polynomial import Lagrange
 from ocp.numerics.polynomial_expressions import polynomial_degree
-from ocp.numerics.schemes import Gauss
 from ocp.optimality.steps import owner_text, path_expressions
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME
+from ocp.refinement.estimates.dense_panels import (
+    OF_PANEL,
+    DensePanels,
+    finite,
+    panels_of_phase,
+)
 from ocp.refinement.estimates.error_estimate import MotionErrors
-
-# Samples of all phases together, and of one panel of an interval. Long expressions are sampled
-# less: so many operations in all take some hundredths of a second.
-_SAMPLES = 4000
-_OF_PANEL = 4
-_OPERATIONS = 1e7
-
-# Panels of an interval, at least: a mesh that is as fine as the samples has seen all that they see
-_LEAST = 2
 
 # Degree up to which a polynomial hides nothing between the points, and the operations of an
 # expression up to which it is worth to look whether it is one
@@ -41,9 +36,6 @@ _SHORT = 1000
 
 # Times what was known of an interval: below it the dense samples are the same thing once more
 _MORE = 3.0
-
-# Part of what is off in an interval that lies outside of the feature, at most, on each side
-_OUTSIDE = 0.01
 
 
 @dataclass(frozen=True)
@@ -62,6 +54,10 @@ class NarrowFeature:
         Of its middle [s].
     size : float
         What it changes of the state, the integral or the constraint, relative to its size.
+    of : str
+        What the size is a part of.
+    parts : int
+        Intervals that a mesh should have there at least.
     """
 
     phase: int
@@ -71,6 +67,8 @@ class NarrowFeature:
     last: float
     time: float
     size: float
+    of: str = "its size"
+    parts: int = 1
 
 
 def narrow_features(errors: MotionErrors, allowed: float) -> Iterator[NarrowFeature]:
@@ -87,17 +85,15 @@ def narrow_features(errors: MotionErrors, allowed: float) -> Iterator[NarrowFeat
     if not may_hide(problem):
         return
 
-    # long expressions are sampled less, and intervals with next to no samples tell nothing
     hiding = {phase.name: _hiding(problem, phase.name) for phase in problem.phases}
-    samples = min(_SAMPLES, _OPERATIONS / max(1, *hiding.values()))
-    panels = int(samples // (_OF_PANEL * len(problem.phases)))
-    if panels < _LEAST * max(motion.intervals for motion in errors.trajectory.phases):
+    count = panels_of_phase(errors.trajectory.phases, max(hiding.values()))
+    if not count:
         return
 
     for index, motion in enumerate(errors.trajectory.phases):
         if not hiding[motion.name]:
             continue
-        places = _Samples.of(errors, index, panels)
+        places = _Samples(errors, index, DensePanels.of(motion, count))
         looked_at = [
             (name, by_panel, np.where(total > _MORE * known + allowed, total, 0.0))
             for name, by_panel, total, known in places.off()
@@ -110,7 +106,7 @@ def narrow_features(errors: MotionErrors, allowed: float) -> Iterator[NarrowFeat
         for k in np.flatnonzero(missed.any(axis=0)).tolist():
             worst = int(np.argmax(missed[:, k]))
             name, by_panel, total = looked_at[worst]
-            first, last = places.span(k, by_panel)
+            first, last = places.panels.span(k, by_panel)
             yield NarrowFeature(
                 phase=index,
                 where=motion.name,
@@ -129,15 +125,16 @@ def feature_remark(features: Sequence[NarrowFeature]) -> str:
     worst = max(features, key=lambda feature: feature.size)
     return (
         f"{worst.name} in phase '{worst.where}' changes near {worst.time:.6g} s between the points "
-        f"of the mesh, by {worst.size:.2g} of its size in all: state breakpoints there"
+        f"of the mesh, by {worst.size:.2g} of {worst.of} in all: state breakpoints there"
     )
 
 
 def mesh_that_sees(mesh: Mesh, features: Iterable[NarrowFeature]) -> Mesh:
-    """The mesh with breakpoints on both sides of features, without added points."""
+    """The mesh with breakpoints on both sides of features and in them, without added points."""
     fractions: list[list[float]] = [[] for _ in mesh.phases]
     for feature in features:
-        fractions[feature.phase] += [feature.first, feature.last]
+        inner = np.linspace(feature.first, feature.last, feature.parts + 1)
+        fractions[feature.phase] += inner.tolist()
     pairs = zip(mesh.phases, fractions, strict=True)
     return Mesh(tuple(with_points(phase, np.array(at)) if at else phase for phase, at in pairs))
 
@@ -151,12 +148,12 @@ def may_hide(problem: Problem) -> bool:
 def _hiding(problem: Problem, name: str) -> int:
     """Operations of all expressions of a phase; 0 where none of them can hide anything."""
     expressions = [expression for _, expression in path_expressions(problem, name)]
-    if all(_is_smooth(problem, name, expression) for expression in expressions):
+    if all(is_smooth(problem, name, expression) for expression in expressions):
         return 0
     return int(ca.n_nodes(ca.vertcat(*expressions)))
 
 
-def _is_smooth(problem: Problem, name: str, expression: ca.SX) -> bool:
+def is_smooth(problem: Problem, name: str, expression: ca.SX) -> bool:
     """Whether an expression is a polynomial of time along a motion, and hides nothing."""
     if ca.n_nodes(expression) > _SHORT:
         return False
@@ -167,65 +164,19 @@ def _is_smooth(problem: Problem, name: str, expression: ca.SX) -> bool:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class _Samples:
-    """Dense samples of one phase, at Gauss points of panels that divide each interval.
+    """Dense samples of one phase.
 
     Attributes
     ----------
     errors : MotionErrors
-    motion : PhaseTrajectory
     index : int
         Number of the phase.
-    starts : (N,)
-        Number of the first panel of each interval.
-    intervals : (P,)
-        Of the panels.
-    left, width : (P,)
-        In local time.
+    panels : DensePanels
     """
 
     errors: MotionErrors
-    motion: PhaseTrajectory
     index: int
-    starts: Integers
-    intervals: Integers
-    left: Array
-    width: Array
-
-    @classmethod
-    def of(cls, errors: MotionErrors, index: int, panels: int) -> _Samples:
-        """About so many panels, which are as long as each other."""
-        motion = errors.trajectory.phases[index]
-        shares = np.diff(motion.fractions)
-        counts = np.maximum(np.ceil(shares * panels).astype(np.int64), _LEAST)
-        starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
-        intervals = np.repeat(np.arange(motion.intervals), counts)
-        number = np.arange(intervals.size) - starts[intervals]
-        width = 1.0 / counts[intervals]
-        return cls(errors, motion, index, starts, intervals, number * width, width)
-
-    def span(self, k: int, off: Array) -> tuple[float, float]:
-        """Where nearly all of what is off in interval `k` is, with a panel on each side.
-
-        Parameters
-        ----------
-        off : (P,)
-            In the panels.
-
-        Returns
-        -------
-        first, last : float
-            Fractions of the phase.
-        """
-        own = np.flatnonzero(self.intervals == k)
-        shares = np.cumsum(off[own]) / off[own].sum()
-        first = int(own[int(np.searchsorted(shares, _OUTSIDE))])
-        last = int(own[min(int(np.searchsorted(shares, 1.0 - _OUTSIDE)), own.size - 1)])
-        start, size = self.motion.fractions[k], np.diff(self.motion.fractions)[k]
-        beside = self.width[first]
-        return (
-            max(float(start + (self.left[first] - beside) * size), 0.0),
-            min(float(start + (self.left[last] + 2 * beside) * size), 1.0),
-        )
+    panels: DensePanels
 
     def off(self) -> Iterator[tuple[str, Array, Array, Array]]:
         """What is off in the panels (P,) and in all (N,), and what was known of that (N,).
@@ -237,51 +188,36 @@ class _Samples:
             yield name, by_panel, total, known
         yield from self._constraints()
 
-    @property
-    def _tau(self) -> Array:
-        """Local times of the samples, (P, q)."""
-        return np.asarray(self.left[:, None] + self.width[:, None] * Gauss().at(_OF_PANEL).points)
-
-    @property
-    def _seconds(self) -> Array:
-        """Weights of the samples [s], (P, q)."""
-        panels = np.diff(self.motion.breakpoints)[self.intervals] * self.width
-        return np.asarray(panels[:, None] * Gauss().at(_OF_PANEL).weights)
-
-    def _in_all(self, by_panel: Array) -> Array:
-        """Sums over the panels of each interval, (N,)."""
-        return np.asarray(np.add.reduceat(by_panel, self.starts))
-
     def _values(self, expressions: Sequence[ca.SX], intervals: Integers, tau: Array) -> Array:
         """Expressions at local times (r, q) of intervals (r,), (n, r, q)."""
         k = np.repeat(intervals, tau.shape[1])
-        trajectory, name = self.errors.trajectory, self.motion.name
+        trajectory, name = self.errors.trajectory, self.panels.motion.name
         values = self.errors.evaluator.values(trajectory, name, expressions, k, tau.ravel())
         return values.T.reshape(len(expressions), *tau.shape)
 
     def _smooth(self, expression: ca.SX) -> bool:
-        """See `_is_smooth`."""
-        return _is_smooth(self.errors.transcription.problem, self.motion.name, expression)
+        """See `is_smooth`."""
+        return is_smooth(self.errors.transcription.problem, self.panels.motion.name, expression)
 
     def _dynamics(self) -> Iterator[tuple[str, Array, Array]]:
         """What the residuals of the states amount to."""
-        transcription, motion = self.errors.transcription, self.motion
+        transcription, motion = self.errors.transcription, self.panels.motion
         dynamics = transcription.problem.phases[self.index].dynamics
         rough = {s: rate for s, rate in dynamics.items() if not self._smooth(rate)}
         if not rough:
             return
-        tau, seconds = self._tau, self._seconds
-        rates = motion.rates(np.repeat(self.intervals, _OF_PANEL), tau.ravel())
-        values = self._values(list(rough.values()), self.intervals, tau)
+        tau, seconds = self.panels.tau, self.panels.seconds
+        rates = motion.rates(np.repeat(self.panels.intervals, OF_PANEL), tau.ravel())
+        values = self._values(list(rough.values()), self.panels.intervals, tau)
         for state, stated in zip(rough, values, strict=True):
             own = rates[:, motion.states.index(state.name)].reshape(stated.shape)
-            residual = _finite(np.abs(own - stated) * seconds).sum(axis=1)
+            residual = finite(np.abs(own - stated) * seconds).sum(axis=1)
             residual = residual / transcription.scales.signals[state.name]
-            yield owner_text(state), residual, self._in_all(residual)
+            yield owner_text(state), residual, self.panels.in_all(residual)
 
     def _integrals(self) -> Iterator[tuple[str, Array, Array]]:
         """How integrands stray from polynomials through the points, and the integrals are off."""
-        transcription, motion = self.errors.transcription, self.motion
+        transcription, motion = self.errors.transcription, self.panels.motion
         integrals = [
             f
             for f in transcription.problem.integrals[motion.name]
@@ -290,8 +226,8 @@ class _Samples:
         if not integrals:
             return
         expressions = [f.expression for f in integrals]
-        tau, seconds = self._tau, self._seconds
-        values = self._values(expressions, self.intervals, tau)
+        tau, seconds = self.panels.tau, self.panels.seconds
+        values = self._values(expressions, self.panels.intervals, tau)
         strayed, by_scheme = np.zeros_like(values), np.zeros((len(integrals), motion.intervals))
         for degree in sorted(set(motion.degrees.tolist())):
             here, rule = np.flatnonzero(motion.degrees == degree), motion.scheme.at(degree)
@@ -299,17 +235,17 @@ class _Samples:
             at_points = self._values(expressions, here, points)
             by_scheme[:, here] = at_points @ rule.weights * np.diff(motion.breakpoints)[here]
 
-            panels = np.flatnonzero(motion.degrees[self.intervals] == degree)
+            panels = np.flatnonzero(motion.degrees[self.panels.intervals] == degree)
             basis = Lagrange(tuple(rule.points.tolist())).values(tau[panels].ravel())
-            own = at_points[:, np.searchsorted(here, self.intervals[panels])]
+            own = at_points[:, np.searchsorted(here, self.panels.intervals[panels])]
             followed = np.einsum("pqm,npm->npq", basis.reshape(*tau[panels].shape, -1), own)
             strayed[:, panels] = np.abs(values[:, panels] - followed)
 
         for f, densely, scheme, off in zip(integrals, values, by_scheme, strayed, strict=True):
-            found = self._in_all(_finite(densely * seconds).sum(axis=1))
+            found = self.panels.in_all(finite(densely * seconds).sum(axis=1))
             size = max(transcription.scales.functionals[f], abs(float(found.sum())))
-            by_panel = _finite(off * seconds).sum(axis=1) / size
-            yield owner_text(f), by_panel, _finite(np.abs(found - scheme) / size)
+            by_panel = finite(off * seconds).sum(axis=1) / size
+            yield owner_text(f), by_panel, finite(np.abs(found - scheme) / size)
 
     def _constraints(self) -> Iterator[tuple[str, Array, Array, Array]]:
         """What limits, peaks and equations are exceeded by."""
@@ -327,19 +263,14 @@ class _Samples:
         if not rows:
             return
         expressions = [constraint.expression for constraint, _, _ in rows]
-        every = self._values(expressions, self.intervals, self._tau)
+        every = self._values(expressions, self.panels.intervals, self.panels.tau)
         for (constraint, (lower, upper), known), values in zip(rows, every, strict=True):
             signed = constraint.sign * values
-            beyond = _finite(np.maximum(signed - upper, lower - signed))
+            beyond = finite(np.maximum(signed - upper, lower - signed))
             if constraint.is_equation:
                 size, before = constraint.scale, self.errors.dynamics[index]
             else:
                 size, before = known.size, np.maximum(known.values, 0.0)
             by_panel = np.maximum(beyond.max(axis=1), 0.0) / size
-            total = np.maximum.reduceat(by_panel, self.starts)
+            total = np.maximum.reduceat(by_panel, self.panels.starts)
             yield f"'{constraint.name}'", by_panel, np.asarray(total), before
-
-
-def _finite(values: Array) -> Array:
-    """What is not a number counts as nothing: the points have told it."""
-    return np.where(np.isfinite(values), values, 0.0)
