@@ -30,6 +30,7 @@ from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
 from ocp.progress import Progress, shown
 from ocp.refinement.estimates.error_estimate import MotionErrors
+from ocp.refinement.estimates.hidden_slopes import missed_slopes
 from ocp.refinement.estimates.narrow_features import may_hide, narrow_features
 from ocp.refinement.loop import refine
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_of
@@ -431,7 +432,12 @@ class _Walk:
         errors = MotionErrors(
             found.program, iterate.trajectory, self.base.evaluator, found.parameters
         )
-        return any(True for _ in narrow_features(errors, allowed))
+        if max(float(off.max()) for off in errors.dynamics) > _NO_MOTION:
+            return True
+        if any(True for _ in narrow_features(errors, allowed)):
+            return True
+        slopes = missed_slopes(iterate, self.base.evaluator, allowed)
+        return any(not isinstance(slope.symbol, Constant) for slope in slopes)
 
     def _steps(self, answer: Iterate | Member) -> bool:
         """Whether an expression steps along a motion where no breakpoint is kept for it.

@@ -8,7 +8,7 @@ An expression's size is how far it moves when its signals move by their sizes ar
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from typing import Any, assert_never
 
@@ -37,6 +37,8 @@ _OFF = 3.0  # factor from which on a solved objective replaces the size taken fr
 _FALL = 1e-3  # of its size, to which the objective's falls by a solved value of zero
 _NOTHING = 1e-4  # of its size, up to which a signal is what a solver leaves of zero
 _SOLVED = "value on an earlier mesh"
+_GUESS = "guess"
+_GUESSED_NUMBER = "guess, or middle of its bounds"
 _LONGEST = "longest duration of a phase in the guess"
 
 
@@ -69,14 +71,47 @@ class Scales:
 
 
 def scales_of(problem: Problem, guess: InitialGuess, parameters: Parameters) -> Scales:
-    """Scales of a problem around a guess."""
-    signals, why = _signal_scales(problem, guess, parameters)
+    """Scales of a problem around a guess.
+
+    A guess of next to nothing, which moves next to nothing, is no size: what a solver leaves of
+    zero in a motion would make its unknown so large that no tolerance sees its slope.
+    """
+    scales = _scales_of(problem, guess, parameters, frozenset())
+    unsaid = frozenset(name for names in _guessed(scales) for name in names)
+    if not unsaid:
+        return scales
+    without = _scales_of(problem, guess, parameters, unsaid)
+    tiny = {
+        name
+        for sizes, others in (
+            (scales.signals, without.signals),
+            (scales.unknowns, without.unknowns),
+        )
+        for name in unsaid & sizes.keys()
+        if sizes[name] < _NOTHING * others[name]
+    }
+    nothing = frozenset(tiny - _moving_something(problem, guess, parameters, scales, tiny))
+    return _scales_of(problem, guess, parameters, nothing) if nothing else scales
+
+
+def _guessed(scales: Scales) -> Iterator[list[str]]:
+    """Names of the signals and unknowns whose sizes are those of a guess."""
+    for kind, reason in (("signal", _GUESS), ("unknown", _GUESSED_NUMBER)):
+        yield [key for (of, key), why in scales.reasons.items() if of == kind and why == reason]
+
+
+def _scales_of(
+    problem: Problem, guess: InitialGuess, parameters: Parameters, unsaid: frozenset[str]
+) -> Scales:
+    """Scales around a guess that says nothing of some signals and unknowns."""
+    signals, why = _signal_scales(problem, guess, parameters, unsaid)
     reasons: dict[tuple[str, Any], str] = {("signal", name): text for name, text in why.items()}
 
     unknowns = {}
     for u in problem.unknowns:
-        size = _size(guess.unknowns[u.name])
-        where = "guess, or middle of its bounds"
+        size = 0.0 if u.name in unsaid else _size(guess.unknowns[u.name])
+        limits = _size(parameters.unknown_limits[u.name]) if u.name in unsaid else 0.0
+        size, where = (limits, "bounds") if limits > 0 else (size, _GUESSED_NUMBER)
         unknowns[u.name], reasons["unknown", u.name] = _chosen(u.scale, size, where)
 
     duration = max(phase.end - phase.start for phase in guess.phases.values())
@@ -164,7 +199,7 @@ def _size(values: Any) -> float:
 
 
 def _signal_scales(
-    problem: Problem, guess: InitialGuess, parameters: Parameters
+    problem: Problem, guess: InitialGuess, parameters: Parameters, unsaid: frozenset[str]
 ) -> tuple[dict[str, float], dict[str, str]]:
     """Sizes of all signals, with reasons; a signal of several phases has its largest."""
     scales: dict[str, float] = {}
@@ -172,7 +207,8 @@ def _signal_scales(
     for phase in problem.phases:
         values = guess.phases[phase.name].at_fractions(_FRACTIONS)
         for signal in problem.signals[phase.name]:
-            size, reason = _own_scale(signal, phase, values[signal.name], parameters)
+            guessed = np.zeros(1) if signal.name in unsaid else values[signal.name]
+            size, reason = _own_scale(signal, phase, guessed, parameters)
             if size > scales.get(signal.name, 0.0):
                 scales[signal.name], reasons[signal.name] = size, reason
 
@@ -200,7 +236,7 @@ def _own_scale(
         if signal in stated and not isinstance(stated[signal], tuple)
     ]
     if max(_size(guess), _size(numbers)) > 0:
-        inner, outer = (_size(guess), "guess"), (_size(numbers), "boundary values")
+        inner, outer = (_size(guess), _GUESS), (_size(numbers), "boundary values")
         return inner if inner[0] > outer[0] else outer
     size = _size(parameters.signal_limits[signal.name])
     return size, "bounds" if size > 0 else ""
@@ -286,6 +322,14 @@ class _Probe:
         worst = int(np.argmax(moves))
         return moves[worst], f"moves so far with '{self.symbols[worst].name}'"
 
+    def moving(self, expression: ca.SX, size: float = 0.0) -> set[str]:
+        """Names of what moves an expression by more than next to nothing of its size."""
+        values = self._evaluate(expression)
+        with np.errstate(invalid="ignore"):
+            moves = [_size((moved - values[0]) / _STEP) for moved in values[1:]]
+        least = _NOTHING * max(size, _size(values[0]), *moves)
+        return {s.name for s, move in zip(self.symbols, moves, strict=True) if move > least}
+
     def size(self, expression: ca.SX) -> tuple[float, str]:
         """Largest value at the guess, or the variation where that is next to nothing."""
         size, (variation, reason) = _size(self._evaluate(expression)[0]), self.variation(expression)
@@ -319,6 +363,19 @@ def _boundary_variation(
     parameters: Parameters,
 ) -> tuple[float, str]:
     """How far a boundary expression moves when its numbers move by their sizes, and with which."""
+    _, moves = _boundary_moves(expression, symbols, functionals, unknowns, parameters)
+    named = [(change, f"moves so far with '{symbol.name}'") for symbol, change in moves]
+    return max([m for m in named if math.isfinite(m[0])], default=(0.0, ""))
+
+
+def _boundary_moves(
+    expression: ca.SX,
+    symbols: Sequence[Symbol],
+    functionals: Mapping[Functional, float],
+    unknowns: Mapping[str, float],
+    parameters: Parameters,
+) -> tuple[float, list[tuple[Symbol, float]]]:
+    """A boundary expression of numbers of their sizes, and how far each of them moves it."""
     centre = []
     for symbol in symbols:
         if isinstance(symbol, Functional):
@@ -334,6 +391,68 @@ def _boundary_variation(
         if isinstance(symbol, Functional) or symbol.name in unknowns:
             shifted = list(centre)
             shifted[i] *= 1.0 + _STEP
-            change = abs(float(function(*shifted)) - base) / _STEP
-            moves.append((change, f"moves so far with '{symbol.name}'"))
-    return max([m for m in moves if math.isfinite(m[0])], default=(0.0, ""))
+            moves.append((symbol, abs(float(function(*shifted)) - base) / _STEP))
+    return base, moves
+
+
+def _moving_something(
+    problem: Problem,
+    guess: InitialGuess,
+    parameters: Parameters,
+    scales: Scales,
+    tiny: Set[str],
+) -> set[str]:
+    """Those of some signals and unknowns whose sizes move a constraint by more than nothing.
+
+    A rate counts by its state over the duration, and only if the state is not tiny itself or moves
+    something. The objective says nothing: all of it may be as tiny as a guess.
+    """
+    if not tiny:
+        return set()
+    functionals, found = _moving_boundary(problem, parameters, scales)
+    rows: list[tuple[str | None, set[str]]] = []
+    for phase in problem.phases:
+        probe = _Probe(problem, phase, guess, scales.signals, scales.unknowns, parameters)
+        for state, rate in phase.dynamics.items():
+            own = scales.signals[state.name] / probe.duration if probe.duration > 0 else 0.0
+            rows.append((state.name, probe.moving(rate, own)))
+        for bound in phase.bounds:
+            limits = parameters.bound_limits[phase.name, bound.name]
+            rows.append((None, probe.moving(bound.expression, _size(limits))))
+        pieces = [piece for functional in functionals for piece in _pieces(functional)]
+        rows += [(None, probe.moving(own)) for where, own in pieces if where == phase.name]
+
+    while True:
+        real = [names for owner, names in rows if owner not in tiny or owner in found]
+        reached = found.union(*real)
+        if reached == found:
+            return found & tiny
+        found = reached
+
+
+def _moving_boundary(
+    problem: Problem, parameters: Parameters, scales: Scales
+) -> tuple[set[AnyFunctional], set[str]]:
+    """Functionals and names of unknowns that move the problem's bounds and links."""
+    functionals, names = set[AnyFunctional](), set[str]()
+    for bound in problem.boundary_constraints:
+        base, moves = _boundary_moves(
+            bound.expression, bound.symbols, scales.functionals, scales.unknowns, parameters
+        )
+        limits = parameters.bound_limits["", bound.name]
+        least = _NOTHING * _size([base, *limits, *[change for _, change in moves]])
+        moving = [symbol for symbol, change in moves if change > least]
+        functionals |= {symbol for symbol in moving if isinstance(symbol, Functional)}
+        names |= {symbol.name for symbol in moving if not isinstance(symbol, Functional)}
+    return functionals, names
+
+
+def _pieces(functional: AnyFunctional) -> Sequence[tuple[str, ca.SX]]:
+    """The expressions of a functional, each with the name of its phase."""
+    match functional:
+        case Integral() | Peak():
+            return functional.pieces
+        case BoundaryValue() | PointValue():
+            return [(functional.phase, functional.expression)]
+        case _:
+            return []

@@ -22,6 +22,7 @@ from ocp import (
     State,
     Unknown,
     certify,
+    family,
     solve,
 )
 from ocp.analysis.sensitivity import ActiveSetWarning
@@ -197,6 +198,15 @@ def test_a_zero_that_is_kept_there_hides_nothing():
     assert found.objective == pytest.approx(6.0, rel=1e-6)
     assert "acts on" not in found.verdict
     assert failed(found) == []
+
+
+def test_a_family_along_which_the_gust_moves():
+    at, w = Constant("at", "s", value=0.3), Unknown("w", "m/s", lower=-10, upper=10)
+    problem = move(w * gust(at, 5e-4), beyond=5e-2 * w**2)
+    found = family(problem, at, [0.3, 0.32, 0.41, 0.46, 0.48, 0.5, 0.7])
+    w_best = np.linspace(-4, 4, 800_001)
+    best = [(effort(w_best, m.value) + 5e-2 * w_best**2).min() for m in found.members]
+    assert found.objectives == pytest.approx(best, rel=1e-6)
 
 
 def test_breakpoints_that_are_added_do_not_coincide():

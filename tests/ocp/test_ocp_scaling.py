@@ -8,6 +8,7 @@ import pytest
 from ocp import (
     Between,
     Bound,
+    Constant,
     Control,
     Phase,
     Problem,
@@ -189,3 +190,58 @@ def test_a_logarithm_of_zero_at_the_guess_is_no_warning():
     phase = Phase("spend", {wealth: -spent}, {wealth: 1}, {wealth: 0}, end=1.0)
     found = solve(Problem("spend", phase, maximise=2 + phase.integral(ca.log(spent))))
     assert found.objective == pytest.approx(2.0, rel=1e-6)
+
+
+def helped(guess, strength=1.0):
+    """Rest to rest, with a second way to accelerate that starts from nothing."""
+    x, v, y = State("x", "m"), State("v", "m/s"), State("y", "m/s^2")
+    u, w = Control("u", "m/s^2"), Control("w", "m/s^3")
+    phase = Phase(
+        "move",
+        {x: v, v: u + strength * y, y: w},
+        {x: 0, v: 0, y: 0},
+        {x: 1, v: 0},
+        end=1.0,
+        guess={y: guess, w: guess},
+    )
+    return Problem("helped", phase, minimise=phase.integral(u**2 / 2 + w**2 / 2))
+
+
+@pytest.mark.parametrize("guess", [1e-6, 1e-9, 1e-12, 1e-20])
+def test_a_guess_of_next_to_nothing_is_no_size(guess):
+    found = solve(helped(guess))
+    # as without a guess; before, it took a thousand iterations
+    assert found.objective == pytest.approx(5.533141210, rel=1e-8)
+    assert found.iterations <= 10
+    assert certify(found).passed
+
+
+@pytest.mark.parametrize("rest", [1e-6, 1e-9, 1e-12])
+def test_what_a_motion_has_of_next_to_nothing_is_no_size(rest):
+    strength = Constant("strength", "1", value=1.0)
+    problem = helped(0.0, strength)
+    before = solve(problem, constants={strength: rest}).trajectory
+    found = solve(problem, guess=before)
+    # the tolerances of an unknown of such a size saw no slope: 6.0 was certified
+    assert found.objective == pytest.approx(5.533141210, rel=1e-8)
+    assert certify(found).passed
+
+
+def test_a_small_guess_that_moves_something_is_a_size():
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", lower=-1e3, upper=1e3)
+    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1e-6, v: 0}, end=1.0, guess={u: 1e-6})
+    scales = scales_around_the_guess(Problem("p", phase, minimise=phase.integral(u**2)))
+    assert scales.signals["u"] == 1e-6
+    assert scales.reasons["signal", "u"] == "guess"
+
+
+def test_a_guess_of_an_unknown_counts_where_it_moves_a_bound():
+    def unknown_scale(guess, size):
+        x, u, w = State("x"), Control("u"), Unknown("w", lower=0, upper=10, guess=guess)
+        phase = Phase("move", {x: u + w}, {x: 0}, {x: 1}, end=1.0)
+        least = Bound("least", 3 * w, lower=size)
+        problem = Problem("p", phase, minimise=phase.integral(u**2) + w**2, bounds=[least])
+        return scales_around_the_guess(problem).unknowns["w"]
+
+    assert unknown_scale(1e-7, 1.0) == 10.0
+    assert unknown_scale(1e-7, 1e-7) == 1e-7
