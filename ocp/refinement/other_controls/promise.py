@@ -22,6 +22,7 @@ from ocp.arrays import Array, Flags, Integers
 from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.columnwise import columnwise
 from ocp.numerics.linearity import is_linear, is_quadratic
+from ocp.numerics.polynomial_expressions import polynomial_degree
 from ocp.optimality.active_set import ACTING, acting_on_states, strongest_multipliers
 from ocp.optimality.hamiltonian import Hamiltonian, hamiltonian_of
 from ocp.optimality.iterate import Iterate
@@ -34,6 +35,9 @@ from ocp.refinement.other_controls.trials import ControlTrials, evaluations, tri
 # points of an interval are looked at
 _POINTS = 4
 _EVALUATIONS = 200_000
+
+# Instants of a phase, at most, where what controls do may change for a short time
+_DENSELY = 1000
 
 # Part of the largest curvature, and of a control, that is rounding
 _ROUNDING = 1e-9
@@ -175,6 +179,9 @@ def others_of_phase(
     if not columns or (is_linear(value, u) and is_linear(path, u) and not vanished):
         return None
     intervals, tau, weights = _points_of(np.flatnonzero(where), len(columns))
+    if not vanished and _changes_shortly(evaluator, index, phase.signals, value, u, inputs[1]):
+        dense = _dense_points(np.flatnonzero(where), phase.fractions, len(columns))
+        intervals, tau, weights = max((intervals, tau, weights), dense, key=lambda p: p[0].size)
     if intervals.size == 0:
         return None
     costates = phase_costates(iterate, index).local(intervals, tau)
@@ -221,6 +228,38 @@ def _points_of(intervals: Integers, controls: int) -> tuple[Integers, Array, Arr
     nodes, weights = np.polynomial.legendre.leggauss(points)
     tau, shares = np.tile(0.5 * (nodes + 1.0), intervals.size), np.tile(weights, intervals.size)
     return np.repeat(intervals, points), tau, 0.5 * shares
+
+
+def _dense_points(
+    intervals: Integers, fractions: Array, controls: int
+) -> tuple[Integers, Array, Array]:
+    """As `_points_of`, but the middles of parts of intervals that are about as long as each other.
+
+    Parameters
+    ----------
+    fractions : (N + 1,)
+        Breakpoints of the phase.
+    """
+    count = min(_DENSELY, _EVALUATIONS // evaluations(controls))
+    parts = np.maximum(np.ceil(np.diff(fractions)[intervals] * count).astype(np.int64), 1)
+    of_part = np.repeat(np.arange(intervals.size), parts)
+    number = np.arange(of_part.size) - np.repeat(np.cumsum(parts) - parts, parts)
+    return intervals[of_part], (number + 0.5) / parts[of_part], 1.0 / parts[of_part]
+
+
+def _changes_shortly(
+    evaluator: Evaluator, index: int, names: tuple[str, ...], value: ca.SX, u: ca.SX, time: ca.SX
+) -> bool:
+    """Whether what controls do to the Hamiltonian may change for a short time, as in a gust.
+
+    It may where time enters their slopes otherwise than as a polynomial.
+    """
+    key = ("what controls do changes shortly", index, names)
+    if key not in evaluator.compiled:
+        slopes = ca.vertsplit(ca.gradient(value, u))
+        evaluator.compiled[key] = any(polynomial_degree(s, [time], [1]) is None for s in slopes)
+    found: bool = evaluator.compiled[key]
+    return found
 
 
 def _limits_are_convex(
