@@ -294,23 +294,24 @@ class Evaluator:
                         "take the symbol that the statement uses, not another of its name"
                     )
 
-    def number(self, trajectory: Trajectory, expression: Any, peaks: Mapping[Peak, float]) -> float:
+    def number(self, trajectory: Trajectory, expression: Any, known: Mapping[Any, float]) -> float:
         """An expression of functionals, unknowns and constants.
 
         Parameters
         ----------
-        peaks : mapping of Peak to number
-            Their values, which depend on how densely they are looked for.
+        known : mapping of Peak or Integral to number
+            Values of the peaks, which depend on how densely they are looked for, and of integrals
+            that were found otherwise than by quadrature on the mesh.
         """
         sx = scalar(expression, "an expression")
         symbols = resolve(sx, "an expression")
-        values = [self._symbol_value(trajectory, symbol, peaks) for symbol in symbols]
+        values = [self._symbol_value(trajectory, symbol, known) for symbol in symbols]
         inputs = ca.vertcat(*[s.symbol for s in symbols], ca.SX(0, 1))
         function = ca.Function("number", [inputs], [sx])
         return float(function(ca.DM(values) if values else ca.DM(0, 1)))
 
     def _symbol_value(
-        self, trajectory: Trajectory, symbol: Any, peaks: Mapping[Peak, float]
+        self, trajectory: Trajectory, symbol: Any, known: Mapping[Any, float]
     ) -> float:
         for kind, values in (
             (Unknown, trajectory.unknowns),
@@ -318,9 +319,9 @@ class Evaluator:
         ):
             if isinstance(symbol, kind):
                 if symbol.name not in values:
-                    known = ", ".join(f"'{name}'" for name in values) or "none"
+                    names = ", ".join(f"'{name}'" for name in values) or "none"
                     raise StatementError(
-                        f"the problem has no {kind.__name__} '{symbol.name}'; there are: {known}"
+                        f"the problem has no {kind.__name__} '{symbol.name}'; there are: {names}"
                     )
                 return values[symbol.name]
         if isinstance(symbol, (Signal, Time)):
@@ -328,17 +329,19 @@ class Evaluator:
                 f"'{symbol.name}' varies in time; sample it at times instead of asking for one "
                 "number"
             )
-        return self._functional_value(trajectory, symbol, peaks)
+        return self._functional_value(trajectory, symbol, known)
 
     def _functional_value(
-        self, trajectory: Trajectory, functional: AnyFunctional, peaks: Mapping[Peak, float]
+        self, trajectory: Trajectory, functional: AnyFunctional, known: Mapping[Any, float]
     ) -> float:
         motion = trajectory.phase(functional.phase)
         match functional:
+            case Integral() if functional in known:
+                return known[functional]
             case Integral():
                 return self.integral(trajectory, functional.phase, functional.expression)
             case Peak():
-                return peaks[functional]
+                return known[functional]
             case BoundaryValue():
                 at_start = functional.end == "start"
                 interval, tau = (0, 0.0) if at_start else (motion.intervals - 1, 1.0)

@@ -11,11 +11,12 @@ import numpy as np
 from ocp.arrays import Array, Integers
 from ocp.errors import StatementError
 from ocp.keywords import checked_methods
+from ocp.mesh.dense_integral import dense_integral
 from ocp.mesh.mesh import Mesh, distinct
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers
-from ocp.problem.functionals import Peak
+from ocp.problem.functionals import Integral, Peak
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem, named
 from ocp.problem.symbols import resolve, scalar
@@ -32,6 +33,9 @@ if TYPE_CHECKING:
     from ocp.solution.plot import Figure
 
 Kept = TypeVar("Kept")
+# Samples of a phase at which a peak is looked for that the problem does not state
+_SAMPLES = 4000
+
 _ROUNDING = 1e-9  # of a phase's times, by which a time may miss its ends
 
 
@@ -128,8 +132,17 @@ class Solution:
         source = self._source(replayed)
         expression = named(self.problem, expression)
         symbols = resolve(scalar(expression, "an expression"), "an expression")
-        peaks = {f: dense_peak(self.evaluator, source, f) for f in symbols if isinstance(f, Peak)}
-        return self.evaluator.number(source, expression, peaks)
+        # the mesh was not made for what the problem does not state
+        found: dict[Any, float] = {}
+        of_problem = set(self.problem.functionals)
+        for f in symbols:
+            stated = f in of_problem
+            if isinstance(f, Peak):
+                samples = 0 if stated else _SAMPLES
+                found[f] = dense_peak(self.evaluator, source, f, samples)
+            elif isinstance(f, Integral) and not stated:
+                found[f] = dense_integral(self.evaluator, source, f)
+        return self.evaluator.number(source, expression, found)
 
     def sample(
         self,

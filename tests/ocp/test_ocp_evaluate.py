@@ -102,3 +102,20 @@ def test_peaks_between_the_points(motion):
     assert found.value(both) == pytest.approx(expected, rel=1e-7)
     size = second.peak(-s["v"], absolute=True)
     assert found.value(size) == pytest.approx(np.abs(dense[1]).max(), rel=1e-7)
+
+
+def test_what_the_problem_does_not_state_is_integrated_and_searched_between_the_points():
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
+    move = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
+    found = solve(Problem("move", move, minimise=move.integral(u**2)))
+    # u = 6 - 12 t and v = 6 t - 6 t^2
+    narrow = ca.exp(-(((TIME - 0.4321) / 1e-3) ** 2))
+    assert found.value(move.integral(narrow)) == pytest.approx(np.sqrt(np.pi) * 1e-3, rel=1e-9)
+    # v is below 1 m/s until t_1, and from 1 - t_1 on
+    t_1 = 0.5 - np.sqrt(1 / 12)
+    assert found.value(move.integral(v < 1)) == pytest.approx(2 * t_1, rel=1e-9)
+    way = 3 * t_1**2 - 2 * t_1**3
+    apart = 2 * (t_1 - way) + (1 - 2 * way) - (1 - 2 * t_1)
+    assert found.value(move.integral(ca.fabs(v - 1))) == pytest.approx(apart, rel=1e-9)
+    assert found.value(move.peak(v * narrow)) == pytest.approx(6 * 0.4321 * 0.5679, rel=1e-5)
+    assert found.value(move.integral(u**2)) == pytest.approx(12.0, rel=1e-9)

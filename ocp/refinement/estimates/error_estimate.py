@@ -47,6 +47,9 @@ _COARSE = 1e-3
 # as the whole, and the objective no longer notices.
 NARROW = 1e-4
 
+# Samples of a peak over all intervals of a phase, at most
+_MOST_SAMPLES = 2e5
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MotionErrors:
@@ -385,8 +388,14 @@ def _at_jumps(motion: PhaseTrajectory, jumps: Sequence[Jump]) -> Flags:
     return np.any([np.zeros_like(begins, dtype=bool), *found], axis=0)
 
 
-def dense_peak(evaluator: Evaluator, trajectory: Trajectory, peak: Peak) -> float:
-    """A peak evaluated between the points, over all its phases."""
+def dense_peak(evaluator: Evaluator, trajectory: Trajectory, peak: Peak, samples: int = 0) -> float:
+    """A peak evaluated between the points, over all its phases.
+
+    Parameters
+    ----------
+    samples : int
+        Of a phase, about, if that is more than what its intervals have.
+    """
     highest = -np.inf
     for name, expression in peak.pieces:
         motion = trajectory.phase(name)
@@ -400,8 +409,13 @@ def dense_peak(evaluator: Evaluator, trajectory: Trajectory, peak: Peak) -> floa
             values = evaluator.values(trajectory, name, [expression], intervals, tau)
             return sized(values.ravel())
 
-        (samples,) = _samples(evaluator, trajectory, motion, [expression])
-        extremes = maxima(sampled, sized(samples), _grid(motion))
+        # as many in each interval as the longest one takes
+        grid = _grid(motion)
+        count = min(samples * np.diff(motion.fractions).max(), _MOST_SAMPLES / motion.intervals)
+        if count > grid.size:
+            grid = np.linspace(0.0, 1.0, int(count))
+        values = sampled(*_every_interval(motion, grid)).reshape(motion.intervals, -1)
+        extremes = maxima(sampled, values, grid)
         highest = max(highest, float(extremes.values.max()))
     return highest
 
