@@ -27,6 +27,7 @@ from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.error_estimate import MotionErrors, dense_peak
 from ocp.refinement.estimates.excess_price import worth_of_excess
 from ocp.transcription.path_constraints import PathConstraint
+from ocp.verification.far_origins import WAY, far_origins
 from ocp.verification.simulation import SimulatedMotion
 
 # A replay may exceed by this factor what the solve was held to: errors of the intervals add up on
@@ -168,7 +169,8 @@ def verify(
     worth = worth_of_excess(iterate, errors.excess)
     of_motion = errors.worst_dynamics, worth
     stated = _reasons(numbers, of_motion, boundary, iterate.objective_size, accuracy)
-    reasons = tuple(reason for reason in stated if reason)
+    lost = [far.sentence for far in far_origins(iterate, evaluator) if not far.off <= WAY]
+    reasons = tuple(reason for reason in (*stated, *lost) if reason)
     return replace(numbers, passed=not reasons, reasons=reasons)
 
 

@@ -1,0 +1,68 @@
+"""States that move by a small part of their value."""
+
+import casadi as ca
+import pytest
+
+from ocp import Control, FixedMesh, Phase, Problem, Settings, State, Unverified, certify, solve
+
+
+def moved(origin, *, far=1.0, slope=0.0, upper=float("inf"), speed=0.0):
+    """A metre from rest to rest, or to and fro under a limit, counted from a far origin."""
+    x, v, u = State("x", "m", upper=origin + upper), State("v", "m/s"), Control("u", "m/s^2")
+    move = Phase(
+        "move",
+        {x: v, v: u - slope * ca.sin(x - origin)},
+        {x: origin, v: speed},
+        {x: origin + far, v: -speed},
+        end=1.0,
+    )
+    return Problem("moved", move, minimise=move.integral(u**2 / 2))
+
+
+@pytest.mark.parametrize("origin", [0.0, 1e3, 1e6, 1e8, -1e6])
+def test_tolerances_that_see_the_way_verify_it(origin):
+    found = solve(moved(origin))
+    assert found.objective == pytest.approx(6.0, rel=1e-6)
+    assert certify(found).passed
+
+
+@pytest.mark.parametrize("origin", [1e9, 1e10, -1e12])
+def test_a_motion_that_only_its_size_allows_is_refused(origin):
+    with pytest.raises(Unverified, match="count 'x' from an origin that is near") as told:
+        solve(moved(origin))
+    # it stays where it is
+    assert told.value.iterate.objective == pytest.approx(0.0, abs=1e-6)
+
+
+def test_curved_dynamics_are_refused_as_well():
+    with pytest.raises(Unverified, match="count 'x' from an origin that is near"):
+        solve(moved(1e8, slope=1.0))
+
+
+@pytest.mark.parametrize("origin", [0.0, 1e6])
+def test_a_limit_that_is_near(origin):
+    found = solve(moved(origin, far=0.0, upper=1 / 9, speed=1.0))
+    assert found.objective == pytest.approx(4.0, rel=1e-6)
+    assert certify(found).passed
+
+
+def test_a_certificate_refuses_it_too():
+    settings = Settings(verify=False, refinement=FixedMesh())
+    found = solve(moved(1e9), settings=settings)
+    failed = [check.name for check in certify(found).checks if not check.passed]
+    assert "way of 'x' in 'move'" in failed
+
+
+def test_a_value_that_hardly_changes_and_is_exact_passes():
+    # a tank from which a billionth is used
+    m, x, v, u = State("m", "kg"), State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
+    move = Phase(
+        "move",
+        {x: v, v: u, m: -1e-6 + 0 * u},
+        {x: 0, v: 0, m: 1000},
+        {x: 1, v: 0, m: 1000 - 1e-6},
+        end=1.0,
+    )
+    found = solve(Problem("tank", move, minimise=move.integral(u**2 / 2)))
+    assert found.objective == pytest.approx(6.0, rel=1e-8)
+    assert certify(found).passed
