@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ocp.arrays import Array
-from ocp.mesh.initial_guess import initial_guess
+from ocp.mesh.initial_guess import InitialGuess, initial_guess
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.result import NlpResult
@@ -127,6 +127,11 @@ class MeshSolver:
             return stated
         return scales_of(self.problem, guess, self.parameters)
 
+    def _vanishes(self, motion: InitialGuess) -> bool:
+        """Whether a motion is next to nothing by the sizes that the statement alone gives."""
+        stated = initial_guess(self.problem, self.parameters)
+        return vanishes(scales_of(self.problem, stated, self.parameters), motion)
+
     def at(self, parameters: Parameters) -> MeshSolver:
         """The same for other values of the constants, with a budget of its own."""
         budget = Budget(self.budget.iterations, self.budget.seconds)
@@ -144,17 +149,18 @@ class MeshSolver:
     def scales_after(self, last: Iterate) -> Scales:
         """Those of a solved mesh, its objective sized by its value; the same if it is near.
 
-        All are taken from the motion where its values are far from the sizes that the guess gave. A
-        motion that vanishes says nothing of sizes.
+        All are taken from the motion where its values are far from the sizes that the guess gave,
+        as those of a motion that was far larger. A motion that vanishes says nothing of sizes.
         """
         found, least = last.scales, 0.0
         outsized = float(np.abs(last.x).max(initial=0.0)) > OUTSIZED
         if outsized or oversized(last.scales, last.objective):
             guess = initial_guess(self.problem, self.parameters, last.trajectory)
-            if not outsized and vanishes(last.scales, guess):
+            tiny = not outsized and vanishes(last.scales, guess)
+            if tiny and self._vanishes(guess):
                 return last.scales
             of_motion = scales_of(self.problem, guess, self.parameters)
-            found, least = of_motion if outsized else found, of_motion.objective
+            found, least = of_motion if outsized or tiny else found, of_motion.objective
         return resized(found, last.objective, least)
 
     def starting_point(

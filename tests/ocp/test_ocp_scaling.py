@@ -245,3 +245,29 @@ def test_a_guess_of_an_unknown_counts_where_it_moves_a_bound():
 
     assert unknown_scale(1e-7, 1.0) == 10.0
     assert unknown_scale(1e-7, 1e-7) == 1e-7
+
+
+def lidded(size):
+    """To and fro at a speed under a limit, a minimum of 4 for a size of one."""
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
+    phase = Phase(
+        "move",
+        {x: v, v: u},
+        {x: 0, v: size},
+        {x: 0, v: -1 * size},
+        end=1.0,
+        bounds=[Bound("lid", x, upper=size / 9)],
+    )
+    return Problem("lidded", phase, minimise=phase.integral(u**2 / 2))
+
+
+@pytest.mark.parametrize("large", [1e4, 1e6, 1e9, 1e12])
+@pytest.mark.parametrize("with_multipliers", [True, False])
+def test_sizes_of_a_motion_that_was_far_larger_do_not_stay(large, with_multipliers):
+    size = Constant("size", "m/s", value=1.0)
+    problem = lidded(size)
+    before = solve(problem, constants={size: large})
+    found = solve(problem, guess=before if with_multipliers else before.trajectory)
+    # by the sizes of the larger motion 221 was as good as 4, and certified
+    assert found.objective == pytest.approx(4.0, rel=1e-6)
+    assert certify(found).passed
