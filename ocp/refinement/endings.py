@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from typing import Literal
 
@@ -179,8 +178,9 @@ def stands_still(
 
 
 def _leaks_fall(latest: Sequence[SolvedMesh]) -> bool:
-    """Whether each of the rounds left much less over the limits than the one before."""
-    return all(new.leak <= _FALLING * old.leak for old, new in itertools.pairwise(latest))
+    """Whether the last round left much less over the limits, and so did all of them together."""
+    first, before, last = latest[0].leak, latest[-2].leak, latest[-1].leak
+    return last <= _FALLING * before and last <= _FALLING ** (len(latest) - 1) * first
 
 
 def _crossings_settle(latest: Sequence[SolvedMesh]) -> bool:
