@@ -8,7 +8,7 @@ import casadi as ca
 
 from ocp.numerics.kinks import KinkSurfaces, kinked_operations
 from ocp.problem.display import functional_text
-from ocp.problem.functionals import Integral
+from ocp.problem.functionals import Integral, pieces_over
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import State
 
@@ -48,3 +48,20 @@ def crossable_kinks(problem: Problem, phase: str) -> KinkSurfaces:
     return surfaces.only(
         [ca.depends_on(g, states) and not ca.depends_on(g, others) for g in surfaces.values]
     )
+
+
+@lru_cache(maxsize=256)
+def roundable_kinks(problem: Problem, phase: str) -> KinkSurfaces:
+    """Kinks of the dynamics, bounds and functionals of a phase that its signals make.
+
+    Those of time alone are at known instants, which have breakpoints of the mesh.
+    """
+    surfaces = KinkSurfaces.of(
+        [
+            *problem.phase(phase).dynamics.values(),
+            *(bound.expression for bound in problem.phase(phase).bounds),
+            *(piece for _, piece in pieces_over(problem.functionals, phase)),
+        ]
+    )
+    signals = ca.vertcat(*[signal.symbol for signal in problem.signals[phase]])
+    return surfaces.only([ca.depends_on(g, signals) for g in surfaces.values])

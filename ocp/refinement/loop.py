@@ -27,8 +27,9 @@ from ocp.refinement.estimates.narrow_features import (
     narrow_features,
 )
 from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
-from ocp.refinement.first_round.first_answer import first_answer
-from ocp.refinement.first_round.starts import FirstRound
+from ocp.refinement.first_round.first_motion import first_motion
+from ocp.refinement.first_round.past_kinks import lost_until_now, past_kinks
+from ocp.refinement.first_round.starts import FirstMotion, FirstRound
 from ocp.refinement.mesh_iteration import MeshIteration, record_of
 from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.other_controls.promise import other_controls, promised_by
@@ -302,7 +303,7 @@ def _refine(
     """The loop; appends to `solved` and `rounds`."""
     asked, policy = meshes.settings.solver, meshes.settings.refinement
     program, finer = meshes.first_program(start, mesh), False
-    before, leaks_closed = len(rounds), 0
+    before, leaks_closed, rounded = len(rounds), 0, False
 
     # without multipliers the first mesh is a rough one, and its digits are lost with it
     rough = policy.adapts and not isinstance(start, Iterate)
@@ -311,11 +312,16 @@ def _refine(
         rough = rough and meshes.rough_solver is not asked
         gap = _gap(solved, accuracy, rough=rough)
         solver = (meshes.rough_solver if rough else asked).within_gap(gap)
-        iterations = most_iterations(solved, program.mesh)
-        result, starts = meshes.solve(program, start, solver, rounds, most=iterations), 1
-        if start is None and not solved:
-            found = first_answer(FirstRound(meshes, solver, tuple(rounds)), program, result)
-            program, result, starts = found.program, found.result, found.starts
+        first_round = FirstRound(meshes, solver, tuple(rounds))
+        if solved:
+            most = most_iterations(solved, program.mesh)
+            found = FirstMotion(program, meshes.solve(program, start, solver, rounds, most=most))
+        else:
+            found = first_motion(first_round, start, program, _refine)
+        if not rounded and lost_until_now(meshes, found.result, solved, accuracy):
+            motion, rounded = solved[-1].iterate.trajectory, True
+            found = past_kinks(first_round, motion, program, found.result, _refine)
+        program, result, starts = found.program, found.result, found.starts
 
         step: _Step | None
         examining, began = 0.0, meshes.budget.elapsed

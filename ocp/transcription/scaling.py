@@ -146,6 +146,21 @@ def _scales_of(
     return Scales(signals, unknowns, bounds, functionals, duration, objective, reasons)
 
 
+def variations_of(
+    problem: Problem,
+    phase: str,
+    expressions: Sequence[ca.SX],
+    guess: InitialGuess,
+    scales: Scales,
+    parameters: Parameters,
+) -> Array:
+    """How far scalar expressions of a phase move with a signal or unknown around a guess, (k,)."""
+    probe = _Probe(
+        problem, problem.phase(phase), guess, scales.signals, scales.unknowns, parameters
+    )
+    return np.array([_chosen(None, *probe.variation(e))[0] for e in expressions])
+
+
 def oversized(scales: Scales, objective: float) -> bool:
     """Whether the objective's size is many times a solved value, and was not stated."""
     stated = scales.reasons.get(("objective", "")) == "stated"

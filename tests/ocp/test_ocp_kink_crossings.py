@@ -243,3 +243,17 @@ def test_a_breakpoint_follows_its_crossing_and_leaves_known_times_alone():
     sides = with_sides(moved.mesh, moved.crossings, 1e-8).sides
     assert sides is not None
     assert sides.ravel().tolist() == [0, 0, -1, 1, 0, 0, 1, -1, 0, 0]
+
+
+def test_sides_reach_as_far_as_a_crossing_may_move():
+    # the first one was 0.009 from its breakpoint, the second one on it
+    near = crossed([0.309, 0.7], [0.3, 0.7])
+    mesh = uniform(40, 4)
+    sides = with_sides(mesh, near.crossings, 1e-8).sides
+    assert sides is not None
+    assert np.flatnonzero(sides[:, 0] == 1).tolist() == [12, 13, 14, 15, 27]
+    assert np.flatnonzero(sides[:, 0] == -1).tolist() == [8, 9, 10, 11, 28]
+    # and no farther than half-way to the next one, of which each keeps its own
+    far = with_sides(mesh, near.crossings, 1e-8, np.ones(2)).sides
+    assert far is not None
+    assert far.ravel().tolist() == [-1] * 12 + [1] * 16 + [-1] * 12

@@ -38,6 +38,9 @@ _MANY = 16
 _PATIENCE = 4
 _FALLING = 0.5
 
+# Times its distance from its breakpoint, by which a crossing may be off the next one.
+_REACH = 10.0
+
 # Of the interval that holds a crossing: a breakpoint this close to a new one was that of the same
 # crossing on the mesh before, or would leave an interval too narrow for anything.
 _REPLACED = 0.1
@@ -252,10 +255,14 @@ def with_crossings(
     return KinkBreakpoints(refined, replace(crossings, places=places), moved)
 
 
-def with_sides(mesh: PhaseMesh, crossings: KinkCrossings, near: float) -> PhaseMesh:
+def with_sides(
+    mesh: PhaseMesh, crossings: KinkCrossings, near: float, reach: Array | None = None
+) -> PhaseMesh:
     """The mesh with the sides of kinks given in the intervals beside their breakpoints.
 
-    No side is given in an interval that the motion leaves through another crossing of the kink.
+    On the next mesh a crossing may be in a further interval, where these are narrow. So sides are
+    given as far as it may move, and at most half-way to the next crossing of the kink. No side is
+    given in an interval that the motion leaves through another crossing of the kink.
 
     Parameters
     ----------
@@ -263,13 +270,30 @@ def with_sides(mesh: PhaseMesh, crossings: KinkCrossings, near: float) -> PhaseM
         Each at its breakpoint, if it has one.
     near : float
         Of the phase, within which a breakpoint is at a crossing.
+    reach : (m,), optional
+        How far each crossing may move, as a fraction of the phase; some times the distance that it
+        had from the nearest breakpoint if not given.
     """
     sides = np.zeros((mesh.intervals, crossings.kinks), dtype=np.int64)
-    for place, surface, behind in crossings.each():
+    begin, end = mesh.breakpoints[:-1], mesh.breakpoints[1:]
+    reach = _REACH * crossings.off if reach is None else reach
+    for (place, surface, behind), far in zip(crossings.each(), reach, strict=True):
         at = int(np.abs(mesh.breakpoints - place).argmin())
         if 0 < at < mesh.intervals and abs(mesh.breakpoints[at] - place) <= near:
+            low, high = _half_way(crossings.places[crossings.surfaces == surface], place)
+            before = (end > max(place - far, low)) & (begin >= low) & (end <= place + near)
+            after = (begin < min(place + far, high)) & (end <= high) & (begin >= place - near)
+            sides[before, surface], sides[after, surface] = -behind, behind
             sides[at - 1, surface], sides[at, surface] = -behind, behind
     for place, surface, _ in crossings.each():
         if np.abs(mesh.breakpoints - place).min() > near:
             sides[np.searchsorted(mesh.breakpoints, place) - 1, surface] = 0
     return replace(mesh, sides=sides if sides.any() else None)
+
+
+def _half_way(places: Array, place: float) -> tuple[float, float]:
+    """Half-way to the crossings before and behind one, or the ends of the phase."""
+    before, behind = places[places < place], places[places > place]
+    low = 0.5 * (before.max() + place) if before.size else 0.0
+    high = 0.5 * (behind.min() + place) if behind.size else 1.0
+    return float(low), float(high)

@@ -1,0 +1,54 @@
+"""What comes of the first mesh: from its start, past kinks, or from other starts."""
+
+from __future__ import annotations
+
+import math
+
+from ocp.nlp.result import NlpResult
+from ocp.refinement.first_round.first_answer import first_answer
+from ocp.refinement.first_round.past_kinks import (
+    PATIENCE,
+    Refine,
+    is_lost,
+    may_be_lost,
+    past_kinks,
+)
+from ocp.refinement.first_round.starts import FirstMotion, FirstRound
+from ocp.refinement.mesh_solver import Start
+from ocp.transcription.transcribe import Transcription
+
+# Iterations of a run that only its solver limits.
+_EVER = 1_000_000_000
+
+
+def first_motion(
+    first_round: FirstRound, start: Start, program: Transcription, refine: Refine
+) -> FirstMotion:
+    """The first mesh solved, or what failed.
+
+    Parameters
+    ----------
+    start : Iterate, Trajectory or None
+        Where it starts; None for the guess in the statement.
+    refine : callable
+        The loop of mesh iterations, for a problem whose kinks are rounded.
+    """
+    meshes, kinked = first_round.meshes, may_be_lost(first_round.meshes, start)
+    patience = PATIENCE if kinked else math.inf
+    result = meshes.solve(program, start, first_round.solver, first_round.before, most=patience)
+    if kinked and is_lost(result):
+        found = past_kinks(first_round, start, program, result, refine)
+        if found.result.outcome in ("solved", "interrupted"):
+            return found
+        result = _without_haste(first_round, start, found)
+    if start is None:
+        return first_answer(first_round, program, result)
+    return FirstMotion(program, result)
+
+
+def _without_haste(first_round: FirstRound, start: Start, failed: FirstMotion) -> NlpResult:
+    """The first mesh from its start again, for as long as the solver may take."""
+    meshes, program = first_round.meshes, failed.program
+    point = meshes.starting_point(program, start, meshes.limits(program))
+    patient = first_round.runs(program, [(first_round.solver, point)], failed.result, _EVER)
+    return next(patient, failed.result)

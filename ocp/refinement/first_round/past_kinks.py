@@ -1,0 +1,264 @@
+"""The first mesh by way of a problem whose kinks are rounded, where the solver is lost among them.
+
+Each step of a solver knows one branch of every kink. Where a step ends on another one it was the
+wrong step, and the next one may lead back. So the first mesh fails, or takes thousands of
+iterations, although there is nothing wrong with the statement.
+
+Rounded kinks have one branch (`rounded_kinks`). The rounded problem is refined, and its
+motion tells where kinks are crossed. With breakpoints there, and the side of each kink given beside
+them, the problem itself is smooth, too, and is solved from that motion. A wide rounding may hide
+what a motion does near a kink. So where that fails the widths become smaller, each answer the start
+of the next.
+
+Controls that rest on a kink of their own gain nothing by this: there the problem is not smooth at
+its answer.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import numpy as np
+
+from ocp.errors import Interrupted, SolveFailed
+from ocp.mesh.initial_guess import initial_guess
+from ocp.mesh.mesh import Mesh
+from ocp.mesh.trajectory import Evaluator, Trajectory
+from ocp.nlp.result import NlpResult
+from ocp.optimality.iterate import Iterate
+from ocp.problem.kinks import roundable_kinks
+from ocp.problem.parameters import Parameters, parameters_of
+from ocp.problem.problem import Problem
+from ocp.problem.symbols import Constant
+from ocp.refinement.accuracy import Accuracy
+from ocp.refinement.budget import Budget
+from ocp.refinement.estimates.error_estimate import MotionErrors
+from ocp.refinement.estimates.kink_crossings import NEAR_WHILE_ROUGH, kink_crossings
+from ocp.refinement.first_round.rounded_kinks import with_rounded_kinks
+from ocp.refinement.first_round.starts import FirstMotion, FirstRound
+from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_of
+from ocp.refinement.mesh_solver import MeshSolver, Start
+from ocp.refinement.policies.kink_breakpoints import (
+    AwaitedCrossings,
+    CrossedMesh,
+    with_crossings,
+    with_sides,
+)
+from ocp.refinement.saddles import held_still
+from ocp.refinement.solved_mesh import LOOSER, SolvedMesh
+from ocp.transcription.packing import trajectory_of
+from ocp.transcription.scaling import Scales, variations_of
+from ocp.transcription.transcribe import Transcription
+
+# Iterations after which a first mesh of a problem with kinks counts as lost among them.
+PATIENCE = 300
+
+# How far a surface is rounded, by its size: less and less until the problem itself is solved.
+_WIDTHS = (3e-2, 1e-2, 3e-3, 1e-3, 3e-4)
+
+# Of the problem itself, once it is smooth: from a motion that is near it takes some dozens.
+_FROM_NEAR = 100
+
+# An answer may differ from that of the rounded problem by this part of the objective, and may miss
+# its dynamics by this part of the states' sizes.
+_APART = 0.1
+_NO_MOTION = 1e-2
+
+# Iterations of all rounded problems together
+_MOST = 2000
+
+# What a rounded problem is solved to. Its answer is as far off as its kinks are rounded.
+_ROUGHLY = Accuracy(dynamics=1e-5, path=1e-4, objective=1e-4, replay=1e-4)
+
+# The name of a constant that no statement has
+_WIDTH = "part of their sizes by which kinks are rounded"
+
+# `ocp.refinement.loop`: solves, refines, and appends to what is solved and to the records
+Refine = Callable[
+    [MeshSolver, Start, Mesh, Accuracy, list[SolvedMesh], list[MeshIteration]], object
+]
+
+log = logging.getLogger(__name__)
+
+
+def may_be_lost(meshes: MeshSolver, start: Start) -> bool:
+    """Whether kinks may keep the solver from an answer of its first mesh.
+
+    Not from an iterate: its multipliers are those of a motion on the right branches.
+    """
+    if not meshes.settings.refinement.adapts or isinstance(start, Iterate):
+        return False
+    phases = meshes.problem.phases
+    return any(roundable_kinks(meshes.problem, phase.name).values for phase in phases)
+
+
+def is_lost(result: NlpResult) -> bool:
+    """Whether a mesh led to no answer for a reason that kinks may be."""
+    return result.outcome in ("infeasible", "failed", "budget")
+
+
+def lost_until_now(
+    meshes: MeshSolver, result: NlpResult, solved: Sequence[SolvedMesh], accuracy: Accuracy
+) -> bool:
+    """Whether a further mesh failed, maybe among kinks, and none before holds."""
+    if not (solved and is_lost(result) and may_be_lost(meshes, None)):
+        return False
+    return not any(each.holds(accuracy, LOOSER) for each in solved)
+
+
+def past_kinks(
+    first_round: FirstRound,
+    start: Start,
+    program: Transcription,
+    failed: NlpResult,
+    refine: Refine,
+) -> FirstMotion:
+    """An answer on a mesh with breakpoints where kinks are crossed, or what failed.
+
+    Parameters
+    ----------
+    start : Trajectory or None
+        From which the first mesh failed.
+    failed : NlpResult
+        What came of it; its iterations are counted on.
+    refine : callable
+        The loop of mesh iterations.
+    """
+    meshes, spent = first_round.meshes, failed
+    rounded = _Rounded.of(meshes, program.scales)
+    if rounded is None:
+        return FirstMotion(program, failed)
+
+    mesh, starts = _intervals_of(program.mesh), 1
+    most = iterations_of(first_round.before) + failed.iterations + _MOST
+    for width in _WIDTHS:
+        before = [*first_round.before, record_of(program.mesh, spent, None)]
+        if meshes.spent(before):
+            break
+        solved, rounds = list[SolvedMesh](), list(before)
+        try:
+            refine(rounded.meshes(meshes, width, most), start, mesh, _ROUGHLY, solved, rounds)
+        except Interrupted:
+            # what was finished until then is of another problem
+            return FirstMotion(program, replace(spent, outcome="interrupted"), starts)
+        except SolveFailed as error:
+            log.info("kinks rounded by %g of their sizes: %s", width, error)
+            solved.clear()
+        spent = _counted(spent, rounds[len(before) :])
+        if not solved:
+            break
+
+        starts += rounds[len(before)].starts
+        start = solved[-1].iterate
+        mesh = _intervals_of(held_still(start))
+        crossed = mesh_at_crossings(mesh, start.trajectory, meshes.evaluator)
+        again = meshes.first_program(start.trajectory, crossed)
+        point = meshes.starting_point(again, start.trajectory, meshes.limits(again))
+        attempt = [(first_round.solver, point)]
+        for result in first_round.runs(again, attempt, spent, _FROM_NEAR):
+            log.info("kinks rounded by %g of their sizes led to: %s", width, result.status)
+            spent = replace(spent, iterations=result.iterations, seconds=result.seconds)
+            agrees = result.outcome == "solved" and _agrees(meshes, again, result, start)
+            if agrees or result.outcome == "interrupted":
+                return FirstMotion(again, result, starts + 1)
+    return FirstMotion(program, spent, starts)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class _Rounded:
+    """A problem with rounded kinks.
+
+    Attributes
+    ----------
+    problem : Problem
+    evaluator : Evaluator
+        Of that.
+    values : mapping of name to number
+        Of the constants of the problem as it was stated.
+    """
+
+    problem: Problem
+    evaluator: Evaluator
+    values: Parameters
+
+    @classmethod
+    def of(cls, meshes: MeshSolver, scales: Scales) -> _Rounded | None:
+        """From the sizes of a first mesh; None where no signal makes a kink."""
+        problem, width = meshes.problem, Constant(_WIDTH, value=_WIDTHS[0])
+        guess = initial_guess(problem, meshes.parameters)
+        widths = {}
+        for phase in problem.phases:
+            surfaces = roundable_kinks(problem, phase.name).values
+            sizes = variations_of(problem, phase.name, surfaces, guess, scales, meshes.parameters)
+            widths[phase.name] = [ca.SX(size * width.symbol) for size in sizes]
+        if not any(widths.values()):
+            return None
+        rounded = with_rounded_kinks(problem, widths)
+        return cls(rounded, Evaluator(rounded), meshes.parameters)
+
+    def meshes(self, stated: MeshSolver, width: float, most: int) -> MeshSolver:
+        """What solves it with a width, in at most so many iterations since the solve began."""
+        values, budget = {**self.values.values, _WIDTH: width}, stated.budget
+        return replace(
+            stated,
+            problem=self.problem,
+            settings=replace(stated.settings, accuracy=_ROUGHLY),
+            parameters=parameters_of(self.problem, values),
+            evaluator=self.evaluator,
+            budget=Budget(min(budget.iterations, most), budget.seconds, budget.begin),
+            prepared=None,
+        )
+
+
+def mesh_at_crossings(mesh: Mesh, motion: Trajectory, evaluator: Evaluator) -> Mesh:
+    """A mesh with breakpoints where a motion crosses kinks, and their sides given beside them."""
+    phases = []
+    for own, of_phase in zip(mesh.phases, motion.phases, strict=True):
+        crossings = kink_crossings(motion, evaluator, of_phase.name)
+        crossed = CrossedMesh(own, of_phase.fractions, crossings)
+        known = of_phase.fractions_of(evaluator.problem.instants[of_phase.name])
+        placed = with_crossings(
+            own, AwaitedCrossings(crossed, crossings.places), known, NEAR_WHILE_ROUGH
+        )
+        whole = np.ones(crossings.count)
+        phases.append(with_sides(placed.mesh, placed.crossings, NEAR_WHILE_ROUGH, whole))
+    return Mesh(tuple(phases))
+
+
+def _agrees(meshes: MeshSolver, program: Transcription, result: NlpResult, near: Iterate) -> bool:
+    """Whether an answer is about that of the rounded problem from which its sides were taken.
+
+    A rounding that is too wide gives sides on which the problem itself has no motion, or another
+    one. Then the answer is not where its sides are, or costs something else.
+    """
+    found = trajectory_of(program, result.x, meshes.parameters)
+    errors = MotionErrors(program, found, meshes.evaluator, meshes.parameters)
+    objective = result.objective * program.scales.objective
+    # a rounded problem is always minimised
+    apart = abs(objective - near.objective) > _APART * near.objective_size
+    if apart or errors.worst_dynamics > _NO_MOTION:
+        return False
+    for phase in meshes.problem.phases:
+        before, after = (
+            kink_crossings(motion, meshes.evaluator, phase.name)
+            for motion in (near.trajectory, found)
+        )
+        if [c[1:] for c in before.each()] != [c[1:] for c in after.each()]:
+            return False
+    return True
+
+
+def _intervals_of(mesh: Mesh) -> Mesh:
+    """The intervals of a mesh alone: what leaks there may not leak in another problem."""
+    return Mesh(tuple(replace(phase, movable=(), sides=None) for phase in mesh.phases))
+
+
+def _counted(done: NlpResult, rounds: Sequence[MeshIteration]) -> NlpResult:
+    """What failed first, with the iterations and seconds of further rounds."""
+    seconds = sum(entry.seconds for entry in rounds)
+    return replace(
+        done, iterations=done.iterations + iterations_of(rounds), seconds=done.seconds + seconds
+    )
