@@ -22,6 +22,7 @@ from ocp import (
     State,
     Trajectory,
     Unknown,
+    certify,
     joined,
     solve,
 )
@@ -30,6 +31,18 @@ from ocp.numerics.extrapolation import SUBSTEPS, extrapolated_step
 from ocp.numerics.piecewise_polynomial import Bernstein, Lagrange, Piece, PiecewisePolynomial
 from ocp.numerics.stiff_integrator import backward_differences
 from ocp.verification.simulation import replayed, simulate
+
+
+@pytest.mark.parametrize("weight", [1e-4, 1e-6])
+def test_the_objective_is_as_exact_as_was_asked(weight):
+    # errors of 27 to 37 intervals, each below its tolerance, made 4e-6 of it
+    x, u = State("x"), Control("u")
+    phase = Phase("layer", {x: u}, {x: 1}, end=1.0)
+    found = solve(Problem("layer", phase, minimise=phase.integral(x**2 + weight * u**2)))
+    least = np.sqrt(weight) * np.tanh(1 / np.sqrt(weight))
+    assert found.objective == pytest.approx(least, rel=1e-6)
+    assert found.verification.replayed_objective == pytest.approx(found.objective, rel=1e-6)
+    assert certify(found).passed
 
 
 @pytest.mark.parametrize("rate", [-1.0, -2.0])
