@@ -156,5 +156,8 @@ def _times(
         return uniform_times(course, step)
     if segments is None:
         segments = max(1, round(course.duration / drive.period))
+        # nobody limits the table: as many again where the motion has more pieces than that
+        pieces = len(course.switches) - 1
+        segments += pieces if pieces > segments else 0
     rounded = form.counts and drive.counts is not None
     return switch_point_times(course, segments, form.sample, drive.longest_segment, rounded)

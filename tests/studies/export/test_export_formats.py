@@ -1,5 +1,6 @@
 """Every format is as its golden file says, and comes back as it was written."""
 
+import dataclasses
 import re
 from pathlib import Path
 
@@ -126,6 +127,19 @@ def test_knots_lie_on_the_switches(slow: Result) -> None:
     # of a controller's samples: within half of one
     times = table_of(slow, "galil").times
     assert all(np.abs(times - t).min() <= 0.5 / 1024 + 1e-12 for t in course.switches)
+
+
+def test_only_a_stated_limit_refuses_a_motion_of_many_switches(slow: Result) -> None:
+    # 225 pieces in what are 200 periods of the drive
+    course = course_of(slow)
+    edges = course.duration * np.linspace(0.0, 1.0, 226) ** 2
+    many = dataclasses.replace(course, switches=tuple(edges.tolist()))
+    drive = Drive(period=course.duration / 200, interpolation="spline")
+    points = tabulated(many, "codesys-xyva", drive, Spacing())
+    assert all(np.abs(points.times - edge).min() < 1e-12 for edge in edges)
+    assert points.longest <= drive.period * (1 + 1e-9)
+    with pytest.raises(StudyError, match="switches 224 times, but the table may have 199 segments"):
+        tabulated(many, "codesys-xyva", drive, Spacing(points=200))
 
 
 def test_each_velocity_ends_at_rest(slow: Result) -> None:
