@@ -146,7 +146,8 @@ def solve_from(
             break
         # what holds between the points and not in the replay is off by the dynamics' errors
         holds = refinement.best.holds(accuracy, LOOSER)
-        passed = (checked.verification.passed and _costs_the_same(meshes, checked)) or not holds
+        exact = _costs_the_same(meshes, refinement, checked)
+        passed = (checked.verification.passed and exact) or not holds
         if passed and checked.motion.miss <= settings.accuracy.replay:
             break
         accuracy = replace(accuracy, dynamics=accuracy.dynamics / _STRICTER)
@@ -297,16 +298,22 @@ def _checked(meshes: MeshSolver, best: SolvedMesh) -> _Checked:
     return _Checked(motion, again, verification, iterate.objective_size, seconds)
 
 
-def _costs_the_same(meshes: MeshSolver, checked: _Checked) -> bool:
+def _costs_the_same(meshes: MeshSolver, refinement: Refinement, checked: _Checked) -> bool:
     """Whether the replay has the same objective, to what was asked of the objective itself.
 
-    Not asked where a peak enters it: the dynamics are not what a peak is off by.
+    Not asked where a peak enters it: the dynamics are not what a peak is off by. Nor where a step
+    is told, or the refinement had no end: a finer mesh would begin to resolve what is steep, and
+    what it hides would be told no longer.
     """
     if any(isinstance(symbol, Peak) for symbol in meshes.problem.objective_symbols):
         return True
     accuracy, found = meshes.settings.accuracy, checked.verification
     miss = abs(found.replayed_objective - found.objective)
-    return miss <= max(accuracy.objective, accuracy.replay) * checked.size
+    if miss <= max(accuracy.objective, accuracy.replay) * checked.size:
+        return True
+    motion = refinement.best.iterate.trajectory
+    steps = any(True for _ in steps_along(meshes.problem, motion, meshes.evaluator))
+    return steps or refinement.ending != "tolerances"
 
 
 def _solution(
