@@ -140,3 +140,29 @@ def test_an_exact_answer_on_a_mesh_that_stays_is_certified(brake: float, interva
     # H = 1 + p_x v + p_v u = 0 with p_v = 0 at the switch, where v = a t: p_x = -1 / v
     assert found.costate("x", 0.5 * duration) == pytest.approx(-1.0 / switch, rel=1e-6)
     assert found.costate("v", 0.0) == pytest.approx(-1.0, rel=1e-6)
+
+
+def of_nothing(kind: str) -> Problem:
+    """What costs nothing to move by `a`, which is zero, and its modulus or positive part else."""
+    a, x = Constant("a", value=0.0), State("x")
+    u, up, down = Control("u"), Control("up", lower=0), Control("down", lower=0)
+    rate = up - down if kind == "parts" else u
+    phase = Phase("go", {x: rate}, {x: 0}, {} if kind == "reach" else {x: a}, end=2.0)
+    match kind:
+        case "parts":
+            return Problem(kind, phase, minimise=phase.integral(up + down))
+        case "peak":
+            return Problem(kind, phase, minimise=2 * phase.peak(u, absolute=True))
+        case _:
+            reached = Bound("reached", phase.at_end(x) - a, lower=0)
+            cost = 2 * phase.peak(u, absolute=True)
+            return Problem(kind, phase, minimise=cost, bounds=[reached])
+
+
+@pytest.mark.parametrize(("kind", "below"), [("parts", -1.0), ("peak", -1.0), ("reach", 0.0)])
+def test_where_nothing_is_left_of_the_objective_its_two_slopes_are_told(kind, below):
+    found = solve(of_nothing(kind), settings=FEW)
+    assert found.objective == pytest.approx(0.0, abs=1e-8)
+    slopes = found.one_sided_sensitivities()["a"]
+    assert slopes.below == pytest.approx(below, abs=SMOOTH)
+    assert slopes.above == pytest.approx(1.0, abs=SMOOTH)
