@@ -61,10 +61,6 @@ _WARM_START = {
     "ipopt.warm_start_slack_bound_frac": _PUSH,
     "ipopt.warm_start_mult_bound_push": _PUSH,
 }
-# Limits that are this near cut the first steps to a millionth. The filter wants a violation to fall
-# by 1e-5 of itself, and calls for a restoration otherwise, which drops all multipliers. A loose run
-# starts from further away, where a restoration led five links to a better valley.
-_WARM_START_NEAR = {"ipopt.gamma_theta": _PUSH}
 
 # CasADi's own: nothing that nobody reads
 _CASADI: dict[str, Any] = {
@@ -248,7 +244,7 @@ class Ipopt:
             options["ipopt.mumps_pivot_order"] = _ordering(program)
         multipliers: dict[str, Array] = {}
         if start.multipliers is not None:
-            options |= _WARM_START | (_WARM_START_NEAR if self.stall else {})
+            options |= _WARM_START
             multipliers = dict(zip(("lam_x0", "lam_g0"), start.multipliers, strict=True))
 
         # a loose run ends soon enough by itself

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import Literal
 
@@ -178,9 +179,8 @@ def stands_still(
 
 
 def _leaks_fall(latest: Sequence[SolvedMesh]) -> bool:
-    """Whether the last round left much less over the limits, and so did all of them together."""
-    first, before, last = latest[0].leak, latest[-2].leak, latest[-1].leak
-    return last <= _FALLING * before and last <= _FALLING ** (len(latest) - 1) * first
+    """Whether each of the rounds left much less over the limits than the one before."""
+    return all(new.leak <= _FALLING * old.leak for old, new in itertools.pairwise(latest))
 
 
 def _crossings_settle(latest: Sequence[SolvedMesh]) -> bool:

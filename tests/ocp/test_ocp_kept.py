@@ -79,15 +79,6 @@ def test_warm_and_cold_runs_by_turns_do_not_disturb_each_other(made: list[KeptSo
     assert len(made) == 2
 
 
-def test_only_a_close_start_does_without_a_restoration(made: list[KeptSolver]) -> None:
-    """A restoration drops the multipliers of a start; a rough mesh may need it."""
-    program = race()
-    cold = run(program)
-    run(program, before=cold)
-    run(program, Ipopt().loosened(1e-7), before=cold)
-    assert ["ipopt.gamma_theta" in each.options for each in made] == [False, True, False]
-
-
 def test_other_options_are_another_object(made: list[KeptSolver]) -> None:
     program = race()
     run(program)

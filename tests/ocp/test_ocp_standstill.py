@@ -133,16 +133,6 @@ def test_a_refinement_goes_on_once_more_where_that_only_closes_leaks():
     assert stands_still(closing, ACCURACY, closes_leaks=True)
 
 
-def test_a_refinement_goes_on_while_its_rounds_together_close_leaks():
-    def closing(*leaks):
-        meshes = [mesh_round(2.0, excess=e, finer=False) for e in leaks]
-        return not stands_still(meshes, ACCURACY, closes_leaks=True)
-
-    assert closing(1.2e-5, 6.4e-6, 7.4e-7)  # the first of them by less than half
-    assert not closing(1.2e-5, 7.4e-7, 5e-7)  # the last of them by less than half
-    assert not closing(9e-7, 9e-7, 4e-7)
-
-
 def test_a_refinement_goes_on_while_breakpoints_come_nearer_to_kinks():
     def nearing(*off):
         return [mesh_round(2.0, excess=5e-7, off_kinks=each) for each in off]

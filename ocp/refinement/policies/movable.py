@@ -17,10 +17,6 @@ from ocp.refinement.solved_mesh import SolvedMesh
 # Movable breakpoints are in the way where a mesh takes more than these iterations, and this many
 # times as many as any mesh without them. The first mesh starts from afar, and does not count.
 _DOZENS = 50
-# Fewer where another mesh without them tells what such meshes take, and where more than so many
-# move at once: those meshes are large, and one that takes longer seldom comes to an end at all.
-_FEWER_DOZENS = 30
-_MANY = 16
 _FAR_MORE = 2
 
 # Meshes in a row after which what is open has to have fallen to this part of what it was.
@@ -42,23 +38,21 @@ def most_iterations(solved: Sequence[SolvedMesh], mesh: Mesh) -> float:
     mesh : Mesh
         About to be solved.
     """
-    movable = sum(len(phase.movable) for phase in mesh.phases)
-    if not solved or not movable:
+    if not solved or not _moves(mesh):
         return math.inf
     still, _ = _iterations(solved)
-    least = _FEWER_DOZENS if still or movable > _MANY else _DOZENS
-    return _FAR_MORE * max(least, still)
+    return _FAR_MORE * still
 
 
 def hindered(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> bool:
     """Whether movable breakpoints have cost far more iterations than they gain, or led nowhere."""
     still, moving = _iterations(solved)
-    return moving > _FAR_MORE * max(_DOZENS, still) or _led_nowhere(solved, accuracy)
+    return moving > _FAR_MORE * still or _led_nowhere(solved, accuracy)
 
 
 def _iterations(solved: Sequence[SolvedMesh]) -> tuple[int, int]:
-    """Most iterations of a fixed mesh, and of one that moves; 0 where there is none."""
-    still, moving = [0], [0]
+    """Most iterations of a fixed mesh, some dozens at least, and of one that moves."""
+    still, moving = [_DOZENS], [0]
     for each in solved[1:]:
         (moving if _moves(each.iterate.mesh) else still).append(each.iterations)
     return max(still), max(moving)
