@@ -237,6 +237,7 @@ class _PhaseSlopes:
         """
         motion, scales = self.panels.motion, iterate.scales
         for j, symbol in enumerate(self.symbols):
+            # a constant does not move: a miss is a part of its sensitivity, and gains nothing
             if isinstance(symbol, Constant):
                 size = whole[symbol.name]
                 parts = self.missed[j] / size if size > 0.0 else np.zeros(motion.intervals)
@@ -245,6 +246,7 @@ class _PhaseSlopes:
                 of_size = self.missed[j] * _size(scales, symbol)
                 parts = np.minimum(of_size, self.worth[j]) / iterate.objective_size
                 counting = (parts > allowed) & (self.missed[j] > _LEAST * self.modulus[j])
+
             for k in np.flatnonzero(counting).tolist():
                 first, last = self.panels.span(k, self.by_panel[j])
                 yield MissedSlope(
