@@ -30,7 +30,7 @@ from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
 from ocp.progress import Progress, shown
 from ocp.refinement.estimates.error_estimate import MotionErrors
-from ocp.refinement.estimates.hidden_slopes import missed_slopes
+from ocp.refinement.estimates.missed_slopes import missed_slopes
 from ocp.refinement.estimates.narrow_features import may_hide, narrow_features
 from ocp.refinement.loop import refine
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_of

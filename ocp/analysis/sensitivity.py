@@ -40,7 +40,7 @@ from ocp.optimality.steps import steps_along
 from ocp.problem.parameters import Parameters
 from ocp.problem.phase import Phase
 from ocp.problem.symbols import Between, resolve, scalar
-from ocp.refinement.estimates.hidden_slopes import missed_slopes
+from ocp.refinement.estimates.missed_slopes import missed_slopes
 from ocp.transcription.columns import PhaseColumns
 from ocp.transcription.transcribe import Transcription, transcribe
 

@@ -20,7 +20,7 @@ from ocp.problem.symbols import Constant
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.endings import Ending, ending_of
 from ocp.refinement.estimates.error_estimate import MotionErrors
-from ocp.refinement.estimates.hidden_slopes import missed_slopes
+from ocp.refinement.estimates.missed_slopes import missed_slopes
 from ocp.refinement.estimates.narrow_features import (
     NarrowFeature,
     mesh_that_sees,

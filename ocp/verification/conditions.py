@@ -25,12 +25,12 @@ from ocp.problem.symbols import TIME, Between, Constant
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.error_estimate import MotionErrors
 from ocp.refinement.estimates.excess_price import worth_of_excess
-from ocp.refinement.estimates.hidden_slopes import missed_slopes
+from ocp.refinement.estimates.missed_slopes import missed_slopes
 from ocp.refinement.estimates.narrow_features import feature_remark, narrow_features
 from ocp.refinement.estimates.promised_gain import promised_gain
 from ocp.refinement.estimates.switch_detection import control_jumps
 from ocp.refinement.other_controls.promise import other_controls, others_remark, promised_by
-from ocp.verification.far_origins import WAY, far_origins
+from ocp.verification.far_origins import WITHIN
 from ocp.verification.minimum_principle import MinimumPrinciple, minimum_principle
 from ocp.verification.simulation import SimulatedMotion, replayed, simulate
 from ocp.verification.tolerances import Tolerances
@@ -150,9 +150,9 @@ def motion_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condi
     if remark := feature_remark(features):
         largest = max(feature.size for feature in features)
         yield Condition("narrow features", largest, allowed.replay, remark)
-    for far in far_origins(iterate, evaluator):
-        name = f"way of '{far.state}' in '{far.phase}'"
-        yield Condition(name, far.off, WAY, far.sentence)
+    for far in verification.far_origins:
+        name = f"displacement of '{far.state}' in '{far.phase}'"
+        yield Condition(name, far.error, WITHIN, far.sentence)
     slopes = missed_slopes(iterate, evaluator, allowed.gain)
     hidden = [slope.feature for slope in slopes if not isinstance(slope.symbol, Constant)]
     if remark := feature_remark(hidden):

@@ -1,8 +1,9 @@
-"""States that move by a small part of their size, such as a metre at a radius of 1e9 m.
+"""States that move by a small part of their value, such as a metre at a radius of 1e9 m.
 
-Tolerances are relative to sizes. Of such a state they may not see the whole way: a motion that
-stays where it is meets them. So what the dynamics and limits are off by is held against the way,
-where the statement tells it: from an initial or final value to another number that is stated.
+Tolerances are relative to sizes. Of such a state they may not see the whole displacement: a motion
+that stays where it is meets them. So what the dynamics and limits are off by is held against the
+displacement, where the statement tells it: from an initial or final value to another number that is
+stated.
 """
 
 from __future__ import annotations
@@ -19,78 +20,80 @@ from ocp.problem.display import with_unit
 from ocp.problem.parameters import Parameters
 from ocp.problem.symbols import State
 
-# Part of a value that the way from it is, at most, for its origin to count as far
+# Part of a value that the displacement from it is, at most, for its origin to count as far
 _FAR = 1e-3
 
-# Part of the way that dynamics and limits may be off by
-WAY = 1e-5
+# Part of the displacement that dynamics and limits may be off by
+WITHIN = 1e-5
 
 # What rounding leaves of the rate of a polynomial, integrated over an interval, in parts of its
-# value, and the part of the way up to which it counts as that
+# value, and the part of the displacement up to which it counts as that
 _ROUNDING = 20.0 * float(np.finfo(float).eps)
 _MOST_ROUNDING = 1e-3
 
 
 @dataclass(frozen=True)
 class FarOrigin:
-    """A state whose way is a small part of its size.
+    """A state whose displacement is a small part of its value.
 
     Attributes
     ----------
     phase, state, unit : str
     of : str
         The state whose origin is far: itself, or the one whose rate it is.
-    way : float
-        The least way from where it begins or ends that is stated [its unit].
-    off : float
-        What its dynamics and limits are off by along the motion, as a part of the way.
+    displacement : float
+        The least one from where it begins or ends that is stated [its unit].
+    error : float
+        What its dynamics and limits are off by along the motion, as a part of the displacement.
     """
 
     phase: str
     state: str
     unit: str
     of: str
-    way: float
-    off: float
+    displacement: float
+    error: float
 
     @property
     def sentence(self) -> str:
         """What is wrong, and the remedy."""
         return (
-            f"'{self.state}' in phase '{self.phase}' is off by {self.off:.1e} of its way of "
-            f"{with_unit(f'{self.way:.3g}', self.unit)}, as '{self.of}' changes by next to nothing "
-            f"of its value: count '{self.of}' from an origin that is near"
+            f"'{self.state}' in phase '{self.phase}' is off by {self.error:.1e} of its "
+            f"displacement of {with_unit(f'{self.displacement:.3g}', self.unit)}, which is too "
+            f"small beside the value of '{self.of}': measure '{self.of}' from a nearer origin"
         )
 
 
 def far_origins(iterate: Iterate, evaluator: Evaluator) -> Iterator[FarOrigin]:
-    """The states of a motion whose way is a small part of their size."""
+    """The states of a motion whose displacement is a small part of their value."""
     for phase, motion in zip(iterate.problem.phases, iterate.trajectory.phases, strict=True):
-        ways = {
+        displacements = {
             state: (state.name, found)
             for state in phase.dynamics
-            if (found := _way(phase.name, state, iterate.parameters)) is not None
+            if (found := _displacement(phase.name, state, iterate.parameters)) is not None
         }
-        if not ways:
+        if not displacements:
             continue
 
-        # a state that is the rate of one has a size by it, and a way as well
+        # a state that is the rate of one has a size by it, and a displacement as well
         rates = {state: rate for state, rate in phase.dynamics.items() if rate.is_symbolic()}
         duration = max(motion.end - motion.start, np.finfo(float).tiny)
-        for state in list(ways):
+        for state in list(displacements):
             for other in phase.dynamics:
                 if state in rates and rates[state].element_hash() == other.symbol.element_hash():
-                    origin, way = ways[state]
-                    ways.setdefault(other, (origin, 2.0 * way / duration))
+                    origin, least = displacements[state]
+                    displacements.setdefault(other, (origin, 2.0 * least / duration))
 
-        off = _off(iterate, evaluator, motion, list(ways))
-        for (state, (origin, way)), amount in zip(ways.items(), off, strict=True):
-            part = max(amount[0] - min(amount[1], _MOST_ROUNDING * way), 0.0) / way
-            yield FarOrigin(phase.name, state.name, state.unit, origin, way, part)
+        off = _off(iterate, evaluator, motion, list(displacements))
+        for (state, (origin, least)), (missed, rounding) in zip(
+            displacements.items(), off, strict=True
+        ):
+            part = max(missed - min(rounding, _MOST_ROUNDING * least), 0.0) / least
+            yield FarOrigin(phase.name, state.name, state.unit, origin, least, part)
 
 
-def _way(phase: str, state: State, parameters: Parameters) -> float | None:
-    """The least way from a stated end value to another number, if it is a small part of it."""
+def _displacement(phase: str, state: State, parameters: Parameters) -> float | None:
+    """The least one from a stated end value to another number, if it is a small part of it."""
     ends = [
         values[phase, state.name]
         for values in (parameters.initial_values, parameters.final_values)
@@ -100,9 +103,9 @@ def _way(phase: str, state: State, parameters: Parameters) -> float | None:
     found = []
     for lower, upper in ends:
         apart = [abs(number - lower) for number in numbers if np.isfinite(number)]
-        ways = [way for way in apart if way > 0.0]
-        if lower == upper and ways and min(ways) < _FAR * abs(lower):
-            found.append(min(ways))
+        least = min((number for number in apart if number > 0.0), default=np.inf)
+        if lower == upper and least < _FAR * abs(lower):
+            found.append(least)
     return min(found, default=None)
 
 

@@ -27,7 +27,7 @@ from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.error_estimate import MotionErrors, dense_peak
 from ocp.refinement.estimates.excess_price import worth_of_excess
 from ocp.transcription.path_constraints import PathConstraint
-from ocp.verification.far_origins import WAY, far_origins
+from ocp.verification.far_origins import WITHIN, FarOrigin, far_origins
 from ocp.verification.simulation import SimulatedMotion
 
 # A replay may exceed by this factor what the solve was held to: errors of the intervals add up on
@@ -75,6 +75,8 @@ class Verification:
         Factor by which the motion amplifies errors.
     restarts : int
         How often the replay was set back to the solution because this factor is too large.
+    far_origins : tuple of FarOrigin
+        The states that move by a small part of their value.
     """
 
     miss: float
@@ -89,6 +91,7 @@ class Verification:
     margins: tuple[Margin, ...] = ()
     amplification: float = 1.0
     restarts: int = 0
+    far_origins: tuple[FarOrigin, ...] = ()
 
     def __repr__(self) -> str:
         verdict = "passed" if self.passed else "; ".join(self.reasons) or "not verified"
@@ -164,12 +167,13 @@ def verify(
         margins=_margins(iterate, errors, evaluator),
         amplification=simulated.amplification,
         restarts=simulated.restarts,
+        far_origins=tuple(far_origins(iterate, evaluator)),
     )
     boundary = dict(boundary_excesses(iterate, replay, evaluator, peaks))
     worth = worth_of_excess(iterate, errors.excess)
     of_motion = errors.worst_dynamics, worth
     stated = _reasons(numbers, of_motion, boundary, iterate.objective_size, accuracy)
-    lost = [far.sentence for far in far_origins(iterate, evaluator) if not far.off <= WAY]
+    lost = [far.sentence for far in numbers.far_origins if not far.error <= WITHIN]
     reasons = tuple(reason for reason in (*stated, *lost) if reason)
     return replace(numbers, passed=not reasons, reasons=reasons)
 

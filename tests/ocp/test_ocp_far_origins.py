@@ -20,7 +20,7 @@ def moved(origin, *, far=1.0, slope=0.0, upper=float("inf"), speed=0.0):
 
 
 @pytest.mark.parametrize("origin", [0.0, 1e3, 1e6, 1e8, -1e6])
-def test_tolerances_that_see_the_way_verify_it(origin):
+def test_tolerances_that_see_the_displacement_verify_it(origin):
     found = solve(moved(origin))
     assert found.objective == pytest.approx(6.0, rel=1e-6)
     assert certify(found).passed
@@ -28,14 +28,14 @@ def test_tolerances_that_see_the_way_verify_it(origin):
 
 @pytest.mark.parametrize("origin", [1e9, 1e10, -1e12])
 def test_a_motion_that_only_its_size_allows_is_refused(origin):
-    with pytest.raises(Unverified, match="count 'x' from an origin that is near") as told:
+    with pytest.raises(Unverified, match="measure 'x' from a nearer origin") as told:
         solve(moved(origin))
     # it stays where it is
     assert told.value.iterate.objective == pytest.approx(0.0, abs=1e-6)
 
 
 def test_curved_dynamics_are_refused_as_well():
-    with pytest.raises(Unverified, match="count 'x' from an origin that is near"):
+    with pytest.raises(Unverified, match="measure 'x' from a nearer origin"):
         solve(moved(1e8, slope=1.0))
 
 
@@ -50,7 +50,7 @@ def test_a_certificate_refuses_it_too():
     settings = Settings(verify=False, refinement=FixedMesh())
     found = solve(moved(1e9), settings=settings)
     failed = [check.name for check in certify(found).checks if not check.passed]
-    assert "way of 'x' in 'move'" in failed
+    assert "displacement of 'x' in 'move'" in failed
 
 
 def test_a_value_that_hardly_changes_and_is_exact_passes():

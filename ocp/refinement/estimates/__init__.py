@@ -7,5 +7,5 @@ what a breakpoint at the wrong place costs, `back_off_cost` what limits that are
 finds the jumps of controls, `control_resolution` says how well their shapes are resolved,
 `active_set_changes` where limits are met or left, and `kink_crossings` where the motion crosses
 kinks. `narrow_features` looks once more at an answer, for what lies between all points, and
-`hidden_slopes` for what a zero hides there, both at `dense_panels`.
+`missed_slopes` for what a zero hides there, both at `dense_panels`.
 """

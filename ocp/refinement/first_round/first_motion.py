@@ -17,9 +17,6 @@ from ocp.refinement.first_round.starts import FirstMotion, FirstRound
 from ocp.refinement.mesh_solver import Start
 from ocp.transcription.transcribe import Transcription
 
-# Iterations of a run that only its solver limits.
-_EVER = 1_000_000_000
-
 
 def first_motion(
     first_round: FirstRound, start: Start, program: Transcription, refine: Refine
@@ -50,5 +47,5 @@ def _without_haste(first_round: FirstRound, start: Start, failed: FirstMotion) -
     """The first mesh from its start again, for as long as the solver may take."""
     meshes, program = first_round.meshes, failed.program
     point = meshes.starting_point(program, start, meshes.limits(program))
-    patient = first_round.runs(program, [(first_round.solver, point)], failed.result, _EVER)
+    patient = first_round.runs(program, [(first_round.solver, point)], failed.result, math.inf)
     return next(patient, failed.result)

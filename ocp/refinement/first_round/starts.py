@@ -65,7 +65,7 @@ class FirstRound:
         program: Transcription,
         attempts: Attempts,
         done: NlpResult,
-        patience: int = PATIENCE,
+        patience: float = PATIENCE,
         agreed: Callable[[Sequence[NlpResult]], bool] = lambda _: False,
     ) -> Iterator[NlpResult]:
         """What comes of attempts while the budget lasts; each counts what all took since `done`.
@@ -74,7 +74,7 @@ class FirstRound:
         ----------
         done : NlpResult
             The last run on this mesh.
-        patience : int
+        patience : float
             Iterations of each attempt at most.
         agreed : callable
             Whether the answers until now agree, so that the next attempt only confirms them.

@@ -307,7 +307,7 @@ def _gradient_of(
     It is built at the first call for a problem and kept, as `ocp.optimality.hamiltonian` does.
     """
     problem, signals = transcription.problem, transcription.columns.phases[index].signals
-    key = ("hidden slopes", index, tuple(signal.name for signal in signals))
+    key = ("missed slopes", index, tuple(signal.name for signal in signals))
     if key not in evaluator.compiled:
         moving = [*signals, *problem.unknowns]
         symbols = (*moving, *problem.constants)
