@@ -138,33 +138,60 @@ def past_kinks(
         before = [*first_round.before, record_of(program.mesh, spent, None)]
         if meshes.spent(before):
             break
-        solved, rounds = list[SolvedMesh](), list(before)
         try:
-            refine(rounded.meshes(meshes, width, most), start, mesh, _ROUGHLY, solved, rounds)
+            rounded_meshes = rounded.meshes(meshes, width, most)
+            motion, rounds = _refined(rounded_meshes, start, mesh, before, refine)
         except Interrupted:
             # what was finished until then is of another problem
             return FirstMotion(program, replace(spent, outcome="interrupted"), starts)
-        except SolveFailed as error:
-            log.info("kinks rounded by %g of their sizes: %s", width, error)
-            solved.clear()
-        spent = _counted(spent, rounds[len(before) :])
-        if not solved:
+        spent = _counted(spent, rounds)
+        if motion is None:
             break
 
-        starts += rounds[len(before)].starts
-        start = solved[-1].iterate
-        mesh = _intervals_of(held_still(start))
-        crossed = mesh_at_crossings(mesh, start.trajectory, meshes.evaluator)
-        again = meshes.first_program(start.trajectory, crossed)
-        point = meshes.starting_point(again, start.trajectory, meshes.limits(again))
-        attempt = [(first_round.solver, point)]
-        for result in first_round.runs(again, attempt, spent, _FROM_NEAR):
-            log.info("kinks rounded by %g of their sizes led to: %s", width, result.status)
-            spent = replace(spent, iterations=result.iterations, seconds=result.seconds)
-            agrees = result.outcome == "solved" and _agrees(meshes, again, result, start)
-            if agrees or result.outcome == "interrupted":
-                return FirstMotion(again, result, starts + 1)
+        starts += rounds[0].starts
+        start, mesh = motion, _intervals_of(held_still(motion))
+        found = _smooth_beside_kinks(first_round, mesh, motion, spent)
+        if found is None:
+            break
+        log.info("kinks rounded by %g of their sizes led to: %s", width, found.result.status)
+        agrees = found.result.outcome == "solved" and _agrees(meshes, found, motion)
+        if agrees or found.result.outcome == "interrupted":
+            return replace(found, starts=starts + 1)
+        spent = replace(spent, iterations=found.result.iterations, seconds=found.result.seconds)
     return FirstMotion(program, spent, starts)
+
+
+def _refined(
+    rounded: MeshSolver,
+    start: Start,
+    mesh: Mesh,
+    before: Sequence[MeshIteration],
+    refine: Refine,
+) -> tuple[Iterate | None, Sequence[MeshIteration]]:
+    """The rounded problem's last motion, None if there is none, and its mesh iterations."""
+    solved, rounds = list[SolvedMesh](), list(before)
+    try:
+        refine(rounded, start, mesh, _ROUGHLY, solved, rounds)
+    except SolveFailed as error:
+        log.info("with rounded kinks: %s", error)
+        solved.clear()
+    return solved[-1].iterate if solved else None, rounds[len(before) :]
+
+
+def _smooth_beside_kinks(
+    first_round: FirstRound, mesh: Mesh, motion: Iterate, spent: NlpResult
+) -> FirstMotion | None:
+    """The problem itself from a motion, with breakpoints and sides of kinks where that crosses.
+
+    None where the budget is spent.
+    """
+    meshes = first_round.meshes
+    crossed = mesh_at_crossings(mesh, motion.trajectory, meshes.evaluator)
+    program = meshes.first_program(motion.trajectory, crossed)
+    point = meshes.starting_point(program, motion.trajectory, meshes.limits(program))
+    attempt = [(first_round.solver, point)]
+    result = next(first_round.runs(program, attempt, spent, _FROM_NEAR), None)
+    return None if result is None else FirstMotion(program, result)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -228,12 +255,13 @@ def mesh_at_crossings(mesh: Mesh, motion: Trajectory, evaluator: Evaluator) -> M
     return Mesh(tuple(phases))
 
 
-def _agrees(meshes: MeshSolver, program: Transcription, result: NlpResult, near: Iterate) -> bool:
+def _agrees(meshes: MeshSolver, answer: FirstMotion, near: Iterate) -> bool:
     """Whether an answer is about that of the rounded problem from which its sides were taken.
 
     A rounding that is too wide gives sides on which the problem itself has no motion, or another
     one. Then the answer is not where its sides are, or costs something else.
     """
+    program, result = answer.program, answer.result
     found = trajectory_of(program, result.x, meshes.parameters)
     errors = MotionErrors(program, found, meshes.evaluator, meshes.parameters)
     objective = result.objective * program.scales.objective
