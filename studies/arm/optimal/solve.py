@@ -30,7 +30,7 @@ BEND = 0.3  # [rad]; slopes of R (1 - psi^2/2, psi) are then right to a per mill
 MOST_PERIODS = 2e5  # of the fastest mode; the paper's 112 s have 16,000
 LEAST_ADVISED = 10.0  # [s]; no one deploys such an arm faster, so no hint says so
 # Where both joints turn, these are found from a rigid arm's motion. From there a least peak is not
-# found, and the smoothest torque either not or one that is forty times as rough.
+# found, and the smoothest torque either not or a far rougher one.
 _FROM_A_RIGID_ARM = ("energy", "time")
 _INSTANTS = 51  # at which the bending of a quintic step is looked at
 _RIGID_BOUND, _RIGID_RATE = 4.0, 32.0  # least peaks of torque and rate, in J D/T^2 and J D/T^3

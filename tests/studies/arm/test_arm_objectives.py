@@ -244,7 +244,7 @@ def test_a_least_peak_of_both_joints_is_found_from_the_motion_of_least_energy():
 @pytest.mark.parametrize("duration", [9.0, 14.0])
 def test_the_smoothest_torque_of_both_joints_is_one_for_all_durations(duration):
     # in units of the rigid arm it does not depend on the duration; from a rigid arm's motion none
-    # was found in 9 s, and one forty times as rough in 14 s
+    # was found in 9 s, and a far rougher one in 14 s
     solved = solve_stage(both_arms(duration))
     assert solved.objective == pytest.approx(0.0889, rel=3e-3)
 
