@@ -263,7 +263,7 @@ def snapshot_figure(scene: Scene, snapshots: Sequence[Snapshot]) -> Figure:
     panel.set_aspect("equal")
     panel.set_title(
         f"{TITLES[scene.stage]}, {scene.duration:.4g} s: nine even instants, light to dark\n"
-        "big arm grey, small arm red, antenna dot, root square",
+        "big arm grey, small arm orange, antenna dot, root square",
         fontsize=9,
     )
     label_axes(panel, "x [m]", "y [m]", fit=False)
