@@ -20,6 +20,7 @@ from ocp.optimality.costate_errors import PARTS, costate_errors
 from ocp.optimality.hamiltonian import Hamiltonian, HamiltonianValues, hamiltonian_of
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import phase_costates
+from ocp.optimality.shared_limits import SharedLimit, traded_gain
 from ocp.transcription.path_constraints import PathConstraint
 
 # Gauss points in a part of an interval: twice the usual degree of the controls, whose error
@@ -99,28 +100,16 @@ def _traded(
     room: tuple[Array, Array],
     index: int,
 ) -> Array:
-    """What controls that share a limit, such as ``u1 + u2 <= F``, can gain at most, (m,).
-
-    By duality: for any multiplier of the shared limit the gain is no more than the multiplier times
-    the slack, and what each control gains alone by its slope with the limit's part added. The best
-    multiplier makes one of these slopes vanish. Infinite where no limit is shared.
-    """
+    """What controls that share limits can gain at most, (m,), see `traded_gain`."""
     peaks = iterate.trajectory.peaks_of(iterate.problem)
-    least = np.full(values.value.size, np.inf)
+    limits = []
     for i, number in enumerate(hamiltonian.paths):
         constraint = iterate.transcription.constraints[index][number]
-        shared = values.path_slope[:, i]
-        if not _shares(constraint, shared):
-            continue
-        lower, upper = constraint.limits(iterate.parameters, peaks)
-        to_upper, to_lower = upper - values.path[:, i], values.path[:, i] - lower
-        for j in np.flatnonzero(shared[0]):
-            multiplier = -values.slope[:, j] / shared[:, j]
-            slack = np.maximum(np.where(multiplier > 0, to_upper, to_lower), 0.0)
-            alone = values.slope + multiplier[:, None] * shared
-            gained = np.abs(alone) * np.where(alone > 0, *room)
-            least = np.minimum(least, np.abs(multiplier) * slack + gained.sum(axis=1))
-    return least
+        if _shares(constraint, values.path_slope[:, i]):
+            lower, upper = constraint.limits(iterate.parameters, peaks)
+            path = values.path[:, i]
+            limits.append(SharedLimit(values.path_slope[:, i], path - lower, upper - path))
+    return traded_gain(values.slope, room, limits)
 
 
 def _shares(constraint: PathConstraint, slopes: Array) -> bool:

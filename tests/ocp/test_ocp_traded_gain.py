@@ -1,0 +1,64 @@
+"""What controls gain that share limits, against a linear program of another library."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import linprog
+
+from ocp import Bound, Control, Phase, Problem, State, certify, solve
+from ocp.optimality.shared_limits import SharedLimit, traded_gain
+
+number = st.floats(-2.0, 2.0).filter(lambda value: abs(value) > 1e-2)
+size = st.floats(0.0, 2.0)
+
+
+def most(slope, down, up, rows, slack):
+    """The most of -slope . step with rows . step <= slack, by SciPy."""
+    found = linprog(slope, A_ub=rows, b_ub=slack, bounds=list(zip(-down, up, strict=True)))
+    assert found.success
+    return -found.fun
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.tuples(*[number] * 6), st.tuples(*[size] * 6))
+def test_two_controls_of_two_limits_gain_what_a_linear_program_gives(numbers, sizes):
+    slope, rows = np.array(numbers[:2]), np.array(numbers[2:]).reshape(2, 2)
+    down, up, slack = np.array(sizes[:2]), np.array(sizes[2:4]), np.array(sizes[4:])
+    limits = [
+        SharedLimit(row[None], np.array([np.inf]), np.array([limit]))
+        for row, limit in zip(rows, slack, strict=True)
+    ]
+    bound = traded_gain(slope[None], (down[None], up[None]), limits)[0]
+    # where a limit does not act, the controls' own room is what bounds the gain
+    alone = float(np.abs(slope) @ np.where(slope > 0, down, up))
+    exact = most(slope, down, up, rows, slack)
+    assert min(bound, alone) == pytest.approx(exact, rel=1e-8, abs=1e-8)
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.tuples(*[number] * 15), st.tuples(*[size] * 9))
+def test_three_limits_of_three_controls_gain_no_more(numbers, sizes):
+    slope, rows = np.array(numbers[:3]), np.array(numbers[3:12]).reshape(3, 3)
+    down, up, slack = (np.array(sizes[k : k + 3]) for k in (0, 3, 6))
+    limits = [
+        SharedLimit(row[None], np.array([np.inf]), np.array([limit]))
+        for row, limit in zip(rows, slack, strict=True)
+    ]
+    bound = traded_gain(slope[None], (down[None], up[None]), limits)[0]
+    alone = float(np.abs(slope) @ np.where(slope > 0, down, up))
+    assert min(bound, alone) >= most(slope, down, up, rows, slack) - 1e-8
+
+
+def test_a_modulus_as_a_control_above_two_sides():
+    # 1 m from rest to rest in 3 s by the least integral of |u|, |u| <= 1: thrust for t1, coast,
+    # brake for t1, and t1 (3 - t1) = 1
+    x, v = State("x", "m"), State("v", "m/s")
+    u, size = Control("u", "m/s^2", lower=-1, upper=1), Control("size", "m/s^2")
+    sides = [Bound("above u", size - u, lower=0), Bound("above -u", size + u, lower=0)]
+    move = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=3.0, bounds=sides)
+    found = solve(Problem("least fuel", move, minimise=move.integral(size)))
+    assert found.objective == pytest.approx(3.0 - np.sqrt(5.0), rel=1e-6)
+    assert certify(found).passed
+    # on the coasting arc neither control alone has room, and both together gain nothing
+    assert found.mesh_iterations[-1].intervals < 60
