@@ -32,8 +32,8 @@ class PhaseMesh:
         neighbours.
     longest : times its width on this mesh that an interval with a movable end may grow to.
     sides : (N, k) sides on which the expressions of an interval are, of each kink that the motion
-        may cross (`ocp.problem.kinks.crossable_kinks`): 1 or -1, and 0 where that is left open.
-        None where it is left open everywhere.
+        may cross (`ocp.problem.kinks.surfaces.crossable_kinks`): 1 or -1, and 0 where that is left
+        open. None where it is left open everywhere.
     intervals : number of intervals N.
     moving : (N,) whether an interval has a movable end.
 

@@ -21,6 +21,7 @@ from ocp.problem.functionals import (
     pieces_over,
 )
 from ocp.problem.instants import stepping_times
+from ocp.problem.kinks.raised import with_raised_kinks
 from ocp.problem.phase import Phase
 from ocp.problem.statement_checks import check_problem
 from ocp.problem.symbols import (
@@ -136,10 +137,26 @@ class Problem:
         if (self.minimise is None) == (self.maximise is None):
             raise StatementError(f"{where} needs exactly one of minimise and maximise")
 
-        # what follows from the statement is worked out once
+        # what follows from the statement is worked out once, and again where kinks are left out
+        self._derive()
+        check_problem(self)
+        self._raise_kinks()
+
+    def _derive(self) -> None:
         for name, value in self._derived().items():
             object.__setattr__(self, name, value)
-        check_problem(self)
+
+    def _raise_kinks(self) -> None:
+        """State kinks that only cost as limits of controls, see `ocp.problem.kinks.raised`."""
+        raised = with_raised_kinks(self.phases, self.summed)
+        if raised is None:
+            return
+        old = ca.vertcat(*[integral.symbol for integral in raised.integrals])
+        new = ca.vertcat(*[integral.symbol for integral in raised.integrals.values()])
+        stated = self.sense * ca.substitute(self.objective, old, new)
+        object.__setattr__(self, "phases", raised.phases)
+        object.__setattr__(self, "minimise" if self.sense > 0 else "maximise", stated)
+        self._derive()
 
     def _derived(self) -> dict[str, Any]:
         """The derived fields, by name."""

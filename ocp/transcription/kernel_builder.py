@@ -16,7 +16,7 @@ import numpy as np
 from ocp.arrays import Array, Integers
 from ocp.numerics.piecewise_polynomial import bernstein, elevation, lagrange
 from ocp.problem.instants import within
-from ocp.problem.kinks import crossable_kinks
+from ocp.problem.kinks.surfaces import crossable_kinks
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME
 from ocp.transcription.columns import Columns, IntervalGroup, PhaseColumns

@@ -32,7 +32,7 @@ def test_the_operations_are_named():
 @pytest.mark.parametrize(
     ("problem", "words"),
     [
-        (burn(ca.fabs(u)), "integral of abs(u) over burn has a kink, by fabs"),
+        (burn(v * ca.fabs(u)), "integral of v*abs(u) over burn has a kink, by fabs"),
         (burn(u**2, u - v * ca.fabs(v)), "the rate of 'v' has a kink, by fabs"),
     ],
     ids=["integrand", "rate"],

@@ -102,9 +102,11 @@ def test_where_a_phase_is_linear_in_a_control() -> None:
     assert stated(plain, lambda x, u: x * u <= 2, cost=lambda x, u: u * ca.sin(x))[1]
     assert not stated(lambda x, u: u**2 + x)[1]
     assert not stated(plain, lambda x, u: u**3 - x <= 2)[1]
-    # a square of effort tells the control, and a size of it has a kink
+    # a square of effort tells the control, and a product with its size has a kink
     assert not stated(plain, cost=lambda x, u: u**2)[1]
-    assert not stated(plain, cost=lambda x, u: ca.fabs(u.symbol))[1]
+    assert not stated(plain, cost=lambda x, u: x * ca.fabs(u.symbol))[1]
+    # the size alone is a control of its own, which has two limits that are linear
+    assert stated(plain, cost=lambda x, u: ca.fabs(u.symbol))[1]
 
     x, u = State("x"), Control("u")
     move = Phase("move", {x: u - x}, {x: 0}, {x: 1}, end=3)

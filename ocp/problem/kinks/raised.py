@@ -1,0 +1,232 @@
+"""Kinks of minimised integrals, stated as limits of controls of their own.
+
+The integral of ``|u|``, the fuel of a thruster, or of ``max(0, F v)``, the energy of a drive that
+feeds nothing back, is least with a motion that rests on the kink for a while. There a solver of
+smooth problems finds no slope that vanishes. To minimise the integral of ``max(a, b)`` is the same
+as to minimise that of a control s with ``s >= a`` and ``s >= b`` (the epigraph form: Boyd and
+Vandenberghe, "Convex Optimization", section 4.1.3), and that has no kink.
+
+It is the same where nothing is gained by a larger s: where the kinked term is added to an integral
+of the objective, with a factor of numbers and constants that has the sign of a cost. Kinks of
+states alone are left: motions cross them, and get breakpoints there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import casadi as ca
+
+from ocp.numerics.expression_graph import ExpressionGraph, graph_of
+from ocp.problem.bounds import Bound
+from ocp.problem.display import text_of, unit_of
+from ocp.problem.functionals import Integral
+from ocp.problem.phase import Phase, kept_alive
+from ocp.problem.symbols import Constant, Control, Signal, Symbol, resolve
+
+# Characters of an expression that is a name as well; a longer one is named by its symbols
+_LONGEST_NAME = 60
+
+# Operations that the larger or the lesser of some numbers is made of
+_LARGER, _LESSER, _MODULUS, _NEGATIVE = "fmax", "fmin", "fabs", "neg"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Raised:
+    """What a statement becomes.
+
+    Attributes
+    ----------
+    phases : tuple of Phase
+        With the new limits.
+    integrals : mapping of Integral to Integral
+        What each integral that had such kinks is replaced by.
+    """
+
+    phases: tuple[Phase, ...]
+    integrals: Mapping[Integral, Integral]
+
+
+def with_raised_kinks(phases: Sequence[Phase], costs: Mapping[Integral, ca.SX]) -> Raised | None:
+    """Phases and integrals without the kinks that only cost; None where there are none.
+
+    Parameters
+    ----------
+    costs : mapping of Integral to SX
+        Weights of integrals in what is minimised, made of numbers and constants. Those that stand
+        nowhere else.
+    """
+    controls = _Controls([s.name for p in phases for s in p.symbols if isinstance(s, Signal)])
+    replaced = dict[Integral, Integral]()
+    for integral, weight in costs.items():
+        expression = _without_kinks(integral, _value(weight), controls)
+        if expression is not None:
+            symbols = resolve(expression, integral.name)
+            piece = ((integral.phase, expression),)
+            replaced[integral] = replace(integral, pieces=piece, symbols=symbols)
+    if not replaced:
+        return None
+
+    limited = tuple(_limited(phase, controls.limits.get(phase.name, ())) for phase in phases)
+    for integral in replaced.values():
+        own = next(phase for phase in limited if phase.name == integral.phase)
+        integral.remember_phases([own.dynamics])
+        kept_alive(integral, [own])
+    return Raised(limited, replaced)
+
+
+def _limited(phase: Phase, limits: Sequence[Bound]) -> Phase:
+    """A phase with further limits; what was made from it lives as long as it does."""
+    if not limits:
+        return phase
+    limited = replace(phase, bounds=(*phase.bounds, *limits))
+    for functional in phase._functionals:
+        kept_alive(functional, [limited])
+    return limited
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class _Controls:
+    """The controls made so far, one for each expression.
+
+    Attributes
+    ----------
+    names : list of str
+        Of all signals.
+    made : dict
+        By what the expression is.
+    limits : dict of phase name to list of Bound
+    """
+
+    names: list[str]
+    made: dict[tuple[object, ...], Control] = field(default_factory=dict)
+    limits: dict[str, list[Bound]] = field(default_factory=dict)
+
+    def above(self, phase: str, expression: ca.SX, sides: Sequence[ca.SX]) -> Control:
+        """A control that is nowhere below some sides, whose largest is the expression."""
+        symbols = ca.symvar(expression)
+        key = (*(s.element_hash() for s in symbols), graph_of([expression], symbols))
+        numbers = [float(side) for side in sides if side.is_constant()]
+        if key not in self.made:
+            name = _unlike(text_of(expression, _LONGEST_NAME), self.names)
+            self.names.append(name)
+            least = max(numbers, default=-math.inf)
+            self.made[key] = Control(name, unit_of(expression) or "1", lower=least)
+
+        control, limits = self.made[key], self.limits.setdefault(phase, [])
+        for number, side in enumerate(sides, start=1):
+            name = f"{control.name}, side {number}"
+            if not side.is_constant() and name not in [limit.name for limit in limits]:
+                limits.append(Bound(name, control.symbol - side, control.unit, lower=0.0))
+        return control
+
+
+def _unlike(name: str, others: Sequence[str]) -> str:
+    """The name, with a number where there is one like it already."""
+    numbered, count = name, 1
+    while numbered in others:
+        count += 1
+        numbered = f"{name} ({count})"
+    return numbered
+
+
+def _without_kinks(integral: Integral, weight: float, controls: _Controls) -> ca.SX | None:
+    """The integrand with a control in place of each kink that only costs; None if it has none."""
+    symbols = resolve(integral.expression, integral.name)
+    bare = [symbol.symbol for symbol in symbols]
+    graph = graph_of([integral.expression], bare)
+    instead = dict[int, ca.SX]()
+    for place, sign in _costly(graph, symbols, weight):
+        found = list(_sides(graph, place, sign))
+        places = (place, *(side for side, _ in found))
+        whole, *parts = ExpressionGraph(graph.instructions, places).rebuilt(bare)
+        if not any(isinstance(s, Control) for s in resolve(whole, integral.name)):
+            continue
+        sides = [own * part for part, (_, own) in zip(parts, found, strict=True)]
+        control = controls.above(integral.phase, sign * whole, sides)
+        instead[place] = sign * control.symbol
+    if not instead:
+        return None
+
+    made = {place: (lambda _, new=new: new) for place, new in instead.items()}
+    return graph.rebuilt(bare, made)[0]
+
+
+def _sides(graph: ExpressionGraph, place: int, sign: int) -> Iterator[tuple[int, int]]:
+    """Places and signs of the expressions of which one, times a sign, is the largest."""
+    name, operands = graph.instructions[place].operation, graph.instructions[place].operands
+    if name == (_LARGER if sign > 0 else _LESSER):
+        for operand in operands:
+            yield from _sides(graph, operand, sign)
+    elif name == _NEGATIVE:
+        yield from _sides(graph, operands[0], -sign)
+    elif name == _MODULUS and sign > 0:
+        yield from ((operands[0], 1), (operands[0], -1))
+    else:
+        yield place, sign
+
+
+def _costly(
+    graph: ExpressionGraph, symbols: Sequence[Symbol], weight: float
+) -> Iterator[tuple[int, int]]:
+    """Places of larger or lesser ones that are only added, with the sign by which they cost."""
+    signs = dict[int, set[int]]({graph.results[0]: {_sign(weight)}})
+    for place in reversed(range(len(graph.instructions))):
+        found = signs.get(place, set())
+        if not found:
+            continue
+        sign = next(iter(found)) if len(found) == 1 else 0
+        is_choice = graph.instructions[place].operation in (_LARGER, _LESSER, _MODULUS)
+        if sign and is_choice and len(list(_sides(graph, place, sign))) > 1:
+            yield place, sign
+            continue
+        for operand, own in _passed_on(graph, symbols, place, sign):
+            signs.setdefault(operand, set()).add(own)
+
+
+def _passed_on(
+    graph: ExpressionGraph, symbols: Sequence[Symbol], place: int, sign: int
+) -> Iterable[tuple[int, int]]:
+    """The operands of an instruction, each with the sign by which it costs; 0 for neither."""
+    instruction = graph.instructions[place]
+    if instruction.operation in ("symbol", "number"):
+        return ()
+    operands = instruction.operands
+    match instruction.operation:
+        case "add" | "twice":
+            return [(operand, sign) for operand in operands]
+        case "sub":
+            return [(operands[0], sign), (operands[1], -sign)]
+        case "neg":
+            return [(operands[0], -sign)]
+        case "mul" | "div":
+            first, second = operands
+            factor = _fixed(graph, symbols, second)
+            if factor is not None:
+                return [(first, sign * _sign(factor))]
+            factor = _fixed(graph, symbols, first) if instruction.operation == "mul" else None
+            if factor is not None:
+                return [(second, sign * _sign(factor))]
+    return [(operand, 0) for operand in operands]
+
+
+def _fixed(graph: ExpressionGraph, symbols: Sequence[Symbol], place: int) -> float | None:
+    """The value of an expression of numbers and constants alone."""
+    bare = [symbol.symbol for symbol in symbols]
+    (expression,) = ExpressionGraph(graph.instructions, (place,)).rebuilt(bare)
+    if all(isinstance(symbol, Constant) for symbol in resolve(expression, "a factor")):
+        return _value(expression)
+    return None
+
+
+def _value(expression: ca.SX) -> float:
+    """Of an expression of constants, with the values that they are declared with."""
+    constants = [s for s in resolve(expression, "a weight") if isinstance(s, Constant)]
+    function = ca.Function("value", [c.symbol for c in constants], [expression])
+    return float(function.call([c.value for c in constants])[0])
+
+
+def _sign(value: float) -> int:
+    return (value > 0) - (value < 0)

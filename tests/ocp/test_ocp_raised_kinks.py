@@ -1,0 +1,148 @@
+"""Costs with a kink at which the optimum rests: fuel, energy that is not fed back, dead bands."""
+
+import math
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from ocp import Bound, Constant, Control, Phase, Problem, State, certify, joined, load, save, solve
+from ocp.problem.kinks.raised import with_raised_kinks
+
+x, v = State("x", "m"), State("v", "m/s")
+u = Control("u", "m/s^2", lower=-1, upper=1)
+price = Constant("price", value=2.0)
+
+# 1 m from rest to rest in 3 s with |u| <= 1: thrust up to this speed, coast, brake
+COASTING = (3.0 - math.sqrt(5.0)) / 2.0
+
+
+def move(**options):
+    return Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=3.0, **options)
+
+
+def least(cost, **options):
+    phase = move(**options)
+    return Problem("least", phase, minimise=cost(phase))
+
+
+@pytest.mark.parametrize(
+    ("cost", "expected"),
+    [
+        (lambda p: p.integral(ca.fabs(u)), 2 * COASTING),
+        (lambda p: p.integral(ca.fmax(0, u * v)), COASTING**2 / 2),
+        (lambda p: p.integral(ca.fabs(u * v)), COASTING**2),
+        (lambda p: p.integral(ca.fmax(u * v, 0.6 * u * v)), 0.4 * COASTING**2 / 2),
+        (lambda p: p.integral(-ca.fmin(u, -u.symbol)), 2 * COASTING),
+        (lambda p: price * p.integral(ca.fabs(u) / 2), 2 * COASTING),
+        (lambda p: p.integral(3 - 2 * (1 - ca.fmax(ca.fmax(u, -u.symbol), -5))), 3 + 4 * COASTING),
+    ],
+    ids=["fuel", "no recovery", "both ways", "recovery of 0.6", "lesser", "price", "nested"],
+)
+def test_an_optimum_on_a_kink_is_found_and_certified(cost, expected):
+    found = solve(least(cost))
+    assert found.objective == pytest.approx(expected, rel=3e-6)
+    assert certify(found).passed
+
+
+def test_what_is_maximised():
+    phase = move()
+    found = solve(Problem("most", phase, maximise=4 - phase.integral(ca.fabs(u))))
+    assert found.objective == pytest.approx(4 - 2 * COASTING, rel=1e-6)
+    assert found.value("objective") == pytest.approx(found.objective, rel=1e-9)
+
+
+def test_the_statement_shows_what_became_of_it():
+    problem = least(lambda p: p.integral(ca.fmax(0, u * v)))
+    control = problem.controls["move"][-1]
+    assert (control.name, control.lower, control.upper) == ("max(0, u*v)", 0.0, math.inf)
+    (side,) = problem.phases[0].bounds
+    assert side.name == "max(0, u*v), side 2"
+    assert "integral of max(0, u*v) over move" in str(problem)
+    # stated already, it is stated the same way again
+    again = Problem("again", problem.phases, minimise=problem.minimise)
+    assert again.phases == problem.phases
+    assert again.functionals == problem.functionals
+
+
+def test_what_was_stated_keeps_its_value():
+    phase = move()
+    fuel = phase.integral(ca.fabs(u))
+    found = solve(Problem("least", phase, minimise=fuel))
+    assert found.value(fuel) == pytest.approx(found.objective, rel=1e-6)
+
+
+def test_a_file_has_it_too(tmp_path):
+    problem = least(lambda p: p.integral(ca.fabs(u)))
+    save(solve(problem), tmp_path / "least.ocp")
+    assert load(tmp_path / "least.ocp").objective == pytest.approx(2 * COASTING, rel=1e-6)
+
+
+def test_one_expression_in_two_phases_is_one_control():
+    first = Phase("first", {x: v, v: u}, {x: 0, v: 0}, end=1.5)
+    second = Phase("second", {x: v, v: u}, final={x: 1, v: 0}, start=1.5, end=3.0)
+    cost = sum(p.integral(ca.fabs(u)) for p in (first, second))
+    problem = Problem("two", [first, second], minimise=cost, links=joined(first, second))
+    assert problem.controls["first"] == problem.controls["second"]
+    assert solve(problem).objective == pytest.approx(2 * COASTING, rel=1e-6)
+
+
+def test_a_name_that_is_taken_gets_a_number():
+    other = Control("abs(u)", lower=0, upper=1)
+    phase = move(bounds=[Bound("other", other + u, lower=-5)])
+    problem = Problem("least", phase, minimise=phase.integral(ca.fabs(u)))
+    assert [control.name for control in problem.controls["move"]] == ["u", "abs(u)", "abs(u) (2)"]
+
+
+def test_a_smaller_limit_is_what_it_costs_by():
+    limit = Constant("limit", value=1.0)
+    push = Control("u", "m/s^2", lower=-limit, upper=limit)
+    phase = Phase("move", {x: v, v: push}, {x: 0, v: 0}, {x: 1, v: 0}, end=3.0)
+    found = solve(Problem("least", phase, minimise=phase.integral(ca.fabs(push))))
+    # the speed V satisfies V (3 - V/limit) = 1, and the fuel is 2 V
+    slope = 2 * COASTING**2 / (2 * COASTING - 3)
+    assert found.sensitivities()["limit"] == pytest.approx(slope, rel=1e-4)
+
+
+fuel = ca.fabs(u.symbol)
+
+
+@pytest.mark.parametrize(
+    "stated",
+    [
+        lambda p: {"maximise": p.integral(fuel)},
+        lambda p: {"minimise": p.integral(-fuel)},
+        lambda p: {"minimise": p.integral(ca.fmin(u, 0))},
+        lambda p: {"minimise": p.integral(fuel * v)},
+        lambda p: {"minimise": p.integral(fuel) ** 2},
+        lambda p: {"minimise": p.integral(u**2), "bounds": [p.integral(fuel) <= 1]},
+        lambda p: {"minimise": -price * p.integral(fuel)},
+        lambda p: {"minimise": p.integral((0.0 * price) * fuel)},
+        lambda p: {"minimise": p.integral(ca.fabs(x - v) + u**2)},
+        lambda p: {"minimise": p.integral(fuel - ca.sin(fuel))},
+    ],
+)
+def test_what_may_gain_by_more_is_left_as_it_is(stated):
+    phase = move()
+    assert Problem("kept", phase, **stated(phase)).phases[0] is phase
+
+
+def test_a_bound_of_another_integral_is_no_reason_to_leave_it():
+    phase = move()
+    bounds = [phase.integral(u) <= 1]
+    problem = Problem("least", phase, minimise=phase.integral(fuel), bounds=bounds)
+    assert [control.name for control in problem.controls["move"]] == ["u", "abs(u)"]
+
+
+def test_no_kink_costs_nothing_to_look_for():
+    phase = move()
+    assert with_raised_kinks([phase], {phase.integral(u**2): ca.SX(1)}) is None
+
+
+def test_sides_lie_below_their_control_all_along():
+    found = solve(least(lambda p: p.integral(ca.fmax(0, u * v))))
+    times = np.linspace(0, 3, 3001)
+    power = found.sample(u, times) * found.sample(v, times)
+    above = found.sample(found.problem.controls["move"][-1], times)
+    assert np.all(above >= np.maximum(power, 0) - 1e-6)
+    assert np.trapezoid(above - np.maximum(power, 0), times) < 1e-6
