@@ -22,7 +22,7 @@ from ocp import (
 from ocp.mesh.mesh import PhaseMesh, uniform
 from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.kinks import KinkSurfaces
-from ocp.problem.kinks.surfaces import crossable_kinks
+from ocp.problem.kinks.surfaces import crossable_kinks, roundable_kinks
 from ocp.refinement.estimates.kink_crossings import KinkCrossings, kink_crossings
 from ocp.refinement.policies.kink_breakpoints import (
     AwaitedCrossings,
@@ -110,6 +110,19 @@ def test_kinks_of_controls_are_not_crossed_by_a_motion():
     problem = pushed(ca.fmax(x - 1, 0) + ca.fabs(u) + ca.fmax(x, u))
     (surface,) = crossable_kinks(problem, "push").values
     assert not ca.depends_on(surface, u.symbol)
+
+
+@pytest.mark.parametrize(
+    ("limits", "sign", "count"),
+    [({"lower": 0}, 1, 0), ({"lower": 0}, -1, 0), ({"upper": -1}, 1, 0), ({"lower": -1}, 1, 1)],
+)
+def test_a_signal_that_keeps_its_sign_makes_no_kink(limits, sign, count):
+    speed, force = State("speed", "m/s", **limits), Control("force", "N")
+    drag = speed * ca.fabs(sign * speed)
+    push = Phase("push", {speed: force - drag}, end=1)
+    problem = Problem("push", push, minimise=push.integral(force**2))
+    assert len(crossable_kinks(problem, "push").values) == count
+    assert len(roundable_kinks(problem, "push").values) == count
 
 
 def test_crossings_are_found_where_they_are():

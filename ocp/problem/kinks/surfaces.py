@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import lru_cache
 
 import casadi as ca
@@ -10,7 +11,10 @@ from ocp.numerics.kinks import KinkSurfaces, kinked_operations
 from ocp.problem.display import functional_text
 from ocp.problem.functionals import Integral, pieces_over
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import State
+from ocp.problem.symbols import Signal, State, is_number
+
+# Of expressions that are held against each other: that of a negative signal
+_DEPTH = 2
 
 
 @lru_cache(maxsize=64)
@@ -32,7 +36,7 @@ def crossable_kinks(problem: Problem, phase: str) -> KinkSurfaces:
     """Kinks of the dynamics and integrands of a phase that its motion may cross.
 
     Their place depends on states, and may depend on time and numbers, but on nothing that jumps,
-    as controls do.
+    as controls do. A signal that keeps its sign, such as a speed that is not negative, crosses none.
     """
     integrands = [
         piece
@@ -46,7 +50,12 @@ def crossable_kinks(problem: Problem, phase: str) -> KinkSurfaces:
     states = ca.vertcat(*[s.symbol for s in signals if isinstance(s, State)], ca.SX(0, 1))
     others = ca.vertcat(*[s.symbol for s in signals if not isinstance(s, State)], ca.SX(0, 1))
     return surfaces.only(
-        [ca.depends_on(g, states) and not ca.depends_on(g, others) for g in surfaces.values]
+        [
+            ca.depends_on(g, states)
+            and not ca.depends_on(g, others)
+            and not _keeps_sign(g, signals)
+            for g in surfaces.values
+        ]
     )
 
 
@@ -63,5 +72,19 @@ def roundable_kinks(problem: Problem, phase: str) -> KinkSurfaces:
             *(piece for _, piece in pieces_over(problem.functionals, phase)),
         ]
     )
-    signals = ca.vertcat(*[signal.symbol for signal in problem.signals[phase]])
-    return surfaces.only([ca.depends_on(g, signals) for g in surfaces.values])
+    signals = problem.signals[phase]
+    symbols = ca.vertcat(*[signal.symbol for signal in signals])
+    return surfaces.only(
+        [ca.depends_on(g, symbols) and not _keeps_sign(g, signals) for g in surfaces.values]
+    )
+
+
+def _keeps_sign(surface: ca.SX, signals: Iterable[Signal]) -> bool:
+    """Whether a surface is one of some signals, or its negative, whose bounds give it one sign."""
+    for signal in signals:
+        if any(ca.is_equal(surface, own, _DEPTH) for own in (signal.symbol, -signal.symbol)):
+            return bool(
+                (is_number(signal.lower) and signal.lower >= 0)
+                or (is_number(signal.upper) and signal.upper <= 0)
+            )
+    return False
