@@ -20,7 +20,7 @@ from ocp.optimality.costate_errors import PARTS, costate_errors
 from ocp.optimality.hamiltonian import Hamiltonian, HamiltonianValues, hamiltonian_of
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import phase_costates
-from ocp.optimality.shared_limits import SharedLimit, traded_gain
+from ocp.optimality.shared_limits import SharedLimit, limits_by_group, traded_gain
 from ocp.transcription.path_constraints import PathConstraint
 
 # Gauss points in a part of an interval: twice the usual degree of the controls, whose error
@@ -74,8 +74,12 @@ def gains(iterate: Iterate, evaluator: Evaluator, index: int, strongly_acting: F
         newton = np.where(curvature > 0, 0.5 * values.slope**2 / curvature, np.inf)
 
     alone = np.minimum(to_the_end, newton)
-    traded = _traded(iterate, hamiltonian, values, (down, up), index)
-    density = _shared_out(alone, np.minimum(alone.sum(axis=1), traded))
+    density = np.empty_like(alone)
+    shared = _shared_limits(iterate, hamiltonian, values, index)
+    for group, limits in limits_by_group(shared, alone.shape[1]):
+        own = alone[:, group]
+        traded = traded_gain(values.slope[:, group], (down[:, group], up[:, group]), limits)
+        density[:, group] = _shared_out(own, np.minimum(own.sum(axis=1), traded))
     shape = (phase.intervals, PARTS.size - 1, _POINTS, alone.shape[1])
     of_parts = np.einsum("kpqu,pq->kpu", density.reshape(shape), shares.reshape(-1, _POINTS))
     return np.asarray(of_parts * np.diff(phase.breakpoints)[:, None, None])
@@ -93,14 +97,10 @@ def _shared_out(alone: Array, together: Array) -> Array:
     return np.where(np.isfinite(together), together, 0.0)[:, None] * parts
 
 
-def _traded(
-    iterate: Iterate,
-    hamiltonian: Hamiltonian,
-    values: HamiltonianValues,
-    room: tuple[Array, Array],
-    index: int,
-) -> Array:
-    """What controls that share limits can gain at most, (m,), see `traded_gain`."""
+def _shared_limits(
+    iterate: Iterate, hamiltonian: Hamiltonian, values: HamiltonianValues, index: int
+) -> list[SharedLimit]:
+    """Limits at which one control may make room for another one."""
     peaks = iterate.trajectory.peaks_of(iterate.problem)
     limits = []
     for i, number in enumerate(hamiltonian.paths):
@@ -109,7 +109,7 @@ def _traded(
             lower, upper = constraint.limits(iterate.parameters, peaks)
             path = values.path[:, i]
             limits.append(SharedLimit(values.path_slope[:, i], path - lower, upper - path))
-    return traded_gain(values.slope, room, limits)
+    return limits
 
 
 def _shares(constraint: PathConstraint, slopes: Array) -> bool:

@@ -12,7 +12,7 @@ slopes vanish as limits act.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -35,6 +35,39 @@ class SharedLimit:
     slopes: Array
     to_lower: Array
     to_upper: Array
+
+    @property
+    def held(self) -> list[int]:
+        """Numbers of the controls that it holds."""
+        return [int(j) for j in np.flatnonzero(self.slopes.any(axis=0))]
+
+    def of(self, controls: Sequence[int]) -> SharedLimit:
+        """The same one for some controls alone."""
+        return replace(self, slopes=self.slopes[:, controls])
+
+
+def limits_by_group(
+    limits: Sequence[SharedLimit], count: int
+) -> Iterator[tuple[list[int], list[SharedLimit]]]:
+    """Controls that limits hold together, by number, each group with its limits of these controls.
+
+    Every control is in one group, one that shares nothing in a group of its own.
+
+    Parameters
+    ----------
+    count : int
+        Of all controls.
+    """
+    groups = [{control} for control in range(count)]
+    for limit in limits:
+        held = set(limit.held)
+        joined = [group for group in groups if group & held]
+        groups = [group for group in groups if not group & held]
+        if joined:
+            groups.append(set().union(*joined))
+    for group in groups:
+        own = sorted(group)
+        yield own, [limit.of(own) for limit in limits if set(limit.held) & group]
 
 
 def traded_gain(slope: Array, room: tuple[Array, Array], limits: Sequence[SharedLimit]) -> Array:
@@ -64,25 +97,24 @@ def traded_gain(slope: Array, room: tuple[Array, Array], limits: Sequence[Shared
 
     least = np.full(slope.shape[0], np.inf)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        for multipliers in _multipliers(slope, [limit.slopes for limit in limits]):
+        for multipliers in _multipliers(slope, limits):
             least = np.fmin(least, at_most(multipliers))
     return least
 
 
-def _multipliers(slope: Array, limited: Sequence[Array]) -> Iterator[dict[int, Array]]:
+def _multipliers(slope: Array, limits: Sequence[SharedLimit]) -> Iterator[dict[int, Array]]:
     """Multipliers (m,) of one limit or two, by number, with which as many slopes vanish."""
-    held = [np.flatnonzero(slopes[:1].any(axis=0)) for slopes in limited]
-    for i, slopes in enumerate(limited):
-        for j in held[i]:
-            yield {i: -slope[:, j] / slopes[:, j]}
+    for i, limit in enumerate(limits):
+        for j in limit.held:
+            yield {i: -slope[:, j] / limit.slopes[:, j]}
 
-    for i, k in combinations(range(len(limited)), 2):
-        if not set(held[i]) & set(held[k]):
+    for (i, first), (k, second) in combinations(enumerate(limits), 2):
+        if not set(first.held) & set(second.held):
             continue
-        one, other = limited[i], limited[k]
-        for j, n in combinations(sorted({*held[i], *held[k]}), 2):
+        one, other = first.slopes, second.slopes
+        for j, n in combinations(sorted({*first.held, *second.held}), 2):
             # Cramer's rule
             determinant = one[:, j] * other[:, n] - one[:, n] * other[:, j]
-            first = other[:, j] * slope[:, n] - other[:, n] * slope[:, j]
-            second = one[:, n] * slope[:, j] - one[:, j] * slope[:, n]
-            yield {i: first / determinant, k: second / determinant}
+            of_first = other[:, j] * slope[:, n] - other[:, n] * slope[:, j]
+            of_second = one[:, n] * slope[:, j] - one[:, j] * slope[:, n]
+            yield {i: of_first / determinant, k: of_second / determinant}

@@ -1,5 +1,6 @@
 """What controls gain that share limits, against a linear program of another library."""
 
+import casadi as ca
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 from ocp import Bound, Control, Phase, Problem, State, certify, solve
-from ocp.optimality.shared_limits import SharedLimit, traded_gain
+from ocp.optimality.shared_limits import SharedLimit, limits_by_group, traded_gain
 
 number = st.floats(-2.0, 2.0).filter(lambda value: abs(value) > 1e-2)
 size = st.floats(0.0, 2.0)
@@ -48,6 +49,37 @@ def test_three_limits_of_three_controls_gain_no_more(numbers, sizes):
     bound = traded_gain(slope[None], (down[None], up[None]), limits)[0]
     alone = float(np.abs(slope) @ np.where(slope > 0, down, up))
     assert min(bound, alone) >= most(slope, down, up, rows, slack) - 1e-8
+
+
+def test_controls_are_grouped_by_the_limits_that_they_share():
+    def limit(*held):
+        slopes = np.zeros((3, 5))
+        slopes[:, held] = 1.0
+        return SharedLimit(slopes, np.ones(3), np.ones(3))
+
+    limits = [limit(0, 3), limit(1, 4), limit(3, 4)]
+    groups = {tuple(own): len(shared) for own, shared in limits_by_group(limits, 5)}
+    assert groups == {(2,): 0, (0, 1, 3, 4): 3}
+    apart = {tuple(own): shared for own, shared in limits_by_group(limits[:2], 5)}
+    assert sorted(apart) == [(0, 3), (1, 4), (2,)]
+    assert apart[0, 3][0].slopes.tolist() == [[1.0, 1.0]] * 3
+
+
+def test_two_costs_with_kinks_are_held_apart():
+    # two masses, each as in the test below: what one pays is no matter of the other
+    states = [(State(f"x{k}", "m"), State(f"v{k}", "m/s")) for k in range(2)]
+    thrusts = [Control(f"u{k}", "m/s^2", lower=-1, upper=1) for k in range(2)]
+    rates, start, end = {}, {}, {}
+    for (x, v), u in zip(states, thrusts, strict=True):
+        rates |= {x: v, v: u}
+        start |= {x: 0, v: 0}
+        end |= {x: 1, v: 0}
+    move = Phase("move", rates, start, end, end=3.0)
+    fuel = sum(move.integral(ca.fabs(u)) for u in thrusts)
+    found = solve(Problem("two masses", move, minimise=fuel))
+    assert found.objective == pytest.approx(2 * (3.0 - np.sqrt(5.0)), rel=1e-6)
+    assert certify(found).passed
+    assert found.mesh_iterations[-1].intervals < 60
 
 
 def test_a_modulus_as_a_control_above_two_sides():

@@ -36,7 +36,7 @@ def crossable_kinks(problem: Problem, phase: str) -> KinkSurfaces:
     """Kinks of the dynamics and integrands of a phase that its motion may cross.
 
     Their place depends on states, and may depend on time and numbers, but on nothing that jumps,
-    as controls do. A signal that keeps its sign, such as a speed that is not negative, crosses none.
+    as controls do. A signal that keeps its sign, as a speed that is not negative, crosses none.
     """
     integrands = [
         piece
