@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from scipy.optimize import curve_fit, minimize
+from scipy.optimize import brentq, curve_fit, minimize
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 Names = Mapping[str, Any]
@@ -24,6 +24,29 @@ def bryson_denham(names: Names) -> None:
 def minimum_time(names: Names) -> None:
     # 2 sqrt(d/a) with d = 1 m, a = 2 m/s^2
     assert names["duration"] == pytest.approx(sqrt(2.0), rel=1e-7)
+
+
+def drive_energy(names: Names) -> None:
+    mass, friction, most = names["MASS"], names["FRICTION"], names["MOST"]
+    rise, coast, brake = (most - friction) / mass, friction / mass, (most + friction) / mass
+
+    def parts(fastest: float) -> tuple[float, float, float]:
+        """Durations of the three parts, by the speed from which the trolley coasts."""
+        first = fastest / rise
+        last = (fastest - coast * (names["DURATION"] - first)) / (brake - coast)
+        return first, names["DURATION"] - first - last, last
+
+    def missed(fastest: float) -> float:
+        first, middle, last = parts(fastest)
+        slowest = brake * last
+        whole = (fastest * first + (fastest + slowest) * middle + slowest * last) / 2
+        return whole - float(names["DISTANCE"])
+
+    fastest = brentq(missed, 1.5, 3.0)
+    drawn = most * fastest**2 / (2 * rise)
+    assert names["energies"]["least energy"] == pytest.approx(drawn, rel=1e-5)
+    assert names["motions"]["least energy"].objective == pytest.approx(drawn, rel=1e-6)
+    assert names["energies"]["least squared force"] > 1.3 * drawn
 
 
 def peak_objective(names: Names) -> None:
@@ -175,6 +198,7 @@ CHECKS = {
     for check in (
         bryson_denham,
         minimum_time,
+        drive_energy,
         peak_objective,
         pick_up,
         parameter_fit,
