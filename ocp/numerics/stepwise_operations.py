@@ -52,7 +52,7 @@ def stepwise_operations(
     graph = graph_of(expressions, symbols)
     named = {i: one.operation for i, one in enumerate(graph.instructions)}
     places = [i for i, name in named.items() if name in _ALL]
-    results = [_result(graph, place, symbols) for place in places]
+    results = _results(graph, places, symbols)
 
     held = [ca.SX.sym(f"result_{i}") for i in range(len(places))]
     values = graph.rebuilt(
@@ -60,20 +60,41 @@ def stepwise_operations(
     )
     inputs = [ca.vertcat(*symbols, ca.SX(0, 1)), ca.vertcat(*held)]
     return StepwiseOperations(
-        tuple(results), ca.Function("held", inputs, [ca.densify(ca.vertcat(*values))])
+        results, ca.Function("held", inputs, [ca.densify(ca.vertcat(*values))])
     )
 
 
-def _result(graph: ExpressionGraph, place: int, symbols: Sequence[ca.SX]) -> ca.SX:
-    """The result of a stepwise operation, the whole number of a remainder, or a sign."""
-    instruction = graph.instructions[place]
-    of = (place, *instruction.operands)
-    found, *operands = ExpressionGraph(graph.instructions, of).rebuilt(symbols)
-    if instruction.operation in _REMAINDERS:
+def _results(
+    graph: ExpressionGraph, places: Sequence[int], symbols: Sequence[ca.SX]
+) -> tuple[ca.SX, ...]:
+    """What changes of the stepwise operations at some places of a graph.
+
+    The graph is rebuilt once for all of them. A rebuild for each takes far longer than the graph
+    itself where there are many, and they would share none of their parts.
+    """
+    of = [(place, *graph.instructions[place].operands) for place in places]
+    flat = tuple(number for each in of for number in each)
+    values = iter(ExpressionGraph(graph.instructions, flat).rebuilt(symbols))
+    return tuple(
+        _result(graph.instructions[place].operation, [next(values) for _ in each])
+        for place, each in zip(places, of, strict=True)
+    )
+
+
+def _result(operation: str, values: Sequence[ca.SX]) -> ca.SX:
+    """The result of a stepwise operation, the whole number of a remainder, or a sign.
+
+    Parameters
+    ----------
+    values : sequence of SX
+        What the operation gives, and then its operands.
+    """
+    found, *operands = values
+    if operation in _REMAINDERS:
         return ca.floor((operands[0] - found) / operands[1] + 0.5)
-    if instruction.operation == "copysign":
+    if operation == "copysign":
         return ca.sign(operands[1])
-    if instruction.operation == "atan2":
+    if operation == "atan2":
         return ca.if_else(operands[1] < 0, ca.sign(operands[0]), 0)
     return found
 

@@ -73,8 +73,11 @@ def number_steps(iterate: Iterate, evaluator: Evaluator) -> Iterator[NumberStep]
     for functional in iterate.problem.functionals:
         if isinstance(functional, (BoundaryValue, PointValue)):
             yield from _of_a_value(iterate, evaluator, functional)
-    if iterate.problem.unknowns:
-        for phase in iterate.problem.phases:
+    unknowns = ca.vertcat(*[unknown.symbol for unknown in iterate.problem.unknowns], ca.SX(0, 1))
+    for phase in iterate.problem.phases:
+        # the expressions of a phase are long, and most depend on no unknown
+        along = [expression for _, expression in path_expressions(iterate.problem, phase.name)]
+        if ca.depends_on(ca.vertcat(*along), unknowns):
             yield from _of_a_phase(iterate, evaluator, phase.name)
 
 

@@ -18,6 +18,7 @@ from ocp import (
     solve,
 )
 from ocp.analysis.sensitivity import ActiveSetWarning, slopes_by_multipliers
+from ocp.numerics.stepwise_operations import stepwise_operations
 
 x, speed = State("x", "m"), Control("speed", "m/s")
 
@@ -154,3 +155,19 @@ def test_friction_of_one_sign_is_no_step():
     found = solve(Problem("slide", phase, minimise=phase.integral((force - 1) ** 2)))
     assert found.objective == pytest.approx(12 / 2**3, rel=1e-6)
     assert "steps" not in found.verdict
+
+
+def test_stepwise_operations_share_their_parts():
+    """Of 40 signs in a chain each is written once, and not once for each of those after it."""
+    symbol = ca.SX.sym("s")
+    value = symbol
+    for k in range(40):
+        value = ca.sin(value) + ca.sign(value - 0.01 * k)
+    found = stepwise_operations([value], [symbol])
+    together = ca.Function("results", [symbol], [ca.vertcat(*found.results)])
+    assert together.size1_out(0) == 40
+    assert together.n_instructions() < 300
+    # with the results of a place the function has the value of the expression there
+    results = together(0.5)
+    again = ca.Function("value", [symbol], [value])(0.5)
+    assert float(found.function(0.5, results)) == pytest.approx(float(again), abs=1e-14)
