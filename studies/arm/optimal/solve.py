@@ -42,13 +42,15 @@ def solve_stage(
     caps: TorqueCaps | None = None,
     objective: str = "smoothest",
     intervals: int | None = None,
+    at_least: int = 0,
     name: str = "optimum",
     progress: Progress | None = None,
     solver: Solve = solve,
 ) -> OptimalMotion:
     """Solve one stage on one mesh; the stage solved lasts what the solver chose.
 
-    `solver` takes the place of `ocp.solve`, see `finished_solves`.
+    No mesh of fewer than `at_least` intervals is tried: for a stage whose easier neighbour was
+    found on such a mesh first. `solver` takes the place of `ocp.solve`, see `finished_solves`.
 
     Raises
     ------
@@ -79,7 +81,7 @@ def solve_stage(
 
     stated = problem(stage, caps, objective)
     weight = OBJECTIVES[objective].smoothing
-    return _solved(name, stated, weight, None, intervals, guess, progress, solver)
+    return _solved(name, stated, weight, None, intervals, guess, progress, solver, at_least)
 
 
 def solve_again(
@@ -133,9 +135,12 @@ def _solved(
     guess: Solution | Trajectory | None,
     progress: Progress | None,
     solver: Solve,
+    at_least: int = 0,
 ) -> OptimalMotion:
     failure: OcpError | None = None
     for finer, barrier in ATTEMPTS:
+        if round(finer * intervals) < at_least:
+            continue
         mesh = stage_mesh(stated.objective, round(finer * intervals))
         try:
             solution = solver(

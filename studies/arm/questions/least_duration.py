@@ -90,19 +90,21 @@ def rigid_peak(stage: Stage, law: NamedLaw) -> float:
     return float(np.abs(feed_forward(stage, law.law)(t)[stage.moving[0]]).max())
 
 
-def least_durations(stage: Stage, drive: Drive, cap: float, say: Say) -> list[LeastDuration]:
+def least_durations(
+    stage: Stage, drive: Drive, cap: float, say: Say, live: Say
+) -> list[LeastDuration]:
     """The optimum and every baseline under a drive and a torque cap [N m]."""
-    durations = [of_optimum(stage, drive, cap, say)]
+    durations = [of_optimum(stage, drive, cap, say, live)]
     for name in baseline_names(drive):
-        durations.append(of_baseline(stage, name, drive, cap, say))
+        durations.append(of_baseline(stage, name, drive, cap, say, live))
         say(f"{durations[-1].name}: {number(durations[-1].duration)} s")
     return durations
 
 
-def of_optimum(stage: Stage, drive: Drive, cap: float, say: Say) -> LeastDuration:
+def of_optimum(stage: Stage, drive: Drive, cap: float, say: Say, live: Say) -> LeastDuration:
     """Bisection of the duration between one that passes and one that does not."""
     turn = stage.inertia_turns[stage.moving[0]]
-    best = LeastDuration("optimum", None)
+    best, coarsest = LeastDuration("optimum", None), 0
     low, high = OPTIMUM_FACTORS
     factor = high  # of J D/T^2 in the cap: the larger, the longer the duration
 
@@ -110,7 +112,13 @@ def of_optimum(stage: Stage, drive: Drive, cap: float, say: Say) -> LeastDuratio
         duration = float(np.sqrt(factor * turn / cap))
         shorter = stage.lasting(duration)
         try:
-            done = solve_stage(shorter, caps=shorter.capped(_SLACK * factor)).replay(drive)
+            motion = solve_stage(
+                shorter,
+                caps=shorter.capped(_SLACK * factor),
+                at_least=coarsest,
+                progress=live,
+            )
+            done = motion.replay(drive)
         except StudyError as error:
             say(f"{duration:.4g} s: {error}")
             low = factor
@@ -118,6 +126,9 @@ def of_optimum(stage: Stage, drive: Drive, cap: float, say: Say) -> LeastDuratio
             say(f"optimum in {duration:.4g} s leaves {done.residual_energy:.2e} J")
             if passes(done, cap):
                 best, high = _least("optimum", done), factor
+                # all that follow are shorter, with less to spare under the cap: a mesh that was
+                # too coarse for this one is for them
+                coarsest = motion.intervals
             else:
                 low = factor
 
@@ -135,9 +146,11 @@ def passes(done: LockedMotion | None, cap: float) -> bool:
     return bool(done.residual_energy <= RESIDUAL and peak <= cap * (1 + 1e-9))
 
 
-def of_baseline(stage: Stage, name: str, drive: Drive, cap: float, say: Say) -> LeastDuration:
+def of_baseline(
+    stage: Stage, name: str, drive: Drive, cap: float, say: Say, live: Say
+) -> LeastDuration:
     """First duration at which a baseline passes on the full model, where B21 comes near it."""
-    durations, laws = scanned(stage, name, drive, cap)
+    durations, laws = scanned(stage, name, drive, cap, live)
     seen = list[float]()
 
     def on_full_model(duration: float) -> LockedMotion | None:
@@ -156,6 +169,7 @@ def of_baseline(stage: Stage, name: str, drive: Drive, cap: float, say: Say) -> 
     asked, left = 0, np.empty(0)
     for first in range(0, len(laws), _PART):
         some = [law.law for law in laws[first : first + _PART]]
+        live(f"{name}: durations from {durations[first]:.4g} s on B21")
         left = np.append(left, left_by_laws(stage, some, drive))
         dips = windows(durations[: len(left)], left, ended=len(left) == len(laws))
         for window in dips[asked:CANDIDATES]:
@@ -166,7 +180,9 @@ def of_baseline(stage: Stage, name: str, drive: Drive, cap: float, say: Say) -> 
     return LeastDuration(name, None, lowest=min(seen, default=float(left.min())))
 
 
-def scanned(stage: Stage, name: str, drive: Drive, cap: float) -> tuple[Array, list[NamedLaw]]:
+def scanned(
+    stage: Stage, name: str, drive: Drive, cap: float, live: Say
+) -> tuple[Array, list[NamedLaw]]:
     """Durations of the scan [s] and the laws there, from the shortest under the cap."""
     low, high = SHORTEST_SCANNED * stage.duration, LONGEST_SCANNED * stage.duration
     if needs_search(stage, name, drive):
@@ -177,7 +193,10 @@ def scanned(stage: Stage, name: str, drive: Drive, cap: float) -> tuple[Array, l
         slow = locked_frequency(stage) if drive == "angle" else np.mean(free_frequencies(stage))
         durations = np.arange(first, high, 1.0 / (DURATIONS_A_BEAT * float(slow)))
 
-    laws = [baseline_law(stage.lasting(float(T)), name, drive) for T in durations]
+    laws = []
+    for T in durations.tolist():
+        live(f"{name} in {T:.4g} s")
+        laws.append(baseline_law(stage.lasting(T), name, drive))
     within = np.array([rigid_peak(stage, law) <= cap * (1 + 1e-9) for law in laws])
     return durations[within], [law for law, yes in zip(laws, within, strict=True) if yes]
 
@@ -265,7 +284,7 @@ def find_least_durations(study: LeastDurationStudy, console: Console) -> Result:
     """The least durations of the optimum and of every baseline."""
     stage, drive = study.slew, study.drive
     cap = torque_cap(stage, drive)
-    durations = least_durations(stage, drive, cap, console.progress)
+    durations = least_durations(stage, drive, cap, console.progress, console.live)
 
     rows = table_rows({law.name: _quantities(law) for law in durations})
     # the optimum stands first
