@@ -16,7 +16,7 @@ from ocp import Solution
 from studies.codesign.config import UNITS, CodesignStudy, as_dictionary
 from studies.codesign.prices import Price, prices
 from studies.codesign.requirements import Requirement, check_some_design, requirements
-from studies.codesign.search import STATED, BestDesign, designed, search
+from studies.codesign.search import ROUGH, STATED, BestDesign, designed, search
 from studies.common.comparison_table import TableRow, costs_elsewhere
 from studies.common.console import Console, silent
 from studies.common.folder import provenance
@@ -282,4 +282,9 @@ def _remarks(made: Codesign) -> list[str]:
         )
     else:
         remarks.append("No bound presses on the design: it is balanced inside the range.")
+    if not made.found.exact:
+        remarks.append(
+            f"The search ended before the best start was solved to its last digits: its {title} is "
+            f"the least to {ROUGH:g} of it, and the design as good as that."
+        )
     return [*remarks, *(price.sentence for price in made.prices)]

@@ -5,11 +5,13 @@ from __future__ import annotations
 import dataclasses
 import math
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from ocp import Audit, Interrupted, audit
 from studies.cli import main
-from studies.codesign import CodesignStudy, run, study_from
+from studies.codesign import CodesignStudy, run, search, study_from
 from studies.codesign.config import as_dictionary
 from studies.codesign.prices import Price, stored_prices
 from studies.codesign.requirements import check_some_design, requirements
@@ -154,6 +156,27 @@ def test_a_price_is_the_slope_of_the_optimum() -> None:
     again = run(slow(stroke=price["limit"] + step))
     slope = (again.value("peak-force") - first.value("peak-force")) / step
     assert slope == pytest.approx(price["price"], rel=0.02)
+
+
+@pytest.mark.parametrize("stops", [False, True])
+def test_only_the_best_start_is_solved_to_its_last_digits(
+    stops: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Starts are rough; where the last solve ends early, the rough one stays, and it is said."""
+    asked = []
+
+    def noted(*given: Any, **how: Any) -> Audit:
+        asked.append(how["settings"].accuracy.objective)
+        if stops and len(asked) > 1:
+            raise Interrupted("stopped", None, None, None)
+        return audit(*given, **how)
+
+    monkeypatch.setattr(search, "audit", noted)
+    result = run(slow())
+    assert asked == [1e-5, 1e-6]
+    assert result.interrupted == stops
+    assert any("solved to its last digits" in remark for remark in result.remarks) == stops
+    assert result.value("peak-force") == pytest.approx(38.379, rel=2e-4)
 
 
 @pytest.mark.slow
