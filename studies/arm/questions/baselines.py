@@ -125,7 +125,7 @@ def after_lock(stage: Stage) -> Array:
 
 
 def compare(
-    stage: Stage, drive: Drive, limit: float | None, say: Say, *, follow: bool = False
+    stage: Stage, drive: Drive, limit: float | None, say: Say, live: Say, *, follow: bool = False
 ) -> list[Pair]:
     """Every baseline with an optimum of no higher peak torque, looser caps first.
 
@@ -133,6 +133,7 @@ def compare(
     """
     replays = []
     for name in baseline_names(drive):
+        live(f"{name} on the full model")
         law = baseline_law(stage, name, drive)
         replays.append(replay_law(stage, law, drive, follow=follow))
         say(f"{stage.name}, {drive} drive: {law.name} leaves {replays[-1].residual_energy:.2e} J")
@@ -143,7 +144,7 @@ def compare(
     motions: dict[float, Refined] = {}
     pairs = []
     for baseline in sorted(replays, key=lambda r: -r.peak_torque[stage.moving[0]]):
-        refined = motion_under(stage, baseline, motions, residual, say)
+        refined = motion_under(stage, baseline, motions, residual, say, live)
         pairs.append(Pair(baseline, refined, limit))
     return pairs
 
@@ -154,6 +155,7 @@ def motion_under(
     motions: dict[float, Refined],
     residual: float,
     say: Say,
+    live: Say,
 ) -> Refined | None:
     """A refined motion whose peak torque does not exceed the baseline's.
 
@@ -170,11 +172,13 @@ def motion_under(
     caps = stage.capped(_SLACK * cap)
     try:
         drive = baseline.motion.drive
-        motion = solve_stage(stage.under(drive), caps=caps, name="optimum")
+        motion = solve_stage(stage.under(drive), caps=caps, name="optimum", progress=live)
     except StudyError as error:
         say(f"{stage.name}, at most {cap:.4g} J D/T^2 on joint {stage.moving[0]}: {error}")
         return None
-    motions[cap] = refine(motion, residual=residual, drive=baseline.motion.drive, say=say)
+    motions[cap] = refine(
+        motion, residual=residual, drive=baseline.motion.drive, say=say, live=live
+    )
     return motions[cap]
 
 
@@ -185,7 +189,7 @@ def compare_baselines(study: BaselinesStudy, console: Console, follow: bool = Tr
     """
     stage = study.slew
     limit = None if is_slow(stage) else SHARES[stage.name]
-    pairs = compare(stage, study.drive, limit, console.progress, follow=follow)
+    pairs = compare(stage, study.drive, limit, console.progress, console.live, follow=follow)
 
     # a column for each law, with its own optimum below it
     columns = {pair.baseline.motion.name: _quantities(pair) for pair in pairs}
@@ -202,7 +206,7 @@ def compare_baselines(study: BaselinesStudy, console: Console, follow: bool = Tr
 
     # an optimum whose mesh is too coarse may owe its stillness to the mesh
     resolved = all(pair.resolved for pair in pairs)
-    profiles = _profiles(pairs) if follow else {}
+    profiles = _profiles(pairs, console.live) if follow else {}
     return Result(
         kind="arm-baselines",
         question=study.question,
@@ -304,7 +308,7 @@ def _verdict(pairs: Sequence[Pair], resolved: bool) -> Verdict:
     return Verdict("local", f"local: {kept} optimum is as still as asked, beside its law")
 
 
-def _profiles(pairs: Sequence[Pair]) -> dict[str, SampledProfile]:
+def _profiles(pairs: Sequence[Pair], live: Say) -> dict[str, SampledProfile]:
     """The sampled optima by the laws that they stand beside, that of the tightest cap first."""
     sampled: dict[int, SampledProfile] = {}
     profiles = {}
@@ -314,6 +318,7 @@ def _profiles(pairs: Sequence[Pair]) -> dict[str, SampledProfile]:
         # a motion may stand beside several laws
         key = id(pair.refined)
         if key not in sampled:
+            live(f"the optimum {_beside(pair)}, sampled")
             sampled[key] = sampled_to(pair.optimum, pair.refined.residual)
         profiles[_beside(pair)] = sampled[key]
     return profiles

@@ -12,7 +12,7 @@ from __future__ import annotations
 import dataclasses
 import shutil
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -87,7 +87,12 @@ class ArmEquations:
     start: Array
 
 
-def residuals(motion: Motion, points: Sequence[Factors], step: float = STEP) -> Array:
+def residuals(
+    motion: Motion,
+    points: Sequence[Factors],
+    step: float = STEP,
+    live: Callable[[str], None] | None = None,
+) -> Array:
     """E_res on B21 [J] at each point, (m,), after the lock.
 
     Parameters
@@ -97,6 +102,8 @@ def residuals(motion: Motion, points: Sequence[Factors], step: float = STEP) -> 
     points : (big stiffness, small stiffness, tip mass) factors of each arm.
     step : float
         [s]
+    live : callable, optional
+        Receives a line now and then.
     """
     stage, joint = motion.stage, motion.joints[motion.stage.moving[0]]
     steps, arms = int(np.ceil(stage.duration / step)), len(points)
@@ -115,10 +122,18 @@ def residuals(motion: Motion, points: Sequence[Factors], step: float = STEP) -> 
     factors = np.array(points).T
     shared = [1, 3]  # the input and the step are the same for all arms
     advance = runge_kutta(equations.rate).map("advance", "serial", arms, shared, [])
+
+    def each_step() -> Iterator[Array]:
+        for k in range(steps):
+            if live is not None:
+                done = f"{motion.stage.duration * k / steps:.2f} of {motion.stage.duration:g} s"
+                live(f"{motion.name}: {arms} arms on B21, {done}")
+            yield inputs[:, 2 * k : 2 * k + 3]
+
     state = march(
         advance,
         np.tile(equations.start[:, None], arms),
-        [inputs[:, 2 * k : 2 * k + 3] for k in range(steps)],
+        each_step(),
         factors,
         stage.duration / steps,
     )
@@ -127,7 +142,7 @@ def residuals(motion: Motion, points: Sequence[Factors], step: float = STEP) -> 
 
 
 def march(
-    advance: ca.Function, state: Any, inputs: Sequence[Array], factors: Array, step: Any
+    advance: ca.Function, state: Any, inputs: Iterable[Array], factors: Array, step: Any
 ) -> Any:
     """The state after one step for each of the inputs (at its start, middle and end)."""
     for now in inputs:

@@ -225,7 +225,7 @@ def test_a_latch_missed_beside_baselines_fails_the_command(big, monkeypatch, cap
     pairs = [Pair(done, refined, 1.0)]
     monkeypatch.setattr("studies.arm.questions.baselines.compare", lambda *_, **__: pairs)
     monkeypatch.setattr("studies.arm.questions.baselines._arrays", lambda *_: {})
-    monkeypatch.setattr("studies.arm.questions.baselines._profiles", lambda _: {})
+    monkeypatch.setattr("studies.arm.questions.baselines._profiles", lambda *_: {})
     asked = ["arm", "baselines", "--no-figures", "--results"]
     wide, tight = (["--latch", str(share * done.miss)] for share in (1.1, 0.9))
     assert main([*asked, str(tmp_path / "wide"), *wide]) == ExitCode.OK

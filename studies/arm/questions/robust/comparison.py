@@ -142,8 +142,8 @@ def residual_map(
     joint, spread = motion.stage.moving[0], SPREADS[drive]
     given = motion.motion(drive)
 
-    live(f"{motion.name}: {points} x {points} arms on B21")
-    reduced = np.sqrt(residuals(given, spread.grid(points))).reshape(points, points)
+    energies = residuals(given, spread.grid(points), live=live)
+    reduced = np.sqrt(energies).reshape(points, points)
     say(f"{motion.name}: worst sqrt(E_res) {reduced.max():.3e} on B21, {points} x {points} arms")
 
     full: list[float] = []
@@ -188,7 +188,7 @@ def find_robust(study: RobustStudy, console: Console) -> Result:
     # the motion that is judged comes first, what it is compared with after it
     first, *others = comparison.robust
     ordered = (first, comparison.nominal, *others)
-    profiles = {m.motion.name: _sampled(m.motion, study.drive) for m in ordered}
+    profiles = {m.motion.name: _sampled(m.motion, study.drive, console.live) for m in ordered}
     rows = table_rows({m.motion.name: _quantities(m, comparison) for m in ordered})
     return Result(
         kind="robust",
@@ -226,8 +226,9 @@ def find_robust(study: RobustStudy, console: Console) -> Result:
     )
 
 
-def _sampled(motion: OptimalMotion, drive: Drive) -> SampledProfile:
+def _sampled(motion: OptimalMotion, drive: Drive, live: Say) -> SampledProfile:
     """Its profile, which leaves the nominal arm with hardly more than the motion itself."""
+    live(f"{motion.name}: sampled")
     exact = motion.replay(drive)
     return sampled_to(exact, _MORE * exact.residual_energy + FLOOR)
 

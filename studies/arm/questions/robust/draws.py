@@ -28,9 +28,8 @@ def energies_of_draws(
         return {}
     factors, left = spread.drawn(study.draws, study.seed), {}
     for motion in motions:
-        console.live(f"{motion.name}: {study.draws} arms drawn, on B21")
         begin = time.process_time()
-        left[motion.name] = residuals(motion.motion(study.drive), factors)
+        left[motion.name] = residuals(motion.motion(study.drive), factors, live=console.live)
         seconds = time.process_time() - begin
         console.progress(f"{motion.name}: {study.draws} arms drawn, {seconds:.1f} s of processor")
     return left
