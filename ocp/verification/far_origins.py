@@ -3,7 +3,8 @@
 Tolerances are relative to sizes. Of such a state they may not see the whole displacement: a motion
 that stays where it is meets them. So what the dynamics and limits are off by is held against the
 displacement, where the statement tells it: from an initial or final value to another number that is
-stated.
+stated. The motion may go further than that, as a joint that swings out and comes back does. Its
+displacement is then as long as its range.
 """
 
 from __future__ import annotations
@@ -23,8 +24,14 @@ from ocp.problem.symbols import State
 # Part of a value that the displacement from it is, at most, for its origin to count as far
 _FAR = 1e-3
 
+# Part of a value up to which another number is the same one, computed in another way
+_SAME = 1e-13
+
 # Part of the displacement that dynamics and limits may be off by
 WITHIN = 1e-5
+
+# Where in each interval the range of a state is looked at
+_LOOKS = np.array([0.0, 0.5, 1.0])
 
 # What rounding leaves of the rate of a polynomial, integrated over an interval, in parts of its
 # value, and the part of the displacement up to which it counts as that
@@ -42,7 +49,8 @@ class FarOrigin:
     of : str
         The state whose origin is far: itself, or the one whose rate it is.
     displacement : float
-        The least one from where it begins or ends that is stated [its unit].
+        The least one from where it begins or ends that is stated, or the range of its values
+        where that is more [its unit].
     error : float
         What its dynamics and limits are off by along the motion, as a part of the displacement.
     """
@@ -70,7 +78,7 @@ def far_origins(iterate: Iterate, evaluator: Evaluator) -> Iterator[FarOrigin]:
         displacements = {
             state: (state.name, found)
             for state in phase.dynamics
-            if (found := _displacement(phase.name, state, iterate.parameters)) is not None
+            if (found := _displacement(motion, state, iterate.parameters)) is not None
         }
         if not displacements:
             continue
@@ -92,20 +100,23 @@ def far_origins(iterate: Iterate, evaluator: Evaluator) -> Iterator[FarOrigin]:
             yield FarOrigin(phase.name, state.name, state.unit, origin, least, part)
 
 
-def _displacement(phase: str, state: State, parameters: Parameters) -> float | None:
-    """The least one from a stated end value to another number, if it is a small part of it."""
+def _displacement(motion: PhaseTrajectory, state: State, parameters: Parameters) -> float | None:
+    """That of a state from a stated end value, if it is a small part of that value."""
     ends = [
-        values[phase, state.name]
+        values[motion.name, state.name]
         for values in (parameters.initial_values, parameters.final_values)
-        if (phase, state.name) in values
+        if (motion.name, state.name) in values
     ]
+    k = np.repeat(np.arange(motion.intervals), len(_LOOKS))
+    seen = motion.local(k, np.tile(_LOOKS, motion.intervals))[:, motion.states.index(state.name)]
+    spread = float(np.ptp(seen))
     numbers = [number for pair in (*ends, parameters.signal_limits[state.name]) for number in pair]
     found = []
     for lower, upper in ends:
         apart = [abs(number - lower) for number in numbers if np.isfinite(number)]
-        least = min((number for number in apart if number > 0.0), default=np.inf)
-        if lower == upper and least < _FAR * abs(lower):
-            found.append(least)
+        stated = min((far for far in apart if far > _SAME * abs(lower)), default=np.inf)
+        if lower == upper and max(stated, spread) < _FAR * abs(lower):
+            found.append(max(stated, spread))
     return min(found, default=None)
 
 

@@ -1,9 +1,22 @@
 """States that move by a small part of their value."""
 
 import casadi as ca
+import numpy as np
 import pytest
 
-from ocp import Control, FixedMesh, Phase, Problem, Settings, State, Unverified, certify, solve
+from ocp import (
+    TIME,
+    Bound,
+    Control,
+    FixedMesh,
+    Phase,
+    Problem,
+    Settings,
+    State,
+    Unverified,
+    certify,
+    solve,
+)
 
 
 def moved(origin, *, far=1.0, slope=0.0, upper=float("inf"), speed=0.0):
@@ -65,4 +78,39 @@ def test_a_value_that_hardly_changes_and_is_exact_passes():
     )
     found = solve(Problem("tank", move, minimise=move.integral(u**2 / 2)))
     assert found.objective == pytest.approx(6.0, rel=1e-8)
+    assert certify(found).passed
+
+
+@pytest.mark.parametrize("apart", [3e-16, 1e-12, 1e-9])
+def test_end_values_that_differ_by_rounding_are_one_number(apart):
+    # an arm that swings out and back; its end values come from two runs of an iteration
+    start = 0.4
+    q, w = State("q", "rad"), State("w", "rad/s", lower=-8, upper=8)
+    u = Control("u", "N m")
+    swing = Phase(
+        "swing",
+        {q: w, w: u - ca.sin(q)},
+        {q: start, w: 0},
+        {q: start * (1 + apart), w: 0},
+        end=1.0,
+        bounds=[Bound("over the sill", q - 0.5 * ca.sin(np.pi * TIME), "rad", lower=0)],
+    )
+    found = solve(Problem("swing", swing, minimise=swing.integral(u**2)))
+    assert certify(found).passed
+
+
+def test_a_joint_that_is_held_has_no_way():
+    q, w, x, v = State("q", "rad"), State("w", "rad/s"), State("x", "m"), State("v", "m/s")
+    t, u = Control("t", "N m"), Control("u", "m/s^2")
+    start = {q: 0.4, w: 0, x: 0, v: 0}
+    move = Phase(
+        "move",
+        {q: w, w: t - ca.sin(q) + v, x: v, v: u},
+        start,
+        {q: 0.4 * (1 + 3e-16), w: 0, x: 1, v: 0},
+        end=1.0,
+        bounds=[Bound("held", w, "rad/s", lower=0, upper=0)],
+    )
+    found = solve(Problem("held", move, minimise=move.integral(u**2 / 2)))
+    assert found.objective == pytest.approx(6.0, rel=1e-6)
     assert certify(found).passed
