@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 
 import casadi as ca
 
-from ocp.errors import StatementError, StatementWarning
+from ocp.errors import Infeasible, StatementError, StatementWarning
+from ocp.problem.end_limits import limits_broken_at_ends
 from ocp.problem.functionals import BoundaryValue, Functional, PhaseTime, PointValue
 from ocp.problem.symbols import Between, Constant, State, Symbol
 
@@ -31,6 +32,8 @@ def check_before_solve(problem: Problem, parameters: Parameters) -> None:
     StatementError
         When two limits cross, a boundary value lies outside its state's bounds, or a guess is of
         a signal that its phase does not have.
+    Infeasible
+        When the prescribed values of an end break a path limit by themselves.
 
     Warns
     -----
@@ -69,6 +72,18 @@ def check_before_solve(problem: Problem, parameters: Parameters) -> None:
                 StatementWarning,
                 stacklevel=3,
             )
+
+    _check_ends(problem, parameters)
+
+
+def _check_ends(problem: Problem, parameters: Parameters) -> None:
+    broken = list(limits_broken_at_ends(problem, parameters))
+    if broken:
+        raise Infeasible(
+            f"no motion meets all constraints of '{problem.name}'{_at(parameters)}: "
+            f"{'; '.join(broken)}; change the limit or one of these values "
+            "(ocp.relaxed(problem) finds the smallest change)"
+        )
 
 
 def _limits(problem: Problem, parameters: Parameters) -> Iterator[tuple[str, tuple[float, float]]]:

@@ -142,15 +142,16 @@ def test_a_feasible_problem_needs_nothing():
 def test_what_stays_hard_can_still_contradict():
     x, v = State("x", "m"), State("v", "m/s")
     u = Control("u", "m/s^2", upper=9.0)
-    phase = Phase(
-        "flight",
-        {x: v, v: u},
-        {x: 0, v: 0},
-        bounds=[Bound("rail", x + 1, "m", 0, 0), Bound("other rail", x - 1, "m", 0, 0)],
-        end=1.0,
-    )
+
+    def stuck(initial):
+        rails = [Bound("rail", x + 1, "m", 0, 0), Bound("other rail", x - 1, "m", 0, 0)]
+        phase = Phase("flight", {x: v, v: u}, initial, bounds=rails, end=1.0)
+        return Problem("stuck", [phase], minimise=phase.integral(u**2))
+
     with pytest.raises(Infeasible, match=r"'stuck' has 640 equations.*more is prescribed"):
-        relaxed(Problem("stuck", [phase], minimise=phase.integral(u**2)), keep=INITIAL)
+        relaxed(stuck({v: 0}), keep=["flight: v initial"])
+    with pytest.raises(Infeasible, match=r"initial values of phase 'flight' make 'rail' 1 m"):
+        relaxed(stuck({x: 0, v: 0}), keep=INITIAL)
 
 
 def test_names_that_are_none():
