@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
 import casadi as ca
@@ -148,14 +148,17 @@ class Problem:
 
     def _raise_kinks(self) -> None:
         """State kinks that only cost as limits of controls, see `ocp.problem.kinks.raised`."""
-        raised = with_raised_kinks(self.phases, self.summed)
+        integrals = _of_kind(Integral, self.functionals)
+        raised = with_raised_kinks(
+            self.phases, integrals, self.objective, self.boundary_constraints
+        )
         if raised is None:
             return
-        old = ca.vertcat(*[integral.symbol for integral in raised.integrals])
-        new = ca.vertcat(*[integral.symbol for integral in raised.integrals.values()])
-        stated = self.sense * ca.substitute(self.objective, old, new)
+        bounds = tuple(replace(b, expression=raised.of(b.expression)) for b in self.bounds)
+        stated = "minimise" if self.sense > 0 else "maximise"
         object.__setattr__(self, "phases", raised.phases)
-        object.__setattr__(self, "minimise" if self.sense > 0 else "maximise", stated)
+        object.__setattr__(self, "bounds", bounds)
+        object.__setattr__(self, stated, self.sense * raised.of(self.objective))
         self._derive()
 
     def _derived(self) -> dict[str, Any]:

@@ -6,7 +6,20 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from ocp import Bound, Constant, Control, Phase, Problem, State, certify, joined, load, save, solve
+from ocp import (
+    Between,
+    Bound,
+    Constant,
+    Control,
+    Phase,
+    Problem,
+    State,
+    certify,
+    joined,
+    load,
+    save,
+    solve,
+)
 from ocp.problem.kinks.raised import with_raised_kinks
 
 x, v = State("x", "m"), State("v", "m/s")
@@ -115,7 +128,12 @@ fuel = ca.fabs(u.symbol)
         lambda p: {"minimise": p.integral(ca.fmin(u, 0))},
         lambda p: {"minimise": p.integral(fuel * v)},
         lambda p: {"minimise": p.integral(fuel) ** 2},
-        lambda p: {"minimise": p.integral(u**2), "bounds": [p.integral(fuel) <= 1]},
+        lambda p: {"minimise": p.integral(u**2), "bounds": [p.integral(fuel) >= 1]},
+        lambda p: {
+            "minimise": p.integral(u**2),
+            "bounds": [Bound("b", p.integral(fuel), "1", 0, 1)],
+        },
+        lambda p: {"minimise": (f := p.integral(fuel)), "bounds": [f >= 1]},
         lambda p: {"minimise": -price * p.integral(fuel)},
         lambda p: {"minimise": p.integral((0.0 * price) * fuel)},
         lambda p: {"minimise": p.integral(ca.fabs(x - v) + u**2)},
@@ -136,7 +154,34 @@ def test_a_bound_of_another_integral_is_no_reason_to_leave_it():
 
 def test_no_kink_costs_nothing_to_look_for():
     phase = move()
-    assert with_raised_kinks([phase], {phase.integral(u**2): ca.SX(1)}) is None
+    effort = phase.integral(u**2)
+    assert with_raised_kinks([phase], [effort], effort + 0, ()) is None
+
+
+def test_a_budget_of_fuel():
+    # the least time with less fuel than the fastest motion burns: t1 = F/2, and t1 (T - t1) = 1
+    phase = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=Between(0.5, 20))
+    burnt = phase.integral(ca.fabs(u))
+    found = solve(Problem("fast", phase, minimise=phase.end_time, bounds=[burnt <= 1.0]))
+    assert found.objective == pytest.approx(0.5 + 1 / 0.5, rel=1e-6)
+    assert found.value(burnt) == pytest.approx(1.0, rel=1e-6)
+    assert certify(found).passed
+    # what bounds nothing leaves the fastest motion as it is
+    generous = solve(Problem("fast", phase, minimise=phase.end_time, bounds=[burnt <= 5.0]))
+    assert generous.objective == pytest.approx(2.0, rel=1e-6)
+    assert generous.value(burnt) == pytest.approx(2.0, rel=1e-6)
+    assert certify(generous).passed
+
+
+def test_less_energy_at_the_cost_of_more_heat():
+    phase = move()
+    energy, heat = phase.integral(ca.fmax(0, u * v)), phase.integral(u**2)
+    heats = []
+    for most in (0.1, 0.09, 0.08):
+        found = solve(Problem("trade", phase, minimise=heat, bounds=[energy <= most]))
+        assert found.value(energy) == pytest.approx(most, rel=1e-5)
+        heats.append(found.objective)
+    assert 4 / 9 < heats[0] < heats[1] < heats[2]
 
 
 def test_sides_lie_below_their_control_all_along():

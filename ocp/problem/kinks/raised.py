@@ -7,8 +7,8 @@ as to minimise that of a control s with ``s >= a`` and ``s >= b`` (the epigraph 
 Vandenberghe, "Convex Optimization", section 4.1.3), and that has no kink.
 
 It is the same where nothing is gained by a larger s: where the kinked term is added to an integral
-of the objective, with a factor of numbers and constants that has the sign of a cost. Kinks of
-states alone are left: motions cross them, and get breakpoints there.
+of the objective, or of a bound from above, with a factor of numbers and constants that has the sign
+of a cost. Kinks of states alone are left: motions cross them, and get breakpoints there.
 """
 
 from __future__ import annotations
@@ -20,11 +20,12 @@ from dataclasses import dataclass, field, replace
 import casadi as ca
 
 from ocp.numerics.expression_graph import ExpressionGraph, graph_of
+from ocp.numerics.linearity import is_linear
 from ocp.problem.bounds import Bound
 from ocp.problem.display import text_of, unit_of
 from ocp.problem.functionals import Integral
 from ocp.problem.phase import Phase, kept_alive
-from ocp.problem.symbols import Constant, Control, Signal, Symbol, resolve
+from ocp.problem.symbols import Constant, Control, Signal, Symbol, is_limited, resolve
 
 # Characters of an expression that is a name as well; a longer one is named by its symbols
 _LONGEST_NAME = 60
@@ -48,20 +49,35 @@ class Raised:
     phases: tuple[Phase, ...]
     integrals: Mapping[Integral, Integral]
 
+    def of(self, expression: ca.SX) -> ca.SX:
+        """An expression of functionals with those that replace them."""
+        old = ca.vertcat(*[integral.symbol for integral in self.integrals])
+        new = ca.vertcat(*[integral.symbol for integral in self.integrals.values()])
+        return ca.substitute(expression, old, new)
 
-def with_raised_kinks(phases: Sequence[Phase], costs: Mapping[Integral, ca.SX]) -> Raised | None:
+
+def with_raised_kinks(
+    phases: Sequence[Phase],
+    integrals: Sequence[Integral],
+    objective: ca.SX,
+    constraints: Sequence[Bound],
+) -> Raised | None:
     """Phases and integrals without the kinks that only cost; None where there are none.
 
     Parameters
     ----------
-    costs : mapping of Integral to SX
-        Weights of integrals in what is minimised, made of numbers and constants. Those that stand
-        nowhere else.
+    integrals : sequence of Integral
+        All in use.
+    objective : SX
+        What is minimised.
+    constraints : sequence of Bound
+        Of the numbers of the whole motion.
     """
     controls = _Controls([s.name for p in phases for s in p.symbols if isinstance(s, Signal)])
     replaced = dict[Integral, Integral]()
-    for integral, weight in costs.items():
-        expression = _without_kinks(integral, _value(weight), controls)
+    for integral in integrals:
+        sign = _sign_of_cost(integral, objective, constraints)
+        expression = _without_kinks(integral, sign, controls) if sign else None
         if expression is not None:
             symbols = resolve(expression, integral.name)
             piece = ((integral.phase, expression),)
@@ -75,6 +91,27 @@ def with_raised_kinks(phases: Sequence[Phase], costs: Mapping[Integral, ca.SX]) 
         integral.remember_phases([own.dynamics])
         kept_alive(integral, [own])
     return Raised(limited, replaced)
+
+
+def _sign_of_cost(integral: Integral, objective: ca.SX, constraints: Sequence[Bound]) -> int:
+    """The sign with which an integral costs wherever it stands; 0 where there is none."""
+    found = {_sign_of_weight(integral, objective)} - {None}
+    for bound in constraints:
+        sign = _sign_of_weight(integral, bound.expression)
+        if sign is not None:
+            above, below = is_limited(-math.inf, bound.upper), is_limited(bound.lower, math.inf)
+            found.add(0 if above and below else sign if above else -sign)
+    return (found.pop() or 0) if len(found) == 1 else 0
+
+
+def _sign_of_weight(integral: Integral, expression: ca.SX) -> int | None:
+    """Of a constant weight of an integral, 0 where it is none, None where there is no integral."""
+    if not ca.depends_on(expression, integral.symbol):
+        return None
+    weight = ca.densify(ca.jacobian(expression, integral.symbol))
+    symbols = resolve(weight, "a weight")
+    constant = all(isinstance(symbol, Constant) for symbol in symbols)
+    return _sign(_value(weight)) if constant and is_linear(expression, integral.symbol) else 0
 
 
 def _limited(phase: Phase, limits: Sequence[Bound]) -> Phase:
@@ -132,21 +169,21 @@ def _unlike(name: str, others: Sequence[str]) -> str:
     return numbered
 
 
-def _without_kinks(integral: Integral, weight: float, controls: _Controls) -> ca.SX | None:
+def _without_kinks(integral: Integral, sign: int, controls: _Controls) -> ca.SX | None:
     """The integrand with a control in place of each kink that only costs; None if it has none."""
     symbols = resolve(integral.expression, integral.name)
     bare = [symbol.symbol for symbol in symbols]
     graph = graph_of([integral.expression], bare)
     instead = dict[int, ca.SX]()
-    for place, sign in _costly(graph, symbols, weight):
-        found = list(_sides(graph, place, sign))
+    for place, own in _costly(graph, symbols, sign):
+        found = list(_sides(graph, place, own))
         places = (place, *(side for side, _ in found))
         whole, *parts = ExpressionGraph(graph.instructions, places).rebuilt(bare)
         if not any(isinstance(s, Control) for s in resolve(whole, integral.name)):
             continue
-        sides = [own * part for part, (_, own) in zip(parts, found, strict=True)]
-        control = controls.above(integral.phase, sign * whole, sides)
-        instead[place] = sign * control.symbol
+        sides = [above * part for part, (_, above) in zip(parts, found, strict=True)]
+        control = controls.above(integral.phase, own * whole, sides)
+        instead[place] = own * control.symbol
     if not instead:
         return None
 
@@ -169,10 +206,10 @@ def _sides(graph: ExpressionGraph, place: int, sign: int) -> Iterator[tuple[int,
 
 
 def _costly(
-    graph: ExpressionGraph, symbols: Sequence[Symbol], weight: float
+    graph: ExpressionGraph, symbols: Sequence[Symbol], of_whole: int
 ) -> Iterator[tuple[int, int]]:
     """Places of larger or lesser ones that are only added, with the sign by which they cost."""
-    signs = dict[int, set[int]]({graph.results[0]: {_sign(weight)}})
+    signs = dict[int, set[int]]({graph.results[0]: {of_whole}})
     for place in reversed(range(len(graph.instructions))):
         found = signs.get(place, set())
         if not found:
