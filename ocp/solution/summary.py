@@ -82,10 +82,9 @@ def _errors(solution: Solution) -> str:
     verification = solution.verification
     if not solution.replay.phases:
         return "not verified"
-    last = solution.mesh_iterations[-1].dynamics_error if solution.mesh_iterations else float("nan")
     return (
         f"replayed end {verification.miss:.1e}, constraints {max(verification.excess, 0.0):.1e}, "
-        f"dynamics {last:.1e} (relative)"
+        f"dynamics {verification.dynamics:.1e} (relative)"
     )
 
 

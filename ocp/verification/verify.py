@@ -77,6 +77,8 @@ class Verification:
         How often the replay was set back to the solution because this factor is too large.
     far_origins : tuple of FarOrigin
         The states that move by a small part of their value.
+    dynamics : float
+        Largest error of the solution's dynamics between its points, relative.
     """
 
     miss: float
@@ -92,6 +94,7 @@ class Verification:
     amplification: float = 1.0
     restarts: int = 0
     far_origins: tuple[FarOrigin, ...] = ()
+    dynamics: float = math.nan
 
     def __repr__(self) -> str:
         verdict = "passed" if self.passed else "; ".join(self.reasons) or "not verified"
@@ -168,6 +171,7 @@ def verify(
         amplification=simulated.amplification,
         restarts=simulated.restarts,
         far_origins=tuple(far_origins(iterate, evaluator)),
+        dynamics=errors.worst_dynamics,
     )
     boundary = dict(boundary_excesses(iterate, replay, evaluator, peaks))
     worth = worth_of_excess(iterate, errors.excess)

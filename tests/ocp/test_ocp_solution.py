@@ -5,6 +5,7 @@ import json
 import math
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -82,6 +83,14 @@ def test_a_solution_prints_its_essence_in_ten_lines(found):
     ):
         assert part in text, part
     assert "not verified" in repr(solve(double_integrator(), settings=Settings(verify=False)))
+
+
+def test_the_errors_shown_are_those_of_the_answer(found):
+    assert found.verification.dynamics == pytest.approx(found.mesh_iterations[-1].dynamics_error)
+    # the last mesh of a refinement may have failed, or be worse than the answer's
+    failed = replace(found.mesh_iterations[-1], dynamics_error=math.nan)
+    later = replace(found, mesh_iterations=(*found.mesh_iterations, failed))
+    assert f"dynamics {found.verification.dynamics:.1e}" in str(later)
 
 
 @pytest.mark.parametrize(
