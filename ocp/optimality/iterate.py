@@ -19,6 +19,9 @@ from ocp.problem.symbols import ControlShape
 from ocp.transcription.scaling import Scales
 from ocp.transcription.transcribe import ProgramLimits, Transcription, transcribe
 
+# Scaled slope below which an unknown has no influence on a row
+_NO_SLOPE = 1e-12
+
 # Part of the objective's scale below which its value is next to nothing, so that a difference is
 # not relative to it.
 _LEAST_OBJECTIVE = 1e-3
@@ -96,10 +99,14 @@ class Iterate:
         multiplier is any number, as large as the solver happens to leave it.
         """
         lower, upper = self.limits.columns
-        pattern = self.transcription.program.constraint_jacobian.sparsity_out(1)
+        program = self.transcription.program
+        jacobian = program.constraint_jacobian(self.x, self.parameters.vector)[1]
+        pattern, slopes = jacobian.sparsity(), np.abs(jacobian.nonzeros())
         rows, columns = np.array(pattern.row()), np.array(pattern.get_col())
+
+        # the others may have a place in the row, and a slope of nothing there
         free = np.zeros(self.row_multipliers.size, dtype=bool)
-        free[rows[(lower < upper)[columns]]] = True
+        free[rows[(lower < upper)[columns] & (slopes > _NO_SLOPE)]] = True
         return np.where(free, self.row_multipliers, 0.0)
 
     @cached_property

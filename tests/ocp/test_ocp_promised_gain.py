@@ -1,9 +1,23 @@
 """What finer controls promise, and where the promise counts."""
 
+import casadi as ca
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
-from ocp import Between, Control, FixedMesh, Phase, Problem, Radau, Settings, State, solve
+from ocp import (
+    Between,
+    Control,
+    FixedMesh,
+    Phase,
+    Problem,
+    Radau,
+    Settings,
+    State,
+    certify,
+    solve,
+)
 from ocp.optimality.active_set import strongest_multipliers
 from ocp.refinement.estimates.promised_gain import PhaseGains, promised_gain
 
@@ -69,3 +83,42 @@ def test_a_control_on_its_bound_makes_no_noise_of_another_one_tell():
         # what the speed limit leaves between its points is there in both
         assert gains.anywhere.sum() > 2.0 * gains.told.sum()
     assert promised[1] == pytest.approx(promised[0], rel=1e-2, abs=1e-9)
+
+
+def test_a_limit_that_the_start_lies_on_does_not_hide_the_peak():
+    """A panel that a spring opens and a rope holds back, from rest at its stop."""
+
+    def rate_of(q, w, tension):
+        return (6 * (2.2 - q) + 1.5 - 0.4 * w - 0.3 * tension * ca.cos(q / 2)) / 8
+
+    def farthest(tension):
+        """Where it comes to rest under a constant tension, by SciPy."""
+
+        def stops(t, state):
+            return state[1] + (t < 0.2)
+
+        stops.terminal = True
+        motion = solve_ivp(
+            lambda t, y: [y[1], rate_of(*y, tension)],
+            (0, 60),
+            [0, 0],
+            events=stops,
+            rtol=1e-11,
+            atol=1e-12,
+        )
+        return motion.y[0, -1]
+
+    least = brentq(lambda tension: farthest(tension) - np.pi / 2, 30, 44)
+    q, w = State("angle", "rad", lower=0), State("rate", "rad/s", lower=0)
+    rope = Control("rope", "N", lower=0, upper=40)
+    panel = Phase(
+        "open",
+        {q: w, w: rate_of(q, w, rope)},
+        initial={q: 0, w: 0},
+        final={q: np.pi / 2, w: (0, 0.05)},
+        end=30.0,
+    )
+    found = solve(Problem("panel", panel, minimise=panel.peak(rope)))
+    assert found.objective == pytest.approx(least, rel=1e-7)
+    assert found.mesh_iterations[-1].intervals < 100
+    assert certify(found).passed
