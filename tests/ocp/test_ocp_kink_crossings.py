@@ -60,7 +60,8 @@ def pushed_by_parts():
 def parabola(height, kinked=None):
     phase = Phase("fall", {x: v, v: 2.0}, {x: 0.25 + height, v: -1}, end=1.0)
     cost = ca.fabs(x) if kinked is None else kinked
-    return Problem("fall", phase, minimise=phase.integral(cost) + phase.at_end(v))
+    # of a square it is not known that the integral only costs, so that its kinks stay
+    return Problem("fall", phase, minimise=phase.integral(cost) ** 2 + phase.at_end(v))
 
 
 def crossings_of(problem):
@@ -162,12 +163,10 @@ def test_a_soft_stop_costs_what_it_costs_in_phases():
     [
         pushed(10 * ca.if_else(x > 1, x - 1, 0)),
         pushed(100 * ca.fmax(x - 1, 0) ** 2),
-        pushed(0.0, 3 * ca.fabs(v)),
-        pushed(0.0, 3 * ca.fmax(2 * x, 1.5 - x)),
         pushed(2 * v * ca.fabs(v)),
         pushed(10 * ca.fmax(x - 0.5 - 0.1 * TIME, 0)),
     ],
-    ids=["if", "square", "modulus", "larger", "drag", "moving"],
+    ids=["if", "square", "drag", "moving"],
 )
 def test_what_crosses_a_kink_is_certified(problem):
     solution = solve(problem)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from ocp import (
+    TIME,
     Between,
     Bound,
     Constant,
@@ -117,6 +118,39 @@ def test_a_smaller_limit_is_what_it_costs_by():
     assert found.sensitivities()["limit"] == pytest.approx(slope, rel=1e-4)
 
 
+def pushed(cost):
+    """From the place and speed (0, 1) to (0, -2) in 2 s with little effort."""
+    free = Control("u", "m/s^2")
+    phase = Phase("push", {x: v, v: free}, {x: 0, v: 1}, {x: 0, v: -2}, end=2.0)
+    return Problem("push", phase, minimise=phase.integral(free**2 + cost))
+
+
+@pytest.mark.parametrize(
+    ("cost", "expected"),
+    [
+        # with breakpoints at the crossings, and a side of the kink given beside each
+        (3 * ca.fabs(v.symbol), 10.276459747),
+        (3 * ca.fmax(2 * x, 1.5 - x), 13.607320163),
+    ],
+)
+def test_a_kink_may_be_crossed_as_well(cost, expected):
+    found = solve(pushed(cost))
+    assert found.objective == pytest.approx(expected, rel=1e-6)
+    assert certify(found).passed
+
+
+@pytest.mark.parametrize("weight", [0.0, 0.01, 0.1])
+def test_a_state_rests_on_the_kink_of_its_own_cost(weight):
+    """From 1 m with at most 1 m/s to where nothing is paid, and there it stays."""
+    speed = Control("speed", "m/s", lower=-1, upper=1)
+    go = Phase("go", {x: speed}, {x: 1}, end=3.0)
+    found = solve(Problem("home", go, minimise=go.integral(ca.fabs(x) + weight * speed**2)))
+    # at rest the Hamiltonian is zero, so that x = weight speed^2 where the speed has no limit
+    assert found.objective == pytest.approx(0.5 + weight - weight**2 / 6, rel=1e-6)
+    assert found.sample(x, [2.5])[0] == pytest.approx(0.0, abs=1e-6)
+    assert certify(found).passed
+
+
 fuel = ca.fabs(u.symbol)
 
 
@@ -136,7 +170,8 @@ fuel = ca.fabs(u.symbol)
         lambda p: {"minimise": (f := p.integral(fuel)), "bounds": [f >= 1]},
         lambda p: {"minimise": -price * p.integral(fuel)},
         lambda p: {"minimise": p.integral((0.0 * price) * fuel)},
-        lambda p: {"minimise": p.integral(ca.fabs(x - v) + u**2)},
+        lambda p: {"minimise": p.integral(ca.fabs(TIME - 1) * u**2)},
+        lambda p: {"minimise": p.integral(ca.fabs(TIME - 1) + u**2)},
         lambda p: {"minimise": p.integral(fuel - ca.sin(fuel))},
     ],
 )

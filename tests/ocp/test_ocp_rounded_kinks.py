@@ -92,7 +92,7 @@ def test_a_problem_of_several_phases_is_rounded_as_a_whole():
         end=2.0,
         bounds=[ca.fabs(u) + 0.1 * ca.fabs(x) <= 9],
     )
-    cost = first.integral(u**2 + ca.fabs(v)) + second.integral(u**2) + second.at_end(ca.fabs(v))
+    cost = first.integral(u**2 + v * ca.fabs(v)) + second.integral(u**2) + second.at_end(ca.fabs(v))
     highest = peak((first, ca.fabs(x)), (second, x))
     problem = Problem("both", (first, second), minimise=cost + highest, links=joined(first, second))
 

@@ -1,14 +1,15 @@
 """Kinks of minimised integrals, stated as limits of controls of their own.
 
-The integral of ``|u|``, the fuel of a thruster, or of ``max(0, F v)``, the energy of a drive that
-feeds nothing back, is least with a motion that rests on the kink for a while. There a solver of
-smooth problems finds no slope that vanishes. To minimise the integral of ``max(a, b)`` is the same
-as to minimise that of a control s with ``s >= a`` and ``s >= b`` (the epigraph form: Boyd and
-Vandenberghe, "Convex Optimization", section 4.1.3), and that has no kink.
+The integral of ``|u|``, the fuel of a thruster, of ``max(0, F v)``, the energy of a drive that
+feeds nothing back, or of ``|x - r|``, the distance from a path, is least with a motion that rests
+on the kink for a while. There a solver of smooth problems finds no slope that vanishes. To minimise
+the integral of ``max(a, b)`` is the same as to minimise that of a control s with ``s >= a`` and
+``s >= b`` (the epigraph form: Boyd and Vandenberghe, "Convex Optimization", section 4.1.3), and
+that has no kink.
 
 It is the same where nothing is gained by a larger s: where the kinked term is added to an integral
 of the objective, or of a bound from above, with a factor of numbers and constants that has the sign
-of a cost. Kinks of states alone are left: motions cross them, and get breakpoints there.
+of a cost. Kinks of time alone are left: they are at known instants.
 """
 
 from __future__ import annotations
@@ -179,7 +180,7 @@ def _without_kinks(integral: Integral, sign: int, controls: _Controls) -> ca.SX 
         found = list(_sides(graph, place, own))
         places = (place, *(side for side, _ in found))
         whole, *parts = ExpressionGraph(graph.instructions, places).rebuilt(bare)
-        if not any(isinstance(s, Control) for s in resolve(whole, integral.name)):
+        if not any(isinstance(s, Signal) for s in resolve(whole, integral.name)):
             continue
         sides = [above * part for part, (_, above) in zip(parts, found, strict=True)]
         control = controls.above(integral.phase, own * whole, sides)
