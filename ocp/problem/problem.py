@@ -149,15 +149,20 @@ class Problem:
     def _raise_kinks(self) -> None:
         """State kinks that only cost as limits of controls, see `ocp.problem.kinks.raised`."""
         integrals = _of_kind(Integral, self.functionals)
+        names = [s.name for s in self.symbols] + [b.name for b in self.boundary_constraints]
         raised = with_raised_kinks(
-            self.phases, integrals, self.objective, self.boundary_constraints
+            self.phases, integrals, self.objective, self.boundary_constraints, names
         )
         if raised is None:
             return
-        bounds = tuple(replace(b, expression=raised.of(b.expression)) for b in self.bounds)
+        bounds, links = (
+            tuple(replace(b, expression=raised.of(b.expression)) for b in stated)
+            for stated in (self.bounds, self.links)
+        )
         stated = "minimise" if self.sense > 0 else "maximise"
         object.__setattr__(self, "phases", raised.phases)
         object.__setattr__(self, "bounds", bounds)
+        object.__setattr__(self, "links", links)
         object.__setattr__(self, stated, self.sense * raised.of(self.objective))
         self._derive()
 

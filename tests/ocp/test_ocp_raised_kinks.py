@@ -12,8 +12,10 @@ from ocp import (
     Bound,
     Constant,
     Control,
+    FixedMesh,
     Phase,
     Problem,
+    Settings,
     State,
     certify,
     joined,
@@ -226,3 +228,37 @@ def test_sides_lie_below_their_control_all_along():
     above = found.sample(found.problem.controls["move"][-1], times)
     assert np.all(above >= np.maximum(power, 0) - 1e-6)
     assert np.trapezoid(above - np.maximum(power, 0), times) < 1e-6
+
+
+def test_names_of_all_other_things_are_taken_as_well():
+    idle = Control("abs(u)", lower=0, upper=2)  # of the objective alone
+    weight = Constant("abs(v)", value=0.1)
+    phase = move()
+    cost = phase.integral(ca.fabs(u) + (idle - 1) ** 2) + weight * phase.integral(ca.fabs(v))
+    problem = Problem("least", phase, minimise=cost)
+    names = {control.name for control in problem.controls["move"]}
+    assert names == {"u", "abs(u)", "abs(u) (2)", "abs(v) (2)"}
+    # what is paid for the way itself is no matter: the speed is nowhere negative
+    assert solve(problem).objective == pytest.approx(2 * COASTING + 0.1, rel=1e-6)
+
+
+def test_a_budget_may_stand_among_the_links():
+    phase = move()
+    burnt = phase.integral(fuel)
+    problem = Problem(
+        "least", phase, minimise=phase.integral(u**2), links=[Bound("b", burnt, upper=0.9)]
+    )
+    assert all(functional is not burnt for functional in problem.functionals)
+    found = solve(problem)
+    assert found.value(burnt) == pytest.approx(0.9, rel=1e-5)
+    assert certify(found).passed
+
+
+def test_coarse_controls_of_the_plant_are_paid_for_what_they_do():
+    """A control that is held in each interval burns what it does, and not its largest power."""
+    phase = move()
+    cost = phase.integral(ca.fmax(0, u * v) + 0.1 * u**2)
+    problem = Problem("least", phase, minimise=cost)
+    settings = Settings(controls="constant", refinement=FixedMesh(), verify=False)
+    found = solve(problem, settings=settings)
+    assert found.value(cost) == pytest.approx(found.objective, rel=1e-5)

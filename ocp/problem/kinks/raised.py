@@ -62,6 +62,7 @@ def with_raised_kinks(
     integrals: Sequence[Integral],
     objective: ca.SX,
     constraints: Sequence[Bound],
+    names: Iterable[str] = (),
 ) -> Raised | None:
     """Phases and integrals without the kinks that only cost; None where there are none.
 
@@ -73,8 +74,11 @@ def with_raised_kinks(
         What is minimised.
     constraints : sequence of Bound
         Of the numbers of the whole motion.
+    names : iterable of str
+        Of other things, which no new control shall have.
     """
-    controls = _Controls([s.name for p in phases for s in p.symbols if isinstance(s, Signal)])
+    taken = [symbol.name for phase in phases for symbol in phase.symbols]
+    controls = _Controls([*names, *taken])
     replaced = dict[Integral, Integral]()
     for integral in integrals:
         sign = _sign_of_cost(integral, objective, constraints)
@@ -132,7 +136,7 @@ class _Controls:
     Attributes
     ----------
     names : list of str
-        Of all signals.
+        That are taken.
     made : dict
         By what the expression is.
     limits : dict of phase name to list of Bound
@@ -151,7 +155,9 @@ class _Controls:
             name = _unlike(text_of(expression, _LONGEST_NAME), self.names)
             self.names.append(name)
             least = max(numbers, default=-math.inf)
-            self.made[key] = Control(name, unit_of(expression) or "1", lower=least)
+            # it is no control of the plant: however coarse these are, it follows its sides
+            unit = unit_of(expression) or "1"
+            self.made[key] = Control(name, unit, lower=least, shape="automatic")
 
         control, limits = self.made[key], self.limits.setdefault(phase, [])
         for number, side in enumerate(sides, start=1):
