@@ -77,7 +77,8 @@ def parameters_of(
     Raises
     ------
     StatementError
-        When the problem does not use such a constant, or a value is no finite number.
+        When the problem does not use such a constant, a value is no finite number, or with it a
+        kink no longer costs that was stated as a control (`ocp.problem.kinks.raised`).
     """
     if changed is not None and not isinstance(changed, Mapping):
         raise StatementError(
@@ -96,6 +97,8 @@ def parameters_of(
             raise StatementError(f"the constant '{name}' is {value!r}; give it a finite number")
         values[name] = float(value)
     vector = np.array(list(values.values()), dtype=float)
+    if changed and problem.prices:
+        _check_prices(problem, vector)
 
     # all limits at once
     stated = _stated_limits(problem)
@@ -106,6 +109,28 @@ def parameters_of(
     ]
     limits = {key: numbers[place] for key, place in stated.expressions.items()}
     return Parameters(values, vector, limits, *intervals)
+
+
+def _check_prices(problem: Problem, values: Array) -> None:
+    """StatementError where a control that took the place of a kink would gain by being larger."""
+    prices = _prices(problem)(values).nonzeros()
+    for (name, expression), price in zip(problem.prices, prices, strict=True):
+        if price < 0.0:
+            used = [s for s in resolve(expression, "a price") if isinstance(s, Constant)]
+            known = [c.name for c in problem.constants]
+            given = ", ".join(f"'{c.name}' = {values[known.index(c.name)]:g}" for c in used)
+            raise StatementError(
+                f"with {given} a larger '{name}' no longer costs in problem '{problem.name}', but "
+                "as it was stated it did; declare the constants with values of these signs, and "
+                "state the problem anew"
+            )
+
+
+@lru_cache(maxsize=64)
+def _prices(problem: Problem) -> ca.Function:
+    """What controls cost that took the place of kinks, of the constants."""
+    constants = ca.vertcat(*[c.symbol for c in problem.constants], ca.SX(0, 1))
+    return ca.Function("prices", [constants], [ca.vertcat(*[price for _, price in problem.prices])])
 
 
 @dataclass(frozen=True, eq=False, repr=False)

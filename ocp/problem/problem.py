@@ -21,7 +21,7 @@ from ocp.problem.functionals import (
     pieces_over,
 )
 from ocp.problem.instants import stepping_times
-from ocp.problem.kinks.raised import with_raised_kinks
+from ocp.problem.kinks.raised import Price, with_raised_kinks
 from ocp.problem.phase import Phase
 from ocp.problem.statement_checks import check_problem
 from ocp.problem.symbols import (
@@ -92,6 +92,8 @@ class Problem:
     controls, algebraics, signals : mapping of phase name to tuple of Signal
         Controls and algebraic signals of each phase, those of its functionals included, and all
         its signals: states, controls, algebraic signals.
+    prices : tuple of (name, expression of constants)
+        What controls cost that took the place of kinks. None may become negative.
 
     Raises
     ------
@@ -125,6 +127,7 @@ class Problem:
     controls: Mapping[str, tuple[Control, ...]] = field(init=False, repr=False)
     algebraics: Mapping[str, tuple[Algebraic, ...]] = field(init=False, repr=False)
     signals: Mapping[str, tuple[Signal, ...]] = field(init=False, repr=False)
+    prices: tuple[Price, ...] = field(init=False, repr=False, default=())
 
     def __post_init__(self) -> None:
         check_name("problem", self.name)
@@ -165,6 +168,8 @@ class Problem:
         object.__setattr__(self, "links", links)
         object.__setattr__(self, stated, self.sense * raised.of(self.objective))
         self._derive()
+        prices = raised.prices(self.objective, self.boundary_constraints)
+        object.__setattr__(self, "prices", prices)
 
     def _derived(self) -> dict[str, Any]:
         """The derived fields, by name."""

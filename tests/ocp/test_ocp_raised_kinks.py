@@ -17,6 +17,7 @@ from ocp import (
     Problem,
     Settings,
     State,
+    StatementError,
     certify,
     joined,
     load,
@@ -262,3 +263,19 @@ def test_coarse_controls_of_the_plant_are_paid_for_what_they_do():
     settings = Settings(controls="constant", refinement=FixedMesh(), verify=False)
     found = solve(problem, settings=settings)
     assert found.value(cost) == pytest.approx(found.objective, rel=1e-5)
+
+
+def test_a_constant_that_changes_the_sign_of_a_cost_is_refused_at_once():
+    phase = move()
+    cost = price * phase.integral(ca.fabs(u)) + phase.integral(u**2)
+    problem = Problem("least", phase, minimise=cost)
+    with pytest.raises(StatementError, match=r"with 'price' = -2 a larger 'abs\(u\)' no longer"):
+        solve(problem, constants={price: -2.0})
+    assert solve(problem, constants={price: 0.0}).objective == pytest.approx(4 / 9, rel=1e-6)
+    # of a factor inside the integral, and of a bound
+    inside = Problem("least", phase, minimise=phase.integral(price * ca.fabs(u) + u**2))
+    bounds = [price * phase.integral(fuel) <= 3]
+    bounded = Problem("least", phase, minimise=phase.integral(u**2), bounds=bounds)
+    for problem in (inside, bounded):
+        with pytest.raises(StatementError, match="no longer costs"):
+            solve(problem, constants={price: -2.0})

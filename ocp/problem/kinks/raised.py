@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 
 import casadi as ca
 
@@ -35,6 +36,10 @@ _LONGEST_NAME = 60
 _LARGER, _LESSER, _MODULUS, _NEGATIVE = "fmax", "fmin", "fabs", "neg"
 
 
+# The name of a control, and what it costs: an expression of constants
+Price = tuple[str, ca.SX]
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Raised:
     """What a statement becomes.
@@ -45,16 +50,36 @@ class Raised:
         With the new limits.
     integrals : mapping of Integral to Integral
         What each integral that had such kinks is replaced by.
+    controls : tuple of Control
+        That took the place of the kinks.
     """
 
     phases: tuple[Phase, ...]
     integrals: Mapping[Integral, Integral]
+    controls: tuple[Control, ...]
 
     def of(self, expression: ca.SX) -> ca.SX:
         """An expression of functionals with those that replace them."""
         old = ca.vertcat(*[integral.symbol for integral in self.integrals])
         new = ca.vertcat(*[integral.symbol for integral in self.integrals.values()])
         return ca.substitute(expression, old, new)
+
+    def prices(self, objective: ca.SX, constraints: Sequence[Bound]) -> tuple[Price, ...]:
+        """What a larger value of each control costs: nothing less than zero, if it is the same.
+
+        Where a constant changes the sign of one, the optimum has no largest value of the control.
+        """
+        terms = [(objective, 1.0)]
+        for bound in constraints:
+            terms.append((bound.expression, 1.0 if is_limited(-math.inf, bound.upper) else -1.0))
+        found = []
+        for integral, control in product(self.integrals.values(), self.controls):
+            own = ca.jacobian(integral.expression, control.symbol)
+            for expression, sign in terms:
+                price = sign * ca.jacobian(expression, integral.symbol) * own
+                if ca.symvar(price):
+                    found.append((control.name, ca.densify(price)))
+        return tuple(found)
 
 
 def with_raised_kinks(
@@ -95,7 +120,7 @@ def with_raised_kinks(
         own = next(phase for phase in limited if phase.name == integral.phase)
         integral.remember_phases([own.dynamics])
         kept_alive(integral, [own])
-    return Raised(limited, replaced)
+    return Raised(limited, replaced, tuple(controls.made.values()))
 
 
 def _sign_of_cost(integral: Integral, objective: ca.SX, constraints: Sequence[Bound]) -> int:
