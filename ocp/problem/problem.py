@@ -64,6 +64,8 @@ class Problem:
         Of functionals, unknowns and constants.
     scale : float or None
         Typical size of the objective. It is derived from its terms if None.
+    raise_kinks : bool
+        Whether kinks that only cost become controls of their own, see `ocp.problem.kinks.raised`.
 
     Attributes
     ----------
@@ -109,6 +111,7 @@ class Problem:
     bounds: Sequence[Bound] = ()
     links: Sequence[Bound] = ()
     scale: float | None = None
+    raise_kinks: bool = field(default=True, kw_only=True)
 
     objective: ca.SX = field(init=False, repr=False)
     objective_symbols: tuple[Symbol, ...] = field(init=False, repr=False)
@@ -143,7 +146,8 @@ class Problem:
         # what follows from the statement is worked out once, and again where kinks are left out
         self._derive()
         check_problem(self)
-        self._raise_kinks()
+        if self.raise_kinks:
+            self._raise_kinks()
 
     def _derive(self) -> None:
         for name, value in self._derived().items():

@@ -325,6 +325,9 @@ class _Reader:
             raise ValueError(f"it has a {name} with other fields")
         if self.full_shapes and values.get(_SHAPES.get(name, "")) == "automatic":
             values[_SHAPES[name]] = "full"
+        if made is Problem:
+            # a kink that is in the file was there when it was solved
+            values["raise_kinks"] = False
         return made(**values)
 
     def _expression(self, entry: Mapping[str, Any]) -> ca.SX:
@@ -344,9 +347,12 @@ class _Reader:
 
 @cache
 def _stored_fields(kind: Callable[..., Any]) -> tuple[str, ...]:
-    """Names of the fields that a file keeps: those of the constructor but for compiled things."""
+    """Names of the fields that a file keeps: those of the constructor that a reader needs."""
     assert is_dataclass(kind)
-    return tuple(f.name for f in fields(kind) if f.init and f.name[0] != "_" and f.name != "built")
+    left_out = ("built", "raise_kinks")
+    return tuple(
+        f.name for f in fields(kind) if f.init and f.name[0] != "_" and f.name not in left_out
+    )
 
 
 def _tabulated(phase: Phase, problem: Problem | None) -> dict[Signal, Any]:

@@ -279,3 +279,19 @@ def test_a_constant_that_changes_the_sign_of_a_cost_is_refused_at_once():
     for problem in (inside, bounded):
         with pytest.raises(StatementError, match="no longer costs"):
             solve(problem, constants={price: -2.0})
+
+
+def test_a_file_with_a_kink_is_read_as_it_was_solved(tmp_path):
+    """As files are that were written before kinks were raised."""
+    stated = pushed(3 * ca.fabs(v.symbol))
+    free = stated.controls["push"][0]
+    phase = Phase("push", {x: v, v: free}, {x: 0, v: 1}, {x: 0, v: -2}, end=2.0)
+    cost = phase.integral(free**2 + 3 * ca.fabs(v))
+    kept = Problem("push", phase, minimise=cost, raise_kinks=False)
+    assert kept.controls["push"] == (free,)
+
+    save(solve(kept), tmp_path / "kept.ocp")
+    found = load(tmp_path / "kept.ocp")
+    assert [control.name for control in found.problem.controls["push"]] == ["u"]
+    assert found.value("objective") == pytest.approx(10.276459747, rel=1e-6)
+    assert certify(found).passed

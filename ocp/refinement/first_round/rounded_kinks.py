@@ -52,6 +52,7 @@ def with_rounded_kinks(problem: Problem, widths: Mapping[str, Sequence[ca.SX]]) 
         bounds=of_new(problem.bounds),
         links=of_new(problem.links),
         scale=problem.scale,
+        raise_kinks=False,  # its signals are those of the problem
     )
 
 
