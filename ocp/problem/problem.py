@@ -96,6 +96,8 @@ class Problem:
         its signals: states, controls, algebraic signals.
     prices : tuple of (name, expression of constants)
         What controls cost that took the place of kinks. None may become negative.
+    stated_integrals : mapping of Integral to Integral
+        What those in use were stated as whose kinks became controls.
 
     Raises
     ------
@@ -131,6 +133,9 @@ class Problem:
     algebraics: Mapping[str, tuple[Algebraic, ...]] = field(init=False, repr=False)
     signals: Mapping[str, tuple[Signal, ...]] = field(init=False, repr=False)
     prices: tuple[Price, ...] = field(init=False, repr=False, default=())
+    stated_integrals: Mapping[Integral, Integral] = field(
+        init=False, repr=False, default_factory=dict
+    )
 
     def __post_init__(self) -> None:
         check_name("problem", self.name)
@@ -174,6 +179,8 @@ class Problem:
         self._derive()
         prices = raised.prices(self.objective, self.boundary_constraints)
         object.__setattr__(self, "prices", prices)
+        stated_integrals = {new: old for old, new in raised.integrals.items()}
+        object.__setattr__(self, "stated_integrals", stated_integrals)
 
     def _derived(self) -> dict[str, Any]:
         """The derived fields, by name."""

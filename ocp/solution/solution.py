@@ -140,9 +140,20 @@ class Solution:
             if isinstance(f, Peak):
                 samples = 0 if stated else _SAMPLES
                 found[f] = dense_peak(self.evaluator, source, f, samples)
+            elif isinstance(f, Integral) and self._has_room(f):
+                as_stated = self.problem.stated_integrals[f]
+                found[f] = dense_integral(self.evaluator, source, as_stated)
             elif isinstance(f, Integral) and not stated:
                 found[f] = dense_integral(self.evaluator, source, f)
         return self.evaluator.number(source, expression, found)
+
+    def _has_room(self, integral: Integral) -> bool:
+        """Whether controls that took the place of kinks may lie above these in an integral.
+
+        They may where it is only bounded. What is minimised presses them down.
+        """
+        in_objective = integral in set(self.problem.objective_symbols)
+        return integral in set(self.problem.stated_integrals) and not in_objective
 
     def sample(
         self,

@@ -295,3 +295,11 @@ def test_a_file_with_a_kink_is_read_as_it_was_solved(tmp_path):
     assert [control.name for control in found.problem.controls["push"]] == ["u"]
     assert found.value("objective") == pytest.approx(10.276459747, rel=1e-6)
     assert certify(found).passed
+
+
+def test_a_bound_that_leaves_room_has_the_value_that_was_stated():
+    phase = move()
+    burnt = Bound("burnt", phase.integral(fuel), "m/s", upper=5.0)
+    found = solve(Problem("least", phase, minimise=phase.integral(u**2), bounds=[burnt]))
+    # u = 2/3 - 4/9 t burns twice the largest speed, which is 1/2
+    assert found.value("burnt") == pytest.approx(1.0, rel=1e-6)
