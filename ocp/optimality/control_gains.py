@@ -117,7 +117,8 @@ def _shares(constraint: PathConstraint, slopes: Array) -> bool:
 
     At given states an equation has no slack, so that no control moves without another one.
     """
-    count = int(np.count_nonzero(slopes[:1]))
+    # one control may have no slope at some times, as the force of a power at rest
+    count = int(np.count_nonzero(slopes.any(axis=0)))
     return count > 0 if constraint.is_equation else constraint.of_controls and count > 1
 
 

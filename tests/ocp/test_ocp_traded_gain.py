@@ -1,5 +1,7 @@
 """What controls gain that share limits, against a linear program of another library."""
 
+from types import SimpleNamespace
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -8,10 +10,12 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 from ocp import Bound, Control, Phase, Problem, State, certify, solve
+from ocp.optimality.control_gains import _shares
 from ocp.optimality.shared_limits import SharedLimit, limits_by_group, traded_gain
 
 number = st.floats(-2.0, 2.0).filter(lambda value: abs(value) > 1e-2)
-size = st.floats(0.0, 2.0)
+# no room within the 1e-7 to which the linear program keeps its limits, but for none
+size = st.integers(0, 2000).map(lambda thousandths: thousandths / 1000)
 
 
 def most(slope, down, up, rows, slack):
@@ -63,6 +67,14 @@ def test_controls_are_grouped_by_the_limits_that_they_share():
     apart = {tuple(own): shared for own, shared in limits_by_group(limits[:2], 5)}
     assert sorted(apart) == [(0, 3), (1, 4), (2,)]
     assert apart[0, 3][0].slopes.tolist() == [[1.0, 1.0]] * 3
+
+
+def test_a_limit_is_shared_wherever_the_first_of_its_times_is():
+    # s >= F v, from rest: the force makes no power at first
+    speeds = np.array([0.0, 0.5, 1.0])
+    limit = SimpleNamespace(is_equation=False, of_controls=True)
+    assert _shares(limit, np.stack([np.ones(3), -speeds], axis=1))
+    assert not _shares(limit, np.stack([np.ones(3), np.zeros(3)], axis=1))
 
 
 def test_two_costs_with_kinks_are_held_apart():
