@@ -20,6 +20,11 @@ from ocp.problem.symbols import Symbol, Time, resolve
 
 _LONGEST = 60  # letters of an expression in a message
 
+_FOR_SIZES = (
+    "; a square root has no derivative at zero: write the size of two controls as one of its own, "
+    "ax = s*cos(angle) and ay = s*sin(angle) with s >= 0, or as one above 16 half-planes"
+)
+
 
 def non_finite_value(problem: Problem, trajectory: Trajectory) -> str:
     """The first expression that is not finite along a trajectory, in words; "" if all are.
@@ -72,10 +77,13 @@ class _Inspection:
             value = self.evaluator.values(self.trajectory, phase.name, [part], interval, local)
             return float(value[0, 0])
 
+        remedy = _FOR_SIZES if self.derivative and _is_root_of_zero(expression, number) else ""
+
         steps = np.diff(motion.breakpoints)[interval]
         time = float((motion.breakpoints[interval] + local * steps)[0])
         arguments = [_value(s, number(s)) for s in symbols if not isinstance(s, Time)]
-        return self._words(_culprit(entries[entry], number), f" at {time:.3g} s", arguments)
+        words = self._words(_culprit(entries[entry], number), f" at {time:.3g} s", arguments)
+        return words + remedy
 
     def of_numbers(self) -> str:
         """The objective, a bound or a link that is not finite, in words."""
@@ -146,6 +154,21 @@ def _culprit(expression: ca.SX, number: Callable[[ca.SX], float]) -> str:
             text = str(expression)
             return text if len(text) <= _LONGEST else ""
         expression = worse[0]
+
+
+def _is_root_of_zero(expression: ca.SX, number: Callable[[ca.SX], float]) -> bool:
+    """Whether a square root in an expression, or a `hypot`, is zero."""
+    parts, seen = [expression], set[int]()
+    while parts:
+        part = parts.pop()
+        if part.element_hash() in seen:
+            continue
+        seen.add(part.element_hash())
+        is_root = not part.is_leaf() and part.op() in (ca.OP_SQRT, ca.OP_HYPOT)
+        if is_root and number(part) == 0.0:
+            return True
+        parts += [operand for operand in operands_of(part) if not operand.is_symbolic()]
+    return False
 
 
 def _value(symbol: Symbol, value: float) -> str:

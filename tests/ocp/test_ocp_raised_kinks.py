@@ -13,6 +13,7 @@ from ocp import (
     Constant,
     Control,
     FixedMesh,
+    InvalidNumber,
     Phase,
     Problem,
     Settings,
@@ -303,3 +304,43 @@ def test_a_bound_that_leaves_room_has_the_value_that_was_stated():
     found = solve(Problem("least", phase, minimise=phase.integral(u**2), bounds=[burnt]))
     # u = 2/3 - 4/9 t burns twice the largest speed, which is 1/2
     assert found.value("burnt") == pytest.approx(1.0, rel=1e-6)
+
+
+# 1 m along and 0.5 m across from rest to rest in 3 s: on a straight line, as above
+SIZE = 3.0 - math.sqrt(9.0 - 4.0 * math.hypot(1.0, 0.5))
+
+
+def moved_in_the_plane(cost, ax, ay, bounds=()):
+    y, w = State("y", "m"), State("w", "m/s")
+    rates, start = {x: v, y: w, v: ax, w: ay}, {x: 0, y: 0, v: 0, w: 0}
+    end = {x: 1, y: 0.5, v: 0, w: 0}
+    phase = Phase("move", rates, start, end, end=3.0, bounds=bounds)
+    return Problem("plane", phase, minimise=phase.integral(cost))
+
+
+def test_the_size_of_a_thrust_by_an_angle():
+    size, angle = Control("size", "m/s^2", lower=0, upper=1), Control("angle", "rad")
+    ax, ay = size * ca.cos(angle), size * ca.sin(angle)
+    found = solve(moved_in_the_plane(size, ax, ay))
+    assert found.objective == pytest.approx(SIZE, rel=1e-6)
+    assert certify(found).passed
+
+
+def test_the_size_of_a_thrust_by_half_planes():
+    ax, ay = (Control(name, "m/s^2", lower=-1, upper=1) for name in ("ax", "ay"))
+    size, limits = Control("size", "m/s^2", lower=0), [ax**2 + ay**2 <= 1]
+    for k in range(16):
+        angle = 2 * math.pi * k / 16
+        side = size - math.cos(angle) * ax - math.sin(angle) * ay
+        limits.append(Bound(f"half-plane {k}", side, "m/s^2", lower=0))
+    found = solve(moved_in_the_plane(size, ax, ay, limits))
+    assert SIZE * math.cos(math.pi / 16) <= found.objective * (1 + 1e-6)
+    assert found.objective <= SIZE * (1 + 1e-6)
+    assert certify(found).passed
+
+
+def test_a_size_that_is_zero_is_told_how_to_be_stated():
+    ax, ay = Control("ax", "m/s^2"), Control("ay", "m/s^2")
+    for size in (ca.sqrt(ax**2 + ay**2), ca.hypot(ax, ay), ca.norm_2(ca.vertcat(ax, ay))):
+        with pytest.raises(InvalidNumber, match=r"where ax = 0.*write the size of two controls"):
+            solve(moved_in_the_plane(size, ax, ay))
