@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
@@ -98,6 +99,8 @@ class Problem:
         What controls cost that took the place of kinks. None may become negative.
     stated_integrals : mapping of Integral to Integral
         What those in use were stated as whose kinks became controls.
+    as_stated : Problem or None
+        The problem with its kinks; None where no kink became a control.
 
     Raises
     ------
@@ -136,6 +139,7 @@ class Problem:
     stated_integrals: Mapping[Integral, Integral] = field(
         init=False, repr=False, default_factory=dict
     )
+    as_stated: Problem | None = field(init=False, repr=False, default=None)
 
     def __post_init__(self) -> None:
         check_name("problem", self.name)
@@ -167,6 +171,7 @@ class Problem:
         )
         if raised is None:
             return
+        object.__setattr__(self, "as_stated", copy(self))
         bounds, links = (
             tuple(replace(b, expression=raised.of(b.expression)) for b in stated)
             for stated in (self.bounds, self.links)
@@ -384,13 +389,40 @@ def with_objective(problem: Problem, minimise: Any, extra_bounds: Sequence[Bound
         Beside those of the problem.
     """
     check_is_problem(problem)
+    objective = scalar(minimise, "the objective")
+    further = checked_bounds(extra_bounds, f"problem '{problem.name}'")
+    if problem.as_stated is not None and not _uses_raised(problem, objective, further):
+        # a kink that only costs in one objective needs no control in another one, or a new one
+        old = ca.vertcat(*[integral.symbol for integral in problem.stated_integrals])
+        new = ca.vertcat(*[integral.symbol for integral in problem.stated_integrals.values()])
+        objective = ca.substitute(objective, old, new)
+        further = tuple(
+            replace(b, expression=ca.substitute(b.expression, old, new)) for b in further
+        )
+        problem = problem.as_stated
     return Problem(
         problem.name,
         problem.phases,
-        minimise=minimise,
-        bounds=(*problem.bounds, *extra_bounds),
+        minimise=objective,
+        bounds=(*problem.bounds, *further),
         links=problem.links,
+        raise_kinks=problem.raise_kinks,
     )
+
+
+def _uses_raised(problem: Problem, objective: ca.SX, bounds: Sequence[Bound]) -> bool:
+    """Whether something is stated of the controls that took the place of kinks."""
+    assert problem.as_stated is not None
+    own = set(problem.symbols) - set(problem.as_stated.symbols) - set(problem.functionals)
+    found = {s for e in (objective, *(b.expression for b in bounds)) for s in resolve(e, "it")}
+    of_functionals = {
+        s
+        for f in found
+        if isinstance(f, Functional)
+        for s in f.symbols
+        if f not in problem.stated_integrals
+    }
+    return not own.isdisjoint(found | of_functionals)
 
 
 def named(problem: Problem, name: Any, phase: str | None = None) -> Any:

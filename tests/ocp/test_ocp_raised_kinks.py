@@ -24,6 +24,7 @@ from ocp import (
     load,
     save,
     solve,
+    with_objective,
 )
 from ocp.problem.kinks.raised import with_raised_kinks
 
@@ -344,3 +345,29 @@ def test_a_size_that_is_zero_is_told_how_to_be_stated():
     for size in (ca.sqrt(ax**2 + ay**2), ca.hypot(ax, ay), ca.norm_2(ca.vertcat(ax, ay))):
         with pytest.raises(InvalidNumber, match=r"where ax = 0.*write the size of two controls"):
             solve(moved_in_the_plane(size, ax, ay))
+
+
+def test_a_sum_over_many_levels_keeps_its_kinks():
+    phase = move()
+    many = sum(ca.fabs(x - k / 20) for k in range(21))
+    problem = Problem("levels", phase, minimise=phase.integral(many + ca.fabs(u)))
+    assert [control.name for control in problem.controls["move"]] == ["u", "abs(u)"]
+
+
+def test_another_objective_is_stated_of_what_was_stated():
+    phase = move()
+    burnt, effort = phase.integral(fuel), phase.integral(u**2)
+    problem = Problem("least", phase, minimise=burnt)
+    smooth = with_objective(problem, effort)
+    assert [control.name for control in smooth.controls["move"]] == ["u"]
+    both = with_objective(problem, effort, [burnt <= 1.0])
+    assert [control.name for control in both.controls["move"]] == ["u", "abs(u)"]
+    # the objective by its name is of the control, and of one more that is stated is not asked
+    again = with_objective(problem, problem.objective + effort)
+    assert [control.name for control in again.controls["move"]] == ["u", "abs(u)"]
+    assert again.as_stated is not None
+    assert set(again.stated_integrals.values()) == {burnt}
+    above = problem.controls["move"][-1]
+    kept = with_objective(problem, phase.integral(above**2))
+    assert [control.name for control in kept.controls["move"]] == ["u", "abs(u)"]
+    assert with_objective(smooth, burnt).controls["move"][-1].name == "abs(u)"

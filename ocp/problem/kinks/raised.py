@@ -36,6 +36,9 @@ _LONGEST_NAME = 60
 _LARGER, _LESSER, _MODULUS, _NEGATIVE = "fmax", "fmin", "fabs", "neg"
 
 
+# Kinks of states in one integral. Of more, as in a sum over many levels, a motion crosses the most.
+_MOST_CROSSED = 8
+
 # The name of a control, and what it costs: an expression of constants
 Price = tuple[str, ca.SX]
 
@@ -192,6 +195,28 @@ class _Controls:
         return control
 
 
+@dataclass(frozen=True, eq=False, repr=False)
+class _Kink:
+    """The larger of some sides, or the negative of the lesser.
+
+    Attributes
+    ----------
+    place, sign : int
+        In the graph of the integrand, and 1 or -1.
+    whole : SX
+        What is the largest.
+    sides : sequence of SX
+    crossed : bool
+        Whether motions cross it, as it depends on no control.
+    """
+
+    place: int
+    sign: int
+    whole: ca.SX
+    sides: Sequence[ca.SX]
+    crossed: bool
+
+
 def _unlike(name: str, others: Sequence[str]) -> str:
     """The name, with a number where there is one like it already."""
     numbered, count = name, 1
@@ -206,16 +231,23 @@ def _without_kinks(integral: Integral, sign: int, controls: _Controls) -> ca.SX 
     symbols = resolve(integral.expression, integral.name)
     bare = [symbol.symbol for symbol in symbols]
     graph = graph_of([integral.expression], bare)
-    instead = dict[int, ca.SX]()
+    kinks = list[_Kink]()
     for place, own in _costly(graph, symbols, sign):
         found = list(_sides(graph, place, own))
         places = (place, *(side for side, _ in found))
         whole, *parts = ExpressionGraph(graph.instructions, places).rebuilt(bare)
-        if not any(isinstance(s, Signal) for s in resolve(whole, integral.name)):
-            continue
         sides = [above * part for part, (_, above) in zip(parts, found, strict=True)]
-        control = controls.above(integral.phase, own * whole, sides)
-        instead[place] = own * control.symbol
+        of = resolve(whole, integral.name)
+        if any(isinstance(s, Signal) for s in of):
+            crossed = not any(isinstance(s, Control) for s in of)
+            kinks.append(_Kink(place, own, own * whole, sides, crossed))
+
+    few = sum(kink.crossed for kink in kinks) <= _MOST_CROSSED
+    instead = {
+        kink.place: kink.sign * controls.above(integral.phase, kink.whole, kink.sides).symbol
+        for kink in kinks
+        if few or not kink.crossed
+    }
     if not instead:
         return None
 
