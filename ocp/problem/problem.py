@@ -414,7 +414,7 @@ def _uses_raised(problem: Problem, objective: ca.SX, bounds: Sequence[Bound]) ->
     """Whether something is stated of the controls that took the place of kinks."""
     assert problem.as_stated is not None
     own = set(problem.symbols) - set(problem.as_stated.symbols) - set(problem.functionals)
-    found = {s for e in (objective, *(b.expression for b in bounds)) for s in resolve(e, "it")}
+    found = {s for e in (objective, *(b.expression for b in bounds)) for s in resolve(e, "a bound")}
     of_functionals = {
         s
         for f in found

@@ -35,7 +35,6 @@ _LONGEST_NAME = 60
 # Operations that the larger or the lesser of some numbers is made of
 _LARGER, _LESSER, _MODULUS, _NEGATIVE = "fmax", "fmin", "fabs", "neg"
 
-
 # Kinks of states in one integral. Of more, as in a sum over many levels, a motion crosses the most.
 _MOST_CROSSED = 8
 
