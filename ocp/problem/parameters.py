@@ -17,6 +17,8 @@ import numpy as np
 
 from ocp.arrays import Array
 from ocp.errors import StatementError
+from ocp.problem.functionals import Integral
+from ocp.problem.kinks.epigraph import Epigraph, prices
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant, Signal, is_number, is_real, resolve, scalar
 
@@ -97,7 +99,7 @@ def parameters_of(
             raise StatementError(f"the constant '{name}' is {value!r}; give it a finite number")
         values[name] = float(value)
     vector = np.array(list(values.values()), dtype=float)
-    if changed and problem.prices:
+    if changed:
         _check_prices(problem, vector)
 
     # all limits at once
@@ -113,24 +115,27 @@ def parameters_of(
 
 def _check_prices(problem: Problem, values: Array) -> None:
     """StatementError where a control that took the place of a kink would gain by being larger."""
-    prices = _prices(problem)(values).nonzeros()
-    for (name, expression), price in zip(problem.prices, prices, strict=True):
+    found, function = _prices(problem)
+    for (control, expression), price in zip(found, function(values).nonzeros(), strict=True):
         if price < 0.0:
             used = [s for s in resolve(expression, "a price") if isinstance(s, Constant)]
             known = [c.name for c in problem.constants]
             given = ", ".join(f"'{c.name}' = {values[known.index(c.name)]:g}" for c in used)
             raise StatementError(
-                f"with {given} a larger '{name}' no longer costs in problem '{problem.name}', but "
-                "as it was stated it did; declare the constants with values of these signs, and "
-                "state the problem anew"
+                f"with {given} a larger '{control.name}' no longer costs in problem "
+                f"'{problem.name}', but as it was stated it did; declare the constants with values "
+                "of these signs, and state the problem anew"
             )
 
 
 @lru_cache(maxsize=64)
-def _prices(problem: Problem) -> ca.Function:
-    """What controls cost that took the place of kinks, of the constants."""
+def _prices(problem: Problem) -> tuple[list[tuple[Epigraph, ca.SX]], ca.Function]:
+    """What controls cost that took the place of kinks, and that as a function of the constants."""
+    integrals = [f for f in problem.functionals if isinstance(f, Integral)]
+    found = prices(integrals, problem.objective, problem.boundary_constraints)
     constants = ca.vertcat(*[c.symbol for c in problem.constants], ca.SX(0, 1))
-    return ca.Function("prices", [constants], [ca.vertcat(*[price for _, price in problem.prices])])
+    values = ca.vertcat(*[price for _, price in found], ca.SX(0, 1))
+    return found, ca.Function("prices", [constants], [values])
 
 
 @dataclass(frozen=True, eq=False, repr=False)

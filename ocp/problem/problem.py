@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from copy import copy
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
@@ -22,7 +21,8 @@ from ocp.problem.functionals import (
     pieces_over,
 )
 from ocp.problem.instants import stepping_times
-from ocp.problem.kinks.raised import Price, with_raised_kinks
+from ocp.problem.kinks.epigraph import as_stated, epigraphs, without_limits
+from ocp.problem.kinks.raised import with_raised_kinks
 from ocp.problem.phase import Phase
 from ocp.problem.statement_checks import check_problem
 from ocp.problem.symbols import (
@@ -95,12 +95,6 @@ class Problem:
     controls, algebraics, signals : mapping of phase name to tuple of Signal
         Controls and algebraic signals of each phase, those of its functionals included, and all
         its signals: states, controls, algebraic signals.
-    prices : tuple of (name, expression of constants)
-        What controls cost that took the place of kinks. None may become negative.
-    stated_integrals : mapping of Integral to Integral
-        What those in use were stated as whose kinks became controls.
-    as_stated : Problem or None
-        The problem with its kinks; None where no kink became a control.
 
     Raises
     ------
@@ -135,11 +129,6 @@ class Problem:
     controls: Mapping[str, tuple[Control, ...]] = field(init=False, repr=False)
     algebraics: Mapping[str, tuple[Algebraic, ...]] = field(init=False, repr=False)
     signals: Mapping[str, tuple[Signal, ...]] = field(init=False, repr=False)
-    prices: tuple[Price, ...] = field(init=False, repr=False, default=())
-    stated_integrals: Mapping[Integral, Integral] = field(
-        init=False, repr=False, default_factory=dict
-    )
-    as_stated: Problem | None = field(init=False, repr=False, default=None)
 
     def __post_init__(self) -> None:
         check_name("problem", self.name)
@@ -171,7 +160,6 @@ class Problem:
         )
         if raised is None:
             return
-        object.__setattr__(self, "as_stated", copy(self))
         bounds, links = (
             tuple(replace(b, expression=raised.of(b.expression)) for b in stated)
             for stated in (self.bounds, self.links)
@@ -182,10 +170,6 @@ class Problem:
         object.__setattr__(self, "links", links)
         object.__setattr__(self, stated, self.sense * raised.of(self.objective))
         self._derive()
-        prices = raised.prices(self.objective, self.boundary_constraints)
-        object.__setattr__(self, "prices", prices)
-        stated_integrals = {new: old for old, new in raised.integrals.items()}
-        object.__setattr__(self, "stated_integrals", stated_integrals)
 
     def _derived(self) -> dict[str, Any]:
         """The derived fields, by name."""
@@ -391,38 +375,42 @@ def with_objective(problem: Problem, minimise: Any, extra_bounds: Sequence[Bound
     check_is_problem(problem)
     objective = scalar(minimise, "the objective")
     further = checked_bounds(extra_bounds, f"problem '{problem.name}'")
-    if problem.as_stated is not None and not _uses_raised(problem, objective, further):
-        # a kink that only costs in one objective needs no control in another one, or a new one
-        old = ca.vertcat(*[integral.symbol for integral in problem.stated_integrals])
-        new = ca.vertcat(*[integral.symbol for integral in problem.stated_integrals.values()])
-        objective = ca.substitute(objective, old, new)
-        further = tuple(
-            replace(b, expression=ca.substitute(b.expression, old, new)) for b in further
+    phases, bounds, links = problem.phases, (*problem.bounds, *further), problem.links
+
+    # a kink that only costs in one objective needs no control in another one, or a new one
+    stated = [f for f in problem.functionals if isinstance(f, Integral) and as_stated(f) is not f]
+    if stated and not _uses_epigraphs(problem, objective, further):
+        new = ca.vertcat(*[f.symbol for f in stated])
+        old = ca.vertcat(*[as_stated(f).symbol for f in stated])
+        objective = ca.substitute(objective, new, old)
+        bounds, links = (
+            tuple(replace(b, expression=ca.substitute(b.expression, new, old)) for b in some)
+            for some in (bounds, links)
         )
-        problem = problem.as_stated
+        phases = [_as_stated(phase) for phase in phases]
     return Problem(
         problem.name,
-        problem.phases,
+        phases,
         minimise=objective,
-        bounds=(*problem.bounds, *further),
-        links=problem.links,
-        raise_kinks=problem.raise_kinks,
+        bounds=bounds,
+        links=links,
+        raise_kinks=problem.raise_kinks or bool(stated),
     )
 
 
-def _uses_raised(problem: Problem, objective: ca.SX, bounds: Sequence[Bound]) -> bool:
-    """Whether something is stated of the controls that took the place of kinks."""
-    assert problem.as_stated is not None
-    own = set(problem.symbols) - set(problem.as_stated.symbols) - set(problem.functionals)
-    found = {s for e in (objective, *(b.expression for b in bounds)) for s in resolve(e, "a bound")}
-    of_functionals = {
-        s
-        for f in found
-        if isinstance(f, Functional)
-        for s in f.symbols
-        if f not in problem.stated_integrals
-    }
-    return not own.isdisjoint(found | of_functionals)
+def _as_stated(phase: Phase) -> Phase:
+    """A phase without the limits of controls that took the place of kinks."""
+    return replace(phase, bounds=without_limits(phase.bounds))
+
+
+def _uses_epigraphs(problem: Problem, objective: ca.SX, further: Sequence[Bound]) -> bool:
+    """Whether something else is stated of the controls that took the place of kinks."""
+    phases = [_as_stated(phase) for phase in problem.phases]
+    bounds = (*problem.boundary_constraints, *further)
+    symbols = resolve(objective, "the objective")
+    functionals = [s for s in _boundary_symbols(symbols, bounds) if isinstance(s, AnyFunctional)]
+    others = [f for f in functionals if f not in set(problem.functionals)]
+    return bool(epigraphs(_all_symbols(phases, others, ())))
 
 
 def named(problem: Problem, name: Any, phase: str | None = None) -> Any:

@@ -17,6 +17,7 @@ from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers
 from ocp.problem.functionals import Integral, Peak
+from ocp.problem.kinks.epigraph import as_stated
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem, named
 from ocp.problem.symbols import resolve, scalar
@@ -141,8 +142,7 @@ class Solution:
                 samples = 0 if stated else _SAMPLES
                 found[f] = dense_peak(self.evaluator, source, f, samples)
             elif isinstance(f, Integral) and self._has_room(f):
-                as_stated = self.problem.stated_integrals[f]
-                found[f] = dense_integral(self.evaluator, source, as_stated)
+                found[f] = dense_integral(self.evaluator, source, as_stated(f))
             elif isinstance(f, Integral) and not stated:
                 found[f] = dense_integral(self.evaluator, source, f)
         return self.evaluator.number(source, expression, found)
@@ -153,7 +153,7 @@ class Solution:
         They may where it is only bounded. What is minimised presses them down.
         """
         in_objective = integral in set(self.problem.objective_symbols)
-        return integral in set(self.problem.stated_integrals) and not in_objective
+        return as_stated(integral) is not integral and not in_objective
 
     def sample(
         self,

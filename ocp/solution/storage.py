@@ -377,13 +377,14 @@ def _classes() -> dict[str, Callable[..., Any]]:
     from ocp.numerics import piecewise_polynomial, schemes
     from ocp.optimality import iterate, multipliers
     from ocp.problem import bounds, functionals, symbols
+    from ocp.problem.kinks import epigraph
     from ocp.refinement import mesh_iteration
     from ocp.transcription import scaling
     from ocp.verification import simulation, verify
 
     listed = (
         *(symbols.State, symbols.Control, symbols.Algebraic, symbols.Unknown, symbols.Constant),
-        *(symbols.Between, bounds.Bound, Phase, Problem),
+        *(epigraph.Epigraph, symbols.Between, bounds.Bound, Phase, Problem),
         *(functionals.Integral, functionals.Peak, functionals.BoundaryValue),
         *(functionals.PointValue, functionals.PhaseTime),
         *schemes.SCHEMES.values(),

@@ -4,8 +4,7 @@ The integral of ``|u|``, the fuel of a thruster, of ``max(0, F v)``, the energy 
 feeds nothing back, or of ``|x - r|``, the distance from a path, is least with a motion that rests
 on the kink for a while. There a solver of smooth problems finds no slope that vanishes. To minimise
 the integral of ``max(a, b)`` is the same as to minimise that of a control s with ``s >= a`` and
-``s >= b`` (the epigraph form: Boyd and Vandenberghe, "Convex Optimization", section 4.1.3), and
-that has no kink.
+``s >= b``, and that has no kink (see `ocp.problem.kinks.epigraph`).
 
 It is the same where nothing is gained by a larger s: where the kinked term is added to an integral
 of the objective, or of a bound from above, with a factor of numbers and constants that has the sign
@@ -17,7 +16,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import product
 
 import casadi as ca
 
@@ -26,6 +24,7 @@ from ocp.numerics.linearity import is_linear
 from ocp.problem.bounds import Bound
 from ocp.problem.display import text_of, unit_of
 from ocp.problem.functionals import Integral
+from ocp.problem.kinks.epigraph import Epigraph, epigraphs, with_limits
 from ocp.problem.phase import Phase, kept_alive
 from ocp.problem.symbols import Constant, Control, Signal, Symbol, is_limited, resolve
 
@@ -38,9 +37,6 @@ _LARGER, _LESSER, _MODULUS, _NEGATIVE = "fmax", "fmin", "fabs", "neg"
 # Kinks of states in one integral. Of more, as in a sum over many levels, a motion crosses the most.
 _MOST_CROSSED = 8
 
-# The name of a control, and what it costs: an expression of constants
-Price = tuple[str, ca.SX]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Raised:
@@ -52,36 +48,16 @@ class Raised:
         With the new limits.
     integrals : mapping of Integral to Integral
         What each integral that had such kinks is replaced by.
-    controls : tuple of Control
-        That took the place of the kinks.
     """
 
     phases: tuple[Phase, ...]
     integrals: Mapping[Integral, Integral]
-    controls: tuple[Control, ...]
 
     def of(self, expression: ca.SX) -> ca.SX:
         """An expression of functionals with those that replace them."""
         old = ca.vertcat(*[integral.symbol for integral in self.integrals])
         new = ca.vertcat(*[integral.symbol for integral in self.integrals.values()])
         return ca.substitute(expression, old, new)
-
-    def prices(self, objective: ca.SX, constraints: Sequence[Bound]) -> tuple[Price, ...]:
-        """What a larger value of each control costs: nothing less than zero, if it is the same.
-
-        Where a constant changes the sign of one, the optimum has no largest value of the control.
-        """
-        terms = [(objective, 1.0)]
-        for bound in constraints:
-            terms.append((bound.expression, 1.0 if is_limited(-math.inf, bound.upper) else -1.0))
-        found = []
-        for integral, control in product(self.integrals.values(), self.controls):
-            own = ca.jacobian(integral.expression, control.symbol)
-            for expression, sign in terms:
-                price = sign * ca.jacobian(expression, integral.symbol) * own
-                if ca.symvar(price):
-                    found.append((control.name, ca.densify(price)))
-        return tuple(found)
 
 
 def with_raised_kinks(
@@ -117,12 +93,12 @@ def with_raised_kinks(
     if not replaced:
         return None
 
-    limited = tuple(_limited(phase, controls.limits.get(phase.name, ())) for phase in phases)
+    limited = tuple(_limited(phase, replaced.values()) for phase in phases)
     for integral in replaced.values():
         own = next(phase for phase in limited if phase.name == integral.phase)
         integral.remember_phases([own.dynamics])
         kept_alive(integral, [own])
-    return Raised(limited, replaced, tuple(controls.made.values()))
+    return Raised(limited, replaced)
 
 
 def _sign_of_cost(integral: Integral, objective: ca.SX, constraints: Sequence[Bound]) -> int:
@@ -146,11 +122,16 @@ def _sign_of_weight(integral: Integral, expression: ca.SX) -> int | None:
     return _sign(_value(weight)) if constant and is_linear(expression, integral.symbol) else 0
 
 
-def _limited(phase: Phase, limits: Sequence[Bound]) -> Phase:
-    """A phase with further limits; what was made from it lives as long as it does."""
-    if not limits:
+def _limited(phase: Phase, integrals: Iterable[Integral]) -> Phase:
+    """A phase with the limits of the controls that its integrals have in place of kinks.
+
+    What was made from it lives as long as it does.
+    """
+    own = [integral for integral in integrals if integral.phase == phase.name]
+    if not own:
         return phase
-    limited = replace(phase, bounds=(*phase.bounds, *limits))
+    controls = [control for integral in own for control in epigraphs(integral.symbols)]
+    limited = replace(phase, bounds=with_limits(phase.bounds, controls))
     for functional in phase._functionals:
         kept_alive(functional, [limited])
     return limited
@@ -166,32 +147,25 @@ class _Controls:
         That are taken.
     made : dict
         By what the expression is.
-    limits : dict of phase name to list of Bound
     """
 
     names: list[str]
-    made: dict[tuple[object, ...], Control] = field(default_factory=dict)
-    limits: dict[str, list[Bound]] = field(default_factory=dict)
+    made: dict[tuple[object, ...], Epigraph] = field(default_factory=dict)
 
-    def above(self, phase: str, expression: ca.SX, sides: Sequence[ca.SX]) -> Control:
+    def above(self, expression: ca.SX, sides: Sequence[ca.SX]) -> Epigraph:
         """A control that is nowhere below some sides, whose largest is the expression."""
         symbols = ca.symvar(expression)
         key = (*(s.element_hash() for s in symbols), graph_of([expression], symbols))
-        numbers = [float(side) for side in sides if side.is_constant()]
         if key not in self.made:
             name = _unlike(text_of(expression, _LONGEST_NAME), self.names)
             self.names.append(name)
-            least = max(numbers, default=-math.inf)
-            # it is no control of the plant: however coarse these are, it follows its sides
+            least = max((float(side) for side in sides if side.is_constant()), default=-math.inf)
             unit = unit_of(expression) or "1"
-            self.made[key] = Control(name, unit, lower=least, shape="automatic")
-
-        control, limits = self.made[key], self.limits.setdefault(phase, [])
-        for number, side in enumerate(sides, start=1):
-            name = f"{control.name}, side {number}"
-            if not side.is_constant() and name not in [limit.name for limit in limits]:
-                limits.append(Bound(name, control.symbol - side, control.unit, lower=0.0))
-        return control
+            # it is no control of the plant: however coarse these are, it follows its sides
+            self.made[key] = Epigraph(
+                name, unit, least, shape="automatic", sides=tuple(sides), largest=expression
+            )
+        return self.made[key]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -243,7 +217,7 @@ def _without_kinks(integral: Integral, sign: int, controls: _Controls) -> ca.SX 
 
     few = sum(kink.crossed for kink in kinks) <= _MOST_CROSSED
     instead = {
-        kink.place: kink.sign * controls.above(integral.phase, kink.whole, kink.sides).symbol
+        kink.place: kink.sign * controls.above(kink.whole, kink.sides).symbol
         for kink in kinks
         if few or not kink.crossed
     }

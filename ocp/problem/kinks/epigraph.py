@@ -1,0 +1,126 @@
+"""Controls above several expressions, which take the place of the largest of these.
+
+Where a larger value only costs, such a control is the largest of its sides, at all times. So a kink
+becomes a control and a few limits (the epigraph form: Boyd and Vandenberghe, "Convex Optimization",
+section 4.1.3).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+
+import casadi as ca
+
+from ocp.numerics.linearity import is_linear
+from ocp.problem.bounds import Bound
+from ocp.problem.functionals import Integral
+from ocp.problem.symbols import Control, Symbol, is_limited, resolve
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Epigraph(Control):
+    """A control that is nowhere below its sides.
+
+    Parameters
+    ----------
+    sides : sequence of SX
+        Expressions of signals, unknowns and constants [unit].
+    largest : SX
+        The largest of the sides, as it was stated [unit].
+
+    Attributes
+    ----------
+    limits : tuple of Bound
+        That hold it above the sides, for every phase that has it.
+    symbols : tuple of Symbol
+        What the sides depend on.
+    """
+
+    sides: Sequence[ca.SX] = ()
+    largest: ca.SX = field(default_factory=lambda: ca.SX(-math.inf))
+    limits: tuple[Bound, ...] = field(init=False, repr=False)
+    symbols: tuple[Symbol, ...] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        limits = tuple(
+            Bound(f"{self.name}, side {number}", self.symbol - side, self.unit, lower=0.0)
+            for number, side in enumerate(self.sides, start=1)
+            if not side.is_constant()
+        )
+        object.__setattr__(self, "limits", limits)
+        object.__setattr__(self, "symbols", resolve(self.largest, f"a side of '{self.name}'"))
+
+
+def epigraphs(symbols: Iterable[Symbol]) -> tuple[Epigraph, ...]:
+    """Those of some symbols that are controls above expressions."""
+    return tuple(symbol for symbol in symbols if isinstance(symbol, Epigraph))
+
+
+def with_limits(bounds: Sequence[Bound], controls: Iterable[Epigraph]) -> list[Bound]:
+    """The bounds of a phase with the limits of its controls, each once."""
+    names = {bound.name for bound in bounds}
+    further = [limit for control in controls for limit in control.limits]
+    return [*bounds, *(limit for limit in further if limit.name not in names)]
+
+
+def without_limits(bounds: Iterable[Bound]) -> list[Bound]:
+    """The bounds of a phase but the limits of controls above expressions."""
+    return [
+        bound
+        for bound in bounds
+        if bound.name not in {b.name for own in epigraphs(bound.symbols) for b in own.limits}
+    ]
+
+
+def raised_in(integral: Integral) -> tuple[Epigraph, ...]:
+    """Controls that took the place of kinks of an integral, which are only added there."""
+    return tuple(
+        control
+        for control in epigraphs(integral.symbols)
+        if is_linear(integral.expression, control.symbol)
+    )
+
+
+@lru_cache(maxsize=256)
+def as_stated(integral: Integral) -> Integral:
+    """The integral with the kinks whose place controls took; itself where none did."""
+    controls = raised_in(integral)
+    if not controls:
+        return integral
+    expression = ca.substitute(
+        integral.expression,
+        ca.vertcat(*[control.symbol for control in controls]),
+        ca.vertcat(*[control.largest for control in controls]),
+    )
+    symbols = resolve(expression, integral.name)
+    return replace(integral, pieces=((integral.phase, expression),), symbols=symbols)
+
+
+def prices(
+    integrals: Iterable[Integral], objective: ca.SX, constraints: Iterable[Bound]
+) -> list[tuple[Epigraph, ca.SX]]:
+    """What a larger value costs of each control that took the place of a kink.
+
+    It is nothing less than zero. Where a constant changes its sign, the optimum has no largest
+    value of the control. Prices that are numbers are left out.
+
+    Returns
+    -------
+    list of (control, expression of constants)
+    """
+    terms = [(objective, 1.0)]
+    for bound in constraints:
+        terms.append((bound.expression, 1.0 if is_limited(-math.inf, bound.upper) else -1.0))
+    found = []
+    for integral in integrals:
+        for control in raised_in(integral):
+            own = ca.jacobian(integral.expression, control.symbol)
+            for expression, sign in terms:
+                price = sign * ca.jacobian(expression, integral.symbol) * own
+                if ca.symvar(price):
+                    found.append((control, ca.densify(price)))
+    return found
