@@ -237,12 +237,16 @@ def hamiltonian_jumps(iterate: Iterate, evaluator: Evaluator, index: int) -> Arr
 
 
 def relative_jumps(iterate: Iterate, evaluator: Evaluator, index: int) -> Array:
-    """Jumps of the Hamiltonian at inner breakpoints, relative to its terms there, (N - 1,)."""
+    """Jumps of the Hamiltonian at inner breakpoints, relative to its terms there, (N - 1,).
+
+    Where the terms are nothing, the jumps are.
+    """
     values = _at_ends(iterate, evaluator, index)
     ends = values.value.reshape(-1, 2)
     sizes = np.abs(values.terms).sum(axis=1).reshape(-1, 2)
     larger = np.maximum(sizes[1:, 0], sizes[:-1, 1])
-    return np.abs(ends[1:, 0] - ends[:-1, 1]) / np.where(larger > 0, larger, 1.0)
+    jumps = np.abs(ends[1:, 0] - ends[:-1, 1])
+    return np.asarray(jumps / np.maximum(larger, iterate.negligible_rate(index)))
 
 
 def _at_ends(iterate: Iterate, evaluator: Evaluator, index: int) -> HamiltonianValues:

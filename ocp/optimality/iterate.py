@@ -26,6 +26,12 @@ _NO_SLOPE = 1e-12
 # not relative to it.
 _LEAST_OBJECTIVE = 1e-3
 
+# Part of the objective's scale below which its value is zero, as far as a solver can tell
+_ZERO = 1e-7
+
+# Of the objective: terms of the Hamiltonian that make less of it over a whole phase are nothing.
+_NOTHING = 1e-4
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Iterate:
@@ -74,6 +80,17 @@ class Iterate:
     def objective_size(self) -> float:
         """What changes of the objective are relative to: its modulus, which may vanish."""
         return max(abs(self.objective), _LEAST_OBJECTIVE * self.scales.objective)
+
+    def negligible_rate(self, index: int) -> float:
+        """Terms of the Hamiltonian of a phase, by its number, are nothing if they are smaller.
+
+        Over the whole phase they make little of the objective, or of its scale where the optimum is
+        zero: there costates are the solver's rounding [unit of the objective / s].
+        """
+        zero = abs(self.objective) <= _ZERO * self.scales.objective
+        motion = self.trajectory.phases[index]
+        whole = self.scales.objective if zero else self.objective_size
+        return float(_NOTHING * whole / (motion.end - motion.start))
 
     def takes_no_time(self, index: int) -> bool:
         """Whether a phase, by its number, has shrunk to the least duration."""

@@ -44,9 +44,6 @@ from ocp.refinement.estimates.constrained_arcs import (
     stretches_of,
 )
 
-# Of the objective: terms of the Hamiltonian that make less of it over a whole phase are nothing.
-_NOTHING = 1e-4
-
 # Samples of an interval in which a control has to stay off its bounds to be called free
 _SAMPLES = 9
 
@@ -190,7 +187,7 @@ def minimum_principle(
     means = points.means(values.value)
     # of squares: a mean is no typical size where a long rest lies between a start and an end
     sizes = points.means(np.abs(values.terms)).sum(axis=1)
-    least = _NOTHING * iterate.objective_size / duration
+    least = iterate.negligible_rate(index)
     size = max(math.sqrt(float(sizes**2 @ steps / duration)), least)
     slopes = _projected(tested, *_slopes(tested, points, values))
 
@@ -282,7 +279,7 @@ def _slopes(
 
     duration = steps.sum()
     of_controls = [iterate.scales.signals[c.name] for c in tested.hamiltonian.controls]
-    least = _NOTHING * iterate.objective_size / duration / np.array(of_controls)
+    least = iterate.negligible_rate(tested.index) / np.array(of_controls)
     typical = np.maximum(sizes.T @ steps / duration, least)
     return np.asarray(slopes / typical), np.asarray(typical)
 

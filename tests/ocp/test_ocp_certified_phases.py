@@ -1,5 +1,6 @@
 """Right answers that a certificate has to pass: phases and peaks of nothing."""
 
+import casadi as ca
 import pytest
 
 from ocp import (
@@ -16,6 +17,7 @@ from ocp import (
 )
 
 x, v = State("x", "m"), State("v", "m/s")
+q, w = State("q", "m"), State("w", "m/s")
 u = Control("u", "m/s^2", lower=-9, upper=9)
 
 
@@ -52,6 +54,30 @@ def test_a_peak_of_zero_is_certified():
     stay = phase("stay", initial={x: 0, v: 0}, final={x: 0}, end=1.0)
     found = solve(Problem("stay", stay, minimise=1 + stay.peak(x, absolute=True)))
     assert found.objective == pytest.approx(1, rel=1e-8)
+    assert certify(found).passed
+
+
+@pytest.mark.parametrize(
+    "cost",
+    [
+        lambda p: p.at_end(w**2 / 2 + 2 * q**2),
+        lambda p: (p.at_end(x) - 1) ** 2 + p.at_end(v) ** 2 + p.at_end(q) ** 2,
+        lambda p: p.integral(ca.fmax(0, v - 0.5) ** 2),
+        lambda p: p.integral(ca.fmax(0, v - 0.5)),
+    ],
+    ids=["residual vibration", "missed end", "excess of speed", "kinked excess"],
+)
+def test_an_optimum_of_zero_is_certified(cost):
+    """Many motions have it. Their costates are zero, and what a solver leaves of them says nothing.
+
+    No switch of such a motion is at a wrong time either.
+    """
+    push = Control("push", "m/s^2", lower=-1, upper=1)
+    rates = {x: v, v: push, q: w, w: -4 * q - push}
+    move = Phase("move", rates, dict.fromkeys((x, v, q, w), 0), {x: 1, v: 0}, end=6.0)
+    found = solve(Problem("quiet", move, minimise=cost(move)))
+    assert found.objective == pytest.approx(0, abs=1e-9)
+    assert "switch" not in str(found.verdict)
     assert certify(found).passed
 
 
