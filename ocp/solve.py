@@ -29,9 +29,9 @@ from ocp.problem.parameters import parameters_of
 from ocp.problem.problem import Problem, check_is_problem
 from ocp.problem.symbols import Constant, is_real
 from ocp.progress import Progress, shown
-from ocp.refinement.loop import Refinement, refine
 from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver, Start
+from ocp.refinement.refine import Refinement, refine
 from ocp.refinement.solved_mesh import LOOSER, SolvedMesh
 from ocp.settings import Settings, first_intervals
 from ocp.solution.solution import Solution

@@ -12,9 +12,9 @@ from ocp.optimality.iterate import Iterate
 from ocp.refinement.estimates.missed_switches import displaced_remark
 from ocp.refinement.estimates.narrow_features import feature_remark
 from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
-from ocp.refinement.loop import Refinement
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.other_controls.promise import other_controls, others_remark
+from ocp.refinement.refine import Refinement
 
 # Part of a proven bound by which a value that meets it may be off: bounds that are computed are not
 # better themselves.

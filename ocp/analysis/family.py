@@ -32,7 +32,6 @@ from ocp.progress import Progress, shown
 from ocp.refinement.estimates.error_estimate import MotionErrors
 from ocp.refinement.estimates.missed_slopes import missed_slopes
 from ocp.refinement.estimates.narrow_features import may_hide, narrow_features
-from ocp.refinement.loop import refine
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_of
 from ocp.refinement.mesh_solver import LOOSE, MeshSolver
 from ocp.refinement.policies.moving_mesh import (
@@ -42,6 +41,7 @@ from ocp.refinement.policies.moving_mesh import (
     moving_mesh,
     price_of_widths,
 )
+from ocp.refinement.refine import refine
 from ocp.refinement.saddles import lower_motion, may_be_saddle
 from ocp.refinement.solved_mesh import LOOSER
 from ocp.settings import Settings

@@ -1,44 +1,34 @@
-"""The loop of mesh iterations: solve, estimate errors, choose the next mesh, until it is good."""
+"""The loop of mesh iterations: solve, estimate errors, choose the next mesh, until it is good.
+
+`refine_meshes` is the loop. Its two halves stand by themselves, because a solve that is lost among
+kinks leaves between them (`ocp.refinement.refine`): `solve_planned` solves one mesh, and
+`plan_after` looks at what came of it and says what is solved next, or why nothing is.
+"""
 
 from __future__ import annotations
 
 import logging
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ocp.arrays import Array
-from ocp.errors import BudgetSpent, Collapsed, Interrupted, SolveFailed, Unbounded
 from ocp.mesh.mesh import Mesh, same_intervals
-from ocp.nlp.result import NEAR
-from ocp.nlp.solver import StartingPoint
 from ocp.numerics.interval_maxima import Extremes
 from ocp.optimality.iterate import Iterate
-from ocp.problem.symbols import Constant
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.endings import Ending, ending_of
-from ocp.refinement.estimates.error_estimate import MotionErrors
-from ocp.refinement.estimates.missed_slopes import missed_slopes
-from ocp.refinement.estimates.narrow_features import (
-    NarrowFeature,
-    mesh_that_sees,
-    narrow_features,
-)
-from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
-from ocp.refinement.first_round.first_motion import first_motion
-from ocp.refinement.first_round.past_kinks import lost_until_now, past_kinks
+from ocp.refinement.first_round.first_answer import first_answer
 from ocp.refinement.first_round.starts import FirstMotion, FirstRound
 from ocp.refinement.mesh_iteration import MeshIteration, record_of
 from ocp.refinement.mesh_solver import MeshSolver, Start
-from ocp.refinement.other_controls.promise import other_controls, promised_by
 from ocp.refinement.policies.movable import most_iterations
 from ocp.refinement.policies.policy import RefinementPolicy
-from ocp.refinement.raised_peaks import verifiable
-from ocp.refinement.saddles import held_still, lower_motion, may_be_saddle
-from ocp.refinement.solved_mesh import LITTLE, LOOSER, SolvedMesh, best_of
-from ocp.refinement.stopped import budget_spent, check_failure, interrupted
+from ocp.refinement.solved_mesh import LITTLE, LOOSER, SolvedMesh
+from ocp.refinement.stopped import check_failure
+from ocp.transcription.transcribe import Transcription
 
 # While the last mesh was off by this much or more, the next one is about to be replaced, too.
 _FAR = 1e-3
@@ -50,225 +40,205 @@ _SIZINGS = 4
 # or of the tolerance on the objective. A motion further from it is not the one to be refined.
 _NEAR = 0.1
 
-# How often a refinement goes on because its points missed something narrow.
-_SIGHTS = 4
-
-# Saddles that are left one after the other.
-_SADDLES = 2
-
-# Part of what controls far away promise that a motion beside a saddle has to bring.
-_LITTLE_OF_OTHERS = 0.01
-
 log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Refinement:
-    """The end of a refinement.
+class History:
+    """The mesh iterations of a refinement until now.
+
+    The lists grow with each mesh, so what was found is kept, whatever error ends the refinement.
 
     Attributes
     ----------
-    best : SolvedMesh
-        The best mesh iteration that holds between its points, if need be to a looser tolerance; the
-        last one if none does.
-    rounds : tuple of MeshIteration
-        Records of all, those before this refinement included.
-    ending : str
-        What ended it.
-    lower : float or None
-        Where the best one is a saddle: the objective of a lower motion beside it, on the same mesh,
-        whose refinement led to none that holds [unit of the objective]. None elsewhere.
-    features : tuple of NarrowFeature
-        That the points of the best one do not see.
-    sighted : bool
-        Whether there were such features on the way.
+    rounds : list of MeshIteration
+        Records of all mesh iterations of the solve, those before this refinement included.
+    solved : list of SolvedMesh
+        What the solver finished in this refinement.
+    before : int
+        Number of mesh iterations before this refinement.
     """
 
-    best: SolvedMesh
-    rounds: tuple[MeshIteration, ...]
-    ending: Ending
-    lower: float | None = None
-    features: tuple[NarrowFeature, ...] = ()
-    sighted: bool = False
+    rounds: list[MeshIteration]
+    solved: list[SolvedMesh] = field(default_factory=list)
+    before: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "before", len(self.rounds))
 
 
-def refine(
-    meshes: MeshSolver,
-    start: Start,
-    mesh: Mesh,
-    accuracy: Accuracy,
-    before: Sequence[MeshIteration] = (),
-) -> Refinement:
-    """Solve, estimate the errors and refine, until all tolerances are met or the budget ends.
+@dataclass(frozen=True, eq=False, repr=False)
+class PlannedMesh:
+    """The mesh that is solved next, and how.
+
+    Attributes
+    ----------
+    program : Transcription
+        Of the mesh.
+    start : Iterate, Trajectory or None
+        Where the solver starts; None for the guess in the statement.
+    policy : RefinementPolicy
+        That chooses what follows.
+    rough : bool
+        Whether it is not solved to the tolerance asked for, as it will be replaced too.
+    finer : bool
+        Whether it has more intervals than the one before.
+    leaks_closed : int
+        Meshes until now that only imposed limits at more points, each of which left less over them.
+    """
+
+    program: Transcription
+    start: Start
+    policy: RefinementPolicy
+    rough: bool
+    finer: bool = False
+    leaks_closed: int = 0
+
+
+def refine_meshes(
+    meshes: MeshSolver, start: Start, mesh: Mesh, accuracy: Accuracy, history: History
+) -> Ending:
+    """Solve one mesh after another until all tolerances are met, or something else ends that.
 
     Parameters
     ----------
-    meshes : MeshSolver
     start : Iterate, Trajectory or None
         Where the first mesh starts; None for the guess in the statement.
     mesh : Mesh
         The first one.
-    accuracy : Accuracy
-        May be stricter than that of the settings.
-    before : sequence of MeshIteration
-        Mesh iterations until then.
+    history : History
+        What is solved is appended to it.
 
     Raises
     ------
     SolveFailed
-        No mesh was solved, the budget ended before one held between its points, an angle without
-        bounds turns to and fro, or the motion shrinks to next to no time.
-    Interrupted
-        The user stopped it.
+        As `plan_after`.
     """
-    solved: list[SolvedMesh] = []
-    rounds = list(before)
-    try:
-        ending = _refine(meshes, start, mesh, accuracy, solved, rounds)
-        ending, features, sighted = _seen(meshes, accuracy, solved, rounds, ending)
-        ending, lower = _left_saddles(meshes, accuracy, solved, rounds, ending)
-    except KeyboardInterrupt as stop:
-        raise interrupted(meshes.problem, solved, accuracy, None) from stop
-
-    best = verifiable(meshes, solved, accuracy)
-    if ending == "budget" and not best.holds(accuracy, LOOSER):
-        raise budget_spent(meshes, rounds, best.iterate.trajectory, best)
-    return Refinement(best, tuple(rounds), ending, lower, features, sighted)
+    planned = first_plan(meshes, start, mesh)
+    while True:
+        found = solve_planned(meshes, planned, accuracy, history)
+        following = plan_after(meshes, planned, found, accuracy, history)
+        if not isinstance(following, PlannedMesh):
+            return following
+        planned = following
 
 
-def _seen(
-    meshes: MeshSolver,
-    accuracy: Accuracy,
-    solved: list[SolvedMesh],
-    rounds: list[MeshIteration],
-    ending: Ending,
-) -> tuple[Ending, tuple[NarrowFeature, ...], bool]:
-    """Go on while the points of the answer miss something narrow.
-
-    What was solved before is dropped: it holds for a problem without that.
-
-    Returns
-    -------
-    ending : str
-    features : tuple of NarrowFeature
-        That are still missed.
-    sighted : bool
-        Whether there were any.
-    """
-    sighted = False
-    for goes in range(_SIGHTS + 1):
-        best = best_of(solved, accuracy)
-        features, of_constants = _features(meshes, best)
-        sighted |= bool(features)
-        unseen = (*features, *of_constants)
-        if not (unseen and meshes.settings.refinement.adapts) or goes == _SIGHTS:
-            break
-        if ending == "budget" or meshes.spent(rounds):
-            return "budget", features, sighted
-
-        mesh = mesh_that_sees(held_still(best.iterate), unseen)
-        ending, further = _gone_on(meshes, best.iterate, mesh, accuracy, solved, rounds)
-        if not further:
-            break
-        solved[:] = further
-    return ending, features, sighted
+def first_plan(meshes: MeshSolver, start: Start, mesh: Mesh) -> PlannedMesh:
+    """The first mesh of a refinement."""
+    policy = meshes.settings.refinement
+    # without multipliers the first mesh is a rough one, and its digits are lost with it
+    rough = policy.adapts and not isinstance(start, Iterate)
+    program = meshes.first_program(start, mesh)
+    return PlannedMesh(program, start, policy, rough=_can_be_rough(meshes) and rough)
 
 
-def _gone_on(
-    meshes: MeshSolver,
-    start: Iterate,
-    mesh: Mesh,
-    accuracy: Accuracy,
-    solved: Sequence[SolvedMesh],
-    rounds: list[MeshIteration],
-) -> tuple[Ending, list[SolvedMesh]]:
-    """The loop once more, after what is already `solved`: its ending, and what it solved.
-
-    A failure or the end of the budget is an ending, as there is an answer already.
-    """
-    further: list[SolvedMesh] = []
-    try:
-        return _refine(meshes, start, mesh, accuracy, further, rounds), further
-    except Interrupted as stop:
-        found = [*solved, *further]
-        raise interrupted(meshes.problem, found, accuracy, stop.iterate) from stop
-    except BudgetSpent:
-        return "budget", further
-    except (Collapsed, Unbounded):
-        raise
-    except SolveFailed:
-        return "failure", further
-
-
-def _features(
-    meshes: MeshSolver, best: SolvedMesh
-) -> tuple[tuple[NarrowFeature, ...], tuple[NarrowFeature, ...]]:
-    """What the points of a solved mesh do not see, and what sensitivities alone miss by that."""
-    iterate, known = best.iterate, best.errors.of_motion
-    errors = known or MotionErrors(
-        iterate.transcription, iterate.trajectory, meshes.evaluator, iterate.parameters
+def solve_planned(
+    meshes: MeshSolver, planned: PlannedMesh, accuracy: Accuracy, history: History
+) -> FirstMotion:
+    """A mesh solved, the first one from several starts if need be; or what failed."""
+    this_round = round_of(meshes, planned, accuracy, history)
+    # breakpoints that move are given up after a while, where there is a mesh to go back to
+    most = most_iterations(history.solved, planned.program.mesh)
+    result = meshes.solve(
+        planned.program, planned.start, this_round.solver, history.rounds, most=most
     )
-    allowed = LOOSER * meshes.settings.accuracy.dynamics
-    slopes = list(missed_slopes(iterate, meshes.evaluator, allowed))
-    moving = [slope.feature for slope in slopes if not isinstance(slope.symbol, Constant)]
-    of_constants = [slope.feature for slope in slopes if isinstance(slope.symbol, Constant)]
-    return (*narrow_features(errors, allowed), *moving), tuple(of_constants)
+    if planned.start is None:
+        return first_answer(this_round, planned.program, result)
+    return FirstMotion(planned.program, result)
 
 
-def _left_saddles(
+def round_of(
+    meshes: MeshSolver, planned: PlannedMesh, accuracy: Accuracy, history: History
+) -> FirstRound:
+    """The mesh iteration of a planned mesh, with the solver as it is needed there."""
+    solver = meshes.rough_solver if planned.rough else meshes.settings.solver
+    gap = _gap(history.solved, accuracy, rough=planned.rough)
+    return FirstRound(meshes, solver.within_gap(gap), tuple(history.rounds))
+
+
+def plan_after(
     meshes: MeshSolver,
+    planned: PlannedMesh,
+    found: FirstMotion,
     accuracy: Accuracy,
-    solved: list[SolvedMesh],
-    rounds: list[MeshIteration],
-    ending: Ending,
-) -> tuple[Ending, float | None]:
-    """Go on from motions beside the answer while that is a saddle: the ending, and `lower`.
+    history: History,
+) -> PlannedMesh | Ending:
+    """What is solved after a mesh, or what ends the refinement there.
 
-    The second one is as in `Refinement`. What is solved is appended to `solved` and `rounds`.
+    Parameters
+    ----------
+    found : FirstMotion
+        What came of the planned mesh. It is appended to the history, with its errors.
+
+    Raises
+    ------
+    SolveFailed
+        Nothing was solved, the budget ended before a mesh held between its points, an angle without
+        bounds turns to and fro, a control has become an impulse, or next to no time is left.
+    Interrupted
+        The user stopped the solver.
     """
-    for _ in range(_SADDLES):
-        best = best_of(solved, accuracy)
-        if ending == "budget" or not _may_be_saddle(meshes, best, solved):
-            break
-        below = lower_motion(meshes, best.iterate, rounds)
-        if below is None or _is_little_beside_others(meshes, best.iterate, below):
-            return "budget" if meshes.spent(rounds) else ending, None
+    solved, rounds, policy = history.solved, history.rounds, planned.policy
+    program, result = found.program, found.result
+    is_solved, examining = result.outcome == "solved", 0.0
 
-        ending, further = _gone_on(meshes, below, below.mesh, accuracy, solved, rounds)
-        if further and not meshes.settings.refinement.adapts:
-            # on a fixed mesh a saddle may hold better than what is lower, and is no answer
-            solved.clear()
-        solved += further
-        if not any(s.holds(accuracy, LOOSER) for s in further):
-            return ending, below.objective
-    return ending, None
+    step: _Step | None
+    if is_solved:
+        began = meshes.budget.elapsed
+        last = meshes.examined(program, result, tight=not planned.rough, finer=planned.finer)
+        solved.append(last)
+        rounds.append(record_of(program.mesh, result, last, found.starts))
+        log.info("round %d: %s", len(rounds), rounds[-1])
+        step = _after_solved(solved, policy, accuracy)
+        examining = meshes.budget.elapsed - began
+    else:
+        rounds.append(record_of(program.mesh, result, None))
+        check_failure(meshes, program, result, solved, rounds)
+        if meshes.spent(rounds):
+            return "budget"
+        step = _after_failure(solved, policy, program.mesh, accuracy, rough=planned.rough)
+        if step is None:
+            return "failure"
+
+    # points that close a leak step by step cost little, and are no finer mesh
+    leaks_closed = planned.leaks_closed + step.closes_leaks
+    over = len(rounds) - history.before >= policy.rounds + min(leaks_closed, policy.rounds)
+    if is_solved and _once_more(meshes, solved, step.mesh, accuracy, over=over):
+        step = replace(step, mesh=program.mesh, rough=False, again=True)
+    if step.mesh is None:
+        return "tolerances"
+    ending = ending_of(
+        meshes,
+        solved,
+        rounds,
+        accuracy,
+        over=over,
+        again=step.again,
+        closes_leaks=step.closes_leaks,
+        examining=examining,
+    )
+    if ending is not None:
+        return ending
+
+    start = solved[-1].iterate
+    return PlannedMesh(
+        program=meshes.next_program(start, step.mesh),
+        start=start,
+        policy=step.policy,
+        rough=_can_be_rough(meshes) and step.rough,
+        finer=step.mesh.intervals > program.mesh.intervals,
+        leaks_closed=leaks_closed,
+    )
 
 
-def _is_little_beside_others(meshes: MeshSolver, answer: Iterate, below: Iterate) -> bool:
-    """Whether a lower motion brings next to nothing of what controls far away promise.
-
-    Where ever faster changes between two valleys gain, every motion is a saddle, and each that is
-    lower has more changes. To follow them would take ever finer meshes and come to no end.
-    """
-    others = list(other_controls(answer, meshes.evaluator))
-    promised = promised_by(others, answer)
-    sense = meshes.problem.sense
-    brought = sense * (answer.objective - below.objective) / answer.objective_size
-    return promised > CERTIFIED_GAIN and brought < _LITTLE_OF_OTHERS * promised
-
-
-def _may_be_saddle(meshes: MeshSolver, best: SolvedMesh, solved: Sequence[SolvedMesh]) -> bool:
-    """Whether the best answer may be no minimum, by what the solver last told on the way to it."""
-    # a mesh solved again takes hardly a step, and tells nothing new
-    until = solved[: solved.index(best) + 1]
-    told = [s.seems_least for s in until if s.iterations >= NEAR]
-    program, point = best.iterate.transcription, StartingPoint.at(best.iterate)
-    return may_be_saddle(meshes, program, point, seems_least=bool(told) and told[-1])
+def _can_be_rough(meshes: MeshSolver) -> bool:
+    """Whether a looser tolerance than that asked for is another one."""
+    return meshes.rough_solver is not meshes.settings.solver
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class _Step:
-    """From one mesh iteration to the next.
+    """What a policy and the last mesh ask for next.
 
     Attributes
     ----------
@@ -290,82 +260,6 @@ class _Step:
     rough: bool = False
     again: bool = False
     closes_leaks: bool = False
-
-
-def _refine(
-    meshes: MeshSolver,
-    start: Start,
-    mesh: Mesh,
-    accuracy: Accuracy,
-    solved: list[SolvedMesh],
-    rounds: list[MeshIteration],
-) -> Ending:
-    """The loop; appends to `solved` and `rounds`."""
-    asked, policy = meshes.settings.solver, meshes.settings.refinement
-    program, finer = meshes.first_program(start, mesh), False
-    before, leaks_closed, rounded = len(rounds), 0, False
-
-    # without multipliers the first mesh is a rough one, and its digits are lost with it
-    rough = policy.adapts and not isinstance(start, Iterate)
-
-    while True:
-        rough = rough and meshes.rough_solver is not asked
-        gap = _gap(solved, accuracy, rough=rough)
-        solver = (meshes.rough_solver if rough else asked).within_gap(gap)
-        first_round = FirstRound(meshes, solver, tuple(rounds))
-        if solved:
-            most = most_iterations(solved, program.mesh)
-            found = FirstMotion(program, meshes.solve(program, start, solver, rounds, most=most))
-        else:
-            found = first_motion(first_round, start, program, _refine)
-        if not rounded and lost_until_now(meshes, found.result, solved, accuracy):
-            motion, rounded = solved[-1].iterate.trajectory, True
-            found = past_kinks(first_round, motion, program, found.result, _refine)
-        program, result, starts = found.program, found.result, found.starts
-
-        step: _Step | None
-        examining, began = 0.0, meshes.budget.elapsed
-        if result.outcome == "solved":
-            last = meshes.examined(program, result, tight=not rough, finer=finer)
-            solved.append(last)
-            rounds.append(record_of(program.mesh, result, last, starts))
-            log.info("round %d: %s", len(rounds), rounds[-1])
-            step = _after_solved(solved, policy, accuracy)
-            examining = meshes.budget.elapsed - began
-        else:
-            rounds.append(record_of(program.mesh, result, None))
-            check_failure(meshes, program, result, solved, rounds)
-            if meshes.spent(rounds):
-                return "budget"
-            step = _after_failure(solved, policy, program.mesh, accuracy, rough=rough)
-            if step is None:
-                return "failure"
-
-        # points that close a leak step by step cost little, and are no finer mesh
-        leaks_closed += step.closes_leaks
-        over = len(rounds) - before >= policy.rounds + min(leaks_closed, policy.rounds)
-        if result.outcome == "solved" and _once_more(
-            meshes, solved, step.mesh, accuracy, over=over
-        ):
-            step = replace(step, mesh=program.mesh, rough=False, again=True)
-        if step.mesh is None:
-            return "tolerances"
-        ending = ending_of(
-            meshes,
-            solved,
-            rounds,
-            accuracy,
-            over=over,
-            again=step.again,
-            closes_leaks=step.closes_leaks,
-            examining=examining,
-        )
-        if ending is not None:
-            return ending
-
-        finer = step.mesh.intervals > program.mesh.intervals
-        start, policy, rough = solved[-1].iterate, step.policy, step.rough
-        program = meshes.next_program(start, step.mesh)
 
 
 def _after_solved(

@@ -8,7 +8,6 @@ from ocp.nlp.result import NlpResult
 from ocp.refinement.first_round.first_answer import first_answer
 from ocp.refinement.first_round.past_kinks import (
     PATIENCE,
-    Refine,
     is_lost,
     may_be_lost,
     past_kinks,
@@ -18,23 +17,19 @@ from ocp.refinement.mesh_solver import Start
 from ocp.transcription.transcribe import Transcription
 
 
-def first_motion(
-    first_round: FirstRound, start: Start, program: Transcription, refine: Refine
-) -> FirstMotion:
+def first_motion(first_round: FirstRound, start: Start, program: Transcription) -> FirstMotion:
     """The first mesh solved, or what failed.
 
     Parameters
     ----------
     start : Iterate, Trajectory or None
         Where it starts; None for the guess in the statement.
-    refine : callable
-        The loop of mesh iterations, for a problem whose kinks are rounded.
     """
     meshes, kinked = first_round.meshes, may_be_lost(first_round.meshes, start)
     patience = PATIENCE if kinked else math.inf
     result = meshes.solve(program, start, first_round.solver, first_round.before, most=patience)
     if kinked and is_lost(result):
-        found = past_kinks(first_round, start, program, result, refine)
+        found = past_kinks(first_round, start, program, result)
         if found.result.outcome in ("solved", "interrupted"):
             return found
         result = _without_haste(first_round, start, found)

@@ -17,7 +17,7 @@ its answer.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import casadi as ca
@@ -39,6 +39,7 @@ from ocp.refinement.estimates.error_estimate import MotionErrors
 from ocp.refinement.estimates.kink_crossings import NEAR_WHILE_ROUGH, kink_crossings
 from ocp.refinement.first_round.rounded_kinks import with_rounded_kinks
 from ocp.refinement.first_round.starts import FirstMotion, FirstRound
+from ocp.refinement.loop import History, refine_meshes
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_of
 from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.policies.kink_breakpoints import (
@@ -76,11 +77,6 @@ _ROUGHLY = Accuracy(dynamics=1e-5, path=1e-4, objective=1e-4, replay=1e-4)
 # The name of a constant that no statement has
 _WIDTH = "part of their sizes by which kinks are rounded"
 
-# `ocp.refinement.loop`: solves, refines, and appends to what is solved and to the records
-Refine = Callable[
-    [MeshSolver, Start, Mesh, Accuracy, list[SolvedMesh], list[MeshIteration]], object
-]
-
 log = logging.getLogger(__name__)
 
 
@@ -110,11 +106,7 @@ def lost_until_now(
 
 
 def past_kinks(
-    first_round: FirstRound,
-    start: Start,
-    program: Transcription,
-    failed: NlpResult,
-    refine: Refine,
+    first_round: FirstRound, start: Start, program: Transcription, failed: NlpResult
 ) -> FirstMotion:
     """An answer on a mesh with breakpoints where kinks are crossed, or what failed.
 
@@ -124,8 +116,6 @@ def past_kinks(
         From which the first mesh failed.
     failed : NlpResult
         What came of it; its iterations are counted on.
-    refine : callable
-        The loop of mesh iterations.
     """
     meshes, spent = first_round.meshes, failed
     rounded = _Rounded.of(meshes, program.scales)
@@ -140,7 +130,7 @@ def past_kinks(
             break
         try:
             rounded_meshes = rounded.meshes(meshes, width, most)
-            motion, rounds = _refined(rounded_meshes, start, mesh, before, refine)
+            motion, rounds = _refined(rounded_meshes, start, mesh, before)
         except Interrupted:
             # what was finished until then is of another problem
             return FirstMotion(program, replace(spent, outcome="interrupted"), starts)
@@ -162,20 +152,17 @@ def past_kinks(
 
 
 def _refined(
-    rounded: MeshSolver,
-    start: Start,
-    mesh: Mesh,
-    before: Sequence[MeshIteration],
-    refine: Refine,
+    rounded: MeshSolver, start: Start, mesh: Mesh, before: Sequence[MeshIteration]
 ) -> tuple[Iterate | None, Sequence[MeshIteration]]:
     """The rounded problem's last motion, None if there is none, and its mesh iterations."""
-    solved, rounds = list[SolvedMesh](), list(before)
+    history = History(list(before))
     try:
-        refine(rounded, start, mesh, _ROUGHLY, solved, rounds)
+        refine_meshes(rounded, start, mesh, _ROUGHLY, history)
+        motion = history.solved[-1].iterate
     except SolveFailed as error:
         log.info("with rounded kinks: %s", error)
-        solved.clear()
-    return solved[-1].iterate if solved else None, rounds[len(before) :]
+        motion = None
+    return motion, history.rounds[history.before :]
 
 
 def _smooth_beside_kinks(
