@@ -21,7 +21,7 @@ from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.endings import Ending, ending_of
 from ocp.refinement.first_round.first_answer import first_answer
-from ocp.refinement.first_round.starts import FirstMotion, FirstRound
+from ocp.refinement.first_round.starts import MeshAnswer, MeshRound
 from ocp.refinement.mesh_iteration import MeshIteration, record_of
 from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.policies.movable import most_iterations
@@ -134,7 +134,7 @@ def first_plan(meshes: MeshSolver, start: Start, mesh: Mesh) -> PlannedMesh:
 
 def solve_planned(
     meshes: MeshSolver, planned: PlannedMesh, accuracy: Accuracy, history: History
-) -> FirstMotion:
+) -> MeshAnswer:
     """A mesh solved, the first one from several starts if need be; or what failed."""
     this_round = round_of(meshes, planned, accuracy, history)
     # breakpoints that move are given up after a while, where there is a mesh to go back to
@@ -144,22 +144,22 @@ def solve_planned(
     )
     if planned.start is None:
         return first_answer(this_round, planned.program, result)
-    return FirstMotion(planned.program, result)
+    return MeshAnswer(planned.program, result)
 
 
 def round_of(
     meshes: MeshSolver, planned: PlannedMesh, accuracy: Accuracy, history: History
-) -> FirstRound:
+) -> MeshRound:
     """The mesh iteration of a planned mesh, with the solver as it is needed there."""
     solver = meshes.rough_solver if planned.rough else meshes.settings.solver
     gap = _gap(history.solved, accuracy, rough=planned.rough)
-    return FirstRound(meshes, solver.within_gap(gap), tuple(history.rounds))
+    return MeshRound(meshes, solver.within_gap(gap), tuple(history.rounds))
 
 
 def plan_after(
     meshes: MeshSolver,
     planned: PlannedMesh,
-    found: FirstMotion,
+    found: MeshAnswer,
     accuracy: Accuracy,
     history: History,
 ) -> PlannedMesh | Ending:
@@ -167,7 +167,7 @@ def plan_after(
 
     Parameters
     ----------
-    found : FirstMotion
+    found : MeshAnswer
         What came of the planned mesh. It is appended to the history, with its errors.
 
     Raises

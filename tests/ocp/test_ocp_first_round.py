@@ -30,7 +30,7 @@ from ocp.nlp.result import NlpResult
 from ocp.nlp.standstill import Divergence
 from ocp.problem.parameters import parameters_of
 from ocp.refinement.budget import Budget
-from ocp.refinement.first_round.starts import FirstRound
+from ocp.refinement.first_round.starts import MeshRound
 from ocp.transcription.transcribe import ProgramLimits
 
 
@@ -206,7 +206,7 @@ def test_what_answers_took_tells_how_long_a_start_is_waited_for():
         return NlpResult("solved", "", nothing, 1.0, nothing, nothing, nothing, 40, 0.0)
 
     meshes = SimpleNamespace(budget=Budget(), limits=lambda program: None, run=run)
-    first_round = FirstRound(meshes, Ipopt(), ())
+    first_round = MeshRound(meshes, Ipopt(), ())
     done = run(None, Ipopt(), None, None, 1)
     attempts = [(Ipopt(), None)] * 5
     taken = list(first_round.runs(None, attempts, done, agreed=lambda answers: len(answers) > 2))

@@ -38,8 +38,8 @@ from ocp.nlp.solver import NlpSolver, StartingPoint
 from ocp.refinement.first_round.convexity import seems_convex
 from ocp.refinement.first_round.starts import (
     PATIENCE,
-    FirstMotion,
-    FirstRound,
+    MeshAnswer,
+    MeshRound,
     finer_mesh,
     simulated,
 )
@@ -69,7 +69,7 @@ _ROUND_ABOUT = 150
 _HOPEFUL = {"infeasible", "failed", "budget"}
 
 
-def first_answer(first_round: FirstRound, program: Transcription, result: NlpResult) -> FirstMotion:
+def first_answer(first_round: MeshRound, program: Transcription, result: NlpResult) -> MeshAnswer:
     """What came of the first mesh from the stated guess, or something better from other starts.
 
     Parameters
@@ -81,9 +81,9 @@ def first_answer(first_round: FirstRound, program: Transcription, result: NlpRes
         return _with_values(first_round, program, result)
     if result.outcome != "solved":
         if not _hopeful(first_round.meshes, program, result):
-            return FirstMotion(program, result)
+            return MeshAnswer(program, result)
         program, result = _in_its_sizes(first_round, program, result)
-    found = FirstMotion(program, result)
+    found = MeshAnswer(program, result)
     if _may_be_far(first_round.meshes, result):
         found = _best_of_several(first_round, program, result)
     if found.result.outcome in ("solved", "interrupted", "unbounded"):
@@ -92,7 +92,7 @@ def first_answer(first_round: FirstRound, program: Transcription, result: NlpRes
     return replace(sought, starts=sought.starts + found.starts - 1)
 
 
-def _with_values(first_round: FirstRound, program: Transcription, failed: NlpResult) -> FirstMotion:
+def _with_values(first_round: MeshRound, program: Transcription, failed: NlpResult) -> MeshAnswer:
     """The first mesh from other starts, where an expression has no value at the stated guess.
 
     What failed first is kept where none leads anywhere: it names the expression at that guess. A
@@ -100,13 +100,13 @@ def _with_values(first_round: FirstRound, program: Transcription, failed: NlpRes
     """
     meshes = first_round.meshes
     if states_a_motion(meshes.problem, meshes.parameters):
-        return FirstMotion(program, failed)
+        return MeshAnswer(program, failed)
     return _best_of_several(first_round, program, failed)
 
 
 def _best_of_several(
-    first_round: FirstRound, program: Transcription, first: NlpResult
-) -> FirstMotion:
+    first_round: MeshRound, program: Transcription, first: NlpResult
+) -> MeshAnswer:
     """The best answer from where the guess is and from other starts."""
     from ocp.refinement.first_round.search import best_of_several  # not for a convex problem
 
@@ -114,7 +114,7 @@ def _best_of_several(
 
 
 def _in_its_sizes(
-    first_round: FirstRound, program: Transcription, failed: NlpResult
+    first_round: MeshRound, program: Transcription, failed: NlpResult
 ) -> tuple[Transcription, NlpResult]:
     """What comes of the point where the solver failed in sizes taken from there, or as it was.
 
@@ -164,7 +164,7 @@ def _may_be_far(meshes: MeshSolver, result: NlpResult) -> bool:
     return long and states_only_lines(problem, parameters)
 
 
-def _sought(first_round: FirstRound, program: Transcription, failed: NlpResult) -> FirstMotion:
+def _sought(first_round: MeshRound, program: Transcription, failed: NlpResult) -> MeshAnswer:
     """The first mesh from other starts, then a finer one; what failed where none leads anywhere.
 
     Parameters
@@ -172,7 +172,7 @@ def _sought(first_round: FirstRound, program: Transcription, failed: NlpResult) 
     failed : NlpResult
         What came of the starts until now; its iterations are counted on.
     """
-    found = FirstMotion(program, failed)
+    found = MeshAnswer(program, failed)
     found, before = _from_other_starts(first_round, program, found, _GUESSES)
     mesh = finer_mesh(first_round.meshes, program.mesh)
     while found.result.outcome in _HOPEFUL and mesh is not None:
@@ -187,8 +187,8 @@ def _sought(first_round: FirstRound, program: Transcription, failed: NlpResult) 
 
 
 def _from_other_starts(
-    first_round: FirstRound, program: Transcription, failed: FirstMotion, guesses: int
-) -> tuple[FirstMotion, float]:
+    first_round: MeshRound, program: Transcription, failed: MeshAnswer, guesses: int
+) -> tuple[MeshAnswer, float]:
     """The best answer of one program from other starts, or what failed before.
 
     The second is the least sum of what the starts leave of their rows, scaled.
@@ -199,7 +199,7 @@ def _from_other_starts(
         starts += 1
         off = min(off, float(limits.excess(last.rows).sum()))
         if last.outcome == "interrupted":
-            return FirstMotion(program, last, starts), off
+            return MeshAnswer(program, last, starts), off
         if last.outcome == "solved":
             answers.append(last)
         if len(answers) == _ANSWERS:
@@ -207,11 +207,11 @@ def _from_other_starts(
 
     best = min(answers, key=lambda answer: answer.objective, default=failed.result)
     result = replace(best, iterations=last.iterations, seconds=last.seconds)
-    return FirstMotion(program, result, starts), off
+    return MeshAnswer(program, result, starts), off
 
 
 def _attempts(
-    first_round: FirstRound, program: Transcription, count: int
+    first_round: MeshRound, program: Transcription, count: int
 ) -> Iterator[tuple[NlpSolver, StartingPoint]]:
     """Solvers and starting points in order."""
     # where a filter takes no step any more, a penalty function often does

@@ -12,12 +12,12 @@ from ocp.refinement.first_round.past_kinks import (
     may_be_lost,
     past_kinks,
 )
-from ocp.refinement.first_round.starts import FirstMotion, FirstRound
+from ocp.refinement.first_round.starts import MeshAnswer, MeshRound
 from ocp.refinement.mesh_solver import Start
 from ocp.transcription.transcribe import Transcription
 
 
-def first_motion(first_round: FirstRound, start: Start, program: Transcription) -> FirstMotion:
+def first_motion(first_round: MeshRound, start: Start, program: Transcription) -> MeshAnswer:
     """The first mesh solved, or what failed.
 
     Parameters
@@ -35,10 +35,10 @@ def first_motion(first_round: FirstRound, start: Start, program: Transcription) 
         result = _without_haste(first_round, start, found)
     if start is None:
         return first_answer(first_round, program, result)
-    return FirstMotion(program, result)
+    return MeshAnswer(program, result)
 
 
-def _without_haste(first_round: FirstRound, start: Start, failed: FirstMotion) -> NlpResult:
+def _without_haste(first_round: MeshRound, start: Start, failed: MeshAnswer) -> NlpResult:
     """The first mesh from its start again, for as long as the solver may take."""
     meshes, program = first_round.meshes, failed.program
     point = meshes.starting_point(program, start, meshes.limits(program))

@@ -1,4 +1,4 @@
-"""The first mesh by way of a problem whose kinks are rounded, where the solver is lost among them.
+"""A mesh by way of a problem whose kinks are rounded, where the solver is lost among them.
 
 Each step of a solver knows one branch of every kink. Where a step ends on another one it was the
 wrong step, and the next one may lead back. So the first mesh fails, or takes thousands of
@@ -38,7 +38,7 @@ from ocp.refinement.budget import Budget
 from ocp.refinement.estimates.error_estimate import MotionErrors
 from ocp.refinement.estimates.kink_crossings import NEAR_WHILE_ROUGH, kink_crossings
 from ocp.refinement.first_round.rounded_kinks import with_rounded_kinks
-from ocp.refinement.first_round.starts import FirstMotion, FirstRound
+from ocp.refinement.first_round.starts import MeshAnswer, MeshRound
 from ocp.refinement.loop import History, refine_meshes
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_of
 from ocp.refinement.mesh_solver import MeshSolver, Start
@@ -106,26 +106,28 @@ def lost_until_now(
 
 
 def past_kinks(
-    first_round: FirstRound, start: Start, program: Transcription, failed: NlpResult
-) -> FirstMotion:
+    this_round: MeshRound, start: Start, program: Transcription, failed: NlpResult
+) -> MeshAnswer:
     """An answer on a mesh with breakpoints where kinks are crossed, or what failed.
 
     Parameters
     ----------
+    this_round : MeshRound
+        In which the solver was lost: the first one, or a later one before any motion was found.
     start : Trajectory or None
-        From which the first mesh failed.
+        From which that mesh failed.
     failed : NlpResult
         What came of it; its iterations are counted on.
     """
-    meshes, spent = first_round.meshes, failed
+    meshes, spent = this_round.meshes, failed
     rounded = _Rounded.of(meshes, program.scales)
     if rounded is None:
-        return FirstMotion(program, failed)
+        return MeshAnswer(program, failed)
 
     mesh, starts = _intervals_of(program.mesh), 1
-    most = iterations_of(first_round.before) + failed.iterations + _MOST
+    most = iterations_of(this_round.before) + failed.iterations + _MOST
     for width in _WIDTHS:
-        before = [*first_round.before, record_of(program.mesh, spent, None)]
+        before = [*this_round.before, record_of(program.mesh, spent, None)]
         if meshes.spent(before):
             break
         try:
@@ -133,14 +135,14 @@ def past_kinks(
             motion, rounds = _refined(rounded_meshes, start, mesh, before)
         except Interrupted:
             # what was finished until then is of another problem
-            return FirstMotion(program, replace(spent, outcome="interrupted"), starts)
+            return MeshAnswer(program, replace(spent, outcome="interrupted"), starts)
         spent = _counted(spent, rounds)
         if motion is None:
             break
 
         starts += rounds[0].starts
         start, mesh = motion, _intervals_of(held_still(motion))
-        found = _smooth_beside_kinks(first_round, mesh, motion, spent)
+        found = _smooth_beside_kinks(this_round, mesh, motion, spent)
         if found is None:
             break
         log.info("kinks rounded by %g of their sizes led to: %s", width, found.result.status)
@@ -148,7 +150,7 @@ def past_kinks(
         if agrees or found.result.outcome == "interrupted":
             return replace(found, starts=starts + 1)
         spent = replace(spent, iterations=found.result.iterations, seconds=found.result.seconds)
-    return FirstMotion(program, spent, starts)
+    return MeshAnswer(program, spent, starts)
 
 
 def _refined(
@@ -166,19 +168,19 @@ def _refined(
 
 
 def _smooth_beside_kinks(
-    first_round: FirstRound, mesh: Mesh, motion: Iterate, spent: NlpResult
-) -> FirstMotion | None:
+    this_round: MeshRound, mesh: Mesh, motion: Iterate, spent: NlpResult
+) -> MeshAnswer | None:
     """The problem itself from a motion, with breakpoints and sides of kinks where that crosses.
 
     None where the budget is spent.
     """
-    meshes = first_round.meshes
+    meshes = this_round.meshes
     crossed = mesh_at_crossings(mesh, motion.trajectory, meshes.evaluator)
     program = meshes.first_program(motion.trajectory, crossed)
     point = meshes.starting_point(program, motion.trajectory, meshes.limits(program))
-    attempt = [(first_round.solver, point)]
-    result = next(first_round.runs(program, attempt, spent, _FROM_NEAR), None)
-    return None if result is None else FirstMotion(program, result)
+    attempt = [(this_round.solver, point)]
+    result = next(this_round.runs(program, attempt, spent, _FROM_NEAR), None)
+    return None if result is None else MeshAnswer(program, result)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -242,7 +244,7 @@ def mesh_at_crossings(mesh: Mesh, motion: Trajectory, evaluator: Evaluator) -> M
     return Mesh(tuple(phases))
 
 
-def _agrees(meshes: MeshSolver, answer: FirstMotion, near: Iterate) -> bool:
+def _agrees(meshes: MeshSolver, answer: MeshAnswer, near: Iterate) -> bool:
     """Whether an answer is about that of the rounded problem from which its sides were taken.
 
     A rounding that is too wide gives sides on which the problem itself has no motion, or another

@@ -24,8 +24,8 @@ from ocp.nlp.solver import StartingPoint
 from ocp.refinement.estimates.error_estimate import MotionErrors
 from ocp.refinement.first_round.starts import (
     PATIENCE,
-    FirstMotion,
-    FirstRound,
+    MeshAnswer,
+    MeshRound,
     finer_mesh,
     shifted,
     simulated,
@@ -95,9 +95,7 @@ class _Answer:
     dynamics: float
 
 
-def best_of_several(
-    first_round: FirstRound, program: Transcription, first: NlpResult
-) -> FirstMotion:
+def best_of_several(first_round: MeshRound, program: Transcription, first: NlpResult) -> MeshAnswer:
     """The best answer from where the guess is and from other starts.
 
     Parameters
@@ -119,15 +117,15 @@ def best_of_several(
 
     last, starts = search.last, search.starts
     if last.outcome == "interrupted" or search.seems_unbounded:
-        return FirstMotion(search.program, last, starts)
+        return MeshAnswer(search.program, last, starts)
     if not (search.answers or coarse):
         failed = replace(first, iterations=last.iterations, seconds=last.seconds)
-        return FirstMotion(program, failed, starts)
+        return MeshAnswer(program, failed, starts)
     best, last = _compared(first_round, (search.answers, coarse), last)
     if last.outcome == "interrupted":
-        return FirstMotion(best.program, replace(best.result, outcome="interrupted"), starts)
+        return MeshAnswer(best.program, replace(best.result, outcome="interrupted"), starts)
     result = replace(best.result, iterations=last.iterations, seconds=last.seconds)
-    return FirstMotion(best.program, result, starts)
+    return MeshAnswer(best.program, result, starts)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -171,7 +169,7 @@ class _FirstMeshSearch:
 
 
 def _searched(
-    first_round: FirstRound, before: _FirstMeshSearch, *, may_refine: bool
+    first_round: MeshRound, before: _FirstMeshSearch, *, may_refine: bool
 ) -> _FirstMeshSearch:
     """The search gone on with, until it has found or done enough.
 
@@ -213,7 +211,7 @@ def _searched(
     return search
 
 
-def _improved(first_round: FirstRound, before: _FirstMeshSearch) -> _FirstMeshSearch:
+def _improved(first_round: MeshRound, before: _FirstMeshSearch) -> _FirstMeshSearch:
     """The search gone on with from its best answer: other controls, phases that meet elsewhere."""
     search, program, meshes = before, before.program, first_round.meshes
     for _ in range(_IMPROVEMENTS):
@@ -254,7 +252,7 @@ class _Limit:
     seconds: float
 
     @classmethod
-    def of(cls, first_round: FirstRound, program: Transcription, done: NlpResult) -> _Limit:
+    def of(cls, first_round: MeshRound, program: Transcription, done: NlpResult) -> _Limit:
         """The limits of a search that begins after what was done."""
         budget = first_round.meshes.budget
         return cls(
@@ -312,7 +310,7 @@ def _distinct(answers: Sequence[_Answer]) -> list[_Answer]:
 
 
 def _compared(
-    first_round: FirstRound, answers: Sequence[Sequence[_Answer]], last: NlpResult
+    first_round: MeshRound, answers: Sequence[Sequence[_Answer]], last: NlpResult
 ) -> tuple[_Answer, NlpResult]:
     """The best answer once values can be compared, and the count of all that it took.
 
@@ -347,7 +345,7 @@ def _compared(
 
 
 def _refined(
-    first_round: FirstRound, candidate: _Answer, last: NlpResult
+    first_round: MeshRound, candidate: _Answer, last: NlpResult
 ) -> tuple[_Answer | None, NlpResult]:
     """An answer on meshes that are refined until its value can be compared; None if one fails."""
     meshes, solver = first_round.meshes, first_round.solver.within(PATIENCE, inf)

@@ -1,4 +1,4 @@
-"""Starts of the first mesh beside the stated guess, and what comes of them."""
+"""Starts of a mesh beside the stated guess or the motion before, and what comes of them."""
 
 from __future__ import annotations
 
@@ -44,14 +44,14 @@ _FINEST = 400
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FirstRound:
-    """What all starts of the first mesh share.
+class MeshRound:
+    """A mesh iteration while it is solved: what all starts of it share.
 
     Attributes
     ----------
     meshes : MeshSolver
     solver : NlpSolver
-        As it was used from the stated guess.
+        As it is used from the first start.
     before : tuple of MeshIteration
         Mesh iterations until this one.
     """
@@ -96,8 +96,8 @@ class FirstRound:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FirstMotion:
-    """What came of the first mesh.
+class MeshAnswer:
+    """What came of a mesh.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ class FirstMotion:
     result : NlpResult
         The best answer, or what failed; it counts what all starts took.
     starts : int
-        From which the solver ran, the stated guess among them.
+        From which the solver ran, the first one among them.
     """
 
     program: Transcription
