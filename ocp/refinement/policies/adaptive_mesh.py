@@ -3,38 +3,29 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
 
-from ocp.arrays import Array, Flags
 from ocp.keywords import as_written, checked_keywords
-from ocp.mesh.mesh import ExtraPoints, Mesh, PhaseMesh, bisected, distinct, same_intervals
-from ocp.mesh.trajectory import PhaseTrajectory
+from ocp.mesh.mesh import Mesh, PhaseMesh, bisected
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.estimates.error_estimate import MeshErrors, PhaseErrors
-from ocp.refinement.estimates.kink_crossings import NEAR, NEAR_WHILE_ROUGH
-from ocp.refinement.estimates.missed_switches import beside, held_switches
+from ocp.refinement.estimates.error_estimate import MeshErrors
 from ocp.refinement.estimates.peak_leaks import cost_of_raising, is_affordable
-from ocp.refinement.estimates.switch_detection import Jump
-from ocp.refinement.policies.back_off import chosen_back_offs, without_closed
-from ocp.refinement.policies.brackets import (
-    freed_at,
-    settled,
-    with_brackets,
-    with_movable_switches,
-)
-from ocp.refinement.policies.kink_breakpoints import (
-    AwaitedCrossings,
-    awaited_crossings,
-    with_crossings,
-    with_sides,
-)
-from ocp.refinement.policies.marks import WHOLE, Marks
+from ocp.refinement.policies.back_off import chosen_back_offs
+from ocp.refinement.policies.brackets import with_movable_switches
+from ocp.refinement.policies.kink_breakpoints import awaited_crossings
 from ocp.refinement.policies.movable import hindered
+from ocp.refinement.policies.next_phase import (
+    MeshDemands,
+    NextPhase,
+    equal_phases,
+    next_phase,
+    worthwhile_jumps,
+)
 from ocp.refinement.policies.policy import RefinementPolicy, check_counts
 from ocp.refinement.solved_mesh import SolvedMesh, is_refuted
 
@@ -47,9 +38,6 @@ _A_MOTION = 1e-2
 # them there are.
 _TOO_MANY = 0.3
 _MANY = 16
-# Where a constraint leaks it is held at the leak and at both sides of it, in parts of the interval:
-# a leak that is held at one point only moves to the side.
-_AROUND = np.array([-0.15, 0.0, 0.15])
 # Where any leak is to be closed, so are those above this part of the tolerance: where a motion is
 # pushed back, its neighbours are the next ones.
 _NEARLY = 0.3
@@ -60,8 +48,6 @@ _LEFT_ALONE = 0.25
 _LEAST_GAIN = 1e-5
 # finer meshes in a row on which nothing was gained, after which a promised gain counts as noise
 _REFUTED = 2
-# of an interval: points closer than this are one
-_SAME_POINT = 1e-6
 
 
 @checked_keywords()
@@ -151,55 +137,49 @@ class AdaptiveMesh:
         resolve_controls: bool,
     ) -> Mesh | None:
         """A better mesh, or None when the errors meet all tolerances."""
-        last = solved[-1]
-        least = _least_gain(last.errors, accuracy.objective) if resolve_controls else np.inf
+        last, mesh = solved[-1], solved[-1].iterate.mesh
         leaks = last.errors.excess > accuracy.path
-        closed = _NEARLY * accuracy.path if leaks else accuracy.path
-        back_offs = chosen_back_offs(last, accuracy, closed)
+        demands = MeshDemands(
+            accuracy=accuracy,
+            least_gain=_least_gain(last.errors, accuracy.objective) if resolve_controls else np.inf,
+            closed=_NEARLY * accuracy.path if leaks else accuracy.path,
+            most_intervals=self.most_intervals,
+            highest_degree=0 if last.iterate.scheme.fixed_degree else self.highest_degree,
+            move_breakpoints=self.move_breakpoints,
+            is_motion=last.errors.dynamics <= _A_MOTION,
+            resolves_jumps=_resolves_jumps(last, accuracy),
+        )
+        back_offs = chosen_back_offs(last, accuracy, demands.closed)
+        awaited = awaited_crossings(solved, are_motions=demands.is_motion)
 
-        resolved = _resolves_jumps(last, accuracy)
-        awaited = awaited_crossings(solved, are_motions=last.errors.dynamics <= _A_MOTION)
-
-        def steps_to(least: float, *, large: bool) -> list[_PhaseStep]:
+        def phases_for(demands: MeshDemands) -> list[NextPhase]:
             return [
-                _PhaseStep.of(
-                    last,
-                    index,
-                    self,
-                    accuracy,
-                    least,
-                    back_offs[index],
-                    awaited[index],
-                    closed,
-                    resolved=resolved,
-                    large=large,
-                )
-                for index in range(len(last.iterate.mesh.phases))
+                next_phase(last, index, demands, back_off, crossings)
+                for index, (back_off, crossings) in enumerate(zip(back_offs, awaited, strict=True))
             ]
 
-        steps = steps_to(least, large=False)
-        if _unknowns(last.iterate, [step.refined for step in steps]) > self.most_unknowns:
+        phases = phases_for(demands)
+        if _unknowns(last.iterate, [phase.mesh for phase in phases]) > self.most_unknowns:
             if _only_peaks_leak(last, accuracy):
                 return None
-            steps = steps_to(np.inf, large=True)
-        if not any(step.changes for step in steps):
+            phases = phases_for(replace(demands, least_gain=np.inf, leaves_controls=True))
+        if not any(phase.changes for phase in phases):
             return None
 
-        phases = [step.refined for step in steps]
-        if all(_equal(new, old) for new, old in zip(phases, last.iterate.mesh.phases, strict=True)):
-            # only points are missing: hold still
-            phases = [mesh.frozen() for mesh in phases]
-        return Mesh(
-            tuple(phases),
-            tuple(step.extra_points() for step in steps),
-            tuple(step.back_off() for step in steps),
+        following = Mesh(
+            tuple(phase.mesh for phase in phases),
+            tuple(phase.extra for phase in phases),
+            tuple(phase.back_off for phase in phases),
         )
+        # only points are missing: hold still
+        same = all(map(equal_phases, following.phases, mesh.phases))
+        return following.frozen() if same else following
 
 
 def _resolves_jumps(last: SolvedMesh, accuracy: Accuracy) -> bool:
     """Whether a mesh tells jumps of controls from what it does not resolve of them."""
     pairs = list(zip(last.iterate.mesh.phases, last.errors.phases, strict=True))
-    jumps = sum(len(_worthwhile_jumps(*pair, accuracy.objective)) for pair in pairs)
+    jumps = sum(len(worthwhile_jumps(*pair, accuracy.objective)) for pair in pairs)
     return jumps <= max(_MANY, _TOO_MANY * last.iterate.mesh.intervals)
 
 
@@ -267,234 +247,3 @@ def _least_gain(errors: MeshErrors, tolerance: float) -> float:
         return float(np.inf)
     kept = np.searchsorted(np.cumsum(gains), _LEFT_ALONE * tolerance, side="right")
     return float(max(gains[kept], _LEAST_GAIN * gains[-1]))
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class _PhaseStep:
-    """One phase from its solved mesh to the next.
-
-    Attributes
-    ----------
-    mesh : PhaseMesh
-        As it was solved, its breakpoints where they began.
-    base : PhaseMesh
-        The same with its breakpoints where the optimiser left them.
-    blocked : bool
-        Whether a movable breakpoint wants to go further.
-    refined : PhaseMesh
-        The next one.
-    errors : PhaseErrors
-        On `mesh`.
-    extra : tuple of ExtraPoints
-        On `mesh`.
-    old_back_off, new_back_off : mapping of int to (N,)
-        By path constraint, on `mesh`: those that it was solved with, and what is added to them.
-    tolerance : float
-        On the excess of constraints.
-    closed : float
-        Excess from which on a leak is closed where the phase is solved again anyway.
-    """
-
-    mesh: PhaseMesh
-    base: PhaseMesh
-    blocked: bool
-    refined: PhaseMesh
-    errors: PhaseErrors
-    extra: tuple[ExtraPoints, ...]
-    old_back_off: Mapping[int, Array]
-    new_back_off: Mapping[int, Array]
-    tolerance: float
-    closed: float
-
-    @classmethod
-    def of(
-        cls,
-        last: SolvedMesh,
-        index: int,
-        policy: AdaptiveMesh,
-        accuracy: Accuracy,
-        least: float,
-        new_back_off: Mapping[int, Array],
-        awaited: AwaitedCrossings,
-        closed: float,
-        *,
-        resolved: bool,
-        large: bool,
-    ) -> _PhaseStep:
-        """The step of phase number `index`; `least` is the gain that an interval is refined for.
-
-        Jumps that the mesh has not `resolved` are cut in two. Where the program is `large` its
-        controls are left as they are, and so are their jumps.
-        """
-        mesh = last.iterate.mesh.phases[index]
-        errors = without_closed(last.errors.phases[index], new_back_off, accuracy.path)
-        motion = last.iterate.trajectory.phases[index]
-        known = motion.fractions_of(last.iterate.problem.instants[motion.name])
-        base, blocked = settled(mesh, motion, known) if mesh.movable else (mesh, False)
-
-        worth = _worthwhile_jumps(mesh, errors, accuracy.objective)
-        is_motion = last.errors.dynamics <= _A_MOTION
-        telling = is_motion and resolved and not large
-        if not telling:
-            worth = []
-
-        held = _wrongly_held(last, index, errors, accuracy.objective)
-        start = base
-        if policy.move_breakpoints and telling and held.any():
-            # Between its neighbours: how far off a switch is, nobody knows. Until it is there, the
-            # gains beside it are those of controls that will change.
-            start = freed_at(base, motion.fractions[1:-1][held])
-            errors = replace(errors, gain=np.where(beside(held), 0.0, errors.gain))
-        bracketed = with_brackets(start, worth, policy.move_breakpoints, known)
-        near = NEAR if last.tight else NEAR_WHILE_ROUGH
-        crossed = with_crossings(bracketed or start, awaited, known, near)
-        errors = _without_errors_at(errors, motion, awaited.last.crossings.places[crossed.moved])
-
-        # While a breakpoint is still on its way, gains are those of a control that will change, and
-        # so are the errors of controls before each jump has its bracket.
-        marks = Marks.of(
-            base,
-            _gathered(errors, motion, base),
-            tolerance=accuracy.dynamics,
-            highest=0 if last.iterate.scheme.fixed_degree else policy.highest_degree,
-            least_gain=np.inf if blocked else least,
-            on_its_way=start.moving & (start is not base),
-            missed=max(least, accuracy.objective),
-            halve=start is not base or bracketed is not None or (is_motion and not resolved),
-        )
-        refined = marks.refine(crossed.mesh, base, policy.most_intervals)
-        refined = with_sides(refined, crossed.crossings, near)
-        return cls(
-            mesh,
-            base,
-            blocked,
-            refined,
-            errors,
-            extra=last.iterate.mesh.extra[index],
-            old_back_off=last.iterate.mesh.back_off[index],
-            new_back_off=new_back_off,
-            tolerance=accuracy.path,
-            closed=closed,
-        )
-
-    @property
-    def changes(self) -> bool:
-        """Whether there is anything to solve again for."""
-        leaks = any(float(e.values.max()) > self.tolerance for e in self.errors.excess)
-        backed_off = any(values.any() for values in self.new_back_off.values())
-        # what was found on a side of a kink that the motion has left is no answer
-        off_sides = bool(self.errors.crossings.left.any())
-        return (
-            self.blocked or leaks or backed_off or off_sides or not _equal(self.refined, self.base)
-        )
-
-    @property
-    def breakpoints(self) -> Array:
-        """Those of the intervals of `mesh`, where the optimiser left them if none is gone."""
-        same = self.base.intervals == self.mesh.intervals
-        return self.base.breakpoints if same else self.mesh.breakpoints
-
-    def back_off(self) -> dict[int, Array]:
-        """Old back-offs and new ones, in the intervals that stay."""
-        points = self.breakpoints
-        middle = 0.5 * (self.refined.breakpoints[:-1] + self.refined.breakpoints[1:])
-        parent = np.clip(np.searchsorted(points, middle) - 1, 0, self.mesh.intervals - 1)
-        kept = np.diff(self.refined.breakpoints) >= WHOLE * np.diff(points)[parent]
-
-        old, new, nothing = self.old_back_off, self.new_back_off, np.zeros(self.mesh.intervals)
-        return {
-            number: np.where(
-                kept, (old.get(number, nothing) + new.get(number, nothing))[parent], 0.0
-            )
-            for number in {*old, *new}
-        }
-
-    def extra_points(self) -> tuple[ExtraPoints, ...]:
-        """Old added points, carried over, and new ones wherever a constraint leaks."""
-        before = self.breakpoints
-        width = np.diff(before)
-
-        fractions: dict[int, list[float]] = {}
-        for points in self.extra:
-            places = before[points.intervals] + points.tau * width[points.intervals]
-            fractions.setdefault(points.constraint, []).extend(places)
-        for constraint, excess in enumerate(self.errors.excess):
-            # a crowded interval is split instead
-            leaks = np.flatnonzero((excess.values > self.closed) & ~self.errors.crowded)
-            if leaks.size:
-                tau = np.clip(excess.tau[leaks][:, None] + _AROUND, 0.0, 1.0)
-                places = (before[leaks][:, None] + tau * width[leaks][:, None]).ravel()
-                fractions.setdefault(constraint, []).extend(places)
-
-        return tuple(
-            _extra_points(constraint, distinct(np.array(places)), self.refined)
-            for constraint, places in fractions.items()
-            if places
-        )
-
-
-def _extra_points(constraint: int, fractions: Array, mesh: PhaseMesh) -> ExtraPoints:
-    """Points of a mesh at fractions of the phase; one of several that lie on top of each other."""
-    intervals = np.searchsorted(mesh.breakpoints, fractions, side="right") - 1
-    intervals = np.clip(intervals, 0, mesh.intervals - 1)
-    tau = (fractions - mesh.breakpoints[intervals]) / np.diff(mesh.breakpoints)[intervals]
-
-    repeated = (np.diff(intervals) == 0) & (np.diff(tau) < _SAME_POINT)
-    keep = np.concatenate([[True], ~repeated])
-    return ExtraPoints(constraint, intervals[keep], np.clip(tau[keep], 0.0, 1.0))
-
-
-def _worthwhile_jumps(mesh: PhaseMesh, errors: PhaseErrors, tolerance: float) -> list[Jump]:
-    """Jumps whose place matters for the objective."""
-    points = mesh.breakpoints
-    worth = []
-    for jump in errors.jumps:
-        around = (points[1:] > jump.first) & (points[:-1] < jump.last)
-        if errors.switching[around].max(initial=0.0) >= 0.5 * tolerance:
-            worth.append(jump)
-    return worth
-
-
-def _wrongly_held(last: SolvedMesh, index: int, errors: PhaseErrors, tolerance: float) -> Flags:
-    """Whether a switch at a fixed inner breakpoint should be elsewhere, (N - 1,)."""
-    held = errors.valleys >= 0.5 * tolerance
-    # costates of a rough solve are rough, too
-    if last.tight and errors.displaced.any():
-        # multipliers are not unique beside any of them: another one may be displaced next time
-        held |= errors.displaced | held_switches(last.iterate, index, errors.jumps)
-    return held
-
-
-def _without_errors_at(errors: PhaseErrors, motion: PhaseTrajectory, places: Array) -> PhaseErrors:
-    """The errors, none of dynamics and controls in the intervals that hold given fractions."""
-    held = np.clip(np.searchsorted(motion.fractions, places) - 1, 0, motion.intervals - 1)
-    dynamics, gain = errors.dynamics.copy(), errors.gain.copy()
-    dynamics[held], gain[held] = 0.0, 0.0
-    return replace(errors, dynamics=dynamics, gain=gain)
-
-
-def _equal(a: PhaseMesh, b: PhaseMesh) -> bool:
-    return a.movable == b.movable and same_intervals(a, b)
-
-
-def _gathered(errors: PhaseErrors, motion: PhaseTrajectory, base: PhaseMesh) -> PhaseErrors:
-    """Errors on a mesh that lacks some of the motion's breakpoints."""
-    if base.intervals == errors.dynamics.size:
-        return errors
-    middle = 0.5 * (motion.fractions[:-1] + motion.fractions[1:])
-    parent = np.searchsorted(base.breakpoints, middle) - 1
-
-    def gathered(values: Array | Flags, gather: np.ufunc) -> Array:
-        result = np.zeros(base.intervals)
-        gather.at(result, parent, values)
-        return result
-
-    return replace(
-        errors,
-        dynamics=gathered(errors.dynamics, np.maximum),
-        gain=gathered(errors.gain, np.add),
-        crowded=gathered(errors.crowded, np.maximum) > 0,
-        coarse=gathered(errors.coarse, np.maximum) > 0,
-        parts=gathered(errors.parts, np.maximum),
-        at_end=gathered(errors.at_end, np.maximum) > 0,
-    )

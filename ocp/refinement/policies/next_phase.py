@@ -1,0 +1,306 @@
+"""One phase from its solved mesh to the next: its intervals, their further points and back-offs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ocp.arrays import Array, Flags
+from ocp.mesh.mesh import ExtraPoints, PhaseMesh, distinct, same_intervals
+from ocp.mesh.trajectory import PhaseTrajectory
+from ocp.refinement.accuracy import Accuracy
+from ocp.refinement.estimates.error_estimate import PhaseErrors
+from ocp.refinement.estimates.kink_crossings import NEAR, NEAR_WHILE_ROUGH
+from ocp.refinement.estimates.missed_switches import beside, held_switches
+from ocp.refinement.estimates.switch_detection import Jump
+from ocp.refinement.policies.back_off import without_closed
+from ocp.refinement.policies.brackets import freed_at, settled, with_brackets
+from ocp.refinement.policies.kink_breakpoints import AwaitedCrossings, with_crossings, with_sides
+from ocp.refinement.policies.marks import WHOLE, Marks
+from ocp.refinement.solved_mesh import SolvedMesh
+
+# Where a constraint leaks it is held at the leak and at both sides of it, in parts of the interval:
+# a leak that is held at one point only moves to the side.
+_AROUND = np.array([-0.15, 0.0, 0.15])
+
+# of an interval: points closer than this are one
+_SAME_POINT = 1e-6
+
+
+@dataclass(frozen=True)
+class MeshDemands:
+    """What the next mesh is to bring, and what it may use for that; the same for all phases.
+
+    Attributes
+    ----------
+    accuracy : Accuracy
+        What is asked for.
+    least_gain : float
+        What an interval has to promise to be cut for its controls, relative to the objective.
+    closed : float
+        Excess from which on a leak is closed where its phase is solved again anyway, relative.
+    most_intervals : int
+        Of the phase.
+    highest_degree : int
+        Up to which the degree of an interval is raised; 0 where no degree is raised.
+    move_breakpoints : bool
+        Whether breakpoints may move onto the jumps of controls.
+    is_motion : bool
+        Whether the solved mesh holds the dynamics well enough to say where anything switches.
+    resolves_jumps : bool
+        Whether it also tells where controls jump. If not its intervals are cut in two.
+    leaves_controls : bool
+        Whether controls and their jumps are left as they are, because the program is large.
+    """
+
+    accuracy: Accuracy
+    least_gain: float
+    closed: float
+    most_intervals: int
+    highest_degree: int
+    move_breakpoints: bool
+    is_motion: bool
+    resolves_jumps: bool
+    leaves_controls: bool = False
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class NextPhase:
+    """The next mesh of a phase.
+
+    Attributes
+    ----------
+    mesh : PhaseMesh
+    extra : tuple of ExtraPoints
+        On it.
+    back_off : mapping of int to (N,)
+        On it, by path constraint.
+    changes : bool
+        Whether there is anything to solve again for.
+    """
+
+    mesh: PhaseMesh
+    extra: tuple[ExtraPoints, ...]
+    back_off: dict[int, Array]
+    changes: bool
+
+
+def next_phase(
+    last: SolvedMesh,
+    index: int,
+    demands: MeshDemands,
+    back_off: Mapping[int, Array],
+    awaited: AwaitedCrossings,
+) -> NextPhase:
+    """The next mesh of phase number `index`.
+
+    Parameters
+    ----------
+    back_off : mapping of int to (N,)
+        By path constraint, on the solved mesh: what is added to the back-offs that it has.
+    awaited : AwaitedCrossings
+        Where the motion of the next mesh will cross kinks.
+    """
+    solved, motion = last.iterate.mesh.phases[index], last.iterate.trajectory.phases[index]
+    errors = without_closed(last.errors.phases[index], back_off, demands.accuracy.path)
+    known = motion.fractions_of(last.iterate.problem.instants[motion.name])
+    base, blocked = settled(solved, motion, known) if solved.movable else (solved, False)
+    refined = _refined(last, index, demands, errors, base, awaited, blocked=blocked)
+
+    leaks = any(float(e.values.max()) > demands.accuracy.path for e in errors.excess)
+    backed_off = any(values.any() for values in back_off.values())
+    # what was found on a side of a kink that the motion has left is no answer
+    off_sides = bool(errors.crossings.left.any())
+    changes = blocked or leaks or backed_off or off_sides or not equal_phases(refined, base)
+
+    # of the solved intervals, where the optimiser left them if none is gone
+    same = base.intervals == solved.intervals
+    breakpoints = base.breakpoints if same else solved.breakpoints
+    whole = last.iterate.mesh
+    return NextPhase(
+        mesh=refined,
+        extra=_extra_points(whole.extra[index], errors, demands.closed, breakpoints, refined),
+        back_off=_back_off(whole.back_off[index], back_off, breakpoints, refined),
+        changes=changes,
+    )
+
+
+def _refined(
+    last: SolvedMesh,
+    index: int,
+    demands: MeshDemands,
+    errors: PhaseErrors,
+    base: PhaseMesh,
+    awaited: AwaitedCrossings,
+    *,
+    blocked: bool,
+) -> PhaseMesh:
+    """The intervals of a phase after `base`, which is as the optimiser left it.
+
+    With `blocked` a movable breakpoint wants to go further.
+    """
+    mesh, motion = last.iterate.mesh.phases[index], last.iterate.trajectory.phases[index]
+    known = motion.fractions_of(last.iterate.problem.instants[motion.name])
+    objective, unresolved = demands.accuracy.objective, not demands.resolves_jumps
+    telling = demands.is_motion and not (unresolved or demands.leaves_controls)
+    jumps = worthwhile_jumps(mesh, errors, objective) if telling else []
+
+    held = _wrongly_held(last, index, errors, objective)
+    start = base
+    if demands.move_breakpoints and telling and held.any():
+        # Between its neighbours: how far off a switch is, nobody knows. Until it is there, the
+        # gains beside it are those of controls that will change.
+        start = freed_at(base, motion.fractions[1:-1][held])
+        errors = replace(errors, gain=np.where(beside(held), 0.0, errors.gain))
+    bracketed = with_brackets(start, jumps, demands.move_breakpoints, known)
+    near = NEAR if last.tight else NEAR_WHILE_ROUGH
+    crossed = with_crossings(bracketed or start, awaited, known, near)
+    errors = _without_errors_at(errors, motion, awaited.last.crossings.places[crossed.moved])
+
+    # While a breakpoint is still on its way, gains are those of a control that will change, and so
+    # are the errors of controls before each jump has its bracket.
+    halve = start is not base or bracketed is not None
+    marks = Marks.of(
+        base,
+        _gathered(errors, motion, base),
+        tolerance=demands.accuracy.dynamics,
+        highest=demands.highest_degree,
+        least_gain=np.inf if blocked else demands.least_gain,
+        on_its_way=start.moving & (start is not base),
+        missed=max(demands.least_gain, objective),
+        halve=halve or (demands.is_motion and unresolved),
+    )
+    refined = marks.refine(crossed.mesh, base, demands.most_intervals)
+    return with_sides(refined, crossed.crossings, near)
+
+
+def _back_off(
+    old: Mapping[int, Array], new: Mapping[int, Array], breakpoints: Array, refined: PhaseMesh
+) -> dict[int, Array]:
+    """Old back-offs and new ones, in the intervals that stay.
+
+    Parameters
+    ----------
+    old, new : mapping of int to (N,)
+        By path constraint, on the solved mesh.
+    breakpoints : (N + 1,)
+        Of the solved mesh.
+    """
+    count = breakpoints.size - 1
+    middle = 0.5 * (refined.breakpoints[:-1] + refined.breakpoints[1:])
+    parent = np.clip(np.searchsorted(breakpoints, middle) - 1, 0, count - 1)
+    kept = np.diff(refined.breakpoints) >= WHOLE * np.diff(breakpoints)[parent]
+
+    nothing = np.zeros(count)
+    return {
+        number: np.where(kept, (old.get(number, nothing) + new.get(number, nothing))[parent], 0.0)
+        for number in {*old, *new}
+    }
+
+
+def _extra_points(
+    old: Sequence[ExtraPoints],
+    errors: PhaseErrors,
+    closed: float,
+    breakpoints: Array,
+    refined: PhaseMesh,
+) -> tuple[ExtraPoints, ...]:
+    """Old added points, carried over, and new ones wherever a constraint leaks.
+
+    Parameters
+    ----------
+    old : sequence of ExtraPoints
+        On the solved mesh.
+    closed : float
+        Excess from which on a leak is closed.
+    breakpoints : (N + 1,)
+        Of the solved mesh.
+    """
+    width = np.diff(breakpoints)
+    fractions: dict[int, list[float]] = {}
+    for points in old:
+        places = breakpoints[points.intervals] + points.tau * width[points.intervals]
+        fractions.setdefault(points.constraint, []).extend(places)
+    for constraint, excess in enumerate(errors.excess):
+        # a crowded interval is split instead
+        leaks = np.flatnonzero((excess.values > closed) & ~errors.crowded)
+        if leaks.size:
+            tau = np.clip(excess.tau[leaks][:, None] + _AROUND, 0.0, 1.0)
+            places = (breakpoints[leaks][:, None] + tau * width[leaks][:, None]).ravel()
+            fractions.setdefault(constraint, []).extend(places)
+
+    return tuple(
+        _points_at(constraint, distinct(np.array(places)), refined)
+        for constraint, places in fractions.items()
+        if places
+    )
+
+
+def _points_at(constraint: int, fractions: Array, mesh: PhaseMesh) -> ExtraPoints:
+    """Points of a mesh at fractions of the phase; one of several that lie on top of each other."""
+    intervals = np.searchsorted(mesh.breakpoints, fractions, side="right") - 1
+    intervals = np.clip(intervals, 0, mesh.intervals - 1)
+    tau = (fractions - mesh.breakpoints[intervals]) / np.diff(mesh.breakpoints)[intervals]
+
+    repeated = (np.diff(intervals) == 0) & (np.diff(tau) < _SAME_POINT)
+    keep = np.concatenate([[True], ~repeated])
+    return ExtraPoints(constraint, intervals[keep], np.clip(tau[keep], 0.0, 1.0))
+
+
+def worthwhile_jumps(mesh: PhaseMesh, errors: PhaseErrors, tolerance: float) -> list[Jump]:
+    """Jumps whose place matters for the objective."""
+    points = mesh.breakpoints
+    worth = []
+    for jump in errors.jumps:
+        around = (points[1:] > jump.first) & (points[:-1] < jump.last)
+        if errors.switching[around].max(initial=0.0) >= 0.5 * tolerance:
+            worth.append(jump)
+    return worth
+
+
+def _wrongly_held(last: SolvedMesh, index: int, errors: PhaseErrors, tolerance: float) -> Flags:
+    """Whether a switch at a fixed inner breakpoint should be elsewhere, (N - 1,)."""
+    held = errors.valleys >= 0.5 * tolerance
+    # costates of a rough solve are rough, too
+    if last.tight and errors.displaced.any():
+        # multipliers are not unique beside any of them: another one may be displaced next time
+        held |= errors.displaced | held_switches(last.iterate, index, errors.jumps)
+    return held
+
+
+def _without_errors_at(errors: PhaseErrors, motion: PhaseTrajectory, places: Array) -> PhaseErrors:
+    """The errors, none of dynamics and controls in the intervals that hold given fractions."""
+    held = np.clip(np.searchsorted(motion.fractions, places) - 1, 0, motion.intervals - 1)
+    dynamics, gain = errors.dynamics.copy(), errors.gain.copy()
+    dynamics[held], gain[held] = 0.0, 0.0
+    return replace(errors, dynamics=dynamics, gain=gain)
+
+
+def equal_phases(a: PhaseMesh, b: PhaseMesh) -> bool:
+    """Whether two meshes of a phase have the same intervals, and move the same breakpoints."""
+    return a.movable == b.movable and same_intervals(a, b)
+
+
+def _gathered(errors: PhaseErrors, motion: PhaseTrajectory, base: PhaseMesh) -> PhaseErrors:
+    """Errors on a mesh that lacks some of the motion's breakpoints."""
+    if base.intervals == errors.dynamics.size:
+        return errors
+    middle = 0.5 * (motion.fractions[:-1] + motion.fractions[1:])
+    parent = np.searchsorted(base.breakpoints, middle) - 1
+
+    def gathered(values: Array | Flags, gather: np.ufunc) -> Array:
+        result = np.zeros(base.intervals)
+        gather.at(result, parent, values)
+        return result
+
+    return replace(
+        errors,
+        dynamics=gathered(errors.dynamics, np.maximum),
+        gain=gathered(errors.gain, np.add),
+        crowded=gathered(errors.crowded, np.maximum) > 0,
+        coarse=gathered(errors.coarse, np.maximum) > 0,
+        parts=gathered(errors.parts, np.maximum),
+        at_end=gathered(errors.at_end, np.maximum) > 0,
+    )
