@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ocp.arrays import Array
-from ocp.mesh.initial_guess import InitialGuess, initial_guess
+from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.result import NlpResult
@@ -35,7 +35,6 @@ Start = Iterate | Trajectory | None
 # A mesh that is about to be replaced is solved to this tolerance: the digits beyond are lost with
 # the next mesh. The mesh that meets all tolerances is solved to the tolerance asked for.
 LOOSE = 1e-7
-
 
 # Of the sizes that the guess gave: values beyond are outsized.
 OUTSIZED = 1e4
@@ -117,9 +116,7 @@ class MeshSolver:
 
     def _scales_of(self, start: Trajectory | None) -> Scales:
         """Those of a motion, or of the statement's guess where there is none or it vanishes."""
-        stated = scales_of(
-            self.problem, initial_guess(self.problem, self.parameters), self.parameters
-        )
+        stated = self._stated_scales()
         if start is None:
             return stated
         guess = initial_guess(self.problem, self.parameters, start)
@@ -127,10 +124,10 @@ class MeshSolver:
             return stated
         return scales_of(self.problem, guess, self.parameters)
 
-    def _vanishes(self, motion: InitialGuess) -> bool:
-        """Whether a motion is next to nothing by the sizes that the statement alone gives."""
+    def _stated_scales(self) -> Scales:
+        """Those that the statement alone gives."""
         stated = initial_guess(self.problem, self.parameters)
-        return vanishes(scales_of(self.problem, stated, self.parameters), motion)
+        return scales_of(self.problem, stated, self.parameters)
 
     def at(self, parameters: Parameters) -> MeshSolver:
         """The same for other values of the constants, with a budget of its own."""
@@ -157,7 +154,7 @@ class MeshSolver:
         if outsized or oversized(last.scales, last.objective):
             guess = initial_guess(self.problem, self.parameters, last.trajectory)
             tiny = not outsized and vanishes(last.scales, guess)
-            if tiny and self._vanishes(guess):
+            if tiny and vanishes(self._stated_scales(), guess):
                 return last.scales
             of_motion = scales_of(self.problem, guess, self.parameters)
             found, least = of_motion if outsized or tiny else found, of_motion.objective

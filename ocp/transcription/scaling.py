@@ -8,7 +8,7 @@ An expression's size is how far it moves when its signals move by their sizes ar
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from typing import Any, assert_never
 
@@ -29,13 +29,17 @@ from ocp.problem.functionals import (
 from ocp.problem.parameters import Parameters
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import TIME, Signal, Symbol
+from ocp.problem.symbols import Signal, Symbol
+from ocp.transcription.variations import (
+    FRACTIONS,
+    NOTHING,
+    Probe,
+    boundary_variation,
+    largest_finite,
+)
 
-_FRACTIONS = np.linspace(0.0, 1.0, 17)  # of a phase, at which a guess is looked at
-_STEP = 0.5  # of a signal's size, by which it is moved to see how far an expression moves
 _OFF = 3.0  # factor from which on a solved objective replaces the size taken from the guess
 _FALL = 1e-3  # of its size, to which the objective's falls by a solved value of zero
-_NOTHING = 1e-4  # of its size, up to which a signal is what a solver leaves of zero
 _SOLVED = "value on an earlier mesh"
 _GUESS = "guess"
 _GUESSED_NUMBER = "guess, or middle of its bounds"
@@ -76,57 +80,33 @@ def scales_of(problem: Problem, guess: InitialGuess, parameters: Parameters) -> 
     A guess of next to nothing, which moves next to nothing, is no size: what a solver leaves of
     zero in a motion would make its unknown so large that no tolerance sees its slope.
     """
-    scales = _scales_of(problem, guess, parameters, frozenset())
-    unsaid = frozenset(name for names in _guessed(scales) for name in names)
-    if not unsaid:
-        return scales
-    without = _scales_of(problem, guess, parameters, unsaid)
-    tiny = {
-        name
-        for sizes, others in (
-            (scales.signals, without.signals),
-            (scales.unknowns, without.unknowns),
-        )
-        for name in unsaid & sizes.keys()
-        if sizes[name] < _NOTHING * others[name]
-    }
-    nothing = frozenset(tiny - _moving_something(problem, guess, parameters, scales, tiny))
-    return _scales_of(problem, guess, parameters, nothing) if nothing else scales
+    scales = _scales_around(problem, guess, parameters, frozenset())
+    nothing = _next_to_nothing(problem, guess, parameters, scales)
+    return _scales_around(problem, guess, parameters, nothing) if nothing else scales
 
 
-def _guessed(scales: Scales) -> Iterator[list[str]]:
-    """Names of the signals and unknowns whose sizes are those of a guess."""
-    for kind, reason in (("signal", _GUESS), ("unknown", _GUESSED_NUMBER)):
-        yield [key for (of, key), why in scales.reasons.items() if of == kind and why == reason]
-
-
-def _scales_of(
-    problem: Problem, guess: InitialGuess, parameters: Parameters, unsaid: frozenset[str]
+def _scales_around(
+    problem: Problem, guess: InitialGuess, parameters: Parameters, unsaid: Set[str]
 ) -> Scales:
-    """Scales around a guess that says nothing of some signals and unknowns."""
+    """Scales around a guess that says nothing of some signals and unknowns, `unsaid` by name."""
     signals, why = _signal_scales(problem, guess, parameters, unsaid)
     reasons: dict[tuple[str, Any], str] = {("signal", name): text for name, text in why.items()}
-
-    unknowns = {}
-    for u in problem.unknowns:
-        size = 0.0 if u.name in unsaid else _size(guess.unknowns[u.name])
-        limits = _size(parameters.unknown_limits[u.name]) if u.name in unsaid else 0.0
-        size, where = (limits, "bounds") if limits > 0 else (size, _GUESSED_NUMBER)
-        unknowns[u.name], reasons["unknown", u.name] = _chosen(u.scale, size, where)
+    unknowns, why = _unknown_scales(problem, guess, parameters, unsaid)
+    reasons |= {("unknown", name): text for name, text in why.items()}
 
     duration = max(phase.end - phase.start for phase in guess.phases.values())
     reasons["time", ""] = _LONGEST
 
     # how far the expressions of each phase move around the guess
+    sizes = {**signals, **unknowns}
     probes = {
-        phase.name: _Probe(problem, phase, guess, signals, unknowns, parameters)
-        for phase in problem.phases
+        phase.name: Probe(problem, phase, guess, sizes, parameters) for phase in problem.phases
     }
     bounds = {}
     for phase in problem.phases:
         for b in phase.bounds:
             key = phase.name, b.name
-            size, reason = probes[phase.name].variation(b.expression)
+            size, reason = probes[phase.name].variation(b.expression).largest
             bounds[key], reasons["bound", key] = _chosen(b.scale, size, reason)
 
     functionals: dict[Functional, float] = {}
@@ -136,7 +116,7 @@ def _scales_of(
 
     # numbers of the whole motion move with their functionals and unknowns
     def moved(expression: ca.SX, symbols: Sequence[Symbol]) -> tuple[float, str]:
-        return _boundary_variation(expression, symbols, functionals, unknowns, parameters)
+        return boundary_variation(expression, symbols, functionals, unknowns, parameters).largest
 
     for b in problem.boundary_constraints:
         key = "", b.name
@@ -155,10 +135,9 @@ def variations_of(
     parameters: Parameters,
 ) -> Array:
     """How far scalar expressions of a phase move with a signal or unknown around a guess, (k,)."""
-    probe = _Probe(
-        problem, problem.phase(phase), guess, scales.signals, scales.unknowns, parameters
-    )
-    return np.array([_chosen(None, *probe.variation(e))[0] for e in expressions])
+    sizes = {**scales.signals, **scales.unknowns}
+    probe = Probe(problem, problem.phase(phase), guess, sizes, parameters)
+    return np.array([_chosen(None, *probe.variation(e).largest)[0] for e in expressions])
 
 
 def oversized(scales: Scales, objective: float) -> bool:
@@ -170,9 +149,9 @@ def oversized(scales: Scales, objective: float) -> bool:
 def vanishes(scales: Scales, motion: InitialGuess) -> bool:
     """Whether all signals of a motion are zero, next to their sizes: it has no sizes of its own."""
     return all(
-        _size(values) <= _NOTHING * scales.signals[name]
+        largest_finite(values) <= NOTHING * scales.signals[name]
         for phase in motion.phases.values()
-        for name, values in phase.at_fractions(_FRACTIONS).items()
+        for name, values in phase.at_fractions(FRACTIONS).items()
     )
 
 
@@ -206,21 +185,14 @@ def _chosen(stated: float | None, size: float, reason: str) -> tuple[float, str]
     return 1.0, "nothing known"
 
 
-def _size(values: Any) -> float:
-    """Largest finite absolute value, 0 if there is none."""
-    magnitudes = np.abs(np.asarray(values, dtype=float))
-    finite = magnitudes[np.isfinite(magnitudes)]
-    return float(finite.max()) if finite.size else 0.0
-
-
 def _signal_scales(
-    problem: Problem, guess: InitialGuess, parameters: Parameters, unsaid: frozenset[str]
+    problem: Problem, guess: InitialGuess, parameters: Parameters, unsaid: Set[str]
 ) -> tuple[dict[str, float], dict[str, str]]:
     """Sizes of all signals, with reasons; a signal of several phases has its largest."""
     scales: dict[str, float] = {}
     reasons: dict[str, str] = {}
     for phase in problem.phases:
-        values = guess.phases[phase.name].at_fractions(_FRACTIONS)
+        values = guess.phases[phase.name].at_fractions(FRACTIONS)
         for signal in problem.signals[phase.name]:
             guessed = np.zeros(1) if signal.name in unsaid else values[signal.name]
             size, reason = _own_scale(signal, phase, guessed, parameters)
@@ -238,6 +210,21 @@ def _signal_scales(
     return scales, reasons
 
 
+def _unknown_scales(
+    problem: Problem, guess: InitialGuess, parameters: Parameters, unsaid: Set[str]
+) -> tuple[dict[str, float], dict[str, str]]:
+    """Sizes of all unknowns, with reasons."""
+    scales: dict[str, float] = {}
+    reasons: dict[str, str] = {}
+    for u in problem.unknowns:
+        guessed = 0.0 if u.name in unsaid else largest_finite(guess.unknowns[u.name])
+        limits = parameters.unknown_limits[u.name] if u.name in unsaid else ()
+        of_limits = largest_finite(limits)
+        size, where = (of_limits, "bounds") if of_limits > 0 else (guessed, _GUESSED_NUMBER)
+        scales[u.name], reasons[u.name] = _chosen(u.scale, size, where)
+    return scales, reasons
+
+
 def _own_scale(
     signal: Signal, phase: Phase, guess: Array, parameters: Parameters
 ) -> tuple[float, str]:
@@ -250,10 +237,10 @@ def _own_scale(
         for stated, values in ends
         if signal in stated and not isinstance(stated[signal], tuple)
     ]
-    if max(_size(guess), _size(numbers)) > 0:
-        inner, outer = (_size(guess), _GUESS), (_size(numbers), "boundary values")
+    if max(largest_finite(guess), largest_finite(numbers)) > 0:
+        inner, outer = (largest_finite(guess), _GUESS), (largest_finite(numbers), "boundary values")
         return inner if inner[0] > outer[0] else outer
-    size = _size(parameters.signal_limits[signal.name])
+    size = largest_finite(parameters.signal_limits[signal.name])
     return size, "bounds" if size > 0 else ""
 
 
@@ -283,131 +270,42 @@ def _along_dynamics(
                 reasons[state] = f"'{rate}' times the duration"
 
 
-class _Probe:
-    """Evaluates expressions of one phase around its guess."""
-
-    def __init__(
-        self,
-        problem: Problem,
-        phase: Phase,
-        guess: InitialGuess,
-        scales: Mapping[str, float],
-        unknowns: Mapping[str, float],
-        parameters: Parameters,
-    ) -> None:
-        own = guess.phases[phase.name]
-        values = own.at_fractions(_FRACTIONS)
-        self.duration = own.end - own.start
-        self.symbols: list[Symbol] = [*problem.signals[phase.name], *problem.unknowns]
-        centre, sizes = [], []
-        for s in self.symbols:
-            if isinstance(s, Signal):
-                centre.append(values[s.name])
-                sizes.append(scales[s.name])
-            else:
-                centre.append(np.full(_FRACTIONS.size, guess.unknowns[s.name]))
-                sizes.append(unknowns[s.name])
-
-        # the guess itself, then the guess with one symbol moved after the other
-        tables = [np.array(centre)]
-        for i, size in enumerate(sizes):
-            moved = np.array(centre)
-            moved[i] += _STEP * size
-            tables.append(moved)
-        self.points = np.hstack(tables)
-        self.times = np.tile(own.start + _FRACTIONS * self.duration, len(tables))
-        self.constants = ca.vertcat(*[c.symbol for c in problem.constants], ca.SX(0, 1))
-        self.values = parameters.vector
-
-    def _evaluate(self, expression: ca.SX) -> Array:
-        """The expression at the guess and at each moved one, (1 + symbols, fractions)."""
-        symbols = ca.vertcat(*[s.symbol for s in self.symbols])
-        function = ca.Function("probe", [symbols, TIME.symbol, self.constants], [expression])
-        out = function(self.points, self.times[None, :], self.values)
-        return out.full().reshape(-1, _FRACTIONS.size)
-
-    def variation(self, expression: ca.SX) -> tuple[float, str]:
-        """Largest change when one signal or unknown moves by its size, and which one."""
-        values = self._evaluate(expression)
-        # an infinite value at the guess, such as the logarithm of zero, is left out
-        with np.errstate(invalid="ignore"):
-            moves = [_size((moved - values[0]) / _STEP) for moved in values[1:]]
-        if not any(moves):
-            return 0.0, ""
-        worst = int(np.argmax(moves))
-        return moves[worst], f"moves so far with '{self.symbols[worst].name}'"
-
-    def moving(self, expression: ca.SX, size: float = 0.0) -> set[str]:
-        """Names of what moves an expression by more than next to nothing of its size."""
-        values = self._evaluate(expression)
-        with np.errstate(invalid="ignore"):
-            moves = [_size((moved - values[0]) / _STEP) for moved in values[1:]]
-        least = _NOTHING * max(size, _size(values[0]), *moves)
-        return {s.name for s, move in zip(self.symbols, moves, strict=True) if move > least}
-
-    def size(self, expression: ca.SX) -> tuple[float, str]:
-        """Largest value at the guess, or the variation where that is next to nothing."""
-        size, (variation, reason) = _size(self._evaluate(expression)[0]), self.variation(expression)
-        return (size, "value at the guess") if size > 0.01 * variation else (variation, reason)
-
-
 def _functional_size(
-    functional: AnyFunctional, probes: Mapping[str, _Probe], duration: float
+    functional: AnyFunctional, probes: Mapping[str, Probe], duration: float
 ) -> tuple[float, str]:
     """Typical size of a functional with its reason; `duration` is the longest of a phase."""
     match functional:
         case Integral():
             probe = probes[functional.phase]
-            size, reason = probe.size(functional.expression)
+            size, reason = probe.variation(functional.expression).size
             return size * probe.duration, f"{reason}, times the duration"
         case Peak():
-            return max(probes[name].size(e) for name, e in functional.pieces)
+            return max(probes[name].variation(e).size for name, e in functional.pieces)
         case BoundaryValue() | PointValue():
-            return probes[functional.phase].variation(functional.expression)
+            return probes[functional.phase].variation(functional.expression).largest
         case PhaseTime():
             return duration, _LONGEST
         case _:
             assert_never(functional)
 
 
-def _boundary_variation(
-    expression: ca.SX,
-    symbols: Sequence[Symbol],
-    functionals: Mapping[Functional, float],
-    unknowns: Mapping[str, float],
-    parameters: Parameters,
-) -> tuple[float, str]:
-    """How far a boundary expression moves when its numbers move by their sizes, and with which."""
-    _, moves = _boundary_moves(expression, symbols, functionals, unknowns, parameters)
-    named = [(change, f"moves so far with '{symbol.name}'") for symbol, change in moves]
-    return max([m for m in named if math.isfinite(m[0])], default=(0.0, ""))
-
-
-def _boundary_moves(
-    expression: ca.SX,
-    symbols: Sequence[Symbol],
-    functionals: Mapping[Functional, float],
-    unknowns: Mapping[str, float],
-    parameters: Parameters,
-) -> tuple[float, list[tuple[Symbol, float]]]:
-    """A boundary expression of numbers of their sizes, and how far each of them moves it."""
-    centre = []
-    for symbol in symbols:
-        if isinstance(symbol, Functional):
-            centre.append(functionals[symbol])
-        elif symbol.name in unknowns:
-            centre.append(unknowns[symbol.name])
-        else:
-            centre.append(parameters.values[symbol.name])
-
-    function = ca.Function("boundary", [s.symbol for s in symbols], [expression])
-    base, moves = float(function(*centre)), []
-    for i, symbol in enumerate(symbols):
-        if isinstance(symbol, Functional) or symbol.name in unknowns:
-            shifted = list(centre)
-            shifted[i] *= 1.0 + _STEP
-            moves.append((symbol, abs(float(function(*shifted)) - base) / _STEP))
-    return base, moves
+def _next_to_nothing(
+    problem: Problem, guess: InitialGuess, parameters: Parameters, scales: Scales
+) -> Set[str]:
+    """Signals and unknowns of which the guess says next to nothing, and that move nothing by it."""
+    sizes = {**scales.signals, **scales.unknowns}
+    guessed = {
+        name
+        for (kind, name), why in scales.reasons.items()
+        if (kind, why) in (("signal", _GUESS), ("unknown", _GUESSED_NUMBER))
+    }
+    if not guessed:
+        return guessed
+    signals, _ = _signal_scales(problem, guess, parameters, guessed)
+    unknowns, _ = _unknown_scales(problem, guess, parameters, guessed)
+    without = {**signals, **unknowns}
+    tiny = {name for name in guessed if sizes[name] < NOTHING * without[name]}
+    return tiny - _moving_something(problem, guess, parameters, scales, tiny)
 
 
 def _moving_something(
@@ -424,18 +322,23 @@ def _moving_something(
     """
     if not tiny:
         return set()
+    sizes = {**scales.signals, **scales.unknowns}
+
+    def names_moving(probe: Probe, expression: ca.SX, size: float = 0.0) -> set[str]:
+        return {symbol.name for symbol in probe.variation(expression).moving(size)}
+
     functionals, found = _moving_boundary(problem, parameters, scales)
     rows: list[tuple[str | None, set[str]]] = []
     for phase in problem.phases:
-        probe = _Probe(problem, phase, guess, scales.signals, scales.unknowns, parameters)
+        probe = Probe(problem, phase, guess, sizes, parameters)
         for state, rate in phase.dynamics.items():
             own = scales.signals[state.name] / probe.duration if probe.duration > 0 else 0.0
-            rows.append((state.name, probe.moving(rate, own)))
+            rows.append((state.name, names_moving(probe, rate, own)))
         for bound in phase.bounds:
             limits = parameters.bound_limits[phase.name, bound.name]
-            rows.append((None, probe.moving(bound.expression, _size(limits))))
+            rows.append((None, names_moving(probe, bound.expression, largest_finite(limits))))
         pieces = [piece for functional in functionals for piece in _pieces(functional)]
-        rows += [(None, probe.moving(own)) for where, own in pieces if where == phase.name]
+        rows += [(None, names_moving(probe, own)) for where, own in pieces if where == phase.name]
 
     while True:
         real = [names for owner, names in rows if owner not in tiny or owner in found]
@@ -451,12 +354,10 @@ def _moving_boundary(
     """Functionals and names of unknowns that move the problem's bounds and links."""
     functionals, names = set[AnyFunctional](), set[str]()
     for bound in problem.boundary_constraints:
-        base, moves = _boundary_moves(
-            bound.expression, bound.symbols, scales.functionals, scales.unknowns, parameters
-        )
         limits = parameters.bound_limits["", bound.name]
-        least = _NOTHING * _size([base, *limits, *[change for _, change in moves]])
-        moving = [symbol for symbol, change in moves if change > least]
+        moving = boundary_variation(
+            bound.expression, bound.symbols, scales.functionals, scales.unknowns, parameters
+        ).moving(largest_finite(limits))
         functionals |= {symbol for symbol in moving if isinstance(symbol, Functional)}
         names |= {symbol.name for symbol in moving if not isinstance(symbol, Functional)}
     return functionals, names

@@ -3,6 +3,7 @@
 import dataclasses
 
 import casadi as ca
+import numpy as np
 import pytest
 
 from ocp import (
@@ -23,6 +24,7 @@ from ocp import (
 from ocp.mesh.initial_guess import initial_guess
 from ocp.problem.parameters import parameters_of
 from ocp.transcription.scaling import resized, scales_of
+from ocp.transcription.variations import Variation
 
 
 def scales_around_the_guess(problem):
@@ -271,3 +273,19 @@ def test_sizes_of_a_motion_that_was_far_larger_do_not_stay(large, with_multiplie
     # by the sizes of the larger motion 221 was as good as 4, and certified
     assert found.objective == pytest.approx(4.0, rel=1e-6)
     assert certify(found).passed
+
+
+def test_of_the_moves_of_an_expression_the_largest_finite_one_is_its_size() -> None:
+    x, v, u = State("x"), State("v"), Control("u")
+    moves = Variation(value=0.5, symbols=(x, v, u), moves=(3.0, np.inf, 3.0))
+    assert moves.largest == (3.0, "moves so far with 'x'"), "the first of several that are equal"
+    assert moves.size == (0.5, "value at the guess")
+    assert Variation(value=0.02, symbols=(x,), moves=(3.0,)).size[0] == 3.0
+    assert Variation(value=0.0, symbols=(x,), moves=(0.0,)).largest == (0.0, "")
+
+
+def test_what_moves_an_expression_by_next_to_nothing_of_its_size_does_not_count() -> None:
+    x, v = State("x"), State("v")
+    moves = Variation(value=1.0, symbols=(x, v), moves=(2e-4, 0.5e-4))
+    assert {symbol.name for symbol in moves.moving()} == {"x"}
+    assert not moves.moving(size=10.0)
