@@ -7,9 +7,9 @@ signals, unknowns, constants and functionals along any of them.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal, assert_never
+from typing import Any, Literal, TypeVar, assert_never
 
 import casadi as ca
 import numpy as np
@@ -33,6 +33,8 @@ from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME, Constant, Signal, Time, Unknown, resolve, scalar
 
 SignalKind = Literal["state", "control", "algebraic"]
+
+_T = TypeVar("_T")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -207,12 +209,10 @@ class Evaluator:
     Attributes
     ----------
     problem : Problem
-    compiled : dict
-        What else was built for the problem and serves on other meshes too, by what tells it apart.
     """
 
     problem: Problem
-    compiled: dict[Hashable, Any] = field(init=False, default_factory=dict, repr=False)
+    _made: dict[Hashable, Any] = field(init=False, default_factory=dict, repr=False)
     _functions: dict[tuple[str, tuple[int, ...]], Any] = field(default_factory=dict, repr=False)
 
     def values(
@@ -231,6 +231,21 @@ class Evaluator:
         k, tau = k.ravel(), tau.ravel()
         times = self.times(motion, k, tau)
         return self.of_signals(trajectory, phase, expressions, motion.local(k, tau), times)
+
+    def once(self, key: Hashable, make: Callable[[], _T]) -> _T:
+        """What else is built for the problem, made at the first call: it serves other meshes too.
+
+        Parameters
+        ----------
+        key : hashable
+            What tells it apart from all else that is kept.
+        make : callable
+            Builds it.
+        """
+        if key not in self._made:
+            self._made[key] = make()
+        kept: _T = self._made[key]
+        return kept
 
     def times(self, motion: PhaseTrajectory, intervals: Integers, tau: Array) -> Array:
         """Times of local times of intervals, (m,) [s]; at a step those of the interval's side."""

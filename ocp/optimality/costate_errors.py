@@ -185,13 +185,14 @@ class _Equation:
     def _function(self) -> ca.Function:
         """``(signals, time, unknowns and constants, costates) -> H_x, H_x by lambda``, kept."""
         hamiltonian = hamiltonian_of(self.evaluator, self.iterate.transcription, self.index)
-        key = ("equation of the costates", self.index, self.motion.signals)
-        if key not in self.evaluator.compiled:
+
+        def made() -> ca.Function:
             inputs = [ca.SX.sym(f"i{i}", hamiltonian.function.size1_in(i)) for i in range(4)]
             value = hamiltonian.function(*inputs)[0]
             slope = ca.gradient(value, inputs[0])[: self.states]
             matrix = ca.jacobian(slope, inputs[3])[:, : self.states]
             outputs = [ca.densify(slope), ca.densify(ca.vec(matrix))]
-            self.evaluator.compiled[key] = ca.Function("costates", inputs, ca.cse(outputs))
-        function: ca.Function = self.evaluator.compiled[key]
-        return function
+            return ca.Function("costates", inputs, ca.cse(outputs))
+
+        key = ("equation of the costates", self.index, self.motion.signals)
+        return self.evaluator.once(key, made)

@@ -11,6 +11,7 @@ what finer controls gain (`ocp.optimality.control_gains`) and the test of the mi
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import casadi as ca
 import numpy as np
@@ -157,10 +158,7 @@ def hamiltonian_of(evaluator: Evaluator, transcription: Transcription, index: in
     """
     phase = transcription.columns.phases[index]
     key = ("hamiltonian", index, tuple(signal.name for signal in phase.signals))
-    if key not in evaluator.compiled:
-        evaluator.compiled[key] = _build(transcription, index)
-    hamiltonian: Hamiltonian = evaluator.compiled[key]
-    return hamiltonian
+    return evaluator.once(key, partial(_build, transcription, index))
 
 
 def _build(transcription: Transcription, index: int) -> Hamiltonian:

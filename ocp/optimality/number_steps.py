@@ -9,7 +9,7 @@ shows what the other side has. So each number is moved over its range, and what 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -208,25 +208,15 @@ def _ranges(own: float, limits: Interval, reach: float) -> Iterator[Array]:
             yield np.linspace(low, high, _VALUES)
 
 
-def _kept(
-    evaluator: Evaluator, key: Hashable, owned: Callable[[], Sequence[tuple[str, ca.SX]]]
-) -> _Lines | None:
-    """What was made of expressions, once."""
-    if key not in evaluator.compiled:
-        evaluator.compiled[key] = _Lines.of(owned())
-    lines: _Lines | None = evaluator.compiled[key]
-    return lines
-
-
 def _of_the_problem(iterate: Iterate, evaluator: Evaluator) -> Iterator[NumberStep]:
     """Steps of the objective and of the constraints on numbers of the whole motion."""
     problem, trajectory = iterate.problem, iterate.trajectory
 
-    def owned() -> list[tuple[str, ca.SX]]:
+    def made() -> _Lines | None:
         bounds = [(owner_text(b), b.expression) for b in problem.boundary_constraints]
-        return [("the objective", problem.objective), *bounds]
+        return _Lines.of([("the objective", problem.objective), *bounds])
 
-    lines = _kept(evaluator, "steps of numbers", owned)
+    lines = evaluator.once("steps of numbers", made)
     if lines is None:
         return
     peaks = trajectory.peaks_of(problem)
@@ -245,7 +235,7 @@ def _of_a_value(
     """Steps of a value at one instant, as the signals there change."""
     owner = f"the {text_of(functional)}"
     key = ("steps of a value", functional.symbol.element_hash())
-    lines = _kept(evaluator, key, lambda: [(owner, functional.expression)])
+    lines = evaluator.once(key, lambda: _Lines.of([(owner, functional.expression)]))
     if lines is None:
         return
     motion = iterate.trajectory.phase(functional.phase)
@@ -279,10 +269,10 @@ def _of_a_phase(
         Limits of the signals, where these are moved as well.
     """
 
-    def owned() -> list[tuple[str, ca.SX]]:
-        return [(owner_text(o), e) for o, e in path_expressions(iterate.problem, phase)]
+    def made() -> _Lines | None:
+        return _Lines.of([(owner_text(o), e) for o, e in path_expressions(iterate.problem, phase)])
 
-    lines = _kept(evaluator, ("steps of parameters", phase), owned)
+    lines = evaluator.once(("steps of parameters", phase), made)
     if lines is None:
         return
     moved = [

@@ -93,11 +93,7 @@ def may_step(problem: Problem, evaluator: Evaluator) -> bool:
 
 def _steps_of(problem: Problem, phase: str, evaluator: Evaluator) -> _PhaseSteps | None:
     """What may step in a phase, found once."""
-    key = ("stepwise operations", phase)
-    if key not in evaluator.compiled:
-        evaluator.compiled[key] = _PhaseSteps.of(problem, phase)
-    found: _PhaseSteps | None = evaluator.compiled[key]
-    return found
+    return evaluator.once(("stepwise operations", phase), partial(_PhaseSteps.of, problem, phase))
 
 
 def step_remark(steps: Iterable[ValueStep]) -> str:

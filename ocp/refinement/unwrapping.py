@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 
 import casadi as ca
 import numpy as np
@@ -155,10 +156,8 @@ def unwrapped(iterate: Iterate, evaluator: Evaluator) -> Iterate:
     """
     x, changed = iterate.x.copy(), False
     for index, motion in enumerate(iterate.trajectory.phases):
-        key = ("periods", motion.name)
-        if key not in evaluator.compiled:
-            evaluator.compiled[key] = periods(iterate.problem, index)
-        for name, period in evaluator.compiled[key].items():
+        make = partial(periods, iterate.problem, index)
+        for name, period in evaluator.once(("periods", motion.name), make).items():
             changed |= _unwrap(x, iterate, index, name, period)
     if not changed:
         return iterate

@@ -307,8 +307,8 @@ def _gradient_of(
     It is built at the first call for a problem and kept, as `ocp.optimality.hamiltonian` does.
     """
     problem, signals = transcription.problem, transcription.columns.phases[index].signals
-    key = ("missed slopes", index, tuple(signal.name for signal in signals))
-    if key not in evaluator.compiled:
+
+    def made() -> tuple[tuple[Any, ...], ca.Function]:
         moving = [*signals, *problem.unknowns]
         symbols = (*moving, *problem.constants)
         along = ca.vertcat(TIME.symbol, *[signal.symbol for signal in signals])
@@ -330,9 +330,10 @@ def _gradient_of(
             weights,
         ]
         function = ca.Function("slopes", inputs, ca.cse([ca.densify(slopes)]))
-        evaluator.compiled[key] = symbols, function
-    found: tuple[tuple[Any, ...], ca.Function] = evaluator.compiled[key]
-    return found
+        return symbols, function
+
+    names = tuple(signal.name for signal in signals)
+    return evaluator.once(("missed slopes", index, names), made)
 
 
 def _steps(expression: ca.SX, by: ca.SX, along: ca.SX) -> bool:

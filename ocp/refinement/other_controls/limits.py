@@ -17,8 +17,9 @@ import numpy as np
 from ocp.arrays import Array, Flags
 from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.columnwise import columnwise
-from ocp.optimality.hamiltonian import Hamiltonian
+from ocp.optimality.hamiltonian import hamiltonian_of
 from ocp.optimality.iterate import Iterate
+from ocp.refinement.other_controls.dependence import dependence_on_controls
 
 # Steps of Newton's method towards controls within their limits: the first ones may begin far away
 _NEWTON_STEPS = 6
@@ -39,7 +40,7 @@ class ControlLimits:
     function : casadi.Function
         ``(signals, time, unknowns and constants)`` to the constraints, (n_c,), and their slopes by
         the controls, (n_c n_u,).
-    columns : list of int
+    columns : tuple of int
         Of the controls among the signals.
     motion : (m, n)
         Signals of the motion.
@@ -56,7 +57,7 @@ class ControlLimits:
     """
 
     function: ca.Function
-    columns: list[int]
+    columns: tuple[int, ...]
     motion: Array
     times: Array
     numbers: Array
@@ -70,27 +71,29 @@ class ControlLimits:
         cls,
         iterate: Iterate,
         evaluator: Evaluator,
-        hamiltonian: Hamiltonian,
         index: int,
-        columns: list[int],
         motion: Array,
         times: Array,
     ) -> ControlLimits | None:
-        """Those of phase number `index`; None if it has none."""
-        inputs, _, path = hamiltonian.expressions()
-        slopes = ca.jacobian(path, inputs[0][columns])
-        places = [i for i in range(path.numel()) if slopes[i, :].nnz() > 0]
-        if not places:
+        """Those of phase number `index`; None if it has none.
+
+        Parameters
+        ----------
+        motion : (m, n)
+            Signals at the points.
+        times : (m, 1)
+            [s].
+        """
+        dependence = dependence_on_controls(iterate, evaluator, index)
+        if dependence.shared is None:
             return None
-        key = ("limits of controls", index, tuple(iterate.trajectory.phases[index].signals))
-        if key not in evaluator.compiled:
-            outputs = [ca.densify(path[places]), ca.densify(ca.vec(slopes[places, :]))]
-            evaluator.compiled[key] = ca.Function("limits", inputs[:3], ca.cse(outputs))
-        function, numbers = evaluator.compiled[key], evaluator.numbers(iterate.trajectory)
+        places, function = dependence.shared
+        numbers = evaluator.numbers(iterate.trajectory)
 
         # with the motion's own controls a constraint may be beyond its limits by what is tolerated
         own, _ = columnwise(function, motion, times, numbers)
         constraints = iterate.transcription.constraints[index]
+        hamiltonian = hamiltonian_of(evaluator, iterate.transcription, index)
         stated = [constraints[hamiltonian.paths[place]] for place in places]
         peaks = iterate.trajectory.peaks_of(iterate.problem)
         limits = np.array([one.limits(iterate.parameters, peaks) for one in stated])
@@ -100,7 +103,7 @@ class ControlLimits:
         off = np.abs(own[:, :, None] - limits).min(axis=2)
         near = off <= _TOUCHED * np.array([one.scale for one in stated])
         touched = near & ~np.array([one.is_equation for one in stated])
-        return cls(function, columns, motion, times, numbers, own, lower, upper, touched)
+        return cls(function, dependence.columns, motion, times, numbers, own, lower, upper, touched)
 
     def met(self, controls: Array, kept: int | None, *, along: bool) -> Array:
         """Controls near those given with which no constraint is beyond its limits, (m, n_u).

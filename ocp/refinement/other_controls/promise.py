@@ -15,21 +15,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-import casadi as ca
 import numpy as np
 
 from ocp.arrays import Array, Flags, Integers
 from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.columnwise import columnwise
-from ocp.numerics.linearity import is_linear, is_quadratic
-from ocp.numerics.polynomial_expressions import polynomial_degree
 from ocp.optimality.active_set import ACTING, acting_on_states, strongest_multipliers
-from ocp.optimality.hamiltonian import Hamiltonian, hamiltonian_of
+from ocp.optimality.hamiltonian import hamiltonian_of
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import duration_multiplier, phase_costates
 from ocp.problem.display import with_unit
 from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
-from ocp.refinement.other_controls.trials import ControlTrials, evaluations, tried_signals
+from ocp.refinement.other_controls.dependence import dependence_on_controls, tried_signals
+from ocp.refinement.other_controls.trials import ControlTrials, evaluations
 
 # Gauss points of an interval, and evaluations of the Hamiltonian in all: on fine meshes fewer
 # points of an interval are looked at
@@ -170,17 +168,14 @@ def others_of_phase(
     """
     phase = iterate.trajectory.phases[index]
     hamiltonian = hamiltonian_of(evaluator, iterate.transcription, index)
-    tried = tried_signals(iterate, index)
-    columns = [phase.signals.index(signal.name) for signal in tried]
-    inputs, value, path = hamiltonian.expressions()
-    u = inputs[0][columns]
-    vanished = iterate.takes_no_time(index)
+    tried, vanished = tried_signals(iterate, index), iterate.takes_no_time(index)
+    dependence = dependence_on_controls(iterate, evaluator, index)
     # a straight Hamiltonian has its least at an end of what straight limits leave
-    if not columns or (is_linear(value, u) and is_linear(path, u) and not vanished):
+    if not tried or (dependence.is_straight and not vanished):
         return None
-    intervals, tau, weights = _points_of(np.flatnonzero(where), len(columns))
-    if not vanished and _changes_shortly(evaluator, index, phase.signals, value, u, inputs[1]):
-        dense = _dense_points(np.flatnonzero(where), phase.fractions, len(columns))
+    intervals, tau, weights = _points_of(np.flatnonzero(where), len(tried))
+    if not vanished and dependence.changes_shortly:
+        dense = _dense_points(np.flatnonzero(where), phase.fractions, len(tried))
         intervals, tau, weights = max((intervals, tau, weights), dense, key=lambda p: p[0].size)
     if intervals.size == 0:
         return None
@@ -188,12 +183,12 @@ def others_of_phase(
     own = hamiltonian.at(evaluator, iterate.trajectory, costates, intervals, tau)
     points = (intervals, tau)
     # the best ones are neighbours then, which the program has compared
-    square = is_quadratic(value, u) and tried == hamiltonian.controls and not vanished
+    square = dependence.is_square and tried == hamiltonian.controls and not vanished
     convex = square and _is_convex(own.curvature)
-    if convex and _limits_are_convex(iterate, evaluator, hamiltonian, index, points):
+    if convex and _limits_are_convex(iterate, evaluator, index, points):
         return None
 
-    trials = ControlTrials.of(iterate, evaluator, hamiltonian, index, points, costates)
+    trials = ControlTrials.of(iterate, evaluator, index, points, costates)
     best, least = trials.best(own.value)
     less = own.value - least
     widths = np.diff(phase.breakpoints)
@@ -247,27 +242,8 @@ def _dense_points(
     return intervals[of_part], (number + 0.5) / parts[of_part], 1.0 / parts[of_part]
 
 
-def _changes_shortly(
-    evaluator: Evaluator, index: int, names: tuple[str, ...], value: ca.SX, u: ca.SX, time: ca.SX
-) -> bool:
-    """Whether what controls do to the Hamiltonian may change for a short time, as in a gust.
-
-    It may where time enters their slopes otherwise than as a polynomial.
-    """
-    key = ("what controls do changes shortly", index, names)
-    if key not in evaluator.compiled:
-        slopes = ca.vertsplit(ca.gradient(value, u))
-        evaluator.compiled[key] = any(polynomial_degree(s, [time], [1]) is None for s in slopes)
-    found: bool = evaluator.compiled[key]
-    return found
-
-
 def _limits_are_convex(
-    iterate: Iterate,
-    evaluator: Evaluator,
-    hamiltonian: Hamiltonian,
-    index: int,
-    points: tuple[Integers, Array],
+    iterate: Iterate, evaluator: Evaluator, index: int, points: tuple[Integers, Array]
 ) -> bool:
     """Whether the controls that path constraints allow are a convex set at points of a phase.
 
@@ -275,32 +251,28 @@ def _limits_are_convex(
     curves away from its only limit: a circle of friction, a thrust of limited size.
     """
     motion = iterate.trajectory.phases[index]
-    inputs, _, path = hamiltonian.expressions()
-    u = inputs[0][[motion.signals.index(control.name) for control in hamiltonian.controls]]
-    curved = [i for i in range(path.numel()) if not is_linear(path[i], u)]
-    if not all(is_quadratic(path[i], u) for i in curved):
-        return False
-    if not curved:
+    dependence = dependence_on_controls(iterate, evaluator, index)
+    if not dependence.curved:
         return True
+    if dependence.curvatures is None:
+        return False
 
     # towards which side each curves
     peaks = iterate.trajectory.peaks_of(iterate.problem)
     constraints = iterate.transcription.constraints[index]
-    limits = [constraints[hamiltonian.paths[i]].limits(iterate.parameters, peaks) for i in curved]
+    paths = hamiltonian_of(evaluator, iterate.transcription, index).paths
+    curved = [constraints[paths[i]] for i in dependence.curved]
+    limits = [constraint.limits(iterate.parameters, peaks) for constraint in curved]
     if any(np.isfinite(one).all() for one in limits):
         return False
     signs = [1.0 if np.isfinite(upper) else -1.0 for _, upper in limits]
-    key = ("curvature of limits", index, motion.signals, tuple(curved))
-    if key not in evaluator.compiled:
-        second = [ca.densify(ca.vec(ca.hessian(path[i], u)[0])) for i in curved]
-        evaluator.compiled[key] = ca.Function("curvatures", inputs[:3], ca.cse(second))
     curvatures = columnwise(
-        evaluator.compiled[key],
+        dependence.curvatures,
         motion.local(*points),
         evaluator.times(motion, *points)[:, None],
         evaluator.numbers(iterate.trajectory),
     )
-    count = u.numel()
+    count = len(dependence.columns)
     return all(
         _is_convex(sign * curvature.reshape(-1, count, count))
         for sign, curvature in zip(signs, curvatures, strict=True)

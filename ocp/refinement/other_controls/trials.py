@@ -16,9 +16,8 @@ import numpy as np
 from ocp.arrays import Array, Integers
 from ocp.mesh.trajectory import Evaluator
 from ocp.numerics.columnwise import columnwise
-from ocp.optimality.hamiltonian import Hamiltonian
 from ocp.optimality.iterate import Iterate
-from ocp.problem.symbols import Algebraic, Control
+from ocp.refinement.other_controls.dependence import dependence_on_controls, tried_signals
 from ocp.refinement.other_controls.limits import ControlLimits
 from ocp.refinement.unwrapping import possible_periods
 
@@ -44,7 +43,7 @@ class ControlTrials:
         ``(signals, time, unknowns and constants, costates) -> H``.
     motion : (m, n)
         Signals of the motion.
-    columns : list of int
+    columns : tuple of int
         Of the controls among the signals, those of the algebraic signals behind them.
     times : (m, 1)
         [s].
@@ -63,7 +62,7 @@ class ControlTrials:
 
     function: ca.Function
     motion: Array
-    columns: list[int]
+    columns: tuple[int, ...]
     times: Array
     numbers: Array
     costates: Array
@@ -77,7 +76,6 @@ class ControlTrials:
         cls,
         iterate: Iterate,
         evaluator: Evaluator,
-        hamiltonian: Hamiltonian,
         index: int,
         points: tuple[Integers, Array],
         costates: Array,
@@ -91,21 +89,21 @@ class ControlTrials:
             At the points.
         """
         phase, tried = iterate.trajectory.phases[index], tried_signals(iterate, index)
-        columns = [phase.signals.index(signal.name) for signal in tried]
+        dependence = dependence_on_controls(iterate, evaluator, index)
         motion, times = phase.local(*points), evaluator.times(phase, *points)[:, None]
         limits = np.array([iterate.parameters.signal_limits[signal.name] for signal in tried])
         sizes = np.array([iterate.scales.signals[signal.name] for signal in tried])
         rates = list(iterate.problem.phases[index].dynamics.values())
         return cls(
-            function=_hamiltonian_alone(evaluator, hamiltonian, index),
+            function=dependence.hamiltonian,
             motion=motion,
-            columns=columns,
+            columns=dependence.columns,
             times=times,
             numbers=evaluator.numbers(iterate.trajectory),
             costates=costates,
-            shared=ControlLimits.of(iterate, evaluator, hamiltonian, index, columns, motion, times),
+            shared=ControlLimits.of(iterate, evaluator, index, motion, times),
             limits=limits,
-            ranges=_ranges(limits, motion[:, columns], sizes),
+            ranges=_ranges(limits, motion[:, dependence.columns], sizes),
             turns=[list(possible_periods(rates, signal)) for signal in tried],
         )
 
@@ -212,12 +210,6 @@ class ControlTrials:
         return controls, np.where(allowed & ~np.isnan(values[:, 0]), values[:, 0], np.inf)
 
 
-def tried_signals(iterate: Iterate, index: int) -> tuple[Control | Algebraic, ...]:
-    """The controls of phase number `index`, and its algebraic signals, which change with them."""
-    columns = iterate.transcription.columns.phases[index]
-    return (*columns.controls, *columns.algebraics)
-
-
 def evaluations(controls: int) -> int:
     """About how often the Hamiltonian is evaluated at each point, for a number of controls.
 
@@ -233,14 +225,3 @@ def _ranges(limits: Array, own: Array, sizes: Array) -> Array:
     reach = np.maximum.reduce([high - low, sizes, np.abs(low), np.abs(high)])
     unbounded = np.column_stack([low - reach, high + reach])
     return np.where(np.isfinite(limits), limits, unbounded)
-
-
-def _hamiltonian_alone(evaluator: Evaluator, hamiltonian: Hamiltonian, index: int) -> ca.Function:
-    """``(signals, time, unknowns and constants, costates) -> H``, kept."""
-    names = tuple(control.name for control in hamiltonian.controls)
-    key = ("hamiltonian alone", index, names, hamiltonian.paths)
-    if key not in evaluator.compiled:
-        inputs, value, _ = hamiltonian.expressions()
-        evaluator.compiled[key] = ca.Function("hamiltonian_alone", inputs, [value])
-    kept: ca.Function = evaluator.compiled[key]
-    return kept
