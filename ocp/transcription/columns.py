@@ -30,6 +30,9 @@ from ocp.transcription.scaling import Scales
 
 _ORDERS = {"constant": 0, "linear": 1, "polynomial": None}
 
+# first column, rows and columns of a table of unknowns that follow each other
+_Table = tuple[int, int, int]
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ControlSet:
@@ -342,54 +345,28 @@ def _phase_columns(
 ) -> PhaseColumns:
     """Assign the unknowns of a phase, starting at column `first`."""
     algebraics = problem.algebraics[phase.name]
-    n_x, n_q, n_z = len(phase.states), len(integrals), len(algebraics)
+    n_x, n_q = len(phase.states), len(integrals)
     degrees = np.array(sorted(set(mesh.degrees.tolist())))
-    collocations = {int(degree): scheme.at(int(degree)) for degree in degrees}
-
-    # coefficients of each set of controls in an interval of a degree
     determined = _has_equations(phase)
-    counts = {
-        degree: [_coefficients(members, rule, determined) for members in control_sets]
-        for degree, rule in collocations.items()
+    layouts = {
+        int(degree): _IntervalLayout.of(
+            scheme.at(int(degree)), control_sets, n_x, n_q, len(algebraics), determined
+        )
+        for degree in degrees
     }
-    leading = sum(
-        (members.order + 1) * len(members.controls)
-        for members in control_sets
-        if members.order is not None
-    )
 
-    # length of an interval's stretch of columns, which depends on its degree only
-    lengths = {
-        degree: n_x
-        + n_q
-        + rule.inner * n_x
-        + sum(c * len(s.controls) for c, s in zip(counts[degree], control_sets, strict=True))
-        + rule.degree * n_z
-        for degree, rule in collocations.items()
-    }
-    per_interval = np.array([lengths[int(degree)] for degree in degrees])
-    per_interval = per_interval[np.searchsorted(degrees, mesh.degrees)]
-    offsets = first + np.concatenate([[0], np.cumsum(per_interval)])
+    # each interval begins where the one before ends; the last breakpoint has states and totals too
+    lengths = np.array([layouts[int(degree)].length for degree in degrees])
+    lengths = lengths[np.searchsorted(degrees, mesh.degrees)]
+    begins = first + np.concatenate([[0], np.cumsum(lengths)])
+    nodes = begins[:, None] + np.arange(n_x)
+    stop = int(begins[-1]) + n_x + n_q
 
-    nodes = offsets[:, None] + np.arange(n_x)
     groups = []
     for degree, moving in sorted({*zip(mesh.degrees.tolist(), mesh.moving.tolist(), strict=True)}):
         intervals = np.flatnonzero((mesh.degrees == degree) & (mesh.moving == moving))
-        stretch = _Stretch(offsets[intervals] + n_x + n_q, leading)
-        groups.append(
-            _interval_group(
-                collocations[degree],
-                intervals,
-                moving,
-                nodes,
-                control_sets,
-                counts[degree],
-                n_z,
-                stretch,
-            )
-        )
+        groups.append(layouts[degree].group(intervals, moving, begins, nodes))
 
-    stop = int(offsets[-1]) + n_x + n_q
     ends = None
     if not phase.has_fixed_times:
         ends = np.array([stop, stop + 1])
@@ -404,7 +381,7 @@ def _phase_columns(
         algebraics=algebraics,
         integrals=integrals,
         nodes=nodes,
-        totals=offsets[:, None] + n_x + np.arange(n_q),
+        totals=begins[:, None] + n_x + np.arange(n_q),
         groups=tuple(groups),
         ends=ends,
         moved=moved,
@@ -421,53 +398,94 @@ def _coefficients(members: ControlSet, rule: Collocation, determined: bool) -> i
     return max(1, min(rule.choices, rule.degree - members.one_fewer))
 
 
-class _Stretch:
-    """Columns of some intervals behind their left nodes and totals, handed out in order.
+@dataclass(frozen=True, eq=False, repr=False)
+class _IntervalLayout:
+    """Where the unknowns of an interval of one degree are, counted from its first column.
 
-    Controls of fixed order come first: their columns do not depend on the degree.
+    The states and the running totals at its left breakpoint come first. Controls of a fixed order
+    follow, whose columns do not depend on the degree, then the states inside, the other controls,
+    and the algebraic signals.
+
+    Attributes
+    ----------
+    rule : Collocation
+    controls : tuple of (first, rows, columns)
+        The coefficients of each set of controls, one row a coefficient.
+    inner, algebraics : (first, rows, columns)
+        The states inside and the algebraic signals, one row a point.
+    length : int
+        Number of all columns of the interval.
     """
 
-    def __init__(self, begin: Integers, leading: int) -> None:
-        self.leading = begin[:, None, None]
-        self.inner = self.leading + leading
+    rule: Collocation
+    controls: tuple[_Table, ...]
+    inner: _Table
+    algebraics: _Table
+    length: int
 
-    def take(self, rows: int, columns: int, leading: bool = False) -> Integers:
-        """A table (m, rows, columns) of new columns."""
-        table = np.arange(rows * columns).reshape(rows, columns)
-        if leading:
-            taken, self.leading = self.leading + table, self.leading + rows * columns
-        else:
-            taken, self.inner = self.inner + table, self.inner + rows * columns
-        return np.asarray(taken)
+    @classmethod
+    def of(
+        cls,
+        rule: Collocation,
+        control_sets: tuple[ControlSet, ...],
+        states: int,
+        totals: int,
+        algebraics: int,
+        determined: bool,
+    ) -> _IntervalLayout:
+        """For numbers of signals; with `determined` equations give all coefficients of controls."""
+        place = states + totals
 
+        def table(rows: int, columns: int) -> _Table:
+            nonlocal place
+            begin, place = place, place + rows * columns
+            return begin, rows, columns
 
-def _interval_group(
-    rule: Collocation,
-    intervals: Integers,
-    moving: bool,
-    nodes: Integers,
-    control_sets: tuple[ControlSet, ...],
-    counts: list[int],
-    n_z: int,
-    stretch: _Stretch,
-) -> IntervalGroup:
-    """The unknowns of some intervals of one degree."""
-    n_x = nodes.shape[1]
-    support = [nodes[intervals][:, None, :], stretch.take(rule.inner, n_x)]
-    if rule.ends_on_support:
-        support.append(nodes[intervals + 1][:, None, :])
-    controls = [
-        stretch.take(count, len(members.controls), leading=members.order is not None)
-        for count, members in zip(counts, control_sets, strict=True)
-    ]
-    return IntervalGroup(
-        collocation=rule,
-        intervals=intervals,
-        moving=moving,
-        support=np.concatenate(support, axis=1),
-        controls=tuple(controls),
-        algebraics=stretch.take(rule.degree, n_z),
-    )
+        def of_sets(*, fixed: bool) -> dict[ControlSet, _Table]:
+            return {
+                members: table(_coefficients(members, rule, determined), len(members.controls))
+                for members in control_sets
+                if (members.order is not None) == fixed
+            }
+
+        leading = of_sets(fixed=True)
+        inner = table(rule.inner, states)
+        tables = leading | of_sets(fixed=False)
+        of_algebraics = table(rule.degree, algebraics)
+        controls = tuple(tables[members] for members in control_sets)
+        return cls(rule, controls, inner, of_algebraics, length=place)
+
+    def group(
+        self, intervals: Integers, moving: bool, begins: Integers, nodes: Integers
+    ) -> IntervalGroup:
+        """The unknowns of some intervals.
+
+        Parameters
+        ----------
+        intervals : (m,)
+            Their numbers.
+        begins : (N + 1,)
+            The first columns of all intervals of the phase, and of its last breakpoint.
+        nodes : (N + 1, n_x)
+            Columns of the states there.
+        """
+
+        def columns(table: _Table) -> Integers:
+            place, rows, count = table
+            inside = np.arange(rows * count).reshape(rows, count)
+            return np.asarray(begins[intervals][:, None, None] + place + inside)
+
+        support = [nodes[intervals][:, None, :], columns(self.inner)]
+        if self.rule.ends_on_support:
+            support.append(nodes[intervals + 1][:, None, :])
+        return IntervalGroup(
+            collocation=self.rule,
+            intervals=intervals,
+            moving=moving,
+            support=np.concatenate(support, axis=1),
+            controls=tuple(columns(table) for table in self.controls),
+            algebraics=columns(self.algebraics),
+        )
 
 
 def _moved(mesh: PhaseMesh, first: int) -> Integers:
