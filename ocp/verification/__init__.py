@@ -2,7 +2,8 @@
 
 `simulation` drives the stated dynamics with the controls by another integrator, restarted where
 the motion amplifies errors too much. `verify` bounds the constraints between the points and gives
-the verdict. `certificate` tests the `conditions` of an optimum too, among them the
-`minimum_principle`, which is judged strictly where the active set does not change, and the
-`program_conditions` of the nonlinear program. `tolerances` says what each of them allows.
+the verdict. `certificate` tests all `conditions` of an optimum: `motion_conditions`,
+`optimality_conditions`, which judge the `minimum_principle` strictly where the active set does not
+change, and the `program_conditions` of the nonlinear program. `tolerances` says what each of them
+allows.
 """

@@ -3,7 +3,8 @@
 `certify` does not believe what the solve checked. It drives the dynamics with the controls again,
 evaluates the motion between the points and tests the first-order conditions from the multipliers.
 For schemes whose multipliers do not tell what a finer mesh gains, it solves the problem on one. The
-conditions themselves are in `ocp.verification.conditions`, `program_conditions` and `finer_mesh`.
+conditions themselves are in `motion_conditions`, `optimality_conditions`, `program_conditions` and
+`finer_mesh`, beside it.
 """
 
 from __future__ import annotations
@@ -18,14 +19,10 @@ from ocp.errors import StatementError
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers, all_multipliers
-from ocp.verification.conditions import (
-    Condition,
-    Evidence,
-    motion_conditions,
-    optimality_conditions,
-    step_conditions,
-)
+from ocp.verification.conditions import Condition, Evidence
 from ocp.verification.finer_mesh import finer_mesh_conditions
+from ocp.verification.motion_conditions import motion_conditions, step_conditions
+from ocp.verification.optimality_conditions import optimality_conditions
 from ocp.verification.program_conditions import (
     curvature_condition,
     peak_conditions,

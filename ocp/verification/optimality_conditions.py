@@ -1,0 +1,203 @@
+"""The conditions of a certificate on the controls: Pontryagin's minimum principle, phase by phase.
+
+They are those of continuous time, on `ocp.verification.minimum_principle`. Those of the nonlinear
+program are in `program_conditions`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import casadi as ca
+import numpy as np
+
+from ocp.optimality.active_set import ACTING, strongest_multipliers
+from ocp.optimality.iterate import Iterate
+from ocp.optimality.multipliers import duration_multiplier
+from ocp.problem.functionals import BoundaryValue, End, PhaseTime
+from ocp.problem.symbols import TIME, Between
+from ocp.refinement.estimates.promised_gain import promised_gain
+from ocp.refinement.estimates.switch_detection import control_jumps
+from ocp.refinement.other_controls.promise import other_controls, others_remark, promised_by
+from ocp.verification.conditions import Condition, Evidence
+from ocp.verification.minimum_principle import MinimumPrinciple, minimum_principle
+from ocp.verification.tolerances import Tolerances
+
+# Fraction of a phase within which a jump is on a breakpoint
+_ON_BREAKPOINT = 1e-9
+
+
+def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condition]:
+    """The minimum principle, phase by phase."""
+    iterate, informative = evidence.iterate, evidence.iterate.scheme.informative_multipliers
+    strongest = strongest_multipliers(iterate)
+    acting = [of_phase > ACTING for of_phase in strongest]
+
+    for index, costates in enumerate(evidence.multipliers.costates):
+        principle = minimum_principle(iterate, evidence.evaluator, costates, index, acting[index])
+        yield from _between_changes(principle, allowed)
+        yield from _on_the_whole(principle, _undetermined_jumps(iterate, index), allowed)
+        yield from _end_values(evidence, principle, index, allowed)
+        if informative and principle.acting.any():
+            yield Condition(
+                f"where path constraints act in '{principle.name}': Hamiltonian",
+                principle.gain_on_arcs / iterate.objective_size,
+                allowed.gain,
+                "what moving breakpoints promises to gain by its changes, to first order, relative "
+                "to the objective",
+            )
+
+    # other schemes have multipliers that meet the principle on any mesh, see `finer_mesh`
+    if informative:
+        yield Condition(
+            "finer controls",
+            promised_gain(iterate, evidence.evaluator, strongest),
+            allowed.gain,
+            "what they promise to gain, to first order, relative to the objective",
+        )
+    others = list(other_controls(iterate, evidence.evaluator))
+    yield Condition(
+        "other controls",
+        promised_by(others, iterate),
+        allowed.gain,
+        others_remark(others, iterate)
+        or "what controls far from these promise to gain, to first order, relative to the "
+        "objective; each was tried over its whole range, where no limit of states alone acts",
+    )
+
+
+def _between_changes(principle: MinimumPrinciple, allowed: Tolerances) -> Iterator[Condition]:
+    """What must hold strictly where the active set does not change."""
+    count, name = int(principle.changes.sum()), principle.name
+
+    # where changes take most of the time, the rest says little
+    yield Condition(
+        f"active-set changes of '{name}'",
+        principle.share_judged_by_means(allowed.within, allowed.strict),
+        allowed.changes,
+        f"{count} of {principle.changes.size} intervals hold a change of the active set or are "
+        "next to one; those that miss the strict limits take this part of the duration and are "
+        "judged by means",
+    )
+
+    # the Hamiltonian is constant only where time does not enter
+    if principle.autonomous:
+        yield Condition(
+            f"between changes of '{name}': Hamiltonian",
+            principle.drift_between_changes,
+            allowed.within,
+            "its largest difference, relative to its terms, between two intervals of a run without "
+            "changes of the active set, where no path constraint or state's bound acts",
+        )
+    # there is no slope where all intervals hold a change, and no curvature at the bounds
+    if principle.slopes.size:
+        yield Condition(
+            f"between changes of '{name}': dH/du",
+            principle.slope_between_changes,
+            allowed.strict,
+            "the worst interval mean of those without changes of the active set, projected on the "
+            "controls' bounds, relative to its terms",
+        )
+        if np.isfinite(principle.concavity):
+            yield Condition(
+                f"curvature of '{name}'",
+                principle.concavity,
+                allowed.concave,
+                "the Hamiltonian is nowhere concave in a control off its bounds, so that the "
+                "motion is no maximum of what is minimised",
+            )
+
+
+def _on_the_whole(
+    principle: MinimumPrinciple, remark: str, allowed: Tolerances
+) -> Iterator[Condition]:
+    """What holds in the mean over the phase, changes of the active set included."""
+    if principle.autonomous:
+        yield Condition(
+            f"Hamiltonian of '{principle.name}'",
+            principle.drift,
+            allowed.hamiltonian,
+            f"time does not enter, so it is constant: {principle.mean:.8g} with this mean drift"
+            + remark,
+        )
+    if principle.slopes.size:
+        yield Condition(
+            f"dH/du of '{principle.name}'",
+            principle.mean_slope,
+            allowed.slope,
+            "the interval means, projected on the controls' bounds, relative to their terms: mean "
+            "over time",
+        )
+
+
+def _undetermined_jumps(iterate: Iterate, index: int) -> str:
+    """Where the multipliers of a right answer may not be unique, in words."""
+    phase = iterate.trajectory.phases[index]
+    fixed = np.delete(phase.fractions, list(iterate.mesh.phases[index].movable))
+    places = {jump.at for jump in control_jumps(phase, iterate.scales.signals)}
+
+    # with a movable breakpoint on it the place of the jump is optimal, and the multipliers unique
+    times = [
+        f"{phase.start + place * (phase.end - phase.start):.6g} s"
+        for place in sorted(places)
+        if np.abs(fixed - place).min() < _ON_BREAKPOINT
+    ]
+    if not times:
+        return ""
+    return (
+        f"; a control jumps on a breakpoint that does not move ({', '.join(times)}), where the "
+        "multipliers need not be unique: another number of intervals tells"
+    )
+
+
+def _end_values(
+    evidence: Evidence, principle: MinimumPrinciple, index: int, allowed: Tolerances
+) -> Iterator[Condition]:
+    """Transversality: ``H = -dJ/dt`` at a free final time, ``dJ/dt`` at a free initial one."""
+    columns = evidence.iterate.transcription.columns.phases[index]
+    if columns.ends is None:
+        return
+    statement = columns.phase
+
+    sides: tuple[tuple[End, object, float], ...] = (
+        ("start", statement.start, 1.0),
+        ("end", statement.end, -1.0),
+    )
+    for node, (end, value, sign) in enumerate(sides):
+        if not isinstance(value, Between):
+            continue
+
+        # the time acts through its own bounds, through what is stated of the ends, and where the
+        # phase is as short as it may be
+        slope = evidence.bound_multiplier(columns.ends[node])
+        slope -= sign * duration_multiplier(evidence.iterate, index)
+        slope += _slope_by_time(evidence, principle.name, end)
+        found = principle.mean if principle.autonomous else principle.ends[node]
+        yield Condition(
+            f"Hamiltonian at the {end} of '{principle.name}'",
+            abs(found - sign * slope) / max(principle.size, abs(slope)),
+            allowed.hamiltonian,
+            f"the time is free, so it is {sign * slope:.8g}; found {found:.8g}",
+        )
+
+
+def _slope_by_time(evidence: Evidence, phase: str, end: End) -> float:
+    """Slope of objective, bounds and links by an end time, through the time and end values."""
+    iterate, evaluator = evidence.iterate, evidence.evaluator
+    last = iterate.trajectory.phase(phase).intervals - 1
+    interval, tau = (0, 0.0) if end == "start" else (last, 1.0)
+
+    slope = 0.0
+    for functional in iterate.problem.functionals:
+        if not isinstance(functional, (BoundaryValue, PhaseTime)):
+            continue
+        if (functional.phase, functional.end) != (phase, end):
+            continue
+        share = evidence.slope(functional)
+        if isinstance(functional, BoundaryValue):
+            # the value depends on the time by itself, beside the state that moves with it
+            by_time = ca.densify(ca.jacobian(functional.expression, TIME.symbol))
+            values = evaluator.values(iterate.trajectory, phase, [by_time], interval, [tau])
+            share *= float(values[0, 0])
+        slope += share
+    return slope
