@@ -18,6 +18,7 @@ from ocp.mesh.simulated_fit import determined_motion
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.collapse import collapsed
 from ocp.nlp.failures import failure
+from ocp.optimality.iterate import Iterate
 from ocp.optimality.multiplier_sets import fitted_to_switches
 from ocp.optimality.multipliers import multipliers
 from ocp.optimality.number_steps import number_remark, number_steps
@@ -130,17 +131,17 @@ def solve(
 def solve_from(
     meshes: MeshSolver, start: Start, mesh: Mesh, bound: float | None = None
 ) -> Solution:
-    """`solve` from a given start and mesh."""
+    """`solve` from a given start and mesh: refine, replay and check, until the replay agrees."""
     settings, accuracy = meshes.settings, meshes.settings.accuracy
     check_before_solve(meshes.problem, meshes.parameters)
     rounds: tuple[MeshIteration, ...] = ()
-    checking = 0.0
+    seconds = 0.0
 
     for _ in range(_STRICTER_GOES):
         refinement = refine(meshes, start, mesh, accuracy, rounds)
         iterate, rounds = refinement.best.iterate, refinement.rounds
         checked = _checked(meshes, refinement.best)
-        checking += checked.seconds
+        seconds += checked.verification.seconds
 
         if not (settings.refinement.adapts and settings.verify) or meshes.spent(rounds):
             break
@@ -153,7 +154,8 @@ def solve_from(
         accuracy = replace(accuracy, dynamics=accuracy.dynamics / _STRICTER)
         mesh, start = iterate.mesh, iterate
 
-    return _solution(meshes, refinement, replace(checked, seconds=checking), bound)
+    verification = replace(checked.verification, seconds=seconds)
+    return _solution(meshes, refinement, replace(checked, verification=verification), bound)
 
 
 @checked_keywords()
@@ -261,28 +263,22 @@ class _Checked:
     Attributes
     ----------
     motion : SimulatedMotion
+        Of the replay, without phases where the settings ask for none.
     replayed : Trajectory
+        The same as a trajectory; that of the iterate where nothing was replayed.
     verification : Verification
-    size : float
-        What differences of the objective are relative to [unit of the objective].
-    seconds : float
-        That this took [s].
     """
 
     motion: SimulatedMotion
     replayed: Trajectory
     verification: Verification
-    size: float
-    seconds: float
 
 
 def _checked(meshes: MeshSolver, best: SolvedMesh) -> _Checked:
     """Replay an iterate and check it, unless the settings say not to."""
     iterate = best.iterate
     if not meshes.settings.verify:
-        nothing = SimulatedMotion(())
-        size, unchecked = iterate.objective_size, unverified(iterate.objective)
-        return _Checked(nothing, iterate.trajectory, unchecked, size, 0.0)
+        return _Checked(SimulatedMotion(()), iterate.trajectory, unverified(iterate.objective))
     begin = clock.perf_counter()
     motion = simulate(meshes.problem, iterate.trajectory, dict(iterate.scales.signals))
     again = replayed(iterate.trajectory, motion)
@@ -295,7 +291,7 @@ def _checked(meshes: MeshSolver, best: SolvedMesh) -> _Checked:
         best.errors.of_motion,
     )
     seconds = clock.perf_counter() - begin
-    return _Checked(motion, again, verification, iterate.objective_size, seconds)
+    return _Checked(motion, again, replace(verification, seconds=seconds))
 
 
 def _costs_the_same(meshes: MeshSolver, refinement: Refinement, checked: _Checked) -> bool:
@@ -308,11 +304,10 @@ def _costs_the_same(meshes: MeshSolver, refinement: Refinement, checked: _Checke
     if any(isinstance(symbol, Peak) for symbol in meshes.problem.objective_symbols):
         return True
     accuracy, found = meshes.settings.accuracy, checked.verification
-    miss = abs(found.replayed_objective - found.objective)
-    if miss <= max(accuracy.objective, accuracy.replay) * checked.size:
+    iterate, miss = refinement.best.iterate, abs(found.replayed_objective - found.objective)
+    if miss <= max(accuracy.objective, accuracy.replay) * iterate.objective_size:
         return True
-    motion = refinement.best.iterate.trajectory
-    steps = any(True for _ in steps_along(meshes.problem, motion, meshes.evaluator))
+    steps = any(True for _ in steps_along(meshes.problem, iterate.trajectory, meshes.evaluator))
     return steps or refinement.ending != "tolerances"
 
 
@@ -331,10 +326,7 @@ def _solution(
     verdict = "unverified"
     if checked.verification.passed:
         verdict = verdict_on(meshes, refinement, fitted, bound)
-    steps = step_remark(steps_along(meshes.problem, iterate.trajectory, meshes.evaluator))
-    beside = number_remark(number_steps(iterate, meshes.evaluator))
-    remark = "; ".join(filter(None, (steps, beside)))
-    if remark:
+    if remark := _remark_on_steps(meshes, iterate):
         verdict += f"; {remark}"
         warnings.warn(f"'{meshes.problem.name}': {remark}", StatementWarning, stacklevel=5)
     solution = Solution(
@@ -343,7 +335,7 @@ def _solution(
         trajectory=iterate.trajectory,
         replayed=checked.replayed,
         replay=checked.motion,
-        verification=replace(checked.verification, seconds=checked.seconds),
+        verification=checked.verification,
         mesh=iterate.mesh,
         mesh_iterations=refinement.rounds,
         verdict=verdict,
@@ -355,17 +347,27 @@ def _solution(
 
     # on a fixed mesh the user wants to see what it gives
     if not checked.verification.passed and settings.refinement.adapts and settings.verify:
-        ended = refinement.ending == "budget"
-        when = f" when the budget of {meshes.budget} was used up" if ended else ""
-        raise Unverified(
-            f"the answer for '{meshes.problem.name}' did not pass its verification{when}: "
-            + "; ".join(checked.verification.reasons)
-            + (
-                f"; {remark}"
-                if remark
-                else "; loosen the tolerance named, allow more rounds or intervals"
-            )
-            + ", or look at the unverified answer in error.iterate",
-            solution,
-        )
+        raise _unverified(meshes, refinement, solution, remark)
     return solution
+
+
+def _remark_on_steps(meshes: MeshSolver, iterate: Iterate) -> str:
+    """What steps make of an answer, along the motion and beside it; empty without any."""
+    along = step_remark(steps_along(meshes.problem, iterate.trajectory, meshes.evaluator))
+    beside = number_remark(number_steps(iterate, meshes.evaluator))
+    return "; ".join(filter(None, (along, beside)))
+
+
+def _unverified(
+    meshes: MeshSolver, refinement: Refinement, solution: Solution, remark: str
+) -> Unverified:
+    """The error of an answer that did not pass; a remark on steps explains that better."""
+    ended = refinement.ending == "budget"
+    when = f" when the budget of {meshes.budget} was used up" if ended else ""
+    reasons = "; ".join(solution.verification.reasons)
+    advice = remark or "loosen the tolerance named, allow more rounds or intervals"
+    return Unverified(
+        f"the answer for '{meshes.problem.name}' did not pass its verification{when}: {reasons}; "
+        f"{advice}, or look at the unverified answer in error.iterate",
+        solution,
+    )
