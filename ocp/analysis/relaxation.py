@@ -31,7 +31,7 @@ from ocp.problem.phase import Phase, kept_alive
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Control, Signal, Symbol, Unknown, is_limited, resolve
 from ocp.progress import Progress
-from ocp.refinement.estimates.error_estimate import MotionErrors
+from ocp.refinement.estimates.motion_errors import MotionErrors
 from ocp.refinement.estimates.narrow_features import narrow_features
 from ocp.refinement.policies.adaptive_mesh import AdaptiveMesh
 from ocp.refinement.policies.policy import FixedMesh

@@ -14,7 +14,7 @@ from dataclasses import replace
 from ocp.problem.functionals import Peak
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.error_estimate import estimate_errors
-from ocp.refinement.estimates.peak_leaks import is_affordable
+from ocp.refinement.estimates.excess_price import is_affordable
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.solved_mesh import LOOSER, SolvedMesh, best_of
 from ocp.transcription.kernels import evaluated

@@ -18,8 +18,8 @@ from ocp.optimality.iterate import Iterate
 from ocp.problem.symbols import Constant
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.endings import Ending
-from ocp.refinement.estimates.error_estimate import MotionErrors
 from ocp.refinement.estimates.missed_slopes import missed_slopes
+from ocp.refinement.estimates.motion_errors import MotionErrors
 from ocp.refinement.estimates.narrow_features import (
     NarrowFeature,
     mesh_that_sees,

@@ -21,7 +21,7 @@ from ocp.problem.kinks.epigraph import as_stated
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem, named
 from ocp.problem.symbols import resolve, scalar
-from ocp.refinement.estimates.error_estimate import dense_peak
+from ocp.refinement.estimates.motion_errors import dense_peak
 from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.verification.simulation import SimulatedMotion
 from ocp.verification.verify import Verification

@@ -15,9 +15,9 @@ from ocp.optimality.number_steps import number_remark, number_steps
 from ocp.optimality.steps import step_remark, steps_along
 from ocp.problem.symbols import Constant
 from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.estimates.error_estimate import MotionErrors
 from ocp.refinement.estimates.excess_price import worth_of_excess
 from ocp.refinement.estimates.missed_slopes import missed_slopes
+from ocp.refinement.estimates.motion_errors import MotionErrors
 from ocp.refinement.estimates.narrow_features import NarrowFeature, feature_remark, narrow_features
 from ocp.verification.conditions import Condition, Evidence
 from ocp.verification.far_origins import WITHIN

@@ -24,8 +24,8 @@ from ocp.optimality.iterate import Iterate
 from ocp.problem.functionals import Peak
 from ocp.problem.symbols import TIME
 from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.estimates.error_estimate import MotionErrors, dense_peak
 from ocp.refinement.estimates.excess_price import worth_of_excess
+from ocp.refinement.estimates.motion_errors import MotionErrors, dense_peak
 from ocp.transcription.path_constraints import PathConstraint
 from ocp.verification.far_origins import WITHIN, FarOrigin, far_origins
 from ocp.verification.simulation import SimulatedMotion

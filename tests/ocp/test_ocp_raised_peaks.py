@@ -16,7 +16,7 @@ from ocp import (
     Unverified,
     solve,
 )
-from ocp.refinement.estimates.peak_leaks import is_affordable
+from ocp.refinement.estimates.excess_price import is_affordable
 
 
 def ride(cap=None):

@@ -1,11 +1,13 @@
 """What is wrong with a solved mesh, and what a better one could gain.
 
-`error_estimate` puts it together: dynamics and limits between the points. `promised_gain` says what
-finer controls could bring, `constrained_arcs` what is lost where a path acts, `missed_switches`
-what a breakpoint at the wrong place costs, `back_off_cost` what limits that are backed off keep,
-`peak_leaks` what raised peaks cost, and `excess_price` what an excess is worth. `switch_detection`
-finds the jumps of controls, `control_resolution` says how well their shapes are resolved,
-`active_set_changes` where limits are met or left, and `kink_crossings` where the motion crosses
-kinks. `narrow_features` looks once more at an answer, for what lies between all points, and
+`motion_errors` measures dynamics and limits between the points. `error_estimate` puts that together
+with what is lost. `promised_gain` says what finer controls could bring, `constrained_arcs` what is
+lost where a path acts, `missed_switches` what a breakpoint at the wrong place costs,
+`back_off_cost` what limits that are backed off keep, and `excess_price` what an excess is worth and
+raised peaks cost.
+
+`switch_detection` finds the jumps of controls, `control_resolution` says how well their shapes are
+resolved, `active_set_changes` where limits are met or left, and `kink_crossings` where the motion
+crosses kinks. `narrow_features` looks once more at an answer, for what lies between all points, and
 `missed_slopes` for what a zero hides there, both at `dense_panels`.
 """

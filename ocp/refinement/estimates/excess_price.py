@@ -1,12 +1,14 @@
-"""What an excess over a limit is worth, by the limit's multipliers.
+"""What an excess over a limit is worth, and what it costs to raise peaks by theirs.
 
 A small part of a limit's size may be a large part of what the objective has to pay for it: a floor
 of 0.1 mm below a motion over 10 m decides on the whole effort, and a millionth of 10 m is a tenth
-of it. To first order an excess brings its multiplier times itself.
+of it. To first order an excess brings its multiplier times itself. A peak is a limit that may be
+raised to what the motion has between its points, which costs as much.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -15,7 +17,9 @@ from ocp.arrays import Array
 from ocp.numerics.interval_maxima import Extremes
 from ocp.optimality.active_set import path_multiplier_sums
 from ocp.optimality.iterate import Iterate
+from ocp.problem.functionals import Peak
 from ocp.refinement.accuracy import Accuracy
+from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 
 # An excess counts this many times at most. Beyond that it is the solver's own tolerance.
 _MOST = 1e3
@@ -59,3 +63,43 @@ def weighted_by_worth(
         factor = float(np.clip(price.sum() / allowed, 1.0, _MOST))
         counted.append(Extremes(extremes.values * factor, extremes.tau, extremes.size / factor))
     return tuple(counted)
+
+
+def is_affordable(cost: float, promised: float) -> bool:
+    """Whether peaks may be raised at a cost, beside what finer controls promise; both relative.
+
+    It may be as much as they promise. Where a certificate allows that promise, both together have
+    to be what it allows.
+    """
+    return cost <= (promised if promised > CERTIFIED_GAIN else CERTIFIED_GAIN - promised)
+
+
+def cost_of_raising(
+    iterate: Iterate, excess: Sequence[tuple[Extremes, ...]], tolerance: float
+) -> float:
+    """What raised peaks cost of the objective to first order; infinite where more than peaks leaks.
+
+    Zero where nothing leaks.
+
+    Parameters
+    ----------
+    excess : sequence of tuple of Extremes
+        Of each phase, that of each path constraint in each interval, relative.
+    tolerance : float
+        Relative excess up to which a constraint holds.
+    """
+    above: dict[Peak, float] = {}
+    dear: dict[Peak, float] = {}
+    for index, of_phase in enumerate(excess):
+        constraints = iterate.transcription.constraints[index]
+        of_sizes = prices(iterate, index, of_phase)
+        for constraint, extremes, price in zip(constraints, of_phase, of_sizes, strict=True):
+            worst, peak = float(extremes.values.max()), constraint.peak
+            if peak is None and worst > tolerance:
+                return math.inf
+            if peak is not None:
+                leak = worst * extremes.size if worst > tolerance else 0.0
+                # the whole peak is raised, on both its sides and in all its phases
+                above[peak] = max(above.get(peak, 0.0), leak)
+                dear[peak] = dear.get(peak, 0.0) + float(price.sum()) / extremes.size
+    return sum(above[peak] * dear[peak] for peak in above)

@@ -27,7 +27,7 @@ from ocp.refinement.estimates.dense_panels import (
     finite,
     panels_of_phase,
 )
-from ocp.refinement.estimates.error_estimate import MotionErrors
+from ocp.refinement.estimates.motion_errors import MotionErrors
 
 # Degree up to which a polynomial hides nothing between the points, and the operations of an
 # expression up to which it is worth to look whether it is one

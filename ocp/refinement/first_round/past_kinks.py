@@ -35,8 +35,8 @@ from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.budget import Budget
-from ocp.refinement.estimates.error_estimate import MotionErrors
 from ocp.refinement.estimates.kink_crossings import NEAR_WHILE_ROUGH, kink_crossings
+from ocp.refinement.estimates.motion_errors import MotionErrors
 from ocp.refinement.first_round.rounded_kinks import with_rounded_kinks
 from ocp.refinement.first_round.starts import MeshAnswer, MeshRound
 from ocp.refinement.loop import History, refine_meshes

@@ -21,7 +21,7 @@ from math import inf
 from ocp.mesh.phase_times import meet_freely
 from ocp.nlp.result import NlpResult
 from ocp.nlp.solver import StartingPoint
-from ocp.refinement.estimates.error_estimate import MotionErrors
+from ocp.refinement.estimates.motion_errors import MotionErrors
 from ocp.refinement.first_round.starts import (
     PATIENCE,
     MeshAnswer,

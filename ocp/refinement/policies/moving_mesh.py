@@ -23,7 +23,7 @@ from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.numerics.schemes import Scheme
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.estimates.error_estimate import MotionErrors
+from ocp.refinement.estimates.motion_errors import MotionErrors
 from ocp.refinement.policies.adaptive_mesh import AdaptiveMesh
 from ocp.refinement.policies.policy import RefinementPolicy, check_counts
 from ocp.refinement.solved_mesh import SolvedMesh

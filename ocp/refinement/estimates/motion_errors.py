@@ -1,0 +1,281 @@
+"""How far a motion is off between its points: dynamics, constraints and peaks.
+
+Nothing here asks how the motion was found, nor what a finer mesh would gain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ocp.arrays import Array, Integers
+from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
+from ocp.numerics.interval_maxima import Extremes, dense_grid, maxima
+from ocp.numerics.schemes import Collocation, Gauss
+from ocp.problem.functionals import Integral, Peak
+from ocp.problem.parameters import Parameters
+from ocp.transcription.path_constraints import PathConstraint
+from ocp.transcription.transcribe import Transcription
+
+# Samples of a peak over all intervals of a phase, at most
+_MOST_SAMPLES = 2e5
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MotionErrors:
+    """How far a motion is off between its points, whether it is a solution or its replay.
+
+    Attributes
+    ----------
+    transcription : Transcription
+        What the motion is held to: dynamics, constraints, scales.
+    trajectory : Trajectory
+        The motion.
+    evaluator : Evaluator
+        Of the problem.
+    parameters : Parameters
+        Values of the problem's constants.
+    """
+
+    transcription: Transcription
+    trajectory: Trajectory
+    evaluator: Evaluator
+    parameters: Parameters
+
+    @cached_property
+    def limits(self) -> tuple[tuple[tuple[float, float], ...], ...]:
+        """Lower and upper limit of each path constraint of each phase, at the motion's peaks."""
+        peaks = self.trajectory.peaks_of(self.transcription.problem)
+        return tuple(
+            tuple(constraint.limits(self.parameters, peaks) for constraint in constraints)
+            for constraints in self.transcription.constraints
+        )
+
+    @cached_property
+    def excess(self) -> tuple[tuple[Extremes, ...], ...]:
+        """How far the constraints of each phase are exceeded in each interval, relative.
+
+        One `Extremes` a path constraint, minus infinity for equations. Values are exact where a
+        constraint is exceeded or about to be, and where it is closest to that.
+        """
+        return tuple(
+            self._excess_of_phase(motion, constraints, limits)
+            for motion, constraints, limits in zip(
+                self.trajectory.phases, self.transcription.constraints, self.limits, strict=True
+            )
+        )
+
+    @cached_property
+    def dynamics(self) -> tuple[Array, ...]:
+        """Errors of dynamics, integrals and equations in each interval of each phase, (N,) each."""
+        errors = []
+        for index, motion in enumerate(self.trajectory.phases):
+            parts = (
+                self._dynamics_error(motion, index),
+                self._quadrature_error(motion),
+                self._equation_error(motion, index),
+            )
+            errors.append(np.maximum.reduce(parts))
+        return tuple(errors)
+
+    @property
+    def worst_excess(self) -> float:
+        """Largest excess of a path constraint, relative; 0 where there is none."""
+        values = [float(e.values.max()) for phase in self.excess for e in phase]
+        return max(values, default=0.0)
+
+    @property
+    def worst_dynamics(self) -> float:
+        """Largest error of dynamics, integrals and equations in an interval, relative."""
+        return max(float(errors.max()) for errors in self.dynamics)
+
+    def _excess_of_phase(
+        self,
+        motion: PhaseTrajectory,
+        constraints: Sequence[PathConstraint],
+        limits: Sequence[tuple[float, float]],
+    ) -> tuple[Extremes, ...]:
+        limited = [c for c in constraints if not c.is_equation]
+        samples = iter(
+            _samples(self.evaluator, self.trajectory, motion, [c.expression for c in limited])
+        )
+        nothing = Extremes(np.full(motion.intervals, -np.inf), np.full(motion.intervals, 0.5))
+        return tuple(
+            nothing if c.is_equation else self._excess_of(motion, c, between, next(samples))
+            for c, between in zip(constraints, limits, strict=True)
+        )
+
+    def _excess_of(
+        self,
+        motion: PhaseTrajectory,
+        constraint: PathConstraint,
+        limits: tuple[float, float],
+        samples: Array,
+    ) -> Extremes:
+        """Excess of one constraint from its values on the dense grid, (N, m)."""
+        lower, upper = limits
+        largest = 0.0
+
+        def beyond(values: Array) -> Array:
+            nonlocal largest
+            largest = max(largest, float(np.abs(values[np.isfinite(values)]).max(initial=0.0)))
+            signed = constraint.sign * values
+            return np.asarray(np.maximum(signed - upper, lower - signed))
+
+        def sampled(intervals: Integers, tau: Array) -> Array:
+            return beyond(self._values(motion, constraint.expression, intervals, tau))
+
+        extremes = maxima(sampled, beyond(samples), _grid(motion), level=0.0)
+        size = constraint.size(limits, largest)
+        return Extremes(extremes.values / size, extremes.tau, size)
+
+    def _equation_error(self, motion: PhaseTrajectory, index: int) -> Array:
+        """How far equations are off in each interval, the largest relative to its scale, (N,)."""
+        constraints, limits = self.transcription.constraints[index], self.limits[index]
+        pairs = zip(constraints, limits, strict=True)
+        equations = [(c, upper) for c, (_, upper) in pairs if c.is_equation]
+        expressions = [c.expression for c, _ in equations]
+        samples = _samples(self.evaluator, self.trajectory, motion, expressions)
+        worst = np.zeros(motion.intervals)
+
+        for (equation, wanted), values in zip(equations, samples, strict=True):
+
+            def off(
+                intervals: Integers,
+                tau: Array,
+                expression: Any = equation.expression,
+                wanted: float = wanted,
+            ) -> Array:
+                return np.abs(self._values(motion, expression, intervals, tau) - wanted)
+
+            extremes = maxima(off, np.abs(values - wanted), _grid(motion), level=-np.inf)
+            worst = np.maximum(worst, extremes.values / equation.scale)
+        return worst
+
+    def _dynamics_error(self, motion: PhaseTrajectory, index: int) -> Array:
+        """Integrated residual of the dynamics relative to the sizes of the states, (N,).
+
+        The residual ``|x' - f|`` of the collocation polynomial is integrated by Gauss quadrature of
+        two points more than the degree (Betts, "Practical Methods for Optimal Control", sec. 4.7).
+        """
+        rates = list(self.transcription.problem.phases[index].dynamics.values())
+        sizes = np.array([self.transcription.scales.signals[name] for name in motion.states])
+        nodes = Gauss().at(int(motion.degrees.max()) + 2)
+        intervals, tau = _every_interval(motion, nodes.points)
+
+        stated = self.evaluator.values(self.trajectory, motion.name, rates, intervals, tau)
+        residual = np.abs(motion.rates(intervals, tau) - stated) / sizes
+        residual = residual.reshape(motion.intervals, nodes.degree, -1)
+
+        steps = np.diff(motion.breakpoints)
+        error = np.einsum("kqs,q->ks", residual, nodes.weights) * steps[:, None]
+        return _finite_or_infinite(error.max(axis=1))
+
+    def _quadrature_error(self, motion: PhaseTrajectory) -> Array:
+        """Error of the scheme's quadrature relative to the sizes of the integrals, (N,).
+
+        The reference is Gauss quadrature of three points more than the degree. The size of an
+        integral is its own value where that is more than its scale.
+        """
+        integrals: list[Integral] = list(self.transcription.problem.integrals[motion.name])
+        if not integrals:
+            return np.zeros(motion.intervals)
+        sizes = [self.transcription.scales.functionals[f] for f in integrals]
+        expressions = [f.expression for f in integrals]
+        error = np.zeros((motion.intervals, len(integrals)))
+        totals = np.zeros(len(integrals))
+
+        for degree in sorted(set(motion.degrees.tolist())):
+            here = np.flatnonzero(motion.degrees == degree)
+            width = np.diff(motion.breakpoints)[here, None]
+            by_scheme, by_reference = (
+                self._integrated(motion, expressions, here, rule) * width
+                for rule in (motion.scheme.at(degree), Gauss().at(degree + 3))
+            )
+            error[here] = np.abs(by_scheme - by_reference)
+            totals += by_reference.sum(axis=0)
+
+        relative = error / np.maximum(sizes, np.abs(totals))
+        return _finite_or_infinite(relative.max(axis=1))
+
+    def _integrated(
+        self,
+        motion: PhaseTrajectory,
+        expressions: list[Any],
+        intervals: Integers,
+        rule: Collocation,
+    ) -> Array:
+        """Means of expressions over intervals (m,) by a quadrature rule, (m, n)."""
+        k, tau = np.repeat(intervals, rule.degree), np.tile(rule.points, intervals.size)
+        values = self.evaluator.values(self.trajectory, motion.name, expressions, k, tau)
+        values = values.reshape(intervals.size, rule.degree, len(expressions))
+        return np.asarray(np.einsum("kqi,q->ki", values, rule.weights))
+
+    def _values(
+        self, motion: PhaseTrajectory, expression: Any, intervals: Integers, tau: Array
+    ) -> Array:
+        values = self.evaluator.values(self.trajectory, motion.name, [expression], intervals, tau)
+        return values.ravel()
+
+
+def dense_peak(evaluator: Evaluator, trajectory: Trajectory, peak: Peak, samples: int = 0) -> float:
+    """A peak evaluated between the points, over all its phases.
+
+    Parameters
+    ----------
+    samples : int
+        Of a phase, about, if that is more than what its intervals have.
+    """
+    highest = -np.inf
+    for name, expression in peak.pieces:
+        motion = trajectory.phase(name)
+
+        def sized(values: Array) -> Array:
+            return np.abs(values) if peak.absolute else values
+
+        def sampled(
+            intervals: Integers, tau: Array, name: str = name, expression: Any = expression
+        ) -> Array:
+            values = evaluator.values(trajectory, name, [expression], intervals, tau)
+            return sized(values.ravel())
+
+        # as many in each interval as the longest one takes
+        grid = _grid(motion)
+        count = min(samples * np.diff(motion.fractions).max(), _MOST_SAMPLES / motion.intervals)
+        if count > grid.size:
+            grid = np.linspace(0.0, 1.0, int(count))
+        values = sampled(*_every_interval(motion, grid)).reshape(motion.intervals, -1)
+        extremes = maxima(sampled, values, grid)
+        highest = max(highest, float(extremes.values.max()))
+    return highest
+
+
+def _grid(motion: PhaseTrajectory) -> Array:
+    return dense_grid(int(motion.degrees.max()))
+
+
+def _every_interval(motion: PhaseTrajectory, tau: Array) -> tuple[Integers, Array]:
+    """Local times (m,) in each interval: intervals and local times, (N m,) each."""
+    intervals = np.repeat(np.arange(motion.intervals), tau.size)
+    return intervals, np.tile(tau, motion.intervals)
+
+
+def _samples(
+    evaluator: Evaluator,
+    trajectory: Trajectory,
+    motion: PhaseTrajectory,
+    expressions: Sequence[Any],
+) -> list[Array]:
+    """Values of expressions on the dense grid of every interval, all at once, (N, m) each."""
+    intervals, tau = _every_interval(motion, _grid(motion))
+    values = evaluator.values(trajectory, motion.name, expressions, intervals, tau)
+    return [column.reshape(motion.intervals, -1) for column in values.T]
+
+
+def _finite_or_infinite(error: Array) -> Array:
+    """What is not a number counts as infinite."""
+    return np.where(np.isfinite(error), error, np.inf)
