@@ -29,6 +29,7 @@ from ocp.problem.parameters import Parameters, parameters_of
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
 from ocp.progress import Progress, shown
+from ocp.refinement.better_motions.saddles import lower_motion, may_be_saddle
 from ocp.refinement.estimates.missed_slopes import missed_slopes
 from ocp.refinement.estimates.motion_errors import MotionErrors
 from ocp.refinement.estimates.narrow_features import may_hide, narrow_features
@@ -42,7 +43,6 @@ from ocp.refinement.policies.moving_mesh import (
     price_of_widths,
 )
 from ocp.refinement.refine import refine
-from ocp.refinement.saddles import lower_motion, may_be_saddle
 from ocp.refinement.solved_mesh import LOOSER
 from ocp.settings import Settings
 from ocp.solution.solution import Solution

@@ -2,7 +2,8 @@
 
 The loop of mesh iterations (`ocp.refinement.loop`) ends at a motion that meets all tolerances at
 the points that are looked at. Here it is run again where the points of that motion miss something
-narrow, and from a lower motion where it is a saddle.
+narrow, where switches seem to be held far from their times, and from a lower motion where it is a
+saddle.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ from ocp.nlp.solver import StartingPoint
 from ocp.optimality.iterate import Iterate
 from ocp.problem.symbols import Constant
 from ocp.refinement.accuracy import Accuracy
+from ocp.refinement.better_motions.fresh_mesh import on_fresh_mesh
+from ocp.refinement.better_motions.saddles import held_still, lower_motion, may_be_saddle
 from ocp.refinement.endings import Ending
 from ocp.refinement.estimates.missed_slopes import missed_slopes
 from ocp.refinement.estimates.motion_errors import MotionErrors
@@ -39,13 +42,16 @@ from ocp.refinement.loop import (
 from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.other_controls.promise import other_controls, promised_by
+from ocp.refinement.policies.adaptive_mesh import AdaptiveMesh
 from ocp.refinement.raised_peaks import verifiable
-from ocp.refinement.saddles import held_still, lower_motion, may_be_saddle
 from ocp.refinement.solved_mesh import LOOSER, SolvedMesh, best_of
 from ocp.refinement.stopped import budget_spent, interrupted
 
 # How often a refinement goes on because its points missed something narrow.
 _SIGHTS = 4
+
+# Meshes made anew, one after the other, to free switches
+_FRESH_MESHES = 2
 
 # Saddles that are left one after the other.
 _SADDLES = 2
@@ -117,6 +123,7 @@ def refine(
     try:
         ending = _refine_past_kinks(meshes, start, mesh, accuracy, history)
         ending, features, sighted = _seen(meshes, accuracy, history, ending)
+        ending = _with_switches_freed(meshes, accuracy, history, ending)
         ending, lower = _left_saddles(meshes, accuracy, history, ending)
     except KeyboardInterrupt as stop:
         raise interrupted(meshes.problem, history.solved, accuracy, None) from stop
@@ -188,6 +195,28 @@ def _seen(
             break
         history.solved[:] = further
     return ending, features, sighted
+
+
+def _with_switches_freed(
+    meshes: MeshSolver, accuracy: Accuracy, history: History, ending: Ending
+) -> Ending:
+    """Go on from a mesh made anew while that frees a switch that is held far from its time."""
+    policy = meshes.settings.refinement
+    if not (isinstance(policy, AdaptiveMesh) and policy.move_breakpoints):
+        return ending
+    for _ in range(_FRESH_MESHES):
+        best = best_of(history.solved, accuracy)
+        if ending == "budget" or not best.holds(accuracy, LOOSER):
+            break
+        better = on_fresh_mesh(meshes, best.iterate, history.rounds)
+        if better is None:
+            break
+        gone_on, further = _gone_on(meshes, better, better.mesh, accuracy, history)
+        if not any(s.holds(accuracy, LOOSER) for s in further):
+            break
+        history.solved.extend(further)
+        ending = gone_on
+    return ending
 
 
 def _gone_on(

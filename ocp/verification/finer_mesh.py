@@ -11,8 +11,8 @@ import math
 from collections.abc import Iterator
 
 from ocp.mesh.mesh import cut_in_two
+from ocp.refinement.better_motions.saddles import held_still
 from ocp.refinement.mesh_solver import MeshSolver
-from ocp.refinement.saddles import held_still
 from ocp.settings import Settings
 from ocp.verification.conditions import Condition, Evidence
 from ocp.verification.tolerances import Tolerances

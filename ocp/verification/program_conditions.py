@@ -19,8 +19,8 @@ from ocp.optimality.active_set import limit_distances
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers
 from ocp.optimality.multipliers import multipliers as recovered
+from ocp.refinement.better_motions.saddles import lower_motion, may_be_saddle
 from ocp.refinement.mesh_solver import MeshSolver
-from ocp.refinement.saddles import lower_motion, may_be_saddle
 from ocp.settings import Settings
 from ocp.verification.conditions import Condition, Evidence
 from ocp.verification.tolerances import Tolerances

@@ -25,7 +25,7 @@ import numpy as np
 from ocp.arrays import Array, Flags
 from ocp.mesh.mesh import SAME_POINT
 from ocp.mesh.trajectory import Evaluator
-from ocp.optimality.hamiltonian import relative_jumps, shifts
+from ocp.optimality.hamiltonian import hamiltonian_jumps, relative_jumps, shifts
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.steps import steps_along
 from ocp.refinement.estimates.switch_detection import Jump, switches_at_breakpoints
@@ -39,6 +39,10 @@ _MISSED = 1e-3
 # benchmarks the costates' errors leave up to 1.4e-3. A switch of two valleys that was 40 s off left
 # 2.5e-3, at a loss of 2e-4 of the objective.
 _BALANCED = 2e-3
+
+# Of the objective: what moving a switch halfway to the next one has to promise. At the optima of
+# the benchmarks costates' errors promise up to 1.7e-4, and a switch that was held 6e-4.
+_FAR_AWAY = 2e-4
 
 
 def held_switches(iterate: Iterate, index: int, jumps: Sequence[Jump]) -> Flags:
@@ -80,6 +84,30 @@ def displaced_switches(iterate: Iterate, evaluator: Evaluator, index: int) -> Fl
     if displaced.any() and _has_unseen_steps(iterate, evaluator, index):
         return np.zeros_like(displaced)
     return displaced
+
+
+def held_far_away(iterate: Iterate, evaluator: Evaluator, index: int) -> bool:
+    """Whether moving a held switch of a phase far seems to gain, by a jump of the Hamiltonian.
+
+    The objective changes with the time of a switch by that jump, which falls to nothing where the
+    switch belongs. How far that is, the jump does not tell, but the next switch is no nearer. So
+    this is a suspicion only. No phase with instants at known times is suspected, as breakpoints
+    there have to stay.
+    """
+    motion = iterate.trajectory.phases[index]
+    held = _held_by_sides(iterate, index)
+    told = iterate.scheme.informative_multipliers and not iterate.takes_no_time(index)
+    if not (held.any() and told) or iterate.problem.instants[motion.name]:
+        return False
+
+    switches = switches_at_breakpoints(motion, iterate.scales.signals)
+    inner = motion.breakpoints[1:-1]
+    ends = np.concatenate([motion.breakpoints[:1], inner[switches], motion.breakpoints[-1:]])
+    next_one = np.searchsorted(ends, inner[held])
+    way = np.minimum(ends[next_one + 1] - inner[held], inner[held] - ends[next_one - 1])
+    jumps = np.abs(hamiltonian_jumps(iterate, evaluator, index)[held])
+    promised = float((0.5 * jumps * way).max()) / iterate.objective_size
+    return promised >= _FAR_AWAY and not _has_unseen_steps(iterate, evaluator, index)
 
 
 def displaced_remark(iterate: Iterate, evaluator: Evaluator) -> str:

@@ -34,6 +34,7 @@ from ocp.problem.parameters import Parameters, parameters_of
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
 from ocp.refinement.accuracy import Accuracy
+from ocp.refinement.better_motions.saddles import held_still
 from ocp.refinement.budget import Budget
 from ocp.refinement.estimates.kink_crossings import NEAR_WHILE_ROUGH, kink_crossings
 from ocp.refinement.estimates.motion_errors import MotionErrors
@@ -48,7 +49,6 @@ from ocp.refinement.policies.kink_breakpoints import (
     with_crossings,
     with_sides,
 )
-from ocp.refinement.saddles import held_still
 from ocp.refinement.solved_mesh import LOOSER, SolvedMesh
 from ocp.transcription.packing import trajectory_of
 from ocp.transcription.scaling import Scales, variations_of

@@ -1,0 +1,1 @@
+"""Motions that are better than an answer of the loop, to go on from: `ocp.refinement.refine`."""
