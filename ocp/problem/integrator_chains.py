@@ -14,7 +14,7 @@ from functools import lru_cache
 
 import casadi as ca
 
-from ocp.numerics.linearity import is_linear
+from ocp.numerics.linearity import is_linear, is_quadratic
 from ocp.numerics.polynomial_expressions import polynomial_degree
 from ocp.numerics.schemes import Scheme
 from ocp.numerics.stepwise_operations import stepwise_operations
@@ -83,10 +83,10 @@ def shape_of(
     "automatic" is linear for a control that drives a chain of two or more integrators which the
     scheme then integrates exactly, and polynomial otherwise. A control in an equation of the phase,
     such as an acceleration of implicit dynamics, is polynomial: it then has a value of its own at
-    each point at which the equation is imposed. So is one whose limits are curved in time, because
-    straight lines would need very many intervals to follow them. An automatic polynomial in which
-    the phase is linear has one coefficient fewer than there are collocation points, see
-    `ocp.problem.linear_controls`. "full" is "automatic" without this.
+    each point at which the equation is imposed. So is one whose limits are curved, in time or with
+    other controls, because straight lines would need very many intervals to follow them. An
+    automatic polynomial in which the phase is linear has one coefficient fewer than there are
+    collocation points, see `ocp.problem.linear_controls`. "full" is "automatic" without this.
     """
     shape = control.shape or default
     if shape not in ("automatic", "full"):
@@ -108,10 +108,27 @@ def in_equation(control: Control, phase: Phase) -> bool:
 
 @lru_cache(maxsize=256)
 def _has_curved_limit(problem: Problem, phase: Phase, control: Control) -> bool:
-    """Whether a limit or peak of a control and not of states is curved in time."""
+    """Whether a limit or peak of a control and not of states is curved, in time or with others."""
     limited = [bound.expression for bound in phase.bounds]
     limited += [expression for _, expression in pieces_over(problem.peaks, phase.name)]
-    return any(_is_curved(expression, control) for expression in limited)
+    return any(
+        _is_curved(expression, control) or _is_curved_with_others(expression, control)
+        for expression in limited
+    )
+
+
+def _is_curved_with_others(expression: ca.SX, control: Control) -> bool:
+    """Whether a limit of several controls and of no state is a quadratic function of this one.
+
+    Controls that turn along such a limit, as that of a thrust, follow an arc and no straight lines.
+    """
+    symbols = resolve(expression, "a limit")
+    if any(isinstance(symbol, (State, Algebraic)) for symbol in symbols):
+        return False
+    controls = ca.vertcat(*[s.symbol for s in symbols if isinstance(s, Control)], ca.SX(0, 1))
+    several = controls.numel() > 1 and ca.depends_on(expression, control.symbol)
+    quadratic = several and is_quadratic(expression, control.symbol)
+    return quadratic and not is_linear(expression, control.symbol)
 
 
 def _is_curved(expression: ca.SX, control: Control) -> bool:

@@ -7,6 +7,7 @@ import pytest
 from ocp import (
     TIME,
     Algebraic,
+    Between,
     Constant,
     Control,
     FixedMesh,
@@ -18,6 +19,7 @@ from ocp import (
     Settings,
     State,
     Trapezoid,
+    certify,
     solve,
 )
 from ocp.problem.integrator_chains import chain_length, exact_degree, first_degree, shape_of
@@ -118,3 +120,40 @@ def test_the_degree_is_not_raised_beyond_the_highest():
     assert first_degree(problem, p, Radau(), "automatic", 8) == 4
     assert first_degree(problem, p, Radau(), "automatic", 10) == 10
     assert first_degree(problem, p, Trapezoid(), "automatic", 10) == 2
+
+
+def in_the_plane(limit):
+    """Two controls that each drive two integrators, and a limit of both."""
+    states = [State(name) for name in ("x", "y", "v", "w")]
+    a, b = Control("a"), Control("b")
+    rates = dict(zip(states, (*states[2:], a, b), strict=True))
+    bounds = [limit(a, b, states[2])]
+    start = dict(zip(states, (0, 0, -0.25, 0.5), strict=True))
+    final = dict(zip(states, (1, 0.5, 0, 0), strict=True))
+    p = Phase("p", rates, start, final, end=Between(0.5, 20), bounds=bounds)
+    return Problem("plane", p, minimise=p.end_time)
+
+
+@pytest.mark.parametrize(
+    ("limit", "shape"),
+    [
+        (lambda a, b, v: a**2 + b**2 <= 1, "polynomial"),
+        (lambda a, b, v: a * b <= 1, "linear"),
+        (lambda a, b, v: a + b <= 1, "linear"),
+        (lambda a, b, v: a**2 <= 1, "linear"),
+        (lambda a, b, v: a**2 + b**2 + v <= 1, "linear"),
+        (lambda a, b, v: ca.fabs(a) + ca.fabs(b) <= 1, "linear"),
+    ],
+    ids=["circle", "product", "line", "of one", "of a state", "rhombus"],
+)
+def test_controls_in_a_curved_limit_are_no_lines(limit, shape):
+    problem = in_the_plane(limit)
+    (p,) = problem.phases
+    control = problem.controls["p"][0]
+    assert shape_of(problem, p, control, "automatic", Radau(), 4) == shape
+
+
+def test_the_fastest_turn_within_a_circle_is_certified():
+    found = solve(in_the_plane(lambda a, b, v: a**2 + b**2 <= 1))
+    assert found.objective == pytest.approx(2.30193243, rel=2e-7)
+    assert certify(found).passed
