@@ -21,8 +21,9 @@ from ocp.problem.symbols import Symbol, Time, resolve
 _LONGEST = 60  # letters of an expression in a message
 
 _FOR_SIZES = (
-    "; a square root has no derivative at zero: write the size of two controls as one of its own, "
-    "ax = s*cos(angle) and ay = s*sin(angle) with s >= 0, or as one above 16 half-planes"
+    "; a square root has no derivative at zero: of controls in a cost, give the controls limits or "
+    "a scale=, and the size becomes a control of its own; of a limit, state its square, as in "
+    "ax**2 + ay**2 <= 1; elsewhere add a small number under the root"
 )
 
 

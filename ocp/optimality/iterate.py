@@ -81,15 +81,19 @@ class Iterate:
         """What changes of the objective are relative to: its modulus, which may vanish."""
         return max(abs(self.objective), _LEAST_OBJECTIVE * self.scales.objective)
 
+    @property
+    def costs_nothing(self) -> bool:
+        """Whether the objective is zero, as far as a solver can tell."""
+        return abs(self.objective) <= _ZERO * self.scales.objective
+
     def negligible_rate(self, index: int) -> float:
         """Terms of the Hamiltonian of a phase, by its number, are nothing if they are smaller.
 
         Over the whole phase they make little of the objective, or of its scale where the optimum is
         zero: there costates are the solver's rounding [unit of the objective / s].
         """
-        zero = abs(self.objective) <= _ZERO * self.scales.objective
         motion = self.trajectory.phases[index]
-        whole = self.scales.objective if zero else self.objective_size
+        whole = self.scales.objective if self.costs_nothing else self.objective_size
         return float(_NOTHING * whole / (motion.end - motion.start))
 
     def takes_no_time(self, index: int) -> bool:

@@ -26,6 +26,7 @@ from ocp.numerics.step_search import FoundStep, SteppingExpressions
 from ocp.problem.bounds import Bound
 from ocp.problem.display import functional_text, text_of
 from ocp.problem.functionals import Integral, Peak
+from ocp.problem.kinks.epigraph import is_limit_of_size
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import (
     TIME,
@@ -223,7 +224,9 @@ def path_expressions(problem: Problem, name: str) -> Iterator[tuple[_Owner, ca.S
     phase = problem.phase(name)
     yield from phase.dynamics.items()
     for bound in phase.bounds:
-        yield bound, bound.expression
+        # what the limit of a size divides by is above zero by construction, but only a little
+        if not is_limit_of_size(bound):
+            yield bound, bound.expression
     for functional in problem.functionals:
         if isinstance(functional, (Integral, Peak)):
             for where, expression in functional.pieces:

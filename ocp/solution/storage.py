@@ -384,7 +384,7 @@ def _classes() -> dict[str, Callable[..., Any]]:
 
     listed = (
         *(symbols.State, symbols.Control, symbols.Algebraic, symbols.Unknown, symbols.Constant),
-        *(epigraph.Epigraph, symbols.Between, bounds.Bound, Phase, Problem),
+        *(epigraph.Epigraph, epigraph.VectorSize, symbols.Between, bounds.Bound, Phase, Problem),
         *(functionals.Integral, functionals.Peak, functionals.BoundaryValue),
         *(functionals.PointValue, functionals.PhaseTime),
         *schemes.SCHEMES.values(),

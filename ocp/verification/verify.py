@@ -17,11 +17,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ocp.arrays import Array, Integers
+from ocp.mesh.dense_integral import dense_integral
 from ocp.mesh.trajectory import Evaluator, PhaseTrajectory, Trajectory
 from ocp.numerics.piecewise_polynomial import Lagrange, to_bernstein
 from ocp.numerics.polynomial_expressions import largest, polynomial_degree
 from ocp.optimality.iterate import Iterate
-from ocp.problem.functionals import Peak
+from ocp.problem.functionals import Integral, Peak
+from ocp.problem.kinks.epigraph import VectorSize, as_stated, raised_in
+from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.excess_price import worth_of_excess
@@ -128,6 +131,8 @@ def verify(
                                                 all states act on it with their misses. Where a
                                                 problem has peaks, 10 ``path`` if that is more:
                                                 they may be exceeded by as much
+    rounded sizes           10 ``replay``       of the objective: sizes of vectors are stated with
+                                                a smooth limit
     bounds and links        10 ``replay``       relative to the largest of value, limits and scale:
                                                 as the objective
     worth of the excess     1e-2                of the objective, by the limits' multipliers: what
@@ -154,7 +159,9 @@ def verify(
 
     # the objective with the peaks that the replay has between the points
     peaks = {peak: dense_peak(evaluator, replay, peak) for peak in problem.peaks}
-    objective = problem.sense * evaluator.number(replay, problem.objective, peaks)
+    dense = {**peaks, **_rounded_integrals(problem, replay, evaluator)}
+    objective = problem.sense * evaluator.number(replay, problem.objective, dense)
+    as_solved = problem.sense * evaluator.number(replay, problem.objective, peaks)
 
     numbers = Verification(
         miss=simulated.miss,
@@ -173,18 +180,35 @@ def verify(
         far_origins=tuple(far_origins(iterate, evaluator)),
         dynamics=errors.worst_dynamics,
     )
-    boundary = dict(boundary_excesses(iterate, replay, evaluator, peaks))
+    boundary = dict(boundary_excesses(iterate, replay, evaluator, dense))
     worth = worth_of_excess(iterate, errors.excess)
-    of_motion = errors.worst_dynamics, worth
+    size = iterate.objective_size if iterate.costs_nothing else abs(iterate.objective)
+    rounded = abs(objective - as_solved) / size
+    of_motion = errors.worst_dynamics, worth, rounded
     stated = _reasons(numbers, of_motion, boundary, iterate.objective_size, accuracy)
     lost = [far.sentence for far in numbers.far_origins if not far.error <= WITHIN]
     reasons = tuple(reason for reason in (*stated, *lost) if reason)
     return replace(numbers, passed=not reasons, reasons=reasons)
 
 
+def _rounded_integrals(
+    problem: Problem, replay: Trajectory, evaluator: Evaluator
+) -> dict[Integral, float]:
+    """Integrals that hold controls above sizes of vectors, as they were stated.
+
+    Such a control is below the size by a small part of what is typical of it. Where the motion uses
+    far smaller sizes, that may be much.
+    """
+    return {
+        f: dense_integral(evaluator, replay, as_stated(f))
+        for f in problem.functionals
+        if isinstance(f, Integral) and any(isinstance(s, VectorSize) for s in raised_in(f))
+    }
+
+
 def _reasons(
     numbers: Verification,
-    of_motion: tuple[float, float],
+    of_motion: tuple[float, float, float],
     boundary: Mapping[str, float],
     size: float,
     accuracy: Accuracy,
@@ -193,15 +217,15 @@ def _reasons(
 
     Parameters
     ----------
-    of_motion : (float, float)
-        Error of the dynamics between the points, and what the excess there is worth, of the
-        objective.
+    of_motion : (float, float, float)
+        Error of the dynamics between the points, what the excess there is worth, of the objective,
+        and by how much of it sizes of vectors are rounded.
     boundary : mapping of str to float
         Excess of the problem's bounds and links, by name.
     size : float
         Of the objective.
     """
-    dynamics, worth = of_motion
+    dynamics, worth, rounded = of_motion
     yield _over(numbers.miss, accuracy.replay, "the replay misses the end state by {} of its size")
     yield _over(
         numbers.excess,
@@ -224,6 +248,12 @@ def _reasons(
         _SLACK * max(accuracy.replay, accuracy.path if numbers.peaks else 0.0),
         "the objective of the replay differs from the solver's by {} of its size"
         + _loose_peaks(numbers),
+    )
+    yield _over(
+        rounded,
+        _SLACK * accuracy.replay,
+        "the sizes of vectors are rounded by {} of the objective, as the motion uses little of "
+        "what they may be: state a scale= of their controls, which is what it uses",
     )
 
     # a bound that could not be had is none to exceed

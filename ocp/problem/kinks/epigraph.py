@@ -3,6 +3,8 @@
 Where a larger value only costs, such a control is the largest of its sides, at all times. So a kink
 becomes a control and a few limits (the epigraph form: Boyd and Vandenberghe, "Convex Optimization",
 section 4.1.3).
+
+The size of a vector is the largest of infinitely many expressions. One curved limit stands for all.
 """
 
 from __future__ import annotations
@@ -18,6 +20,11 @@ from ocp.numerics.linearity import is_linear
 from ocp.problem.bounds import Bound
 from ocp.problem.functionals import Integral
 from ocp.problem.symbols import Control, Symbol, is_limited, resolve
+
+# Of its typical value: what keeps the limit of a size smooth at zero. A size is too small by half
+# of it at most. Where a motion is at its typical size for a two-thousandth of the time, and at rest
+# for all else, the objective is off by what a certificate allows.
+_ROUNDED = 1e-8
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -46,18 +53,56 @@ class Epigraph(Control):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        limits = tuple(
+        object.__setattr__(self, "limits", self._limits())
+        object.__setattr__(self, "symbols", resolve(self.largest, f"a side of '{self.name}'"))
+
+    def _limits(self) -> tuple[Bound, ...]:
+        """That hold it above its sides."""
+        return tuple(
             Bound(f"{self.name}, side {number}", self.symbol - side, self.unit, lower=0.0)
             for number, side in enumerate(self.sides, start=1)
             if not side.is_constant()
         )
-        object.__setattr__(self, "limits", limits)
-        object.__setattr__(self, "symbols", resolve(self.largest, f"a side of '{self.name}'"))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class VectorSize(Epigraph):
+    """A control s that is nowhere below the size of a vector a.
+
+    With ``s >= 0`` its limit is ``s - |a|^2 / (s + e) >= 0``. Of the ways to state this cone it is
+    the one that is convex and has bounded slopes (Benson and Vanderbei, "Solving problems with
+    semidefinite and related constraints using interior-point methods for nonlinear programming",
+    Mathematical Programming 95, 2003). The least such s is ``sqrt(|a|^2 + (e/2)^2) - e/2``. It is
+    zero where a is, and elsewhere below the size by less than ``e/2``.
+
+    Parameters
+    ----------
+    square : SX
+        Of the size [unit^2].
+    scale : float
+        A typical size [unit], of which e is a small part.
+    """
+
+    square: ca.SX = field(default_factory=lambda: ca.SX(0.0))
+
+    def _limits(self) -> tuple[Bound, ...]:
+        """That holds it above the size."""
+        assert self.scale is not None
+        ratio = self.square / (self.symbol + _ROUNDED * self.scale)
+        # it acts nearly everywhere, so that its values do not tell what an excess is a part of
+        limit = Bound(f"{self.name}, size", self.symbol - ratio, self.unit, 0.0, scale=self.scale)
+        return (limit,)
 
 
 def epigraphs(symbols: Iterable[Symbol]) -> tuple[Epigraph, ...]:
     """Those of some symbols that are controls above expressions."""
     return tuple(symbol for symbol in symbols if isinstance(symbol, Epigraph))
+
+
+def is_limit_of_size(bound: Bound) -> bool:
+    """Whether a bound holds a control above the size of a vector."""
+    sizes = [own for own in epigraphs(bound.symbols) if isinstance(own, VectorSize)]
+    return any(bound.name == limit.name for own in sizes for limit in own.limits)
 
 
 def with_limits(bounds: Sequence[Bound], controls: Iterable[Epigraph]) -> list[Bound]:

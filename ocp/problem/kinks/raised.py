@@ -9,12 +9,15 @@ the integral of ``max(a, b)`` is the same as to minimise that of a control s wit
 It is the same where nothing is gained by a larger s: where the kinked term is added to an integral
 of the objective, or of a bound from above, with a factor of numbers and constants that has the sign
 of a cost. Kinks of time alone are left: they are at known instants.
+
+The size of a vector of controls is stated in the same way, where its typical value is known (see
+`ocp.problem.kinks.vector_sizes`).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import casadi as ca
@@ -24,9 +27,18 @@ from ocp.numerics.linearity import is_linear
 from ocp.problem.bounds import Bound
 from ocp.problem.display import text_of, unit_of
 from ocp.problem.functionals import Integral
-from ocp.problem.kinks.epigraph import Epigraph, epigraphs, with_limits
+from ocp.problem.kinks.epigraph import Epigraph, VectorSize, epigraphs, with_limits
+from ocp.problem.kinks.vector_sizes import SizeOfVector, sizes_of_vectors
 from ocp.problem.phase import Phase, kept_alive
-from ocp.problem.symbols import Constant, Control, Signal, Symbol, is_limited, resolve
+from ocp.problem.symbols import (
+    Constant,
+    Control,
+    ControlShape,
+    Signal,
+    Symbol,
+    is_limited,
+    resolve,
+)
 
 # Characters of an expression that is a name as well; a longer one is named by its symbols
 _LONGEST_NAME = 60
@@ -83,9 +95,11 @@ def with_raised_kinks(
     taken = [symbol.name for phase in phases for symbol in phase.symbols]
     controls = _Controls([*names, *taken])
     replaced = dict[Integral, Integral]()
+    bounds = {phase.name: phase.bounds for phase in phases}
     for integral in integrals:
         sign = _sign_of_cost(integral, objective, constraints)
-        expression = _without_kinks(integral, sign, controls) if sign else None
+        limits = bounds.get(integral.phase, ())
+        expression = _without_kinks(integral, limits, sign, controls) if sign else None
         if expression is not None:
             symbols = resolve(expression, integral.name)
             piece = ((integral.phase, expression),)
@@ -152,25 +166,20 @@ class _Controls:
     names: list[str]
     made: dict[tuple[object, ...], Epigraph] = field(default_factory=dict)
 
-    def above(self, expression: ca.SX, sides: Sequence[ca.SX]) -> Epigraph:
-        """A control that is nowhere below some sides, whose largest is the expression."""
-        symbols = ca.symvar(expression)
-        key = (*(s.element_hash() for s in symbols), graph_of([expression], symbols))
+    def above(self, kink: _Kink) -> Epigraph:
+        """A control that is nowhere below the sides of a kink, or a size."""
+        symbols = ca.symvar(kink.whole)
+        key = (*(s.element_hash() for s in symbols), graph_of([kink.whole], symbols))
         if key not in self.made:
-            name = _unlike(text_of(expression, _LONGEST_NAME), self.names)
+            name = _unlike(text_of(kink.whole, _LONGEST_NAME), self.names)
             self.names.append(name)
-            least = max((float(side) for side in sides if side.is_constant()), default=-math.inf)
-            unit = unit_of(expression) or "1"
-            # it is no control of the plant: however coarse these are, it follows its sides
-            self.made[key] = Epigraph(
-                name, unit, least, shape="automatic", sides=tuple(sides), largest=expression
-            )
+            self.made[key] = _made(kink, name)
         return self.made[key]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class _Kink:
-    """The larger of some sides, or the negative of the lesser.
+    """The larger of some sides, the negative of the lesser, or the size of a vector.
 
     Attributes
     ----------
@@ -179,8 +188,10 @@ class _Kink:
     whole : SX
         What is the largest.
     sides : sequence of SX
+        None of a size.
     crossed : bool
         Whether motions cross it, as it depends on no control.
+    size : SizeOfVector or None
     """
 
     place: int
@@ -188,6 +199,22 @@ class _Kink:
     whole: ca.SX
     sides: Sequence[ca.SX]
     crossed: bool
+    size: SizeOfVector | None = None
+
+
+def _made(kink: _Kink, name: str) -> Epigraph:
+    """The control that takes the place of a kink."""
+    # it is no control of the plant: however coarse these are, it follows its sides
+    shape: ControlShape = "automatic"
+    whole, size = kink.whole, kink.size
+    if size is not None:
+        scale = size.typical
+        return VectorSize(
+            name, size.unit, 0.0, scale=scale, shape=shape, largest=whole, square=size.square
+        )
+    least = max((float(side) for side in kink.sides if side.is_constant()), default=-math.inf)
+    unit = unit_of(whole) or "1"
+    return Epigraph(name, unit, least, shape=shape, sides=tuple(kink.sides), largest=whole)
 
 
 def _unlike(name: str, others: Sequence[str]) -> str:
@@ -199,13 +226,20 @@ def _unlike(name: str, others: Sequence[str]) -> str:
     return numbered
 
 
-def _without_kinks(integral: Integral, sign: int, controls: _Controls) -> ca.SX | None:
+def _without_kinks(
+    integral: Integral, bounds: Sequence[Bound], sign: int, controls: _Controls
+) -> ca.SX | None:
     """The integrand with a control in place of each kink that only costs; None if it has none."""
     symbols = resolve(integral.expression, integral.name)
     bare = [symbol.symbol for symbol in symbols]
     graph = graph_of([integral.expression], bare)
     kinks = list[_Kink]()
-    for place, own in _costly(graph, symbols, sign):
+    vectors = sizes_of_vectors(graph, symbols, bounds)
+    for place, own in _costly(graph, symbols, sign, vectors):
+        if place in vectors:
+            (whole,) = ExpressionGraph(graph.instructions, (place,)).rebuilt(bare)
+            kinks.append(_Kink(place, own, whole, (), False, vectors[place]))
+            continue
         found = list(_sides(graph, place, own))
         places = (place, *(side for side, _ in found))
         whole, *parts = ExpressionGraph(graph.instructions, places).rebuilt(bare)
@@ -217,7 +251,7 @@ def _without_kinks(integral: Integral, sign: int, controls: _Controls) -> ca.SX 
 
     few = sum(kink.crossed for kink in kinks) <= _MOST_CROSSED
     instead = {
-        kink.place: kink.sign * controls.above(kink.whole, kink.sides).symbol
+        kink.place: kink.sign * controls.above(kink).symbol
         for kink in kinks
         if few or not kink.crossed
     }
@@ -243,15 +277,21 @@ def _sides(graph: ExpressionGraph, place: int, sign: int) -> Iterator[tuple[int,
 
 
 def _costly(
-    graph: ExpressionGraph, symbols: Sequence[Symbol], of_whole: int
+    graph: ExpressionGraph, symbols: Sequence[Symbol], of_whole: int, vectors: Collection[int]
 ) -> Iterator[tuple[int, int]]:
-    """Places of larger or lesser ones that are only added, with the sign by which they cost."""
+    """Places of larger or lesser ones that are only added, with the sign by which they cost.
+
+    Sizes of vectors, whose places are given, are among them.
+    """
     signs = dict[int, set[int]]({graph.results[0]: {of_whole}})
     for place in reversed(range(len(graph.instructions))):
         found = signs.get(place, set())
         if not found:
             continue
         sign = next(iter(found)) if len(found) == 1 else 0
+        if sign > 0 and place in vectors:
+            yield place, sign
+            continue
         is_choice = graph.instructions[place].operation in (_LARGER, _LESSER, _MODULUS)
         if sign and is_choice and len(list(_sides(graph, place, sign))) > 1:
             yield place, sign

@@ -1,0 +1,189 @@
+"""Sizes of vectors of controls in an expression, such as of the thrust of a gimballed engine.
+
+Where all components are zero, a size has no derivative. Motions rest there: a thruster coasts. The
+size of a vector that depends on states as well is none of these: it need not vanish with the
+controls, and where it does not, it is smooth.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from ocp.arrays import Array
+from ocp.numerics.expression_graph import ExpressionGraph, Instruction
+from ocp.numerics.linearity import is_linear
+from ocp.problem.bounds import Bound
+from ocp.problem.display import unit_of
+from ocp.problem.symbols import Constant, Control, Symbol, is_limited, resolve, scalar
+
+# Part of the largest value up to which two expressions that are proportional may differ
+_ROUNDING = 1e-9
+
+# Of expressions that are held against each other: a sum of a few squares
+_DEPTH = 8
+
+# Values of controls, in their sizes, by which proportional expressions are told from others
+_TRIED = 5
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SizeOfVector:
+    """The size of a vector of controls.
+
+    Attributes
+    ----------
+    square : SX
+        Of the size [unit^2].
+    typical : float
+        What the size may reach [unit].
+    unit : str
+    """
+
+    square: ca.SX
+    typical: float
+    unit: str
+
+
+def sizes_of_vectors(
+    graph: ExpressionGraph, symbols: Sequence[Symbol], bounds: Sequence[Bound]
+) -> Mapping[int, SizeOfVector]:
+    """Those in a graph of an expression whose typical value its statement tells, by their places.
+
+    Parameters
+    ----------
+    symbols : sequence of Symbol
+        Of the graph.
+    bounds : sequence of Bound
+        Of the phase.
+    """
+    found = {}
+    bare = [symbol.symbol for symbol in symbols]
+    for place, instruction in enumerate(graph.instructions):
+        parts = list(_components(graph, instruction))
+        places = [part for part in parts if part is not None]
+        if not parts or len(places) < len(parts):
+            continue
+
+        components = ExpressionGraph(graph.instructions, tuple(places)).rebuilt(bare)
+        square = of_components = ca.sumsqr(ca.vertcat(*components))
+        if instruction.operation == "sqrt":
+            (square,) = ExpressionGraph(graph.instructions, instruction.operands).rebuilt(bare)
+        typical = _typical(square, bounds)
+        if typical is not None:
+            # a factor beside the squares may convert the unit
+            units = {unit_of(component) or "1" for component in components}
+            plain = len(units) == 1 and ca.is_equal(square, of_components, _DEPTH)
+            found[place] = SizeOfVector(square, typical, units.pop() if plain else "1")
+    return found
+
+
+def _components(graph: ExpressionGraph, instruction: Instruction) -> Iterator[int | None]:
+    """Places of the components of a vector by its size; a None where it is no size of any."""
+    if instruction.operation == "hypot":
+        yield from instruction.operands
+    elif instruction.operation == "sqrt":
+        yield from _squared(graph, instruction.operands[0])
+
+
+def _squared(graph: ExpressionGraph, place: int) -> Iterator[int | None]:
+    """Places of what an expression is the sum of squares of; a None where it is no such sum."""
+    instruction = graph.instructions[place]
+    operands = instruction.operands
+    match instruction.operation:
+        case "sq":
+            yield operands[0]
+        case "mul" if operands[0] == operands[1]:
+            yield operands[0]
+        case "add":
+            for operand in operands:
+                yield from _squared(graph, operand)
+        case "twice":
+            yield from _squared(graph, operands[0])
+        case "mul" if _is_positive(graph, operands[0]):
+            yield from _squared(graph, operands[1])
+        case "mul" | "div" if _is_positive(graph, operands[1]):
+            yield from _squared(graph, operands[0])
+        case _:
+            yield None
+
+
+def _is_positive(graph: ExpressionGraph, place: int) -> bool:
+    instruction = graph.instructions[place]
+    return instruction.operation == "number" and instruction.number > 0.0
+
+
+def _typical(square: ca.SX, bounds: Iterable[Bound]) -> float | None:
+    """What a size may reach by its square; None where it is none of controls, or nothing tells."""
+    symbols = resolve(square, "a square")
+    controls = [symbol for symbol in symbols if isinstance(symbol, Control)]
+    if not controls or not all(isinstance(symbol, (Control, Constant)) for symbol in symbols):
+        return None
+    bare = ca.vertcat(*[control.symbol for control in controls])
+    slopes = ca.gradient(square, bare)
+    at_rest = ca.substitute(ca.vertcat(square, slopes), bare, ca.DM.zeros(bare.shape))
+    if not is_linear(slopes, bare) or not ca.simplify(at_rest).is_zero():
+        return None
+
+    found = [_by_limits_of(controls, square), *(_by_bound(b, controls, square) for b in bounds)]
+    known = [size for size in found if size is not None and 0.0 < size < math.inf]
+    return min(known, default=None)
+
+
+def _by_limits_of(controls: Sequence[Control], square: ca.SX) -> float | None:
+    """What a size is where one control after the other is as large as it may be."""
+    sizes = np.array([_largest(control) for control in controls])
+    if not np.all(np.isfinite(sizes)):
+        return None
+    return math.sqrt(float(_values(square, controls, np.diag(sizes)).sum()))
+
+
+def _largest(control: Control) -> float:
+    """The stated size of a control, else of its limits, else infinity."""
+    if control.scale is not None:
+        return control.scale
+    return max(abs(_number(limit)) for limit in (control.lower, control.upper))
+
+
+def _by_bound(bound: Bound, controls: Sequence[Control], square: ca.SX) -> float | None:
+    """The largest size by a bound of its own, or of its square; None if the bound is another."""
+    known = (*controls, *(s for s in bound.symbols if isinstance(s, Constant)))
+    limit = _number(bound.upper)
+    if not is_limited(-math.inf, bound.upper) or not set(bound.symbols) <= set(known):
+        return None
+
+    # proportional expressions are so at any values of the controls
+    tried = np.random.default_rng(0).uniform(-1.0, 1.0, (_TRIED, len(controls)))
+    squares = _values(square, controls, tried)
+    values = _values(bound.expression, controls, np.vstack([0.0 * tried[:1], tried]))
+    values, room = values[1:] - values[0], limit - values[0]
+    for power in (1.0, 0.5):
+        factors = values / squares**power
+        if np.ptp(factors) <= _ROUNDING * np.abs(factors).max() and factors[0] > 0.0:
+            share = room / float(factors[0])
+            return float(share ** (0.5 / power)) if share > 0.0 else None
+    return None
+
+
+def _values(expression: ca.SX, controls: Sequence[Control], values: Array) -> Array:
+    """An expression of controls and constants at values (n, controls), (n,)."""
+    known = set(controls)
+    constants = [s for s in resolve(expression, "a size") if s not in known]
+    assert all(isinstance(constant, Constant) for constant in constants)
+    bare = ca.vertcat(*[control.symbol for control in controls])
+    function = ca.Function("values", [bare, *[c.symbol for c in constants]], [expression])
+    given = [float(c.value) for c in constants if isinstance(c, Constant)]
+    return np.array([float(function(row, *given)) for row in values])
+
+
+def _number(limit: object) -> float:
+    """The value of a limit of numbers and constants, as these are declared, else infinity."""
+    expression = scalar(limit, "a limit")
+    constants = resolve(expression, "a limit")
+    if not all(isinstance(constant, Constant) for constant in constants):
+        return math.inf
+    return float(_values(expression, (), np.zeros((1, 0)))[0])
