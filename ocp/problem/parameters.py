@@ -132,7 +132,7 @@ def _check_prices(problem: Problem, values: Array) -> None:
 def _prices(problem: Problem) -> tuple[list[tuple[Epigraph, ca.SX]], ca.Function]:
     """What controls cost that took the place of kinks, and that as a function of the constants."""
     integrals = [f for f in problem.functionals if isinstance(f, Integral)]
-    found = prices(integrals, problem.objective, problem.boundary_constraints)
+    found = prices(integrals, problem.phases, problem.objective, problem.boundary_constraints)
     constants = ca.vertcat(*[c.symbol for c in problem.constants], ca.SX(0, 1))
     values = ca.vertcat(*[price for _, price in found], ca.SX(0, 1))
     return found, ca.Function("prices", [constants], [values])

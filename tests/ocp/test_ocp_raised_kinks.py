@@ -42,6 +42,19 @@ def move(**options):
     return Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=3.0, **options)
 
 
+def dear_then_cheap():
+    """The least fuel of the move at twice the price in the first second.
+
+    Full thrust during a from the start and during b from 1 s on, then coast and brake: a is looked
+    for on a fine grid, and b follows from the distance, a quadratic equation.
+    """
+    a = np.linspace(0.0, COASTING, 400_001)
+    # a - a^2/2 + a b + b^2/2 + (a + b) (2 - b - (a + b)/2) = 1
+    linear, constant = a + 2 - 2 * a, a - a**2 / 2 + 2 * a - a**2 / 2 - 1
+    b = (linear - np.sqrt(linear**2 + 4 * constant)) / 2
+    return float(np.min(3 * a + 2 * b))
+
+
 def least(cost, **options):
     phase = move(**options)
     return Problem("least", phase, minimise=cost(phase))
@@ -56,14 +69,58 @@ def least(cost, **options):
         (lambda p: p.integral(ca.fmax(u * v, 0.6 * u * v)), 0.4 * COASTING**2 / 2),
         (lambda p: p.integral(-ca.fmin(u, -u.symbol)), 2 * COASTING),
         (lambda p: price * p.integral(ca.fabs(u) / 2), 2 * COASTING),
+        (lambda p: p.integral((1 + TIME) * ca.fabs(u)), 5 * COASTING),
+        (lambda p: p.integral(ca.if_else(TIME < 1, 2, 1) * ca.fabs(u)), dear_then_cheap()),
         (lambda p: p.integral(3 - 2 * (1 - ca.fmax(ca.fmax(u, -u.symbol), -5))), 3 + 4 * COASTING),
     ],
-    ids=["fuel", "no recovery", "both ways", "recovery of 0.6", "lesser", "price", "nested"],
+    ids=[
+        "fuel",
+        "no recovery",
+        "both ways",
+        "recovery of 0.6",
+        "lesser",
+        "price",
+        "rising",
+        "tariff",
+        "nested",
+    ],
 )
 def test_an_optimum_on_a_kink_is_found_and_certified(cost, expected):
     found = solve(least(cost))
     assert found.objective == pytest.approx(expected, rel=3e-6)
     assert certify(found).passed
+
+
+@pytest.mark.parametrize(
+    "factor",
+    [
+        TIME - 1,
+        ca.if_else(TIME < 1, 0, 1),
+        1 - 2 * ca.if_else(TIME < 1.0, TIME > 0.9999, 0),
+        price * (1 + TIME),
+    ],
+    ids=["of both signs", "zero for a while", "negative for a moment", "of a constant and time"],
+)
+def test_a_factor_of_time_without_a_sign_keeps_the_kink(factor):
+    problem = least(lambda p: p.integral(factor * ca.fabs(u)))
+    assert problem.controls["move"] == (u,)
+
+
+def test_a_factor_of_time_that_is_zero_at_one_instant_has_a_sign():
+    problem = least(lambda p: p.integral((TIME - 1.5) ** 2 * ca.fabs(u)))
+    assert len(problem.controls["move"]) == 2
+
+
+def test_a_factor_of_time_needs_an_end_of_it():
+    free = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=Between(1, math.inf, 3))
+    cost = free.integral(TIME * ca.fabs(u))
+    assert Problem("least", free, minimise=cost).controls["move"] == (u,)
+
+
+def test_a_constant_that_changes_the_sign_of_a_factor_of_time_is_refused():
+    problem = least(lambda p: price * p.integral((TIME - 1.5) ** 2 * ca.fabs(u)))
+    with pytest.raises(StatementError, match="'price' = -1"):
+        solve(problem, constants={price: -1})
 
 
 def test_what_is_maximised():

@@ -19,7 +19,9 @@ import casadi as ca
 from ocp.numerics.linearity import is_linear
 from ocp.problem.bounds import Bound
 from ocp.problem.functionals import Integral
-from ocp.problem.symbols import Control, Symbol, is_limited, resolve
+from ocp.problem.kinks.time_factors import at_some_times
+from ocp.problem.phase import Phase
+from ocp.problem.symbols import Constant, Control, Symbol, is_limited, resolve
 
 # Of its typical value: what keeps the limit of a size smooth at zero. A size is too small by half
 # of it at most. Where a motion is at its typical size for a two-thousandth of the time, and at rest
@@ -146,17 +148,21 @@ def as_stated(integral: Integral) -> Integral:
 
 
 def prices(
-    integrals: Iterable[Integral], objective: ca.SX, constraints: Iterable[Bound]
+    integrals: Iterable[Integral],
+    phases: Iterable[Phase],
+    objective: ca.SX,
+    constraints: Iterable[Bound],
 ) -> list[tuple[Epigraph, ca.SX]]:
     """What a larger value costs of each control that took the place of a kink.
 
     It is nothing less than zero. Where a constant changes its sign, the optimum has no largest
-    value of the control. Prices that are numbers are left out.
+    value of the control. Prices without a constant are left out.
 
     Returns
     -------
     list of (control, expression of constants)
     """
+    by_name = {phase.name: phase for phase in phases}
     terms = [(objective, 1.0)]
     for bound in constraints:
         terms.append((bound.expression, 1.0 if is_limited(-math.inf, bound.upper) else -1.0))
@@ -166,6 +172,7 @@ def prices(
             own = ca.jacobian(integral.expression, control.symbol)
             for expression, sign in terms:
                 price = sign * ca.jacobian(expression, integral.symbol) * own
-                if ca.symvar(price):
-                    found.append((control, ca.densify(price)))
+                if any(isinstance(s, Constant) for s in resolve(ca.densify(price), "a price")):
+                    at_times = at_some_times(ca.densify(price), by_name[integral.phase])
+                    found += [(control, at_time) for at_time in at_times]
     return found

@@ -7,8 +7,8 @@ the integral of ``max(a, b)`` is the same as to minimise that of a control s wit
 ``s >= b``, and that has no kink (see `ocp.problem.kinks.epigraph`).
 
 It is the same where nothing is gained by a larger s: where the kinked term is added to an integral
-of the objective, or of a bound from above, with a factor of numbers and constants that has the sign
-of a cost. Kinks of time alone are left: they are at known instants.
+of the objective, or of a bound from above, with a factor of numbers and constants, or of time, that
+has the sign of a cost. Kinks of time alone are left: they are at known instants.
 
 The size of a vector of controls is stated in the same way, where its typical value is known (see
 `ocp.problem.kinks.vector_sizes`).
@@ -28,6 +28,7 @@ from ocp.problem.bounds import Bound
 from ocp.problem.display import text_of, unit_of
 from ocp.problem.functionals import Integral
 from ocp.problem.kinks.epigraph import Epigraph, VectorSize, epigraphs, with_limits
+from ocp.problem.kinks.time_factors import constant_value, sign_of_factor
 from ocp.problem.kinks.vector_sizes import SizeOfVector, sizes_of_vectors
 from ocp.problem.phase import Phase, kept_alive
 from ocp.problem.symbols import (
@@ -95,11 +96,10 @@ def with_raised_kinks(
     taken = [symbol.name for phase in phases for symbol in phase.symbols]
     controls = _Controls([*names, *taken])
     replaced = dict[Integral, Integral]()
-    bounds = {phase.name: phase.bounds for phase in phases}
     for integral in integrals:
         sign = _sign_of_cost(integral, objective, constraints)
-        limits = bounds.get(integral.phase, ())
-        expression = _without_kinks(integral, limits, sign, controls) if sign else None
+        phase = next(phase for phase in phases if phase.name == integral.phase)
+        expression = _without_kinks(integral, phase, sign, controls) if sign else None
         if expression is not None:
             symbols = resolve(expression, integral.name)
             piece = ((integral.phase, expression),)
@@ -133,7 +133,9 @@ def _sign_of_weight(integral: Integral, expression: ca.SX) -> int | None:
     weight = ca.densify(ca.jacobian(expression, integral.symbol))
     symbols = resolve(weight, "a weight")
     constant = all(isinstance(symbol, Constant) for symbol in symbols)
-    return _sign(_value(weight)) if constant and is_linear(expression, integral.symbol) else 0
+    return (
+        _sign(constant_value(weight)) if constant and is_linear(expression, integral.symbol) else 0
+    )
 
 
 def _limited(phase: Phase, integrals: Iterable[Integral]) -> Phase:
@@ -227,15 +229,15 @@ def _unlike(name: str, others: Sequence[str]) -> str:
 
 
 def _without_kinks(
-    integral: Integral, bounds: Sequence[Bound], sign: int, controls: _Controls
+    integral: Integral, phase: Phase, sign: int, controls: _Controls
 ) -> ca.SX | None:
     """The integrand with a control in place of each kink that only costs; None if it has none."""
     symbols = resolve(integral.expression, integral.name)
     bare = [symbol.symbol for symbol in symbols]
     graph = graph_of([integral.expression], bare)
     kinks = list[_Kink]()
-    vectors = sizes_of_vectors(graph, symbols, bounds)
-    for place, own in _costly(graph, symbols, sign, vectors):
+    vectors = sizes_of_vectors(graph, symbols, phase.bounds)
+    for place, own in _costly(graph, symbols, phase, sign, vectors):
         if place in vectors:
             (whole,) = ExpressionGraph(graph.instructions, (place,)).rebuilt(bare)
             kinks.append(_Kink(place, own, whole, (), False, vectors[place]))
@@ -277,7 +279,11 @@ def _sides(graph: ExpressionGraph, place: int, sign: int) -> Iterator[tuple[int,
 
 
 def _costly(
-    graph: ExpressionGraph, symbols: Sequence[Symbol], of_whole: int, vectors: Collection[int]
+    graph: ExpressionGraph,
+    symbols: Sequence[Symbol],
+    phase: Phase,
+    of_whole: int,
+    vectors: Collection[int],
 ) -> Iterator[tuple[int, int]]:
     """Places of larger or lesser ones that are only added, with the sign by which they cost.
 
@@ -296,12 +302,12 @@ def _costly(
         if sign and is_choice and len(list(_sides(graph, place, sign))) > 1:
             yield place, sign
             continue
-        for operand, own in _passed_on(graph, symbols, place, sign):
+        for operand, own in _passed_on(graph, symbols, phase, place, sign):
             signs.setdefault(operand, set()).add(own)
 
 
 def _passed_on(
-    graph: ExpressionGraph, symbols: Sequence[Symbol], place: int, sign: int
+    graph: ExpressionGraph, symbols: Sequence[Symbol], phase: Phase, place: int, sign: int
 ) -> Iterable[tuple[int, int]]:
     """The operands of an instruction, each with the sign by which it costs; 0 for neither."""
     instruction = graph.instructions[place]
@@ -317,29 +323,23 @@ def _passed_on(
             return [(operands[0], -sign)]
         case "mul" | "div":
             first, second = operands
-            factor = _fixed(graph, symbols, second)
+            factor = _sign_of(graph, symbols, phase, second)
             if factor is not None:
-                return [(first, sign * _sign(factor))]
-            factor = _fixed(graph, symbols, first) if instruction.operation == "mul" else None
+                return [(first, sign * factor)]
+            if instruction.operation == "mul":
+                factor = _sign_of(graph, symbols, phase, first)
             if factor is not None:
-                return [(second, sign * _sign(factor))]
+                return [(second, sign * factor)]
     return [(operand, 0) for operand in operands]
 
 
-def _fixed(graph: ExpressionGraph, symbols: Sequence[Symbol], place: int) -> float | None:
-    """The value of an expression of numbers and constants alone."""
+def _sign_of(
+    graph: ExpressionGraph, symbols: Sequence[Symbol], phase: Phase, place: int
+) -> int | None:
+    """The sign of a factor, see `sign_of_factor`."""
     bare = [symbol.symbol for symbol in symbols]
-    (expression,) = ExpressionGraph(graph.instructions, (place,)).rebuilt(bare)
-    if all(isinstance(symbol, Constant) for symbol in resolve(expression, "a factor")):
-        return _value(expression)
-    return None
-
-
-def _value(expression: ca.SX) -> float:
-    """Of an expression of constants, with the values that they are declared with."""
-    constants = [s for s in resolve(expression, "a weight") if isinstance(s, Constant)]
-    function = ca.Function("value", [c.symbol for c in constants], [expression])
-    return float(function.call([c.value for c in constants])[0])
+    (factor,) = ExpressionGraph(graph.instructions, (place,)).rebuilt(bare)
+    return sign_of_factor(factor, phase)
 
 
 def _sign(value: float) -> int:
