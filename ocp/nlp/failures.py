@@ -22,7 +22,7 @@ from ocp.nlp.collapse import RUNAWAY, collapsed
 from ocp.nlp.result import NlpResult
 from ocp.problem.display import with_unit
 from ocp.problem.integrator_chains import in_equation
-from ocp.problem.kinks.surfaces import kinks_of
+from ocp.problem.kinks.surfaces import kinks_of, rate_text
 from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
 from ocp.transcription.row_names import RowKind, row_kinds
@@ -178,9 +178,26 @@ def _of_kinks(problem: Problem) -> str:
     """What has kinks, which a solver of smooth problems may not get past; empty if nothing."""
     for what, operations in kinks_of(problem):
         return (
-            f"{what} has a kink, by {' and '.join(operations)}: state both sides as bounds, or "
-            "the parts above and below it as controls of their own, each not negative; or "
+            f"{what} has a kink, by {' and '.join(operations)}: {_as_integral(problem, what)}state "
+            "both sides as bounds, or the parts above and below it as controls of their own, each "
+            "not negative; or "
         )
+    return ""
+
+
+def _as_integral(problem: Problem, what: str) -> str:
+    """To state a state that only sums something up as an integral, if `what` is the rate of one.
+
+    The kink of an integral that only costs becomes a control, and that of a rate does not.
+    """
+    for phase in problem.phases:
+        used = {id(s) for symbols in phase.rate_symbols.values() for s in symbols}
+        for state in phase.states:
+            if id(state) not in used and what == rate_text(state):
+                return (
+                    f"no rate depends on '{state.name}', so state it as an integral of phase "
+                    f"'{phase.name}', where such a kink becomes a control; or "
+                )
     return ""
 
 

@@ -15,12 +15,15 @@ from ocp import (
     Control,
     FixedMesh,
     InvalidNumber,
+    Ipopt,
     Phase,
     Problem,
     Settings,
+    SolveFailed,
     State,
     StatementError,
     certify,
+    collocate,
     joined,
     load,
     save,
@@ -435,3 +438,13 @@ def test_another_objective_is_stated_of_what_was_stated():
     kept = with_objective(problem, phase.integral(above**2))
     assert [control.name for control in kept.controls["move"]] == ["u", "abs(u)"]
     assert with_objective(smooth, burnt).controls["move"][-1].name == "abs(u)"
+
+
+def test_a_state_that_sums_up_a_kink_is_told_to_be_an_integral():
+    energy = State("energy", "J")
+    rates = {x: v, v: u, energy: ca.fmax(0, u * v)}
+    ends = {x: 0, v: 0, energy: 0}, {x: 1, v: 0}
+    phase = Phase("move", rates, *ends, end=3.0)
+    problem = Problem("least", phase, minimise=phase.at_end(energy))
+    with pytest.raises(SolveFailed, match="state it as an integral of phase 'move'"):
+        collocate(problem, settings=Settings(solver=Ipopt(max_iterations=20)))

@@ -17,11 +17,16 @@ from ocp.problem.symbols import Signal, State, is_number
 _DEPTH = 2
 
 
+def rate_text(state: State) -> str:
+    """The rate of a state in words."""
+    return f"the rate of '{state.name}'"
+
+
 @lru_cache(maxsize=64)
 def kinks_of(problem: Problem) -> tuple[tuple[str, tuple[str, ...]], ...]:
     """Each expression that has kinks, in words, and the operations of CasADi that make them."""
     expressions = [
-        *((f"the rate of '{s.name}'", e) for p in problem.phases for s, e in p.dynamics.items()),
+        *((rate_text(s), e) for p in problem.phases for s, e in p.dynamics.items()),
         *((functional_text(f), piece) for f in problem.functionals for _, piece in f.pieces),
         *((f"'{b.name}'", b.expression) for p in problem.phases for b in p.bounds),
         *((f"'{b.name}'", b.expression) for b in problem.boundary_constraints),
