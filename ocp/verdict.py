@@ -74,7 +74,7 @@ def _remarks(meshes: MeshSolver, refinement: Refinement, fitted: Iterate) -> Ite
     # a fixed mesh may be coarse on purpose, and what else is open explains a displaced switch
     if adapts and not shortfall and (displaced := displaced_remark(fitted, meshes.evaluator)):
         yield displaced
-    if missed := feature_remark(refinement.features):
+    if missed := feature_remark(refinement.features, meshes.problem):
         yield missed
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.number_steps import number_remark, number_steps
 from ocp.optimality.steps import step_remark, steps_along
+from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.excess_price import worth_of_excess
@@ -49,15 +50,14 @@ def motion_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condi
         "worth this part of the objective, to first order",
     )
 
-    yield from _narrow(
-        "narrow features", narrow_features(between_points, allowed.replay), allowed.replay
-    )
+    unseen = narrow_features(between_points, allowed.replay)
+    yield from _narrow("narrow features", unseen, allowed.replay, iterate.problem)
     for far in verification.far_origins:
         name = f"displacement of '{far.state}' in '{far.phase}'"
         yield Condition(name, far.error, WITHIN, far.sentence)
     slopes = missed_slopes(iterate, evaluator, allowed.gain)
     hidden = (slope.feature for slope in slopes if not isinstance(slope.symbol, Constant))
-    yield from _narrow("narrow features that a zero hides", hidden, allowed.gain)
+    yield from _narrow("narrow features that a zero hides", hidden, allowed.gain, iterate.problem)
 
     # bounds and links of the problem, with the peaks of the replay as they are between the points
     dense = (value for _, _, value in verification.peaks)
@@ -93,10 +93,12 @@ def _replayed_values(
     )
 
 
-def _narrow(name: str, found: Iterable[NarrowFeature], allowed: float) -> Iterator[Condition]:
+def _narrow(
+    name: str, found: Iterable[NarrowFeature], allowed: float, problem: Problem
+) -> Iterator[Condition]:
     """The condition that narrow features break; none where there are none to tell of."""
     features = list(found)
-    if remark := feature_remark(features):
+    if remark := feature_remark(features, problem):
         yield Condition(name, max(feature.size for feature in features), allowed, remark)
 
 

@@ -8,6 +8,7 @@ import pytest
 
 from ocp import (
     TIME,
+    Between,
     Bound,
     Control,
     FixedMesh,
@@ -22,7 +23,7 @@ from ocp import (
     solve,
 )
 from ocp.mesh.mesh import Mesh, uniform
-from ocp.refinement.estimates.narrow_features import NarrowFeature, mesh_that_sees
+from ocp.refinement.estimates.narrow_features import NarrowFeature, feature_remark, mesh_that_sees
 
 _WIDTH = 1e-4  # of a motion of one second
 
@@ -119,3 +120,15 @@ def test_breakpoints_on_both_sides_of_a_feature():
     seeing = mesh_that_sees(mesh, [feature])
     assert seeing.phases[0] is mesh.phases[0]
     assert seeing.phases[1].breakpoints == pytest.approx([0, 1 / 3, 0.4, 0.45, 2 / 3, 1])
+
+
+@pytest.mark.parametrize(
+    ("end", "remedy"), [(2.0, "state breakpoints there"), (Between(1, 3), "split the phase there")]
+)
+def test_breakpoints_are_advised_where_they_can_be_stated(end, remedy):
+    x = State("x", "m")
+    u = Control("u", "m/s")
+    phase = Phase("run", {x: u}, {x: 0}, {x: 1}, end=end)
+    problem = Problem("run", phase, minimise=phase.integral(u**2))
+    feature = NarrowFeature(0, "run", "'x'", 0.4, 0.5, 0.9, 1e-5)
+    assert remedy in feature_remark([feature], problem)

@@ -118,14 +118,19 @@ def narrow_features(errors: MotionErrors, allowed: float) -> Iterator[NarrowFeat
             )
 
 
-def feature_remark(features: Sequence[NarrowFeature]) -> str:
+def feature_remark(features: Sequence[NarrowFeature], problem: Problem) -> str:
     """What to say of features that the mesh does not see, or nothing where there are none."""
     if not features:
         return ""
     worst = max(features, key=lambda feature: feature.size)
+    # breakpoints can be stated where the times of a phase are given only
+    fixed = problem.phases[worst.phase].has_fixed_times
+    remedy = (
+        "state breakpoints there" if fixed else "split the phase there, or begin on more intervals"
+    )
     return (
         f"{worst.name} in phase '{worst.where}' changes near {worst.time:.6g} s between the points "
-        f"of the mesh, by {worst.size:.2g} of {worst.of} in all: state breakpoints there"
+        f"of the mesh, by {worst.size:.2g} of {worst.of} in all: {remedy}"
     )
 
 
