@@ -117,5 +117,5 @@ class DrivenArm:
         """M and f of the free arm without torque, for expressions q and v."""
         model = self.model
         x, rate = ca.SX.sym("q", model.size), ca.SX.sym("v", model.size)
-        outputs = [model.mass_matrix(x), model.force(x, rate, ca.DM.zeros(2))]
+        outputs = model.mass_and_force(x, rate, ca.DM.zeros(2))
         return ca.Function("free", [x, rate], outputs)(q, v)

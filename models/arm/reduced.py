@@ -28,6 +28,13 @@ import numpy as np
 
 from models.ancf.chain import Link
 from models.ancf.element import mass_matrix, shape_row
+from models.arm.moving_frames import (
+    FramedLink,
+    mass_and_bias,
+    rotation,
+    slope_coefficients,
+    stiffness,
+)
 from models.arm.parameters import ArmParameters
 from models.arrays import Array
 from models.errors import require
@@ -127,7 +134,7 @@ class ReducedArm:
 
         for k, link in enumerate(self._links):
             theta, *bent = _of_link(p, k)
-            shape = _slope_coefficients(link, *bent)
+            shape = slope_coefficients(link, *bent)
             for i in range(elements + 1):
                 position, slope = _point(start, theta, shape, link.length * i / elements)
                 nodes += [position, slope]
@@ -142,7 +149,7 @@ class ReducedArm:
             return nodes
         p = self.embed(q)
         bulges = [
-            _rotation(theta)[:, 1] * beta for theta, _, _, beta in (_of_link(p, k) for k in (0, 1))
+            rotation(theta)[:, 1] * beta for theta, _, _, beta in (_of_link(p, k) for k in (0, 1))
         ]
         return ca.vertcat(nodes, *bulges)
 
@@ -170,49 +177,64 @@ class ReducedArm:
 
     def strain_energy(self, q: Any) -> Any:
         """Bending energy 1/2 q^T K q of both shapes [J]."""
-        p = self.embed(q)
-        energy = 0
-        for k, link in enumerate(self._links):
-            shape = _slope_coefficients(link, *_of_link(p, k)[1:])
-            # the curvature is the derivative of the slope
-            bends = [i * c for i, c in enumerate(shape, start=1)]
-            energy += 0.5 * link.bending_stiffness * _square_integral(bends, link.length, first=0)
-        return energy
+        return 0.5 * ca.dot(q, self._stiffness @ q)
 
     def mass_matrix(self, q: Any) -> Any:
         """J^T M J with J = de/dq, and the hub on theta1; (n, n) [kg m^2, ...]."""
-        J = ca.jacobian(self.mass_coordinates(q), q)
-        J1 = ca.jacobian(self.embed(q)[0], q)
-        return J.T @ self._mass @ J + self.parameters.hub_inertia * J1.T @ J1
+        return self._inertia(q, ca.DM.zeros(self.size))[0]
 
     def kinetic_energy(self, q: Any, v: Any) -> Any:
         """Kinetic energy [J]."""
         return 0.5 * ca.dot(v, self.mass_matrix(q) @ v)
 
-    def force(self, q: Any, v: Any, torque: Any) -> Any:
-        """B tau - K q - C v - J^T M (Jdot v), (n, 1): what the mass matrix accelerates.
+    def mass_and_force(self, q: Any, v: Any, torque: Any) -> tuple[Any, Any]:
+        """Mass matrix (n, n), and what it accelerates (n, 1), from terms that both share.
 
-        `torque` is (root, elbow) (2, 1) [N m].
+        The force is B tau - K q - C v - J^T M (Jdot v); `torque` is (root, elbow) (2, 1) [N m].
         """
-        e = self.mass_coordinates(q)
-        J = ca.jacobian(e, q)
-        bias = ca.jtimes(J @ v, q, v)
-
-        elastic = ca.gradient(self.strain_energy(q), q)
-        damping = self.parameters.relaxation_time * ca.jtimes(elastic, q, v)
+        mass, bias = self._inertia(q, v)
+        elastic = self._stiffness @ q
+        damping = self.parameters.relaxation_time * (self._stiffness @ v)
 
         # Torques do work on the joint angles: B is the transpose of their derivatives.
         angles = ca.vertcat(self.embed(q)[0], self.elbow_angle(q))
         drive = ca.jacobian(angles, q).T @ torque
-        return drive - elastic - damping - J.T @ (self._mass @ bias)
+        return mass, drive - elastic - damping - bias
+
+    def force(self, q: Any, v: Any, torque: Any) -> Any:
+        """What the mass matrix accelerates (n, 1), see `mass_and_force`."""
+        return self.mass_and_force(q, v, torque)[1]
+
+    def _inertia(self, q: Any, v: Any) -> tuple[Any, Any]:
+        """Mass matrix, and the inertial force where no rate changes, see `mass_and_bias`."""
+        p = self.embed(q)
+        links = [
+            FramedLink(
+                link=link,
+                mass=self._mass_of(k),
+                shape=ca.vertcat(*_of_link(p, k)[1:]),
+                by_coordinates=self._shapes[k],
+                angle=_of_link(p, k)[0],
+            )
+            for k, link in enumerate(self._links)
+        ]
+
+        # of a locked elbow it is known without the angle of the big arm, which cancels
+        elbow = p[_OF_A_LINK] - p[0]
+        if self.elbow_lock is not None:
+            elbow = tip_turn(p[COORDINATES.index("psi1")]) + self.elbow_lock
+        mass, bias = mass_and_bias(links, [elbow], q, v)
+        hub = ca.jacobian(p[0], q)
+        return mass + self.parameters.hub_inertia * hub.T @ hub, bias
 
     def residual(self, q: Any, v: Any, a: Any, torque: Any) -> Any:
         """Equations of motion in implicit form, zero along a motion, (n, 1)."""
-        return self.mass_matrix(q) @ a - self.force(q, v, torque)
+        mass, force = self.mass_and_force(q, v, torque)
+        return mass @ a - force
 
     def acceleration(self, q: Any, v: Any, torque: Any) -> Any:
         """Accelerations (n, 1)."""
-        return ca.solve(self.mass_matrix(q), self.force(q, v, torque))
+        return ca.vertcat(*solve_small(*self.mass_and_force(q, v, torque)))
 
     @property
     def _links(self) -> tuple[Link, Link]:
@@ -236,6 +258,34 @@ class ReducedArm:
         mass[[4, 5], [4, 5]] += arm.elbow_mass
         mass[[12, 13], [12, 13]] += arm.tip_mass
         return ca.sparsify(ca.DM(mass if self.bulges else mass[:_NODES, :_NODES]))
+
+    def _mass_of(self, link: int) -> Any:
+        """Its part for a link's nodes and bulge, (10, 10)."""
+        half = _NODES // 2
+        places = [*range(half * link, half * (link + 1))]
+        if not self.bulges:
+            return ca.diagcat(self._mass[places, places], ca.DM(2, 2))
+        places += [_NODES + 2 * link, _NODES + 2 * link + 1]
+        return self._mass[places, places]
+
+    @cached_property
+    def _shapes(self) -> tuple[Any, Any]:
+        """Deflection, slope and bulge of each link by q, (3, n); they are linear in it."""
+        q = ca.SX.sym("q", self.size)
+        big, small = (
+            ca.sparsify(ca.evalf(ca.jacobian(ca.vertcat(*_of_link(self.embed(q), k)[1:]), q)))
+            for k in (0, 1)
+        )
+        return big, small
+
+    @cached_property
+    def _stiffness(self) -> Any:
+        """K of the bending of both links, (n, n)."""
+        forms = (
+            by.T @ ca.DM(stiffness(link)) @ by
+            for link, by in zip(self._links, self._shapes, strict=True)
+        )
+        return ca.sparsify(sum(forms))
 
     # compiled functions
 
@@ -289,19 +339,6 @@ def _of_link(p: Any, link: int) -> tuple[Any, Any, Any, Any]:
     return p[first], p[first + 1], p[first + 2], p[first + 3]
 
 
-def _slope_coefficients(link: Link, delta: Any, psi: Any, bulge: Any) -> tuple[Any, Any, Any]:
-    """Coefficients (a, b, c) of the slope v' = a s + b s^2 + c s^3.
-
-    The deflection at the tip is delta, the slope there psi; the bulge is 16 xi^2 (1 - xi)^2.
-    """
-    L = link.length
-    return (
-        6 * delta / L**2 - 2 * psi / L + 32 * bulge / L**2,
-        -6 * delta / L**3 + 3 * psi / L**2 - 96 * bulge / L**3,
-        64 * bulge / L**4,
-    )
-
-
 def _square_integral(coefficients: Sequence[Any], end: float, first: int) -> Any:
     """Integral from 0 to `end` of the square of a polynomial whose lowest power is `first`."""
     total = 0
@@ -320,14 +357,8 @@ def _point(start: Any, theta: Any, shape: tuple[Any, ...], s: float) -> tuple[An
     v = sum(c * s ** (i + 1) / (i + 1) for i, c in enumerate(shape, start=1))
     dv = sum(c * s**i for i, c in enumerate(shape, start=1))
 
-    R = _rotation(theta)
+    R = rotation(theta)
     return start + R @ ca.vertcat(s + u, v), R @ ca.vertcat(1 - dv**2 / 2, dv)
-
-
-def _rotation(theta: Any) -> Any:
-    return ca.vertcat(
-        ca.horzcat(ca.cos(theta), -ca.sin(theta)), ca.horzcat(ca.sin(theta), ca.cos(theta))
-    )
 
 
 def _bulge_mass(link: Link) -> tuple[Array, Array]:
@@ -344,22 +375,22 @@ def solve_small(matrix: Any, right: Any) -> list[Any]:
     """Solution of a small symmetric positive system by elimination without pivoting.
 
     On symbols this makes expressions shorter than those of `ca.solve` by a fifth, and a positive
-    matrix needs no pivots.
+    matrix needs no pivots. The upper triangle is not read.
     """
     n = right.numel()
-    a = [[matrix[i, k] for k in range(n)] for i in range(n)]
+    a = [[matrix[i, k] for k in range(i + 1)] for i in range(n)]
     b = [right[i] for i in range(n)]
 
-    # forward elimination
+    # forward elimination of the lower triangle, which stays symmetric
     for k in range(n):
         for i in range(k + 1, n):
             factor = a[i][k] / a[k][k]
             b[i] = b[i] - factor * b[k]
-            for m in range(k + 1, n):
-                a[i][m] = a[i][m] - factor * a[k][m]
+            for m in range(k + 1, i + 1):
+                a[i][m] = a[i][m] - factor * a[m][k]
 
     # back substitution
     x: list[Any] = [None] * n
     for i in reversed(range(n)):
-        x[i] = (b[i] - sum(a[i][m] * x[m] for m in range(i + 1, n))) / a[i][i]
+        x[i] = (b[i] - sum(a[m][i] * x[m] for m in range(i + 1, n))) / a[i][i]
     return x

@@ -190,8 +190,7 @@ def accelerations(
 ) -> tuple[Any, ...]:
     """Expressions of the accelerations of a reduced arm under the torques."""
     position, rate = column(q), column(v)
-    force = model.force(position, rate, drives.column)
-    return tuple(solve_small(model.mass_matrix(position), force))
+    return tuple(solve_small(*model.mass_and_force(position, rate, drives.column)))
 
 
 def equations_of_motion(

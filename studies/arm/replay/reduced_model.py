@@ -228,8 +228,7 @@ def _under_torque(stage: Stage) -> _Parts:
     torque = ca.vertcat(*(given if k == joint else ca.SX(0) for k in (ROOT, ELBOW)))
 
     def mechanics(arm: ArmParameters) -> tuple[Any, ...]:
-        other = stage.reduced(arm)
-        return other.mass_matrix(q), other.force(q, v, torque)
+        return stage.reduced(arm).mass_and_force(q, v, torque)
 
     start = np.concatenate((model.at(*stage.start), np.zeros(model.size)))
     return ca.vertcat(q, v), given, start, mechanics, (q, v)

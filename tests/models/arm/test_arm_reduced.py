@@ -39,6 +39,44 @@ def test_kinetic_energy_is_that_of_the_nodes(variant, locks):
     assert float(model.energies(q, v)[0]) == pytest.approx(wanted, rel=1e-12)
 
 
+@pytest.mark.parametrize("locks", [(None, None), (None, 1.1), (0.3, None), (0.3, 1.1)])
+@pytest.mark.parametrize(
+    ("variant", "ties"), [("B21", (0, 0, 0)), ("B21", (0.1, 0.2, -0.3)), ("B22", (0, 0, 0))]
+)
+def test_mass_and_force_are_those_of_coordinates_in_a_fixed_frame(variant, ties, locks):
+    arm = ArmParameters(elbow_mass=2.0, hub_inertia=1.5, damping_ratio=0.05)
+    model = ReducedArm(arm, variant, *locks, ties=ties)
+    q, v, tau = (ca.SX.sym(name, n) for name, n in (("q", model.size), ("v", model.size), ("t", 2)))
+    e, hub = model.mass_coordinates(q), ca.jacobian(model.embed(q)[0], q)
+    J, M = ca.jacobian(e, q), model._mass
+    angles = ca.vertcat(model.embed(q)[0], model.elbow_angle(q))
+    elastic = ca.gradient(model.strain_energy(q), q)
+    force = ca.jacobian(angles, q).T @ tau - elastic
+    force -= arm.relaxation_time * ca.jtimes(elastic, q, v) + J.T @ M @ ca.jtimes(J @ v, q, v)
+    fixed = ca.Function("f", [q, v, tau], [J.T @ M @ J + 1.5 * hub.T @ hub, force])
+    moving = ca.Function("m", [q, v, tau], model.mass_and_force(q, v, tau))
+
+    place = (*sample(model), np.array([3.0, -2.0]))
+    for wanted, found in zip(fixed(*place), moving(*place), strict=True):
+        scale = np.abs(wanted.full()).max()
+        np.testing.assert_allclose(found.full(), wanted.full(), rtol=0, atol=1e-13 * scale)
+
+
+@pytest.mark.parametrize("elbow_lock", [None, np.pi])
+def test_mass_and_force_do_not_depend_on_where_the_arm_points_to(elbow_lock):
+    model = ReducedArm(ARM, elbow_lock=elbow_lock, ties=(0.1, 0.2, -0.3))
+    q, v, tau = (ca.SX.sym(name, n) for name, n in (("q", model.size), ("v", model.size), ("t", 2)))
+    mass, force = model.mass_and_force(q, v, tau)
+    by_angles = ca.jacobian(ca.vertcat(ca.vec(mass), force), q)[:, 0]
+    assert (by_angles.nnz() == 0) == (elbow_lock is not None)
+    free = ca.Function("free", [q, v, tau], [mass, force])
+    place, rate = sample(model)
+    turned = place + (model.at(1.0, 0.0) - model.at(0.0, 0.0))
+    for here, there in zip(free(place, rate, [1, 2]), free(turned, rate, [1, 2]), strict=True):
+        scale = np.abs(here.full()).max()
+        np.testing.assert_allclose(there.full(), here.full(), rtol=0, atol=1e-13 * scale)
+
+
 def test_strain_energy_is_nearly_that_of_the_nodes():
     model = ReducedArm(ARM)
     q = model.at(0.3, 1.1)

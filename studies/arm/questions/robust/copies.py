@@ -8,6 +8,7 @@ Symbols: q, v coordinates and rates of B21, z those of them that are elastic, ta
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -67,21 +68,43 @@ def replayed_motion(motion: OptimalMotion) -> SampledMotion:
     return SampledMotion(run.times, run.q, run.v, law(run.times), rate=law.derivative()(run.times))
 
 
-def torque_copy(stage: Stage, drives: Drives, start: SampledMotion, suffix: str = "") -> ArmCopy:
-    """An arm under the torque."""
+def torque_copy(stage: Stage, drives: Drives, start: SampledMotion) -> ArmCopy:
+    """The nominal arm, under the torque."""
+    return _under_torque(stage, drives, start, "", range(stage.model.size))
+
+
+def other_torque_copy(stage: Stage, drives: Drives, start: SampledMotion, suffix: str) -> ArmCopy:
+    """Another arm under the same torque, without the angles that nothing else depends on.
+
+    No elastic motion depends on where the whole arm points to, and the other arms need not arrive.
+    """
+    model = stage.model
+    q, v = ca.SX.sym("q", model.size), ca.SX.sym("v", model.size)
+    mass, force = model.mass_and_force(q, v, ca.DM.zeros(2))
+    felt = ca.jacobian(ca.vertcat(ca.vec(mass), force), q).sparsity().get_col()
+    return _under_torque(stage, drives, start, suffix, sorted(set(felt)))
+
+
+def _under_torque(
+    stage: Stage, drives: Drives, start: SampledMotion, suffix: str, places: Iterable[int]
+) -> ArmCopy:
+    """An arm under the torque, of whose coordinates those at `places` are states."""
     model = stage.model
     q, v = reduced_signals(stage, start.q, suffix)
     acceleration = accelerations(model, q, v, drives)
 
-    pose = map(float, model.at(*stage.start))
+    pose = dict(zip(q, map(float, model.at(*stage.start)), strict=True))
+    guess = sampled_guess((*q, *v), start.times, (*start.q, *start.v))
+    kept = (*(q[k] for k in places), *v)
+    rates = equations_of_motion(q, v, acceleration)
     return ArmCopy(
         model=model,
         q=column(q),
         v=column(v),
         acceleration=acceleration,
-        dynamics=equations_of_motion(q, v, acceleration),
-        initial=dict(zip(q, pose, strict=True)) | dict.fromkeys(v, 0.0),
-        guess=sampled_guess((*q, *v), start.times, (*start.q, *start.v)),
+        dynamics={state: rates[state] for state in kept},
+        initial={state: pose.get(state, 0.0) for state in kept},
+        guess={state: guess[state] for state in kept},
     )
 
 

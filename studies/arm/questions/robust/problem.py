@@ -26,6 +26,7 @@ from studies.arm.questions.robust.copies import (
     ArmCopy,
     SampledMotion,
     angle_copy,
+    other_torque_copy,
     replayed_motion,
     residual_energy,
     torque_copy,
@@ -66,7 +67,7 @@ def robust_statement(nominal: OptimalMotion, spread: Spread, cap: float) -> Stat
         other = dataclasses.replace(stage, arm=varied(stage.arm, spread.factors(x, y)))
         name = f" of copy {number}"
         if spread.drive == "torque":
-            arms.append((other, torque_copy(other, drives, start, name)))
+            arms.append((other, other_torque_copy(other, drives, start, name)))
         else:
             arms.append((other, angle_copy(other, start, arm, name)))
     phase = _phase(stage, drives, start, [copy for _, copy in arms])
