@@ -152,6 +152,8 @@ class _Integrator:
         self.steps = Steps()
         self.factored = 0.0  # step for which the Newton matrices are factorised; 0 for none
         self.rate = 1.0  # ratio of the last two Newton corrections of the last step
+        # of the stage polynomial's continuation, most often for a step of the same length
+        self.extrapolated, self.weights = (0.0, 0.0), np.empty((0, 0))
 
     def run(self, z: Array, v: Array, h: float) -> tuple[Array, Array, float]:
         """Integrate over the window from (z, v) with a first step of about h.
@@ -183,8 +185,10 @@ class _Integrator:
                 h, a, N = h / 4, self._flat(0.0 * a0), self._flat(N[:, 0])
                 continue
 
-            error = self._error(v, h, a0, new_a)
-            if error > 1.0 and self.settings.fixed_step is None:
+            # a fixed step stays as it is, whatever its error
+            fixed = self.settings.fixed_step is not None
+            error = 0.0 if fixed else self._error(v, h, a0, new_a)
+            if error > 1.0:
                 self._reject(t, h, "the local error stays above the tolerance")
                 shrink = self._shrink(error)
                 a, N = self._extrapolate(new_a, new_N, shrink, 0.0)
@@ -281,8 +285,10 @@ class _Integrator:
 
     def _extrapolate(self, a: Array, N: Array, ratio: float, start: float) -> tuple[Array, Array]:
         """Stage values of a step that is `ratio` times as long and begins at `start` of this."""
-        weights = self.table.weights(start + ratio * self.table.nodes, 0).T
-        return a @ weights, N @ weights
+        if (ratio, start) != self.extrapolated:
+            self.extrapolated = ratio, start
+            self.weights = self.table.weights(start + ratio * self.table.nodes, 0).T
+        return a @ self.weights, N @ self.weights
 
     def _last_rate(self, v: Array, h: float, a: Array) -> Array:
         return np.asarray(v + h * (a[: self.form.size] @ self.table.matrix[-1]))

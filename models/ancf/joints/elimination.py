@@ -86,14 +86,13 @@ class SlopeElimination:
             if tie.clamp is not None:
                 force[tie.after[0]] = tie.clamp[:, 0] @ force[tie.after]
                 continue
-            phi = tie.joint.law(t)[0]
-            a, force_after = tie.slope_before(x), force[tie.after]
-            u = rotate(phi, a)
+            force_after = force[tie.after]
+            u = tie.turned(t, tie.slope_before(x))
 
             # A turn of a carries b along, so the force on b acts on a as well.
             if tie.before is not None:
                 g = (x[tie.after] * u).sum(axis=0) / (u**2).sum(axis=0)
-                force[tie.before] += g * rotate(-phi, force_after)
+                force[tie.before] += g * tie.turned_back(t, force_after)
             force[tie.after[0]] = (u * force_after).sum(axis=0)
         return force[self.kept]
 

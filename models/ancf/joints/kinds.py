@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Generic, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from models.errors import ModelError, require
 
 TimeFunction: TypeAlias = Callable[[Array], Array]
 """Maps times (m,) [s] to values (m,)."""
+_T = TypeVar("_T")
 
 
 @dataclass(frozen=True)
@@ -79,6 +80,23 @@ class Driven:
 
 
 Joint: TypeAlias = Free | Torque | Locked | Driven
+
+
+class LastAsked(Generic[_T]):
+    """A function of times that keeps what it gave last: Newton iterations ask for it again.
+
+    They hand over the same array, which nobody may change.
+    """
+
+    def __init__(self, function: Callable[[Array], _T]) -> None:
+        self._function = function
+        self._last: tuple[Array, _T] | None = None
+
+    def __call__(self, t: Array) -> _T:
+        """The function at times (m,) [s]."""
+        if self._last is None or self._last[0] is not t:
+            self._last = t, self._function(t)
+        return self._last[1]
 
 
 def check_joints(chain: Chain, joints: Sequence[Joint]) -> tuple[Joint, ...]:

@@ -18,7 +18,7 @@ import numpy as np
 
 from models.ancf.chain import Chain
 from models.ancf.joints.angles import cross, quarter, rotate, slope_pair
-from models.ancf.joints.kinds import Driven, Joint, Locked
+from models.ancf.joints.kinds import Driven, Joint, LastAsked, Locked
 from models.arrays import Array, Places
 
 
@@ -49,6 +49,27 @@ class SlopeTie:
             return None
         return np.array([[np.cos(self.joint.angle)], [np.sin(self.joint.angle)]])
 
+    @cached_property
+    def law(self) -> LastAsked[tuple[Array, Array, Array]]:
+        """Angle of the joint and its two derivatives at times (m,)."""
+        return LastAsked(self.joint.law)
+
+    @cached_property
+    def _held(self) -> Array | None:
+        """R(phi) (2, 2) of a locked joint; None of a driven one."""
+        if not isinstance(self.joint, Locked):
+            return None
+        c, s = np.cos(self.joint.angle), np.sin(self.joint.angle)
+        return np.array([[c, -s], [s, c]])
+
+    def turned(self, t: Array, a: Array) -> Array:
+        """R(phi) a for vectors (2, m) at times (m,)."""
+        return rotate(self.law(t)[0], a) if self._held is None else self._held @ a
+
+    def turned_back(self, t: Array, b: Array) -> Array:
+        """R(-phi) b for vectors (2, m) at times (m,)."""
+        return rotate(-self.law(t)[0], b) if self._held is None else self._held.T @ b
+
     def slope_before(self, x: Array) -> Array:
         """The slope a, (2, m), of coordinates (n, m)."""
         if self.before is None:
@@ -57,14 +78,16 @@ class SlopeTie:
 
     def direction(self, t: Array, x: Array, xd: Array, xdd: Array) -> tuple[Array, Array, Array]:
         """U and its two derivatives by time, (2, m), along coordinates and rates (n, m)."""
-        phi, w, dw = self.joint.law(t)
+        phi, w, dw = self.law(t)
         if self.before is None:
             u = np.array((np.cos(phi), np.sin(phi)))
             n = quarter(u)
             return u, w * n, dw * n - w**2 * u
 
         # product rule on R(phi) a: ud and udd first hold the parts in which phi stands still
-        u, ud, udd = (rotate(phi, y[self.before]) for y in (x, xd, xdd))
+        u, ud, udd = (self.turned(t, y[self.before]) for y in (x, xd, xdd))
+        if self._held is not None:
+            return u, ud, udd
         n = quarter(u)
         return u, ud + w * n, udd + 2 * w * quarter(ud) + dw * n - w**2 * u
 

@@ -13,6 +13,7 @@ N axial forces (G,) [N] at G Gauss points, r' slopes [-], eta relaxation time [s
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 from models.ancf.assembly import Assembly
 from models.ancf.chain import Chain
 from models.ancf.element import moment_force
-from models.ancf.joints import Joint, Torque, law_values, slope_pair
+from models.ancf.joints import Joint, LastAsked, Torque, law_values, slope_pair
 from models.arrays import Array
 
 
@@ -70,7 +71,7 @@ class Mechanics:
         self.assembly = assembly
         self.relaxation = chain.relaxation_time
         self.torques = [
-            (*slope_pair(chain, k, assembly.place), joint)
+            (*slope_pair(chain, k, assembly.place), LastAsked(partial(law_values, joint.torque)))
             for k, joint in enumerate(joints)
             if isinstance(joint, Torque)
         ]
@@ -104,8 +105,8 @@ class Mechanics:
             balance += self.bending_damping(x, rate)[0]
 
         # A torque acts on the slope after its joint, its opposite on the slope before.
-        for before, after, joint in self.torques:
-            moment = law_values(joint.torque, t)
+        for before, after, torque in self.torques:
+            moment = torque(t)
             _add_moment(balance, x, after, -moment)
             if before is not None:
                 _add_moment(balance, x, before, moment)
