@@ -5,6 +5,8 @@ import os
 from hypothesis import settings
 
 os.environ.setdefault("MPLBACKEND", "Agg")
+# tests change what a study calls, which another process would not see
+os.environ["ANTENNA_OCP_PROCESSES"] = "1"
 
 settings.register_profile("antenna", derandomize=True, deadline=None, print_blob=False)
 settings.load_profile("antenna")

@@ -8,6 +8,7 @@ model, whose beats are not quite in step with B21's.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -48,6 +49,7 @@ from studies.common.comparison_table import costs_elsewhere
 from studies.common.console import Console, number
 from studies.common.exit_codes import StudyError
 from studies.common.folder import provenance
+from studies.common.processes.side_by_side import Part, side_by_side
 from studies.common.result import Result, Verdict
 
 Say = Callable[[str], None]
@@ -91,18 +93,20 @@ def rigid_peak(stage: Stage, law: NamedLaw) -> float:
 
 
 def least_durations(
-    stage: Stage, drive: Drive, cap: float, say: Say, live: Say
+    stage: Stage, drive: Drive, cap: float, console: Console
 ) -> list[LeastDuration]:
-    """The optimum and every baseline under a drive and a torque cap [N m]."""
-    durations = [of_optimum(stage, drive, cap, say, live)]
-    for name in baseline_names(drive):
-        durations.append(of_baseline(stage, name, drive, cap, say, live))
-        say(f"{durations[-1].name}: {number(durations[-1].duration)} s")
-    return durations
+    """The optimum and every baseline under a drive and a torque cap [N m], side by side."""
+    stage = dataclasses.replace(stage)  # without what has been computed of it
+    parts = [
+        Part(of_optimum, (stage, drive, cap)),
+        *(Part(of_baseline, (stage, name, drive, cap)) for name in baseline_names(drive)),
+    ]
+    return list(side_by_side(parts, console))
 
 
-def of_optimum(stage: Stage, drive: Drive, cap: float, say: Say, live: Say) -> LeastDuration:
+def of_optimum(stage: Stage, drive: Drive, cap: float, console: Console) -> LeastDuration:
     """Bisection of the duration between one that passes and one that does not."""
+    say, live = console.progress, console.live
     turn = stage.inertia_turns[stage.moving[0]]
     best, coarsest = LeastDuration("optimum", None), 0
     low, high = OPTIMUM_FACTORS
@@ -147,9 +151,17 @@ def passes(done: LockedMotion | None, cap: float) -> bool:
 
 
 def of_baseline(
-    stage: Stage, name: str, drive: Drive, cap: float, say: Say, live: Say
+    stage: Stage, name: str, drive: Drive, cap: float, console: Console
 ) -> LeastDuration:
     """First duration at which a baseline passes on the full model, where B21 comes near it."""
+    found = _first_that_passes(stage, name, drive, cap, console.progress, console.live)
+    console.progress(f"{name}: {number(found.duration)} s")
+    return found
+
+
+def _first_that_passes(
+    stage: Stage, name: str, drive: Drive, cap: float, say: Say, live: Say
+) -> LeastDuration:
     durations, laws = scanned(stage, name, drive, cap, live)
     seen = list[float]()
 
@@ -284,7 +296,7 @@ def find_least_durations(study: LeastDurationStudy, console: Console) -> Result:
     """The least durations of the optimum and of every baseline."""
     stage, drive = study.slew, study.drive
     cap = torque_cap(stage, drive)
-    durations = least_durations(stage, drive, cap, console.progress, console.live)
+    durations = least_durations(stage, drive, cap, console)
 
     rows = table_rows({law.name: _quantities(law) for law in durations})
     # the optimum stands first

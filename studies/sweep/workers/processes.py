@@ -17,15 +17,10 @@ from collections import deque
 from collections.abc import Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
-import studies
+from studies.common.processes.child import environment
 
-# a case has one thread for linear algebra: more of them would compete with the other cases
-ONE_THREAD = dict.fromkeys(
-    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1"
-)
 SERVE = "from studies.sweep.workers.worker import serve; serve()"
 CASES_A_PROCESS = 200
 LINES = 5  # of what it writes to standard error that are kept
@@ -108,9 +103,6 @@ class CaseProcess:
             return self._process
 
     def _begun(self) -> subprocess.Popen[str]:
-        # where this package is, the process has to find it, too
-        root = str(Path(next(iter(studies.__path__))).parent)
-        paths = os.pathsep.join(filter(None, (root, os.environ.get("PYTHONPATH"))))
         self._answered = 0
         self._said.clear()
         process = subprocess.Popen(
@@ -120,7 +112,7 @@ class CaseProcess:
             stderr=subprocess.PIPE,
             text=True,
             encoding="utf-8",
-            env={**os.environ, **ONE_THREAD, "PYTHONPATH": paths},
+            env=environment(),
             start_new_session=True,
         )
         # a pipe that nobody reads would stop the process when it is full

@@ -6,11 +6,9 @@ that started it does.
 
 from __future__ import annotations
 
-import ctypes
 import io
 import json
 import os
-import signal
 import socket
 import sys
 import time
@@ -21,6 +19,7 @@ import numpy as np
 
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.folder import plain
+from studies.common.processes.child import ends_with_parent
 from studies.common.result import Result, Series, Verdict
 from studies.sweep.subjects import SUBJECTS
 
@@ -30,7 +29,6 @@ STATUS = {
     ExitCode.NOT_SOLVED: "not solved",
     ExitCode.BAD_INPUT: "refused",
 }
-DEATH_OF_PARENT = 1  # PR_SET_PDEATHSIG of Linux
 
 
 def outcome(task: Mapping[str, Any]) -> dict[str, Any]:
@@ -118,13 +116,8 @@ def _unpacked(motion: Mapping[str, Any]) -> Result:
 
 def serve() -> None:
     """Answer tasks from standard input until it ends."""
-    parent = os.getppid()
-    if sys.platform == "linux":
-        # killed together with who waits for the answers: an orphan would solve for nobody
-        ctypes.CDLL(None).prctl(DEATH_OF_PARENT, signal.SIGKILL)
-        if os.getppid() != parent:
-            return
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the run, which then ends this
+    if not ends_with_parent():
+        return
 
     # what solvers print must not come between the answers
     answers = _apart_from_prints()
