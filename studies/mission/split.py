@@ -78,7 +78,12 @@ class StageCurve:
         return min(found, self.floor)
 
 
-def equal_split(curves: Sequence[StageCurve], total: float, first: Sequence[float]) -> list[float]:
+def equal_split(
+    curves: Sequence[StageCurve],
+    total: float,
+    first: Sequence[float],
+    announce: Callable[[Sequence[float]], None] = lambda durations: None,
+) -> list[float]:
     """Durations [s] that sum up to a total and make the largest utilisation least.
 
     Parameters
@@ -86,9 +91,12 @@ def equal_split(curves: Sequence[StageCurve], total: float, first: Sequence[floa
     curves : of the stages.
     total : [s].
     first : durations in proportion to which the search begins.
+    announce : called with the duration of each stage before all are evaluated, for who does that
+        side by side.
     """
     durations = [total * share / sum(first) for share in first]
     for _ in range(ROUNDS):
+        announce(durations)
         used = [curve.at(duration) for curve, duration in zip(curves, durations, strict=True)]
         helped = [u for curve, u, d in zip(curves, used, durations, strict=True) if d < curve.floor]
         if not helped or max(helped) / min(helped) <= 1.0 + EQUAL:
@@ -111,12 +119,27 @@ def _shared(curves: Sequence[StageCurve], total: float) -> list[float]:
     return [duration * total / sum(durations) for duration in durations]
 
 
-def duration_at_the_cap(curve: StageCurve, first: float) -> float:
-    """Least duration [s] in which a stage uses all of its caps and no more, to `EQUAL`."""
-    duration = first
+def durations_at_the_caps(
+    curves: Sequence[StageCurve],
+    first: Sequence[float],
+    announce: Callable[[Sequence[float]], None] = lambda durations: None,
+) -> list[float]:
+    """Least durations [s] in which stages use all of their caps and no more, to `EQUAL`.
+
+    Parameters
+    ----------
+    curves : of the stages.
+    first : durations with which the search begins.
+    announce : as of `equal_split`.
+    """
+    durations = list(first)
     for _ in range(ROUNDS):
-        used = curve.at(duration)
-        if 1.0 - EQUAL <= used <= 1.0:
+        announce(durations)
+        used = [curve.at(duration) for curve, duration in zip(curves, durations, strict=True)]
+        durations = [
+            duration if 1.0 - EQUAL <= share <= 1.0 else curve.duration_for(1.0 - EQUAL / 2)
+            for curve, duration, share in zip(curves, durations, used, strict=True)
+        ]
+        if all(duration in curve.known for curve, duration in zip(curves, durations, strict=True)):
             break
-        duration = curve.duration_for(1.0 - EQUAL / 2)
-    return duration
+    return durations

@@ -8,9 +8,10 @@ study of its own. Stages follow each other from rest to rest, so that only their
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -19,9 +20,10 @@ from studies.common.comparison_table import TableRow
 from studies.common.console import Console, silent
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.folder import provenance
+from studies.common.processes.side_by_side import Part, side_by_side
 from studies.common.result import Criterion, Result, Series, Verdict
 from studies.mission.config import MissionStudy, as_dictionary
-from studies.mission.split import EQUAL, StageCurve, duration_at_the_cap, equal_split
+from studies.mission.split import EQUAL, StageCurve, durations_at_the_caps, equal_split
 from studies.mission.stages import (
     RING,
     STAGES,
@@ -100,36 +102,19 @@ def run(study: MissionStudy, console: Console | None = None) -> Result:
         a motion.
     """
     console = console or silent()
-    known: dict[tuple[str, float], StageMotion] = {}
-    latest: dict[str, StageMotion] = {}
-    whole: dict[str, StageMotion] = {}  # the latest of all stages, which belong together
-
-    def curve(name: str) -> StageCurve:
-        def evaluate(duration: float) -> float:
-            motion = latest[name] = known[name, duration] = move(study, name, duration, console)
-            if name == STAGES[-1]:
-                whole.update(latest)
-            most = motion.governing
-            console.progress(
-                f"{name} in {duration:.5g} s: {100 * motion.utilisation:.4g} % ({most.title})"
-            )
-            return motion.utilisation
-
-        return StageCurve(name, evaluate)
-
-    curves = [curve(name) for name in STAGES]
+    found = _FoundMotions(study, console)
+    curves = list(found.curves.values())
     rigid = [rigid_duration(study, name) for name in STAGES]
     try:
         if study.least == "time":
-            durations = [
-                duration_at_the_cap(one, first) for one, first in zip(curves, rigid, strict=True)
-            ]
+            durations = durations_at_the_caps(curves, rigid, found.announce)
         else:
-            durations = equal_split(curves, study.moving, rigid)
+            durations = equal_split(curves, study.moving, rigid, found.announce)
+        found.announce(durations)
         for one, duration in zip(curves, durations, strict=True):
             one.at(duration)
     except KeyboardInterrupt as stop:
-        motions = list((whole or latest).values())
+        motions = list((found.whole or found.latest).values())
         if not motions:
             raise StudyError(
                 "stopped before a motion of a stage was found; the inputs are kept",
@@ -137,8 +122,55 @@ def run(study: MissionStudy, console: Console | None = None) -> Result:
             ) from stop
         return _result(_mission(study, curves, motions, stopped=True))
 
-    motions = [known[name, duration] for name, duration in zip(STAGES, durations, strict=True)]
+    motions = [
+        found.known[name, duration] for name, duration in zip(STAGES, durations, strict=True)
+    ]
     return _result(_mission(study, curves, motions, stopped=False))
+
+
+@dataclass(eq=False)
+class _FoundMotions:
+    """The motions that were found so far.
+
+    Attributes
+    ----------
+    known : by stage and duration [s].
+    latest : of each stage.
+    whole : the latest of all stages, which belong together.
+    curves : of all stages, by name.
+    """
+
+    study: MissionStudy
+    console: Console
+    known: dict[tuple[str, float], StageMotion] = field(default_factory=dict)
+    latest: dict[str, StageMotion] = field(default_factory=dict)
+    whole: dict[str, StageMotion] = field(default_factory=dict)
+    curves: dict[str, StageCurve] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.curves = {
+            name: StageCurve(name, functools.partial(self.utilisation, name)) for name in STAGES
+        }
+
+    def utilisation(self, name: str, duration: float) -> float:
+        """Of a stage in a duration [s]."""
+        self._move([(name, duration)])
+        return self.known[name, duration].utilisation
+
+    def announce(self, durations: Sequence[float]) -> None:
+        """Find the motions of all stages in their durations [s], side by side."""
+        self._move(list(zip(STAGES, durations, strict=True)))
+
+    def _move(self, asked: Sequence[tuple[str, float]]) -> None:
+        new = [one for one in asked if one not in self.known]
+        motions = side_by_side([Part(move, (self.study, *one)) for one in new], self.console)
+        for (name, duration), motion in zip(new, motions, strict=True):
+            self.latest[name] = self.known[name, duration] = motion
+            self.curves[name].known[duration] = motion.utilisation
+            if name == STAGES[-1]:
+                self.whole.update(self.latest)
+            share, most = 100 * motion.utilisation, motion.governing.title
+            self.console.progress(f"{name} in {duration:.5g} s: {share:.4g} % ({most})")
 
 
 def _mission(

@@ -22,7 +22,7 @@ from studies.common.writers import outcome_text
 from studies.mission import MissionStudy, stages, study_from
 from studies.mission import study as work
 from studies.mission.config import as_dictionary, as_toml
-from studies.mission.split import EQUAL, StageCurve, duration_at_the_cap, equal_split
+from studies.mission.split import EQUAL, StageCurve, durations_at_the_caps, equal_split
 from studies.mission.stages import RING, StageMotion, Use, move, ring_history
 from studies.mission.vibration import arm_response
 from studies.report import words
@@ -70,9 +70,11 @@ def test_a_stage_that_more_time_helps_no_further_gives_its_time_away() -> None:
 
 
 def test_least_time_uses_the_caps_and_no_more() -> None:
-    (stage,) = curves((30.0, -2.3, 0.0))
-    duration = duration_at_the_cap(stage, 2.0)
-    assert 1 - EQUAL <= stage.at(duration) <= 1.0
+    stages, announced = curves((30.0, -2.3, 0.0), (10.0, -2.0, 0.0)), []
+    durations = durations_at_the_caps(stages, (2.0, 3.0), announced.append)
+    for stage, duration in zip(stages, durations, strict=True):
+        assert 1 - EQUAL <= stage.at(duration) <= 1.0
+        assert set(stage.known) <= {each for both in announced for each in both}
 
 
 def test_the_arm_answers_as_the_integral_of_duhamel() -> None:
