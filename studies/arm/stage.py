@@ -9,6 +9,7 @@ import dataclasses
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -79,6 +80,10 @@ class Stage:
                 f"the stage '{self.name}' turns no joint; give it an end angle that differs from "
                 "its start"
             )
+
+    def __getstate__(self) -> dict[str, Any]:
+        """For another process: the stage alone, without the models that were made of it."""
+        return {one.name: getattr(self, one.name) for one in dataclasses.fields(self)}
 
     @property
     def moving(self) -> tuple[int, ...]:

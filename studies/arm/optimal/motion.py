@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 
 import casadi as ca
 import numpy as np
@@ -201,11 +201,12 @@ def polynomial(phase: PhaseTrajectory, state: str) -> PPoly:
 
 def torque_joints(torques: Mapping[int, PPoly], end: float) -> dict[int, Torque]:
     """Torque laws; smooth enough that the integrator need not restart at the mesh."""
+    return {k: Torque(partial(_until_end, law, end)) for k, law in torques.items()}
 
-    def until_end(law: PPoly) -> Callable[[Array], Array]:
-        return lambda t: np.where(t <= end, law(np.clip(t, 0.0, end)), 0.0)
 
-    return {k: Torque(until_end(law)) for k, law in torques.items()}
+def _until_end(law: PPoly, end: float, t: Array) -> Array:
+    """A torque that ends [N m]."""
+    return np.where(t <= end, law(np.clip(t, 0.0, end)), 0.0)
 
 
 def angle_joints(motion: ReducedMotion, torques: Mapping[int, PPoly]) -> dict[int, Driven]:
@@ -234,8 +235,12 @@ def angle_joints(motion: ReducedMotion, torques: Mapping[int, PPoly]) -> dict[in
 
 
 def _driven(law: BPoly, end: float) -> Driven:
-    def until_end(order: int) -> Callable[[Array], Array]:
-        curve = law if order == 0 else law.derivative(order)
-        return lambda t: np.asarray(curve(np.clip(t, 0.0, end)))
+    angle, rate, acceleration = (
+        partial(_within, law if order == 0 else law.derivative(order), end) for order in (0, 1, 2)
+    )
+    return Driven(angle, rate, acceleration)
 
-    return Driven(until_end(0), until_end(1), until_end(2))
+
+def _within(curve: BPoly, end: float, t: Array) -> Array:
+    """A curve up to its end."""
+    return np.asarray(curve(np.clip(t, 0.0, end)))

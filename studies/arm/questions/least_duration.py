@@ -8,7 +8,6 @@ model, whose beats are not quite in step with B21's.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -96,7 +95,6 @@ def least_durations(
     stage: Stage, drive: Drive, cap: float, console: Console
 ) -> list[LeastDuration]:
     """The optimum and every baseline under a drive and a torque cap [N m], side by side."""
-    stage = dataclasses.replace(stage)  # without what has been computed of it
     parts = [
         Part(of_optimum, (stage, drive, cap)),
         *(Part(of_baseline, (stage, name, drive, cap)) for name in baseline_names(drive)),

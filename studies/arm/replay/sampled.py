@@ -6,8 +6,9 @@ energy than by the motion itself, and the sample time is chosen by it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -110,8 +111,10 @@ def interpolated(drive: Drive, times: Array, values: Array) -> Joint:
     """The joint of a drive that interpolates samples, see `INTERPOLATION`."""
     # torques and angles start and end with no rate
     curve = CubicSpline(times, values, bc_type="clamped")
+    value, rate, acceleration = (partial(_within, curve, order) for order in (0, 1, 2))
+    return Torque(value) if drive == "torque" else Driven(value, rate, acceleration)
 
-    def part(order: int) -> Callable[[Array], Array]:
-        return lambda t: np.asarray(curve(np.clip(t, times[0], times[-1]), order))
 
-    return Torque(part(0)) if drive == "torque" else Driven(part(0), part(1), part(2))
+def _within(curve: CubicSpline, order: int, t: Array) -> Array:
+    """A derivative of a spline between its ends."""
+    return np.asarray(curve(np.clip(t, curve.x[0], curve.x[-1]), order))

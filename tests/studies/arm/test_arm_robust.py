@@ -1,9 +1,11 @@
 """One motion for a spread of arms: the many arms abreast, the driven joint, a robust motion."""
 
 import dataclasses
+import pickle
 
 import numpy as np
 import pytest
+from scipy.interpolate import PPoly
 
 from models.ancf.integrate import StepControl
 from models.ancf.joints import Torque
@@ -12,15 +14,17 @@ from models.arm.reduced import ReducedArm
 from models.arm.reduced_simulation import simulate_reduced
 from models.errors import ModelError
 from studies.arm.config import RobustStudy
-from studies.arm.optimal.motion import angle_joints
+from studies.arm.optimal.motion import angle_joints, torque_joints
 from studies.arm.questions.robust import comparison as robust_study
 from studies.arm.questions.robust.draws import draw_series, rates_in_words, rates_of
 from studies.arm.questions.robust.problem import solve_nominal
 from studies.arm.questions.robust.spread import SPREADS, Spread
 from studies.arm.replay.full_model import Motion, replay
 from studies.arm.replay.reduced_model import reduced_residual, residuals, varied
+from studies.arm.replay.sampled import sampled_to
 from studies.arm.stage import big_arm, both_arms, small_arm
 from studies.cli import main
+from studies.common.console import silent
 from studies.common.exit_codes import ExitCode, StudyError
 
 STAGES = {"big": big_arm(0.5), "small": small_arm(0.5)}
@@ -66,6 +70,36 @@ def test_arms_on_an_angle_move_as_the_full_model(name):
     assert abs(found[1] / found[0] - 1) > 0.05
 
 
+@pytest.mark.parametrize("drive", ["torque", "angle"])
+def test_a_motion_that_goes_to_another_process_is_the_same(drive):
+    stage = STAGES["big"]
+    run = pushed(stage)[1]
+    torques = {0: PPoly(np.array([[-8.0], [4.0], [0.0]]), [0.0, 0.5])}
+    of_drive = torque_joints(torques, 0.5) if drive == "torque" else angle_joints(run, torques)
+    given = Motion("wave", drive, stage, dict(of_drive))
+    there = pickle.loads(pickle.dumps(given))
+    assert there.stage == stage
+    assert "model" not in vars(there.stage)  # what is made of a stage is made again
+
+    t = np.linspace(0.0, 0.6, 50)
+    for one, other in zip(
+        vars(given.joints[0]).values(), vars(there.joints[0]).values(), strict=True
+    ):
+        assert callable(one) == callable(other)
+        assert not callable(one) or np.array_equal(one(t), other(t))
+    assert residuals(there, [OTHER], step=0.002) == residuals(given, [OTHER], step=0.002)
+
+
+def test_a_replay_and_its_samples_come_back_from_another_process():
+    curve = PPoly(np.array([[-8.0], [4.0], [0.0]]), [0.0, 0.5])
+    given = Motion("wave", "torque", STAGES["big"], dict(torque_joints({0: curve}, 0.5)))
+    profile = sampled_to(replay(given, elements=4), 1.0, step=0.05, elements=4)
+    there = pickle.loads(pickle.dumps(profile))
+    assert there.exact.residual_energy == profile.exact.residual_energy
+    assert there.residual_energy == profile.residual_energy
+    assert np.array_equal(there.values[0], profile.values[0])
+
+
 def test_a_spread_puts_no_design_on_a_grid():
     for spread in SPREADS.values():
         points = {tuple(np.round(p, 9)) for p in spread.grid(21)}
@@ -96,8 +130,7 @@ def coarse(drive, stage, copies, intervals, monkeypatch):
     spread = Spread(drive, SPREADS[drive].axes, copies)
     monkeypatch.setitem(robust_study.SPREADS, drive, spread)
     monkeypatch.setattr(robust_study, "FULL", 2)
-    quiet = [lambda _: None] * 2
-    found = robust_study.compare(stage, drive, 4, *quiet, intervals=intervals, shares=(1.1,))
+    found = robust_study.compare(stage, drive, 4, silent(), intervals=intervals, shares=(1.1,))
     assert found.holds
     assert 1.05 < found.robust[0].peak / found.nominal.peak <= 1.1
     return found.nominal.peak, *found.robust[0].ratios(found.nominal)

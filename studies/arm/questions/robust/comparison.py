@@ -6,7 +6,7 @@ One robust motion may take a tenth more peak torque than the nominal one, the ot
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +33,7 @@ from studies.arm.stage import JOINT_NAMES, Stage
 from studies.common.comparison_table import costs_elsewhere
 from studies.common.console import Console
 from studies.common.folder import provenance
+from studies.common.processes.side_by_side import Part, side_by_side
 from studies.common.result import Criterion, Result, Series, Verdict, at_most
 
 Say = Callable[[str], None]
@@ -106,8 +107,7 @@ def compare(
     stage: Stage,
     drive: Drive,
     points: int,
-    say: Say,
-    live: Say,
+    console: Console,
     *,
     intervals: int | None = None,
     shares: tuple[float, ...] = SHARES,
@@ -120,9 +120,12 @@ def compare(
     drive : Drive
     points : int
         A side of the grid on B21.
+    console : Console
+        Where lines of progress go.
     intervals : of the robust motions' mesh, optional.
     shares : peak torques of the robust motions over the nominal's.
     """
+    say, live = console.progress, console.live
     spread, nominal = SPREADS[drive], solve_nominal(stage, drive, say, live)
     joint = stage.moving[0]
     say(f"{nominal.name} motion: peak torque {nominal.peak_torque[joint]:.5g} N m")
@@ -131,30 +134,38 @@ def compare(
         motions.append(solve_robust(nominal, spread, share, intervals, live))
         say(f"{motions[-1].name} motion: {motions[-1].peak_torque[joint]:.5g} N m")
 
-    maps = [residual_map(motion, drive, points, say, live) for motion in motions]
+    maps = residual_maps(motions, drive, points, console)
     return Comparison(stage, spread, maps[0], tuple(maps[1:]), shares)
 
 
-def residual_map(
-    motion: OptimalMotion, drive: Drive, points: int, say: Say, live: Say
-) -> ResidualMap:
-    """What a motion leaves over the spread."""
-    joint, spread = motion.stage.moving[0], SPREADS[drive]
-    given = motion.motion(drive)
+def residual_maps(
+    motions: Sequence[OptimalMotion], drive: Drive, points: int, console: Console
+) -> list[ResidualMap]:
+    """What motions leave over the spread, a side of whose grid on B21 has so many points."""
+    parts = [Part(residuals_of, (motion.motion(drive), points)) for motion in motions]
+    return [
+        ResidualMap(motion, float(motion.peak_torque[motion.stage.moving[0]]), *left)
+        for motion, left in zip(motions, side_by_side(parts, console), strict=True)
+    ]
+
+
+def residuals_of(given: Motion, points: int, console: Console) -> tuple[Array, Array]:
+    """sqrt(E_res) of one motion on B21 (n, n) and on the full model (k, k) [sqrt(J)]."""
+    spread, live = SPREADS[given.drive], console.live
 
     energies = residuals(given, spread.grid(points), live=live)
     reduced = np.sqrt(energies).reshape(points, points)
-    say(f"{motion.name}: worst sqrt(E_res) {reduced.max():.3e} on B21, {points} x {points} arms")
+    worst = f"worst sqrt(E_res) {reduced.max():.3e} on B21, {points} x {points} arms"
+    console.progress(f"{given.name}: {worst}")
 
     full: list[float] = []
     for factors in spread.grid(FULL):
-        live(f"{motion.name}: arm {len(full) + 1} of {FULL**2} on the full model")
+        live(f"{given.name}: arm {len(full) + 1} of {FULL**2} on the full model")
         left = replay(of_arm(given, factors), settings=_REPLAY).residual_energy
         full.append(float(np.sqrt(left)))
-    say(f"{motion.name}: worst sqrt(E_res) {max(full):.3e} on the full model, {len(full)} arms")
-
-    peak = float(motion.peak_torque[joint])
-    return ResidualMap(motion, peak, reduced, np.array(full).reshape(FULL, FULL))
+    worst = f"worst sqrt(E_res) {max(full):.3e} on the full model, {len(full)} arms"
+    console.progress(f"{given.name}: {worst}")
+    return reduced, np.array(full).reshape(FULL, FULL)
 
 
 def of_arm(motion: Motion, factors: Factors) -> Motion:
@@ -180,7 +191,7 @@ def find_robust(study: RobustStudy, console: Console) -> Result:
     StudyError
         If a motion is not found.
     """
-    comparison = compare(study.slew, study.drive, study.points, console.progress, console.live)
+    comparison = compare(study.slew, study.drive, study.points, console)
     misses = mass_misses(comparison.robust[0].motion, console.live)
     judged = comparison.robust[0].motion, comparison.nominal.motion
     left = energies_of_draws(judged, comparison.spread, study, console)
@@ -188,7 +199,9 @@ def find_robust(study: RobustStudy, console: Console) -> Result:
     # the motion that is judged comes first, what it is compared with after it
     first, *others = comparison.robust
     ordered = (first, comparison.nominal, *others)
-    profiles = {m.motion.name: _sampled(m.motion, study.drive, console.live) for m in ordered}
+    given = [m.motion.motion(study.drive) for m in ordered]
+    sampled = side_by_side([Part(_sampled, (motion,)) for motion in given], console)
+    profiles = {one.name: profile for one, profile in zip(given, sampled, strict=True)}
     rows = table_rows({m.motion.name: _quantities(m, comparison) for m in ordered})
     return Result(
         kind="robust",
@@ -226,10 +239,10 @@ def find_robust(study: RobustStudy, console: Console) -> Result:
     )
 
 
-def _sampled(motion: OptimalMotion, drive: Drive, live: Say) -> SampledProfile:
+def _sampled(given: Motion, console: Console) -> SampledProfile:
     """Its profile, which leaves the nominal arm with hardly more than the motion itself."""
-    live(f"{motion.name}: sampled")
-    exact = motion.replay(drive)
+    console.live(f"{given.name}: sampled")
+    exact = replay(given)
     return sampled_to(exact, _MORE * exact.residual_energy + FLOOR)
 
 

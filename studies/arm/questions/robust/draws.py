@@ -14,8 +14,10 @@ from ocp.arrays import Array
 from studies.arm.config import RobustStudy
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.questions.robust.spread import Spread
-from studies.arm.replay.reduced_model import residuals
+from studies.arm.replay.full_model import Motion
+from studies.arm.replay.reduced_model import Factors, residuals
 from studies.common.console import Console
+from studies.common.processes.side_by_side import Part, side_by_side
 from studies.common.rates import Rate, rate
 from studies.common.result import Series
 
@@ -26,13 +28,19 @@ def energies_of_draws(
     """E_res [J] of each arm that is drawn, (draws,), by name of the motion; empty without draws."""
     if study.draws == 0:
         return {}
-    factors, left = spread.drawn(study.draws, study.seed), {}
-    for motion in motions:
-        begin = time.process_time()
-        left[motion.name] = residuals(motion.motion(study.drive), factors, live=console.live)
-        seconds = time.process_time() - begin
-        console.progress(f"{motion.name}: {study.draws} arms drawn, {seconds:.1f} s of processor")
-    return left
+    factors = spread.drawn(study.draws, study.seed)
+    parts = [Part(_left, (motion.motion(study.drive), factors)) for motion in motions]
+    names = [motion.name for motion in motions]
+    return dict(zip(names, side_by_side(parts, console), strict=True))
+
+
+def _left(given: Motion, factors: Sequence[Factors], console: Console) -> Array:
+    """What one motion leaves the arms with [J]."""
+    begin = time.process_time()
+    energies = residuals(given, factors, live=console.live)
+    seconds = time.process_time() - begin
+    console.progress(f"{given.name}: {len(factors)} arms drawn, {seconds:.1f} s of processor")
+    return energies
 
 
 def rates_of(left: Mapping[str, Array], study: RobustStudy) -> dict[str, Rate]:
