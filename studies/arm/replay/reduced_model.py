@@ -14,6 +14,7 @@ import shutil
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import casadi as ca
@@ -189,7 +190,7 @@ def runge_kutta(rate: ca.Function) -> ca.Function:
 
 
 def arm_equations(stage: Stage, drive: Drive, compiled: bool = False) -> ArmEquations:
-    """The equations of a stage that turns one joint.
+    """The equations of a stage that turns one joint, which do not depend on how long it lasts.
 
     Parameters
     ----------
@@ -198,6 +199,11 @@ def arm_equations(stage: Stage, drive: Drive, compiled: bool = False) -> ArmEqua
     compiled : bool
         Whether to have the rates compiled, if gcc is at hand.
     """
+    return _equations(stage.lasting(1.0), drive, compiled)
+
+
+@lru_cache(maxsize=8)
+def _equations(stage: Stage, drive: Drive, compiled: bool) -> ArmEquations:
     if drive == "torque":
         state, given, start, mechanics, place = _under_torque(stage)
     else:

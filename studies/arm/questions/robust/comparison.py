@@ -130,9 +130,9 @@ def compare(
     joint = stage.moving[0]
     say(f"{nominal.name} motion: peak torque {nominal.peak_torque[joint]:.5g} N m")
     motions = [nominal]
-    for share in shares:
-        motions.append(solve_robust(nominal, spread, share, intervals, live))
-        say(f"{motions[-1].name} motion: {motions[-1].peak_torque[joint]:.5g} N m")
+    for robust in solve_robust(nominal, spread, shares, intervals, console):
+        motions.append(robust)
+        say(f"{robust.name} motion: {robust.peak_torque[joint]:.5g} N m")
 
     maps = residual_maps(motions, drive, points, console)
     return Comparison(stage, spread, maps[0], tuple(maps[1:]), shares)

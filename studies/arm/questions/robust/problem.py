@@ -9,13 +9,14 @@ any other motion.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import casadi as ca
 
 from models.arm.driven import DrivenArm
-from ocp import Bound, Interrupted, OcpError, Phase, Problem, Unknown, solve
+from ocp import Bound, Interrupted, OcpError, Phase, Problem, Solution, Unknown, solve
+from ocp.solution.storage import packed, unpacked
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.objectives import SMOOTHING, StatedStage
 from studies.arm.optimal.phase import ArmPhase, Drives, smoothness, torque_signals
@@ -36,7 +37,9 @@ from studies.arm.replay.full_model import Drive
 from studies.arm.replay.reduced_model import varied
 from studies.arm.search_limits import CAP_CORRECTIONS, ROBUST_INTERVALS
 from studies.arm.stage import ELBOW, Stage, TorqueCaps
+from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.processes.side_by_side import Part, side_by_side
 
 Progress = Callable[[str], None]
 SIZE = 1e-2  # typical sqrt(E_res) [sqrt(J)]
@@ -45,21 +48,20 @@ _RIPPLE = 0.012  # share of the cap by which the torque ripples, per share of to
 _OVERSHOOT = 1.2  # of an excess over the cap, by which the margin grows
 
 
-def robust_statement(nominal: OptimalMotion, spread: Spread, cap: float) -> StatedStage:
+def robust_statement(stage: Stage, start: SampledMotion, spread: Spread, cap: float) -> StatedStage:
     """The motion of least worst residual of an arm and its copies.
 
     Parameters
     ----------
-    nominal : OptimalMotion
+    stage : Stage
+    start : SampledMotion
         What the solver starts from.
     spread : Spread
         Its drive, and the copies.
     cap : float
         Largest torque [N m].
     """
-    stage = nominal.stage
     drives = torque_signals(stage, TorqueCaps((cap, cap)))
-    start = replayed_motion(nominal)
     arm = torque_copy(stage, drives, start)
 
     arms = [(stage, arm)]
@@ -147,45 +149,73 @@ def solve_nominal(
 def solve_robust(
     nominal: OptimalMotion,
     spread: Spread,
-    share: float,
-    intervals: int | None = None,
-    progress: Progress | None = None,
-) -> OptimalMotion:
-    """Solve `robust_statement` on one mesh, with a share of the nominal motion's peak torque.
-
-    The cap holds at the points of the mesh; it is lowered until it holds between them too. The
-    more torque there is to spare, the more the torque ripples below it.
+    shares: Sequence[float],
+    intervals: int | None,
+    console: Console,
+) -> Iterator[OptimalMotion]:
+    """The robust motions with shares of the nominal motion's peak torque, found side by side.
 
     Raises
     ------
     StudyError
-        If nothing is found.
+        If one is not found.
     """
-    joint = nominal.stage.moving[0]
-    cap, margin = share * float(nominal.peak_torque[joint]), _RIPPLE * (share - 1.0)
-    name, guess = f"robust, {share:g} x peak", None
+    stage, start = nominal.stage, replayed_motion(nominal)
+    peak = float(nominal.peak_torque[stage.moving[0]])
+    each = [(stage, start, spread, share, peak, intervals) for share in shares]
+    answers = side_by_side([Part(_solved_robust, one) for one in each], console)
+    for share, (cap, data) in zip(shares, answers, strict=True):
+        stated = robust_statement(stage, start, spread, cap)
+        solution = unpacked(data, known=stated.problem)
+        assert isinstance(solution, Solution)
+        yield OptimalMotion(_name(share), stated, solution, SMOOTHING)
+
+
+def _name(share: float) -> str:
+    return f"robust, {share:g} x peak"
+
+
+def _solved_robust(
+    stage: Stage,
+    start: SampledMotion,
+    spread: Spread,
+    share: float,
+    peak: float,
+    intervals: int | None,
+    console: Console,
+) -> tuple[float, bytes]:
+    """Solve `robust_statement` on one mesh: the cap [N m] that was stated, and the solution.
+
+    A share of the nominal motion's peak torque [N m] holds at the points of the mesh; it is lowered
+    until it holds between them too. The more torque there is to spare, the more the torque ripples
+    below it.
+    """
+    joint = stage.moving[0]
+    cap, margin = share * peak, _RIPPLE * (share - 1.0)
+    guess = None
     mesh = stage_mesh("worst residual", intervals or ROBUST_INTERVALS[joint == ELBOW])
 
     for _ in range(CAP_CORRECTIONS):
-        stated = robust_statement(nominal, spread, cap * (1.0 - margin))
+        lowered = cap * (1.0 - margin)
+        stated = robust_statement(stage, start, spread, lowered)
         try:
             solution = solve(
                 stated.problem,
                 settings=robust_settings(),
                 guess=guess,
                 mesh=mesh,
-                progress=progress,
+                progress=console.live,
             )
         except Interrupted as error:
             raise KeyboardInterrupt from error
         except OcpError as error:
             raise StudyError(
-                f"no motion '{name}' of the stage '{nominal.stage.name}' was found: {error}",
+                f"no motion '{_name(share)}' of the stage '{stage.name}' was found: {error}",
                 ExitCode.NOT_SOLVED,
             ) from error
-        motion = OptimalMotion(name, stated, solution, SMOOTHING)
+        motion = OptimalMotion(_name(share), stated, solution, SMOOTHING)
         excess = float(motion.peak_torque[joint]) / cap - 1.0
         if excess <= 0.0:
             break
         margin, guess = margin + _OVERSHOOT * excess, motion.trajectory
-    return motion
+    return lowered, packed(solution, known=stated.problem)
