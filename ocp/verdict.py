@@ -72,7 +72,8 @@ def _remarks(meshes: MeshSolver, refinement: Refinement, fitted: Iterate) -> Ite
     if told := others_remark(others, iterate):
         yield told
     # a fixed mesh may be coarse on purpose, and what else is open explains a displaced switch
-    if adapts and not shortfall and (displaced := displaced_remark(fitted, meshes.evaluator)):
+    untried = adapts and not shortfall and not refinement.timed
+    if untried and (displaced := displaced_remark(fitted, meshes.evaluator)):
         yield displaced
     if missed := feature_remark(refinement.features, meshes.problem):
         yield missed

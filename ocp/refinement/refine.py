@@ -80,6 +80,8 @@ class Refinement:
         That the points of the best one do not see.
     sighted : bool
         Whether there were such features on the way.
+    timed : bool
+        Whether its switches were tried at other times, and none gained.
     """
 
     best: SolvedMesh
@@ -88,6 +90,7 @@ class Refinement:
     lower: float | None = None
     features: tuple[NarrowFeature, ...] = ()
     sighted: bool = False
+    timed: bool = False
 
 
 def refine(
@@ -123,7 +126,7 @@ def refine(
     try:
         ending = _refine_past_kinks(meshes, start, mesh, accuracy, history)
         ending, features, sighted = _seen(meshes, accuracy, history, ending)
-        ending = _with_switches_freed(meshes, accuracy, history, ending)
+        ending, timed = _with_switches_freed(meshes, accuracy, history, ending)
         ending, lower = _left_saddles(meshes, accuracy, history, ending)
     except KeyboardInterrupt as stop:
         raise interrupted(meshes.problem, history.solved, accuracy, None) from stop
@@ -131,7 +134,7 @@ def refine(
     best = verifiable(meshes, history.solved, accuracy)
     if ending == "budget" and not best.holds(accuracy, LOOSER):
         raise budget_spent(meshes, history.rounds, best.iterate.trajectory, best)
-    return Refinement(best, tuple(history.rounds), ending, lower, features, sighted)
+    return Refinement(best, tuple(history.rounds), ending, lower, features, sighted, timed)
 
 
 def _refine_past_kinks(
@@ -199,24 +202,31 @@ def _seen(
 
 def _with_switches_freed(
     meshes: MeshSolver, accuracy: Accuracy, history: History, ending: Ending
-) -> Ending:
-    """Go on from a mesh made anew while that frees a switch that is held far from its time."""
+) -> tuple[Ending, bool]:
+    """Go on from a mesh made anew while that frees a switch that is held at a wrong time.
+
+    Returns
+    -------
+    ending : str
+    timed : bool
+        As in `Refinement`.
+    """
     policy = meshes.settings.refinement
     if not (isinstance(policy, AdaptiveMesh) and policy.move_breakpoints):
-        return ending
+        return ending, False
     for _ in range(_FRESH_MESHES):
         best = best_of(history.solved, accuracy)
         if ending == "budget" or not best.holds(accuracy, LOOSER):
             break
-        better = on_fresh_mesh(meshes, best.iterate, history.rounds)
-        if better is None:
-            break
-        gone_on, further = _gone_on(meshes, better, better.mesh, accuracy, history)
+        fresh = on_fresh_mesh(meshes, best.iterate, history.rounds)
+        if fresh is None or fresh.better is None:
+            return ending, fresh is not None and fresh.refutes
+        gone_on, further = _gone_on(meshes, fresh.better, fresh.better.mesh, accuracy, history)
         if not any(s.holds(accuracy, LOOSER) for s in further):
             break
         history.solved.extend(further)
         ending = gone_on
-    return ending
+    return ending, False
 
 
 def _gone_on(

@@ -20,7 +20,7 @@ from ocp import (
     solve,
 )
 from ocp.mesh.mesh import Mesh, PhaseMesh
-from ocp.refinement.estimates.missed_switches import missed_switches, shared
+from ocp.refinement.estimates.missed_switches import displaced_remark, missed_switches, shared
 from ocp.refinement.estimates.switch_detection import control_jumps
 from ocp.refinement.policies.brackets import with_movable_switches
 
@@ -259,6 +259,19 @@ def test_no_breakpoint_becomes_movable_without_a_switch_on_it():
     move = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
     found = solve(Problem("move", move, minimise=move.integral(u**2)))
     assert with_movable_switches(found.iterate) is None
+
+
+def test_a_switch_that_gains_nothing_elsewhere_is_not_told():
+    """A drive whose energy has a tariff, 1.375134 from 20, 33 and 60 intervals."""
+    x, v, f = State("x", "m"), State("v", "m/s"), Control("f", "N", lower=-3, upper=3)
+    move = Phase("move", {x: v, v: f - 0.2 * v}, {x: 0, v: 0}, {x: 4, v: 0}, end=6.0)
+    energy = move.integral((2 + ca.sin(RADIUS)) * ca.fmax(0, f * v))
+    found = solve(Problem("tariff", move, minimise=energy))
+    assert found.objective == pytest.approx(1.375134, rel=1e-6)
+    # the Hamiltonian differs on both sides of a switch, but on a mesh made anew nothing is better
+    assert displaced_remark(found.iterate, found.evaluator)
+    assert found.verdict.startswith("local")
+    assert "switch" not in found.verdict
 
 
 @pytest.mark.slow

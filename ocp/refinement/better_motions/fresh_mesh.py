@@ -1,4 +1,4 @@
-"""A motion on a mesh made anew, where a switch is held far from its time.
+"""A motion on a mesh made anew, where a switch seems to be held at a wrong time.
 
 A refinement puts breakpoints where its motion switches, and they move between their neighbours. The
 motion may switch elsewhere later on, beyond fine intervals that were made for what is gone. There
@@ -8,13 +8,14 @@ few intervals as the motion needs, all of whose breakpoints move, nothing holds 
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Evaluator
 from ocp.optimality.iterate import Iterate, iterate_of
 from ocp.refinement.better_motions.saddles import held_still
-from ocp.refinement.estimates.missed_switches import held_far_away
+from ocp.refinement.estimates.missed_switches import displaced_switches, held_far_away
+from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.refinement.mesh_iteration import MeshIteration, record_of
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.policies.moving_mesh import movable_mesh
@@ -27,13 +28,29 @@ _MERGED = 1e-4
 _PATIENCE = 300
 
 
+@dataclass(frozen=True, eq=False, repr=False)
+class FreshMotion:
+    """What a mesh made anew brings.
+
+    Attributes
+    ----------
+    better : Iterate or None
+        A better motion, if there is one. It is not refined yet, so that its objective may seem less
+        than it is.
+    refutes : bool
+        Whether the objective stays the same, so that no switch is at a wrong time.
+    """
+
+    better: Iterate | None
+    refutes: bool
+
+
 def on_fresh_mesh(
     meshes: MeshSolver, answer: Iterate, rounds: list[MeshIteration]
-) -> Iterate | None:
-    """A better motion than an answer whose switches seem to be held far from their times.
+) -> FreshMotion | None:
+    """An answer on a mesh made anew; None where no switch seems to be held at a wrong time.
 
-    It is not refined yet, so that its objective may seem less than it is. None where no switch is
-    held so, or no better motion is found.
+    None too where the solver does not come to an end in time.
 
     Parameters
     ----------
@@ -57,15 +74,20 @@ def on_fresh_mesh(
         return None
     solved = meshes.examined(program, result, tight=True, finer=False)
     rounds.append(record_of(program.mesh, result, solved))
+
     found = iterate_of(program, result, trajectory_of(program, result.x, meshes.parameters))
-    gained = meshes.problem.sense * (answer.objective - found.objective)
-    least = meshes.settings.accuracy.objective * answer.objective_size
-    return found if gained > least else None
+    gained = meshes.problem.sense * (answer.objective - found.objective) / answer.objective_size
+    better = found if gained > meshes.settings.accuracy.objective else None
+    return FreshMotion(better, refutes=better is None and gained > -CERTIFIED_GAIN)
 
 
 def _fresh(answer: Iterate, evaluator: Evaluator) -> Mesh | None:
-    """A mesh made anew in phases with a switch that is held far from its time; None without any."""
-    far = [held_far_away(answer, evaluator, index) for index in range(len(answer.mesh.phases))]
+    """A mesh made anew where a switch seems to be held at a wrong time; None without any."""
+    far = [
+        held_far_away(answer, evaluator, index)
+        or bool(displaced_switches(answer, evaluator, index).any())
+        for index in range(len(answer.mesh.phases))
+    ]
     if not any(far):
         return None
     anew, still = movable_mesh(answer, evaluator, _MERGED), held_still(answer)
