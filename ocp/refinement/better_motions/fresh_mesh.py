@@ -82,11 +82,13 @@ def on_fresh_mesh(
 
 
 def _fresh(answer: Iterate, evaluator: Evaluator) -> Mesh | None:
-    """A mesh made anew where a switch seems to be held at a wrong time; None without any."""
+    """A mesh made anew where a switch seems to be held at a wrong time; None without any.
+
+    Phases with instants at known times stay as they are, as breakpoints there have to.
+    """
     far = [
-        held_far_away(answer, evaluator, index)
-        or bool(displaced_switches(answer, evaluator, index).any())
-        for index in range(len(answer.mesh.phases))
+        not answer.problem.instants[motion.name] and _seems_wrong(answer, evaluator, index)
+        for index, motion in enumerate(answer.trajectory.phases)
     ]
     if not any(far):
         return None
@@ -100,3 +102,8 @@ def _fresh(answer: Iterate, evaluator: Evaluator) -> Mesh | None:
         ),
         back_off=tuple({} if is_far else s for is_far, s in zip(far, still.back_off, strict=True)),
     )
+
+
+def _seems_wrong(answer: Iterate, evaluator: Evaluator, index: int) -> bool:
+    displaced = displaced_switches(answer, evaluator, index)
+    return bool(displaced.any()) or held_far_away(answer, evaluator, index)

@@ -91,13 +91,12 @@ def held_far_away(iterate: Iterate, evaluator: Evaluator, index: int) -> bool:
 
     The objective changes with the time of a switch by that jump, which falls to nothing where the
     switch belongs. How far that is, the jump does not tell, but the next switch is no nearer. So
-    this is a suspicion only. No phase with instants at known times is suspected, as breakpoints
-    there have to stay.
+    this is a suspicion only.
     """
     motion = iterate.trajectory.phases[index]
     held = _held_by_sides(iterate, index)
     told = iterate.scheme.informative_multipliers and not iterate.takes_no_time(index)
-    if not (held.any() and told) or iterate.problem.instants[motion.name]:
+    if not (held.any() and told):
         return False
 
     switches = switches_at_breakpoints(motion, iterate.scales.signals)
