@@ -51,7 +51,7 @@ from ocp.refinement.stopped import budget_spent, interrupted
 _SIGHTS = 4
 
 # Meshes made anew, one after the other, to free switches
-_FRESH_MESHES = 2
+_FRESH_MESHES = 3
 
 # Saddles that are left one after the other.
 _SADDLES = 2

@@ -8,7 +8,8 @@ few intervals as the motion needs, all of whose breakpoints move, nothing holds 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Evaluator
@@ -21,11 +22,12 @@ from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.policies.moving_mesh import movable_mesh
 from ocp.transcription.packing import trajectory_of
 
-# Of the range of a signal: what merging intervals may change. It is the start of a solve only.
-_MERGED = 1e-4
+# Of the range of a signal: what merging intervals may change, at first, and where the solver does
+# not come to an end on that mesh. It is the start of a solve only.
+_MERGED = (1e-4, 1e-2)
 
-# Iterations that are spent. From a motion nearby it takes fewer, if there is anything to find.
-_PATIENCE = 300
+# Iterations that are spent on each. Of eight meshes that freed a switch, none took more than 230.
+_PATIENCE = 500
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -50,7 +52,8 @@ def on_fresh_mesh(
 ) -> FreshMotion | None:
     """An answer on a mesh made anew; None where no switch seems to be held at a wrong time.
 
-    None too where the solver does not come to an end in time.
+    None too where the solver does not come to an end in time. Phases with instants at known times
+    stay as they are, as breakpoints there have to.
 
     Parameters
     ----------
@@ -62,8 +65,34 @@ def on_fresh_mesh(
     KeyboardInterrupt
         The user stopped it.
     """
-    mesh = _fresh(answer, meshes.evaluator)
-    if mesh is None or meshes.spent(rounds):
+    wrong = [
+        not answer.problem.instants[motion.name] and _seems_wrong(answer, meshes.evaluator, index)
+        for index, motion in enumerate(answer.trajectory.phases)
+    ]
+    if not any(wrong):
+        return None
+    tried = (
+        _solved(meshes, answer, _fresh(answer, meshes.evaluator, wrong, merged), rounds)
+        for merged in _MERGED
+    )
+    found = next((iterate for iterate in tried if iterate is not None), None)
+    if found is None:
+        return None
+    gained = meshes.problem.sense * (answer.objective - found.objective) / answer.objective_size
+    better = found if gained > meshes.settings.accuracy.objective else None
+    return FreshMotion(better, refutes=better is None and gained > -CERTIFIED_GAIN)
+
+
+def _seems_wrong(answer: Iterate, evaluator: Evaluator, index: int) -> bool:
+    displaced = displaced_switches(answer, evaluator, index)
+    return bool(displaced.any()) or held_far_away(answer, evaluator, index)
+
+
+def _solved(
+    meshes: MeshSolver, answer: Iterate, mesh: Mesh, rounds: list[MeshIteration]
+) -> Iterate | None:
+    """The motion of a mesh, from an answer; None if the solver does not come to an end."""
+    if meshes.spent(rounds):
         return None
     program = meshes.next_program(answer, mesh)
     result = meshes.solve(program, answer, meshes.settings.solver, rounds, most=_PATIENCE)
@@ -74,36 +103,15 @@ def on_fresh_mesh(
         return None
     solved = meshes.examined(program, result, tight=True, finer=False)
     rounds.append(record_of(program.mesh, result, solved))
-
-    found = iterate_of(program, result, trajectory_of(program, result.x, meshes.parameters))
-    gained = meshes.problem.sense * (answer.objective - found.objective) / answer.objective_size
-    better = found if gained > meshes.settings.accuracy.objective else None
-    return FreshMotion(better, refutes=better is None and gained > -CERTIFIED_GAIN)
+    return iterate_of(program, result, trajectory_of(program, result.x, meshes.parameters))
 
 
-def _fresh(answer: Iterate, evaluator: Evaluator) -> Mesh | None:
-    """A mesh made anew where a switch seems to be held at a wrong time; None without any.
-
-    Phases with instants at known times stay as they are, as breakpoints there have to.
-    """
-    far = [
-        not answer.problem.instants[motion.name] and _seems_wrong(answer, evaluator, index)
-        for index, motion in enumerate(answer.trajectory.phases)
-    ]
-    if not any(far):
-        return None
-    anew, still = movable_mesh(answer, evaluator, _MERGED), held_still(answer)
-    pairs = list(zip(far, anew.phases, still.phases, strict=True))
-    return replace(
-        anew,
-        phases=tuple(a if is_far else s for is_far, a, s in pairs),
-        extra=tuple(
-            a if is_far else s for is_far, a, s in zip(far, anew.extra, still.extra, strict=True)
-        ),
-        back_off=tuple({} if is_far else s for is_far, s in zip(far, still.back_off, strict=True)),
+def _fresh(answer: Iterate, evaluator: Evaluator, wrong: Sequence[bool], merged: float) -> Mesh:
+    """A mesh made anew in the phases where a switch seems wrong, and held still in the others."""
+    anew, still = movable_mesh(answer, evaluator, merged), held_still(answer)
+    places = range(len(wrong))
+    return Mesh(
+        tuple((anew if wrong[i] else still).phases[i] for i in places),
+        tuple((anew if wrong[i] else still).extra[i] for i in places),
+        tuple((anew if wrong[i] else still).back_off[i] for i in places),
     )
-
-
-def _seems_wrong(answer: Iterate, evaluator: Evaluator, index: int) -> bool:
-    displaced = displaced_switches(answer, evaluator, index)
-    return bool(displaced.any()) or held_far_away(answer, evaluator, index)
