@@ -216,7 +216,7 @@ def _with_switches_freed(
         return ending, False
     for _ in range(_FRESH_MESHES):
         best = best_of(history.solved, accuracy)
-        if ending == "budget" or not best.holds(accuracy, LOOSER):
+        if ending in ("budget", "rounds") or not best.holds(accuracy, LOOSER):
             break
         fresh = on_fresh_mesh(meshes, best.iterate, history.rounds)
         if fresh is None or fresh.better is None:

@@ -14,12 +14,12 @@ from dataclasses import dataclass
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Evaluator
 from ocp.optimality.iterate import Iterate, iterate_of
+from ocp.optimality.steps import steps_along
 from ocp.refinement.better_motions.saddles import held_still
 from ocp.refinement.estimates.missed_switches import displaced_switches, held_far_away
 from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.refinement.mesh_iteration import MeshIteration, record_of
 from ocp.refinement.mesh_solver import MeshSolver
-from ocp.refinement.policies.moving_mesh import movable_mesh
 from ocp.transcription.packing import trajectory_of
 
 # Of the range of a signal: what merging intervals may change, at first, and where the solver does
@@ -52,8 +52,7 @@ def on_fresh_mesh(
 ) -> FreshMotion | None:
     """An answer on a mesh made anew; None where no switch seems to be held at a wrong time.
 
-    None too where the solver does not come to an end in time. Phases with instants at known times
-    stay as they are, as breakpoints there have to.
+    None too where the solver does not come to an end in time.
 
     Parameters
     ----------
@@ -65,10 +64,8 @@ def on_fresh_mesh(
     KeyboardInterrupt
         The user stopped it.
     """
-    wrong = [
-        not answer.problem.instants[motion.name] and _seems_wrong(answer, meshes.evaluator, index)
-        for index, motion in enumerate(answer.trajectory.phases)
-    ]
+    phases = range(len(answer.mesh.phases))
+    wrong = [_seems_wrong(answer, meshes.evaluator, index) for index in phases]
     if not any(wrong):
         return None
     tried = (
@@ -84,8 +81,18 @@ def on_fresh_mesh(
 
 
 def _seems_wrong(answer: Iterate, evaluator: Evaluator, index: int) -> bool:
+    """Whether a phase has a switch at a wrong time, as it seems, and its breakpoints may all move.
+
+    They may not where some are at known times, or where an expression steps: between the points of
+    a coarse mesh a step would be hidden.
+    """
+    name = answer.trajectory.phases[index].name
     displaced = displaced_switches(answer, evaluator, index)
-    return bool(displaced.any()) or held_far_away(answer, evaluator, index)
+    seems = bool(displaced.any()) or held_far_away(answer, evaluator, index)
+    if not seems or answer.problem.instants[name]:
+        return False
+    steps = steps_along(answer.problem, answer.trajectory, evaluator)
+    return not any(step.phase == name for step in steps)
 
 
 def _solved(
@@ -108,6 +115,9 @@ def _solved(
 
 def _fresh(answer: Iterate, evaluator: Evaluator, wrong: Sequence[bool], merged: float) -> Mesh:
     """A mesh made anew in the phases where a switch seems wrong, and held still in the others."""
+    # loaded where it is needed: most solves end without
+    from ocp.refinement.policies.moving_mesh import movable_mesh
+
     anew, still = movable_mesh(answer, evaluator, merged), held_still(answer)
     places = range(len(wrong))
     return Mesh(
