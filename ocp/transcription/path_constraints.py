@@ -10,6 +10,7 @@ from typing import Any
 import casadi as ca
 
 from ocp.problem.functionals import Peak, pieces_over
+from ocp.problem.kinks.epigraph import Epigraph, limited_for_cost
 from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Algebraic, Control, State, Time, resolve
@@ -50,6 +51,8 @@ class PathConstraint:
         -1 for the lower side of a peak of an absolute value.
     is_equation : bool
         Whether its limits agree.
+    of_cost : Epigraph or None
+        The control that it holds above an expression, where that control only costs.
     """
 
     phase: str
@@ -67,6 +70,7 @@ class PathConstraint:
     of_states: bool = True
     has_control: bool = False
     has_stated_scale: bool = False
+    of_cost: Epigraph | None = None
 
     def limits(self, parameters: Parameters, peaks: Mapping[Peak, float]) -> tuple[float, float]:
         """Lower and upper limit of ``sign * expression``, at given values of the peaks."""
@@ -111,6 +115,7 @@ def path_constraints(
             of_controls=not b.is_equation and _is_of_controls(b.expression, problem, phase.name),
             of_states=_is_of_states(b.expression),
             has_control=_has_control(b.expression),
+            of_cost=limited_for_cost(b, phase, problem.functionals),
         )
         for b in phase.bounds
     ]

@@ -23,7 +23,7 @@ from ocp.numerics.piecewise_polynomial import Lagrange, to_bernstein
 from ocp.numerics.polynomial_expressions import largest, polynomial_degree
 from ocp.optimality.iterate import Iterate
 from ocp.problem.functionals import Integral, Peak
-from ocp.problem.kinks.epigraph import VectorSize, as_stated, raised_in
+from ocp.problem.kinks.epigraph import as_stated, raised_in
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME
 from ocp.refinement.accuracy import Accuracy
@@ -131,8 +131,8 @@ def verify(
                                                 all states act on it with their misses. Where a
                                                 problem has peaks, 10 ``path`` if that is more:
                                                 they may be exceeded by as much
-    rounded sizes           10 ``replay``       of the objective: sizes of vectors are stated with
-                                                a smooth limit
+    costs with kinks        10 ``replay``       of the objective: controls in place of kinks may be
+                                                less than these between the points
     bounds and links        10 ``replay``       relative to the largest of value, limits and scale:
                                                 as the objective
     worth of the excess     1e-2                of the objective, by the limits' multipliers: what
@@ -159,7 +159,7 @@ def verify(
 
     # the objective with the peaks that the replay has between the points
     peaks = {peak: dense_peak(evaluator, replay, peak) for peak in problem.peaks}
-    dense = {**peaks, **_rounded_integrals(problem, replay, evaluator)}
+    dense = {**peaks, **_stated_integrals(problem, replay, evaluator)}
     objective = problem.sense * evaluator.number(replay, problem.objective, dense)
     as_solved = problem.sense * evaluator.number(replay, problem.objective, peaks)
 
@@ -183,26 +183,26 @@ def verify(
     boundary = dict(boundary_excesses(iterate, replay, evaluator, dense))
     worth = worth_of_excess(iterate, errors.excess)
     size = iterate.objective_size if iterate.costs_nothing else abs(iterate.objective)
-    rounded = abs(objective - as_solved) / size
-    of_motion = errors.worst_dynamics, worth, rounded
+    of_kinks = abs(objective - as_solved) / size
+    of_motion = errors.worst_dynamics, worth, of_kinks
     stated = _reasons(numbers, of_motion, boundary, iterate.objective_size, accuracy)
     lost = [far.sentence for far in numbers.far_origins if not far.error <= WITHIN]
     reasons = tuple(reason for reason in (*stated, *lost) if reason)
     return replace(numbers, passed=not reasons, reasons=reasons)
 
 
-def _rounded_integrals(
+def _stated_integrals(
     problem: Problem, replay: Trajectory, evaluator: Evaluator
 ) -> dict[Integral, float]:
-    """Integrals that hold controls above sizes of vectors, as they were stated.
+    """Integrals that hold controls in place of kinks, as they were stated.
 
-    Such a control is below the size by a small part of what is typical of it. Where the motion uses
-    far smaller sizes, that may be much.
+    Such a control may be below what it stands for between the points. One above the size of a
+    vector is below it by a small part of what is typical, too.
     """
     return {
         f: dense_integral(evaluator, replay, as_stated(f))
         for f in problem.functionals
-        if isinstance(f, Integral) and any(isinstance(s, VectorSize) for s in raised_in(f))
+        if isinstance(f, Integral) and raised_in(f)
     }
 
 
@@ -219,13 +219,13 @@ def _reasons(
     ----------
     of_motion : (float, float, float)
         Error of the dynamics between the points, what the excess there is worth, of the objective,
-        and by how much of it sizes of vectors are rounded.
+        and by how much of it controls in place of kinks are less than these.
     boundary : mapping of str to float
         Excess of the problem's bounds and links, by name.
     size : float
         Of the objective.
     """
-    dynamics, worth, rounded = of_motion
+    dynamics, worth, of_kinks = of_motion
     yield _over(numbers.miss, accuracy.replay, "the replay misses the end state by {} of its size")
     yield _over(
         numbers.excess,
@@ -250,10 +250,10 @@ def _reasons(
         + _loose_peaks(numbers),
     )
     yield _over(
-        rounded,
+        of_kinks,
         _SLACK * accuracy.replay,
-        "the sizes of vectors are rounded by {} of the objective, as the motion uses little of "
-        "what they may be: state a scale= of their controls, which is what it uses",
+        "controls in place of kinks are less than these by {} of the objective; where one is above "
+        "the size of a vector, state a scale= of that vector's controls, which is what it uses",
     )
 
     # a bound that could not be had is none to exceed
@@ -311,7 +311,7 @@ def _margins(iterate: Iterate, errors: MotionErrors, evaluator: Evaluator) -> tu
     phases = zip(trajectory.phases, constraints, errors.limits, errors.excess, strict=True)
     for phase, *of_phase in phases:
         for constraint, limits, dense in zip(*of_phase, strict=True):
-            if not constraint.is_equation:
+            if not constraint.is_equation and constraint.of_cost is None:
                 bound = rigorous_excess(evaluator, trajectory, phase, constraint, limits)
                 largest = float(dense.values.max())
                 margins.append(Margin(phase.name, constraint.name, largest, bound))

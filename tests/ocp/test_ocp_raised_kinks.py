@@ -30,6 +30,7 @@ from ocp import (
     solve,
     with_objective,
 )
+from ocp.mesh.dense_integral import dense_integral
 from ocp.problem.kinks.epigraph import as_stated
 from ocp.problem.kinks.raised import with_raised_kinks
 
@@ -448,3 +449,22 @@ def test_a_state_that_sums_up_a_kink_is_told_to_be_an_integral():
     problem = Problem("least", phase, minimise=phase.at_end(energy))
     with pytest.raises(SolveFailed, match="state it as an integral of phase 'move'"):
         collocate(problem, settings=Settings(solver=Ipopt(max_iterations=20)))
+
+
+def test_a_cost_that_leaks_between_the_points_counts_by_what_it_is_worth():
+    """A control above |x - r| is a polynomial, and passes below the kink where x crosses r."""
+    phase = move()
+    problem = Problem("near", phase, minimise=phase.integral(ca.fabs(x - 0.3) + 0.01 * u**2))
+    found = solve(problem)
+    # the objective is that of the kink itself, along the replayed motion
+    stated = dense_integral(found.evaluator, found.replayed, phase.integral(ca.fabs(x - 0.3)))
+    effort = dense_integral(found.evaluator, found.replayed, phase.integral(u**2))
+    assert found.objective == pytest.approx(stated + 0.01 * effort, rel=1e-6)
+    assert certify(found).passed
+    assert not any("side" in margin.name for margin in found.verification.margins)
+
+    # on a coarse mesh the cost is too small between the points, and that is refused
+    coarse = solve(problem, settings=Settings(intervals=3, refinement=FixedMesh(), verify=True))
+    assert not coarse.verification.passed
+    assert any("in place of kinks" in reason for reason in coarse.verification.reasons)
+    assert not certify(coarse).passed

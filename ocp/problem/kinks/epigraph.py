@@ -18,7 +18,7 @@ import casadi as ca
 
 from ocp.numerics.linearity import is_linear
 from ocp.problem.bounds import Bound
-from ocp.problem.functionals import Integral
+from ocp.problem.functionals import AnyFunctional, Integral, pieces_over
 from ocp.problem.kinks.time_factors import at_some_times
 from ocp.problem.phase import Phase
 from ocp.problem.symbols import Constant, Control, Symbol, is_limited, resolve
@@ -99,6 +99,35 @@ class VectorSize(Epigraph):
 def epigraphs(symbols: Iterable[Symbol]) -> tuple[Epigraph, ...]:
     """Those of some symbols that are controls above expressions."""
     return tuple(symbol for symbol in symbols if isinstance(symbol, Epigraph))
+
+
+def limited_for_cost(
+    bound: Bound, phase: Phase, functionals: Iterable[AnyFunctional]
+) -> Epigraph | None:
+    """The control that a bound holds above an expression, if it only costs; None for other bounds.
+
+    What such a bound leaks is worth what the cost is less by. No limit of the plant is exceeded.
+
+    Parameters
+    ----------
+    phase : Phase
+        Of the bound.
+    functionals : iterable of Functional
+        All in use.
+    """
+    own = [c for c in epigraphs(bound.symbols) if bound.name in {b.name for b in c.limits}]
+    if len(own) != 1:
+        return None
+    (control,) = own
+    others = [*phase.dynamics.values(), *(b.expression for b in without_limits(phase.bounds))]
+    for functional, expression in pieces_over(functionals, phase.name):
+        adds_it_up = isinstance(functional, Integral) and any(
+            each is control for each in raised_in(functional)
+        )
+        if not adds_it_up:
+            others.append(expression)
+    used = ca.depends_on(ca.vertcat(*others, ca.SX(0, 1)), control.symbol)
+    return None if used else control
 
 
 def is_limit_of_size(bound: Bound) -> bool:

@@ -18,7 +18,7 @@ from ocp.optimality.active_set import ACTING, strongest_multipliers
 from ocp.optimality.iterate import Iterate
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.constrained_arcs import arc_gains
-from ocp.refinement.estimates.excess_price import weighted_by_worth
+from ocp.refinement.estimates.excess_price import weighted_by_worth, without_small_costs
 from ocp.refinement.estimates.kink_crossings import KinkCrossings, kink_crossings
 from ocp.refinement.estimates.missed_switches import (
     between_valleys,
@@ -147,7 +147,10 @@ def estimate_errors(iterate: Iterate, evaluator: Evaluator, accuracy: Accuracy) 
         missed = shared(np.maximum(missed_switches(iterate, evaluator, index, jumps), valleys))
         acting = strongest[index] > ACTING
         on_arcs = arc_gains(iterate, evaluator, index, acting) / iterate.objective_size
-        excess = weighted_by_worth(iterate, index, motion_errors.excess[index], accuracy)
+        excess = without_small_costs(
+            iterate, index, motion_errors.excess[index], accuracy.objective
+        )
+        excess = weighted_by_worth(iterate, index, excess, accuracy)
         over = [e.values > _COARSE for e in excess]
         wide = np.diff(motion.fractions) > NARROW
         phases.append(

@@ -21,6 +21,9 @@ from ocp.problem.functionals import Peak
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 
+# Of the tolerance on the objective: what excesses of costs over their kinks may take of it
+_LEFT_OUT = 0.2
+
 # An excess counts this many times at most. Beyond that it is the solver's own tolerance.
 _MOST = 1e3
 
@@ -62,6 +65,37 @@ def weighted_by_worth(
     for price, extremes in zip(prices(iterate, index, excess), excess, strict=True):
         factor = float(np.clip(price.sum() / allowed, 1.0, _MOST))
         counted.append(Extremes(extremes.values * factor, extremes.tau, extremes.size / factor))
+    return tuple(counted)
+
+
+def without_small_costs(
+    iterate: Iterate, index: int, excess: tuple[Extremes, ...], tolerance: float
+) -> tuple[Extremes, ...]:
+    """Excesses without those of limits that hold a cost above its kink, as far as they cost little.
+
+    There a cost is too small by the excess, for as long as it lasts. What is left out is worth a
+    part of the tolerance on the objective together.
+    """
+    constraints = iterate.transcription.constraints[index]
+    numbers = [i for i, constraint in enumerate(constraints) if constraint.of_cost is not None]
+    if not numbers:
+        return excess
+
+    # a larger control costs the same all along, be its multiplier at this limit or at another one
+    steps = np.diff(iterate.trajectory.phases[index].breakpoints)
+    of_sizes = prices(iterate, index, excess)
+    dearest = [float((of_sizes[number] / steps).max()) for number in numbers]
+    leaks = np.array([np.maximum(excess[number].values, 0.0) for number in numbers])
+    worth = leaks * np.array(dearest)[:, None] * steps
+
+    order = np.argsort(worth, axis=None)
+    small = np.zeros(worth.size, dtype=bool)
+    small[order] = np.cumsum(worth.ravel()[order]) <= _LEFT_OUT * tolerance
+    counted = list(excess)
+    for number, left_out in zip(numbers, small.reshape(worth.shape), strict=True):
+        own = excess[number]
+        values = np.where(left_out, np.minimum(own.values, 0.0), own.values)
+        counted[number] = Extremes(values, own.tau, own.size)
     return tuple(counted)
 
 

@@ -84,8 +84,18 @@ class MotionErrors:
 
     @property
     def worst_excess(self) -> float:
-        """Largest excess of a path constraint, relative; 0 where there is none."""
-        values = [float(e.values.max()) for phase in self.excess for e in phase]
+        """Largest excess of a path constraint, relative; 0 where there is none.
+
+        Limits that only hold a cost above its kink do not count: the objective as it was stated
+        does.
+        """
+        pairs = zip(self.transcription.constraints, self.excess, strict=True)
+        values = [
+            float(extremes.values.max())
+            for constraints, of_phase in pairs
+            for constraint, extremes in zip(constraints, of_phase, strict=True)
+            if constraint.of_cost is None
+        ]
         return max(values, default=0.0)
 
     @property
