@@ -101,6 +101,13 @@ def epigraphs(symbols: Iterable[Symbol]) -> tuple[Epigraph, ...]:
     return tuple(symbol for symbol in symbols if isinstance(symbol, Epigraph))
 
 
+def limited_by(bound: Bound) -> tuple[Epigraph, ...]:
+    """The controls that a bound holds above an expression."""
+    return tuple(
+        own for own in epigraphs(bound.symbols) if bound.name in {b.name for b in own.limits}
+    )
+
+
 def limited_for_cost(
     bound: Bound, phase: Phase, functionals: Iterable[AnyFunctional]
 ) -> Epigraph | None:
@@ -115,7 +122,7 @@ def limited_for_cost(
     functionals : iterable of Functional
         All in use.
     """
-    own = [c for c in epigraphs(bound.symbols) if bound.name in {b.name for b in c.limits}]
+    own = limited_by(bound)
     if len(own) != 1:
         return None
     (control,) = own
@@ -132,8 +139,7 @@ def limited_for_cost(
 
 def is_limit_of_size(bound: Bound) -> bool:
     """Whether a bound holds a control above the size of a vector."""
-    sizes = [own for own in epigraphs(bound.symbols) if isinstance(own, VectorSize)]
-    return any(bound.name == limit.name for own in sizes for limit in own.limits)
+    return any(isinstance(own, VectorSize) for own in limited_by(bound))
 
 
 def with_limits(bounds: Sequence[Bound], controls: Iterable[Epigraph]) -> list[Bound]:
@@ -145,11 +151,7 @@ def with_limits(bounds: Sequence[Bound], controls: Iterable[Epigraph]) -> list[B
 
 def without_limits(bounds: Iterable[Bound]) -> list[Bound]:
     """The bounds of a phase but the limits of controls above expressions."""
-    return [
-        bound
-        for bound in bounds
-        if bound.name not in {b.name for own in epigraphs(bound.symbols) for b in own.limits}
-    ]
+    return [bound for bound in bounds if not limited_by(bound)]
 
 
 def raised_in(integral: Integral) -> tuple[Epigraph, ...]:
