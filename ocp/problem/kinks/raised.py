@@ -27,6 +27,7 @@ from ocp.numerics.linearity import is_linear
 from ocp.problem.bounds import Bound
 from ocp.problem.display import text_of, unit_of
 from ocp.problem.functionals import Integral
+from ocp.problem.kinks.choices import with_larger_ones
 from ocp.problem.kinks.epigraph import Epigraph, VectorSize, epigraphs, with_limits
 from ocp.problem.kinks.time_factors import constant_value, sign_of_factor
 from ocp.problem.kinks.vector_sizes import SizeOfVector, sizes_of_vectors
@@ -234,7 +235,7 @@ def _without_kinks(
     """The integrand with a control in place of each kink that only costs; None if it has none."""
     symbols = resolve(integral.expression, integral.name)
     bare = [symbol.symbol for symbol in symbols]
-    graph = graph_of([integral.expression], bare)
+    graph = graph_of([with_larger_ones(integral.expression, bare)], bare)
     kinks = list[_Kink]()
     vectors = sizes_of_vectors(graph, symbols, phase.bounds)
     for place, own in _costly(graph, symbols, phase, sign, vectors):
