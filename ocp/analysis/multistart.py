@@ -23,7 +23,6 @@ from ocp.analysis.rescue import rescued
 from ocp.analysis.worker_processes import (
     Guess,
     leave_if_imported_again,
-    processors,
     solved_in_processes,
     unverified_answer,
 )
@@ -32,6 +31,7 @@ from ocp.keywords import checked_keywords
 from ocp.mesh.trajectory import Trajectory
 from ocp.nlp.interrupts import noted_interrupts
 from ocp.problem.problem import Problem
+from ocp.process_pool import processors
 from ocp.progress import Progress, shown
 from ocp.settings import Settings
 from ocp.solution.solution import Solution

@@ -8,17 +8,16 @@ stored (`ocp.solution.storage`).
 from __future__ import annotations
 
 import multiprocessing
-import os
 import time as clock
 import warnings
 from collections.abc import Generator, Sequence, Set
-from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from functools import lru_cache
 
 from ocp.errors import OcpError, SolveFailed, StatementError, Unverified
 from ocp.mesh.trajectory import Trajectory
 from ocp.problem.problem import Problem
+from ocp.process_pool import ProcessPool
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
 from ocp.solution.storage import packed, unpacked
@@ -49,40 +48,20 @@ def solved_in_processes(
     SolveFailed
         When a process ended without an answer.
     """
-    others = set(multiprocessing.active_children())
-    context = multiprocessing.get_context(_start_method())
-    pool = ProcessPoolExecutor(workers, context)
-    children: set[multiprocessing.process.BaseProcess] = set()
+    pool = ProcessPool(workers, multiprocessing.get_context(_start_method()))
+    calls = [(_solved_here, (*_sent(problem, guess), settings, bound)) for problem, guess in jobs]
     try:
-        with warnings.catch_warnings():
-            # Python 3.12 and later warn of threads around a fork; those of linear algebra are idle
-            warnings.simplefilter("ignore", DeprecationWarning)
-            futures = [
-                pool.submit(_solved_here, *_sent(problem, guess), settings, bound)
-                for problem, guess in jobs
-            ]
-        children = set(multiprocessing.active_children()) - others
-
-        for (problem, _), future in zip(jobs, futures, strict=True):
-            data, error, seconds = future.result()
-            solution = None if data is None else unpacked(data, known=problem)
-            yield solution, error, seconds
+        with pool:
+            with warnings.catch_warnings():
+                # Python 3.12 and later warn of threads around a fork; those of linear algebra idle
+                warnings.simplefilter("ignore", DeprecationWarning)
+                futures = pool.submit(calls)
+            for (problem, _), future in zip(jobs, futures, strict=True):
+                data, error, seconds = future.result()
+                solution = None if data is None else unpacked(data, known=problem)
+                yield solution, error, seconds
     except BrokenProcessPool as broken:
-        pool.shutdown()  # exit codes are known once all have ended
-        raise _ended_early({child.exitcode for child in children}) from broken
-    except BaseException:
-        for child in set(multiprocessing.active_children()) - others:
-            child.terminate()  # or they would finish starts nobody waits for
-        raise
-    finally:
-        pool.shutdown()
-
-
-def processors() -> int:
-    """How many processors this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+        raise _ended_early(pool.exit_codes()) from broken
 
 
 def leave_if_imported_again() -> None:
@@ -113,7 +92,7 @@ def _start_method() -> str:
     return "fork" if "fork" in methods and methods[0] != "spawn" else "spawn"
 
 
-def _ended_early(exit_codes: Set[int | None]) -> OcpError:
+def _ended_early(exit_codes: Set[int]) -> OcpError:
     """What to say when processes ended before they sent their solutions."""
     # 1 is what Python itself ends with where the script cannot be imported a second time
     if exit_codes & {_UNGUARDED, 1}:

@@ -3,15 +3,21 @@
 import importlib
 import io
 import os
+import signal
+import subprocess
+import sys
 import time
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
 
 import pytest
 
 from studies.common.console import Console, silent
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.common.processes.child import MOST_PROCESSES
+from studies.common.processes.child import MOST_PROCESSES, OF_A_PART
 from studies.common.processes.side_by_side import Part, allowed_processes, side_by_side
 
+ROOT = Path(__file__).parent.parent.parent
 MODULE = """
 import os, time
 from studies.common.exit_codes import ExitCode, StudyError
@@ -32,8 +38,29 @@ def print_and_count(console):
     print("not an answer")
     return allowed_processes()
 
+def ask(path, console):
+    console.progress("please")
+    for _ in range(1000):
+        if os.path.exists(path):
+            return True
+        time.sleep(0.01)
+    return False
+
 def unsent(console):
     return lambda: None
+
+class Unread(Exception):
+    def __init__(self, message, more):
+        super().__init__(message)
+
+def unread(console):
+    raise Unread("this", "that")
+
+def threads(console):
+    import numpy
+    matrix = numpy.ones((400, 400))
+    matrix @ matrix
+    return len(os.listdir("/proc/self/task"))
 
 def wait(path, console):
     with open(path, "w") as file:
@@ -59,6 +86,15 @@ def test_answers_come_in_order_however_many_processes_there_are(parts, processes
     assert all(f"line of {x}\n" in told.getvalue() for x in range(4))
 
 
+def test_lines_of_progress_are_shown_while_their_part_is_at_work(parts, tmp_path):
+    class Obliging(Console):
+        def progress(self, text):
+            (tmp_path / text).touch()
+
+    asking = [Part(parts.ask, (str(tmp_path / "please"),))] * 2
+    assert list(side_by_side(asking, Obliging(), 2)) == [True, True]
+
+
 @pytest.mark.parametrize("processes", [1, 2])
 def test_the_error_is_that_of_the_first_part_that_fails(parts, processes):
     some = [Part(parts.square, (0,)), Part(parts.refuse, ("a",)), Part(parts.refuse, ("b",))]
@@ -76,12 +112,88 @@ def test_a_process_that_dies_is_said(parts):
 
 
 def test_an_answer_that_cannot_be_sent_is_a_defect(parts):
-    with pytest.raises(TypeError, match="cannot be sent"):
+    with pytest.raises(AttributeError, match=r"pickle local object.*unsent"):
         list(side_by_side([Part(parts.unsent, ())] * 2, silent(), 2))
+
+
+def test_an_error_that_cannot_be_read_is_a_defect_and_no_death(parts):
+    with pytest.raises(BrokenProcessPool) as caught:
+        list(side_by_side([Part(parts.unread, ())] * 2, silent(), 2))
+    assert "required positional argument: 'more'" in str(caught.value.__cause__)
 
 
 def test_a_process_has_none_of_its_own_and_prints_no_answers(parts):
     assert list(side_by_side([Part(parts.print_and_count, ())] * 2, silent(), 2)) == [1, 1]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="counts threads in /proc")
+def test_a_process_has_one_thread_for_linear_algebra(parts, monkeypatch):
+    for name in OF_A_PART:
+        monkeypatch.delenv(name, raising=False)
+    assert list(side_by_side([Part(parts.threads, ())] * 2, silent(), 2)) == [1, 1]
+
+
+SCRIPT = """
+import side_parts
+from studies.common.console import Console
+from studies.common.processes.side_by_side import Part, side_by_side
+
+print("the script runs")
+parts = [Part(getattr(side_parts, name), arguments) for name, arguments in {parts}]
+print(list(side_by_side(parts, Console(), len(parts))))
+"""
+
+
+def started(tmp_path, *parts):
+    """A script without a guard, in a session of its own, that does parts side by side."""
+    script = tmp_path / "unguarded.py"
+    script.write_text(SCRIPT.format(parts=parts))
+    paths = os.pathsep.join((str(tmp_path), str(ROOT)))
+    return subprocess.Popen(
+        (sys.executable, script),
+        env=os.environ | {"PYTHONPATH": paths, MOST_PROCESSES: "2"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+
+
+def test_a_script_needs_no_guard(parts, tmp_path):
+    out, _ = started(tmp_path, ("square", (2,)), ("square", (3,))).communicate(timeout=120)
+    assert out.splitlines() == ["the script runs", "[4, 9]"]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="what they are is read in /proc")
+@pytest.mark.parametrize("how", ["Ctrl-C", "killed"])
+def test_processes_end_with_the_one_that_waits_for_them(how, parts, tmp_path):
+    files = [tmp_path / "one", tmp_path / "two"]
+    waiting = [("wait", (str(file),)) for file in files]
+    running = started(tmp_path, ("square", (4,)), *waiting)  # and one that has nothing to do
+    while not all(file.is_file() and file.read_text() for file in files):
+        time.sleep(0.01)
+    time.sleep(1.0)  # for the one with nothing to do
+    if how == "killed":
+        running.kill()
+    else:
+        os.killpg(running.pid, signal.SIGINT)  # as a terminal does, to all of them
+    _, complaints = running.communicate(timeout=30)  # which ends when nobody can write any more
+    assert complaints.count("Traceback") == (how == "Ctrl-C")
+    for file in files:
+        assert ended(int(file.read_text()))
+
+
+def ended(process):
+    """Whether a process has ended, or does so soon."""
+    for _ in range(1000):
+        try:
+            os.kill(process, 0)
+        except ProcessLookupError:
+            return True
+        if "\nState:\tZ" in Path(f"/proc/{process}/status").read_text():
+            return True  # nobody has asked yet what became of it
+        time.sleep(0.01)
+    return False
 
 
 @pytest.mark.skipif(os.name != "posix", reason="asks whether processes live")
@@ -93,7 +205,9 @@ def test_what_is_not_waited_for_is_ended(parts, tmp_path):
     assert next(running) == 9
     while not all(file.is_file() and file.read_text() for file in files):
         time.sleep(0.01)
+    begin = time.monotonic()
     running.close()
+    assert time.monotonic() - begin < 30  # they would sleep for 60 s
     for file in files:
         with pytest.raises(ProcessLookupError):
             os.kill(int(file.read_text()), 0)

@@ -4,34 +4,28 @@ A part is a function at the top of a module and its arguments, which go to the p
 as Python stores objects. What comes of the parts does not depend on how many processes there are:
 with one they are done here, one after the other, by the same functions.
 
-The processes are started anew, and not forked: so a user's script need not guard itself, and all
-platforms do the same. Each ends with the process that started it.
+The processes are spawned, and not forked: a forked one would share the state of the solvers'
+libraries and their threads. They do not import the script that runs: so it need not guard itself.
 """
 
 from __future__ import annotations
 
 import contextlib
-import io
+import multiprocessing
 import os
-import pickle
-import queue
 import signal
-import subprocess
 import sys
-import threading
-import time
-from collections.abc import Callable, Generator, Sequence
-from dataclasses import dataclass, field
-from typing import Any, BinaryIO
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent import futures
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any
 
-from ocp.analysis.worker_processes import processors
+from ocp.process_pool import ProcessPool, processors
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.common.processes.child import MOST_PROCESSES, ends_with_parent, environment
-
-_SERVE = "from studies.common.processes.side_by_side import serve; serve()"
-_LIVE = 0.1  # [s] between two live lines of a process
-_LOOK = 0.5  # [s] within which Ctrl-C is noticed on platforms where waiting hides it
+from studies.common.processes.child import LIVE, MOST_PROCESSES, Lines, done_here, prepare
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,28 +69,24 @@ def side_by_side(
             yield part.function(*part.arguments, console)
         return
 
-    todo: queue.SimpleQueue[tuple[int, Part]] = queue.SimpleQueue()
-    for numbered in enumerate(parts):
-        todo.put(numbered)
-    told: queue.Queue[tuple[int, str, Any]] = queue.Queue()
-    running = [_Worker(todo, told) for _ in range(workers)]
-    answers: dict[int, tuple[str, Any]] = {}
+    context = multiprocessing.get_context("spawn")
+    lines: Lines = context.SimpleQueue()
+    pool = ProcessPool(workers, context, prepare, (lines,))
     try:
-        for worker in running:
-            worker.start()
-        for number in range(len(parts)):
-            while number not in answers:
-                _take(told, answers, console)
-            kind, answer = answers.pop(number)
-            if kind == "error":
-                raise answer
-            yield answer
+        with pool:
+            with _script_left_out():
+                answers = pool.submit((done_here, (p.function, p.arguments)) for p in parts)
+            for answer in answers:
+                while not futures.wait([answer], timeout=LIVE).done:
+                    _show(lines, console)
+                _show(lines, console)  # a part has sent all its lines before its answer
+                yield answer.result()
+    except BrokenProcessPool as broken:
+        if broken.__cause__ is not None:  # none has died: what one has sent cannot be read
+            raise
+        raise _ended(pool.exit_codes()) from broken
     finally:
-        with contextlib.suppress(queue.Empty):
-            while True:
-                todo.get_nowait()  # no thread begins another one
-        for worker in running:
-            worker.end()
+        lines.close()
 
 
 def allowed_processes() -> int:
@@ -117,85 +107,32 @@ def allowed_processes() -> int:
     return min(int(stated), processors())
 
 
-def _take(
-    told: queue.Queue[tuple[int, str, Any]], answers: dict[int, tuple[str, Any]], console: Console
-) -> None:
-    """Wait for something that a process tells, and print or keep it."""
+@contextlib.contextmanager
+def _script_left_out() -> Iterator[None]:
+    """Let processes that are spawned meanwhile not import the script that runs.
+
+    `multiprocessing` has them import what stands as `__main__` if that comes from a file. A script
+    without a guard would start the study once more there. An empty module comes from none.
+    """
+    script = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
     try:
-        number, kind, what = told.get(timeout=_LOOK)
-    except queue.Empty:
-        return
-    if kind == "say":
-        console.progress(what)
-    elif kind == "live":
-        console.live(what)
-    else:
-        answers[number] = kind, what
+        yield
+    finally:
+        sys.modules["__main__"] = script
 
 
-@dataclass(eq=False)
-class _Worker:
-    """A process that does parts as long as there are any, and the thread that listens to it."""
-
-    todo: queue.SimpleQueue[tuple[int, Part]]
-    told: queue.Queue[tuple[int, str, Any]]
-    _process: subprocess.Popen[bytes] | None = None
-    _thread: threading.Thread = field(init=False)
-
-    def start(self) -> None:
-        """Start the process and listen."""
-        self._process = subprocess.Popen(
-            [sys.executable, "-c", _SERVE],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            env=environment(),
-            start_new_session=True,  # Ctrl-C is for the one that waits, which ends the others
-        )
-        self._thread = threading.Thread(target=self._listen, args=(self._process,), daemon=True)
-        self._thread.start()
-
-    def end(self) -> None:
-        """End the process, whatever it does."""
-        if self._process is None:
-            return
-        self._process.kill()
-        self._process.wait()
-        self._thread.join(timeout=1.0)
-        for pipe in (self._process.stdin, self._process.stdout):
-            with contextlib.suppress(OSError, ValueError):
-                if pipe is not None:
-                    pipe.close()
-
-    def _listen(self, process: subprocess.Popen[bytes]) -> None:
-        while True:
-            try:
-                number, part = self.todo.get_nowait()
-            except queue.Empty:
-                return
-            try:
-                self._do(process, number, part)
-            except (EOFError, OSError, pickle.UnpicklingError):
-                self.told.put((number, "error", _ended(process.wait())))
-                return
-            except Exception as error:  # of what cannot be sent or read
-                self.told.put((number, "error", error))
-                return
-
-    def _do(self, process: subprocess.Popen[bytes], number: int, part: Part) -> None:
-        """Put one part to the process, and tell what it says until its answer."""
-        assert process.stdin is not None
-        assert process.stdout is not None
-        process.stdin.write(pickle.dumps((part.function, part.arguments)))
-        process.stdin.flush()
-        while True:
-            kind, what = pickle.load(process.stdout)
-            self.told.put((number, kind, what))
-            if kind in ("answer", "error"):
-                return
+def _show(lines: Lines, console: Console) -> None:
+    """Print the lines of progress that have come."""
+    while not lines.empty():
+        method, text = lines.get()
+        getattr(console, method)(text)
 
 
-def _ended(code: int) -> StudyError:
+def _ended(exit_codes: set[int]) -> StudyError:
     """What to say where a process ended without an answer."""
+    of_others = {0, -signal.SIGTERM}  # the pool has terminated them
+    code = min(exit_codes - of_others, default=-signal.SIGTERM)
     how = f"with exit code {code}"
     with contextlib.suppress(ValueError):
         how = f"by {signal.Signals(-code).name}" if code < 0 else how
@@ -204,49 +141,3 @@ def _ended(code: int) -> StudyError:
         f"with {MOST_PROCESSES}=1 in the environment all is done in one",
         ExitCode.NOT_SOLVED,
     )
-
-
-def serve() -> None:
-    """Do the parts that come by standard input, and send what comes of them by standard output."""
-    if not ends_with_parent():
-        return
-    sent = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # what a library prints is no answer
-    console = _SentLines(to=sent)
-    while True:
-        try:
-            function, arguments = pickle.load(sys.stdin.buffer)
-        except EOFError:
-            return
-        try:
-            told = "answer", function(*arguments, console)
-        except Exception as error:  # raised again where the parts are waited for
-            told = "error", error
-        _send(sent, *told)
-
-
-@dataclass
-class _SentLines(Console):
-    """A console whose lines of progress are sent to the process that prints them."""
-
-    to: BinaryIO = field(default_factory=io.BytesIO)
-
-    def progress(self, text: str) -> None:
-        """Send a line of progress."""
-        _send(self.to, "say", text)
-
-    def live(self, text: str) -> None:
-        """Send where long work stands, now and then."""
-        now = time.monotonic()
-        if now - self._shown > _LIVE:
-            self._shown = now
-            _send(self.to, "live", text)
-
-
-def _send(to: BinaryIO, kind: str, what: Any) -> None:
-    try:
-        data = pickle.dumps((kind, what))
-    except Exception as error:  # an answer that cannot be sent is a defect of the part
-        data = pickle.dumps(("error", TypeError(f"{type(what).__name__} cannot be sent: {error}")))
-    to.write(data)
-    to.flush()
