@@ -60,7 +60,7 @@ def _remarks(meshes: MeshSolver, refinement: Refinement, fitted: Iterate) -> Ite
         yield shortfall
     if refinement.best.raised:
         yield (
-            "its peaks were raised to what the motion has between its points, which cost "
+            "its peaks count as high as they are between the points of the mesh, which costs "
             f"{refinement.best.raised:.0e} of the objective"
         )
     if refinement.lower is not None and adapts:
@@ -98,7 +98,7 @@ def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:
     ending, best, accuracy = endings[refinement.ending], refinement.best, meshes.settings.accuracy
 
     open_tolerances = [
-        f"{what} hold to {value:.1e}; asked for were {allowed:.0e}"
+        f"{what} are met to {value:.1e}; asked for were {allowed:.0e}"
         for what, value, allowed in (
             ("the constraints", best.leak, accuracy.path),
             ("the dynamics", best.errors.dynamics, accuracy.dynamics),

@@ -82,7 +82,7 @@ def interrupted(
         best = best_of(solved, accuracy)
         finished = best.iterate.trajectory
         verified = finished if best.holds(accuracy, LOOSER) else None
-    kept = "the best round so far is kept" if verified else "no round had met its tolerances"
+    kept = "the best one so far is kept" if verified else "none had met its tolerances"
     return Interrupted(
         f"'{problem.name}' was stopped in mesh iteration {len(solved) + 1}; {kept}",
         last,

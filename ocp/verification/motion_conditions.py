@@ -57,7 +57,8 @@ def motion_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condi
         yield Condition(name, far.error, WITHIN, far.sentence)
     slopes = missed_slopes(iterate, evaluator, allowed.gain)
     hidden = (slope.feature for slope in slopes if not isinstance(slope.symbol, Constant))
-    yield from _narrow("narrow features that a zero hides", hidden, allowed.gain, iterate.problem)
+    name = "narrow features of what is multiplied by zero"
+    yield from _narrow(name, hidden, allowed.gain, iterate.problem)
 
     # bounds and links of the problem, with the peaks of the replay as they are between the points
     dense = (value for _, _, value in verification.peaks)
@@ -135,4 +136,5 @@ def step_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Conditi
     beside = list(number_steps(iterate, evidence.evaluator))
     if remark := number_remark(beside):
         size = max(step.size for step in beside)
-        yield Condition("steps beside the motion", size, allowed.steps, remark)
+        name = "steps of other end values, times or parameters"
+        yield Condition(name, size, allowed.steps, remark)

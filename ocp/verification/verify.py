@@ -131,8 +131,8 @@ def verify(
                                                 all states act on it with their misses. Where a
                                                 problem has peaks, 10 ``path`` if that is more:
                                                 they may be exceeded by as much
-    costs with kinks        10 ``replay``       of the objective: controls in place of kinks may be
-                                                less than these between the points
+    costs with kinks        10 ``replay``       of the objective: a control that stands for a
+                                                modulus may be below it between the points
     bounds and links        10 ``replay``       relative to the largest of value, limits and scale:
                                                 as the objective
     worth of the excess     1e-2                of the objective, by the limits' multipliers: what
@@ -219,7 +219,7 @@ def _reasons(
     ----------
     of_motion : (float, float, float)
         Error of the dynamics between the points, what the excess there is worth, of the objective,
-        and by how much of it controls in place of kinks are less than these.
+        and by how much of it its costs are too small there, see `_stated_integrals`.
     boundary : mapping of str to float
         Excess of the problem's bounds and links, by name.
     size : float
@@ -252,8 +252,9 @@ def _reasons(
     yield _over(
         of_kinks,
         _SLACK * accuracy.replay,
-        "controls in place of kinks are less than these by {} of the objective; where one is above "
-        "the size of a vector, state a scale= of that vector's controls, which is what it uses",
+        "the costs are too small between the points of the mesh by {} of the objective: what "
+        "stands for a modulus, a largest value or the size of a vector there is below it; allow "
+        "more intervals, and for a vector state the scale= of its controls",
     )
 
     # a bound that could not be had is none to exceed

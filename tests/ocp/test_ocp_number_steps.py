@@ -81,7 +81,7 @@ def test_a_step_beside_the_motion_is_said_and_not_certified(problem, words):
         found = solve(problem)
     assert "the answer may be the best of its side only" in found.verdict
     failed = [check.name for check in certify(found).checks if not check.passed]
-    assert failed == ["steps beside the motion"]
+    assert failed == ["steps of other end values, times or parameters"]
 
 
 def fixed(**options):

@@ -141,7 +141,7 @@ def test_the_statement_shows_what_became_of_it():
     control = problem.controls["move"][-1]
     assert (control.name, control.lower, control.upper) == ("max(0, u*v)", 0.0, math.inf)
     (side,) = problem.phases[0].bounds
-    assert side.name == "max(0, u*v), side 2"
+    assert side.name == "max(0, u*v), lower limit 2"
     assert "integral of max(0, u*v) over move" in str(problem)
     # stated already, it is stated the same way again
     again = Problem("again", problem.phases, minimise=problem.minimise)
@@ -463,10 +463,11 @@ def test_a_cost_that_leaks_between_the_points_counts_by_what_it_is_worth():
     effort = dense_integral(found.evaluator, found.replayed, phase.integral(u**2))
     assert found.objective == pytest.approx(stated + 0.01 * effort, rel=1e-6)
     assert certify(found).passed
-    assert not any("side" in margin.name for margin in found.verification.margins)
+    assert not any("lower limit" in margin.name for margin in found.verification.margins)
 
     # on a coarse mesh the cost is too small between the points, and that is refused
     coarse = solve(problem, settings=Settings(intervals=3, refinement=FixedMesh(), verify=True))
     assert not coarse.verification.passed
-    assert any("in place of kinks" in reason for reason in coarse.verification.reasons)
+    reasons = coarse.verification.reasons
+    assert any("the costs are too small between the points" in reason for reason in reasons)
     assert not certify(coarse).passed

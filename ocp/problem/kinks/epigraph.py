@@ -61,7 +61,7 @@ class Epigraph(Control):
     def _limits(self) -> tuple[Bound, ...]:
         """That hold it above its sides."""
         return tuple(
-            Bound(f"{self.name}, side {number}", self.symbol - side, self.unit, lower=0.0)
+            Bound(f"{self.name}, lower limit {number}", self.symbol - side, self.unit, lower=0.0)
             for number, side in enumerate(self.sides, start=1)
             if not side.is_constant()
         )
