@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -32,7 +33,6 @@ from ocp.transcription.transcribe import ProgramLimits, Transcription
 _VIOLATED = 1e-7
 # as many violated constraints as a sentence holds
 _MOST_NAMED = 3
-
 
 # Instants of an interval at which limits are looked at
 _SAMPLES = 4
@@ -109,69 +109,127 @@ def failure(
     iterate : Trajectory
         Where it ended.
     """
-    name, count = transcription.problem.name, result.iterations
-
-    if result.outcome == "invalid number":
-        from ocp.nlp.non_finite import non_finite_value  # only when something is wrong
-
-        culprit = non_finite_value(transcription.problem, iterate)
-        what = culprit or "a derivative of the problem is NaN or infinite"
-        return InvalidNumber(
-            f"'{name}': {what}; start from a guess where everything is finite, or bound the "
-            "signals that lead there",
-            iterate,
-        )
-
-    if result.outcome == "unbounded" or result.objective < -RUNAWAY:
-        value = transcription.problem.sense * result.objective * transcription.scales.objective
-        return Unbounded(
-            f"the objective of '{name}' ran away to {value:.1e} in {count} iterations: it seems "
-            "unbounded; bound what it depends on",
-            iterate,
-        )
-
+    outcome, failed = result.outcome, _FailedSolve(transcription, result, parameters, iterate)
+    if outcome == "invalid number":
+        return failed.invalid_number()
+    if outcome == "unbounded" or result.objective < -RUNAWAY:
+        return failed.unbounded()
+    # a motion that takes no time meets no constraint, and says nothing of them
     if vanished := collapsed(transcription, iterate, result.x):
         return vanished
 
-    limits = transcription.limits(parameters)
-    worst = violations(transcription, result.rows, limits)
-    listed = "; ".join(violation.words(iterate) for violation in worst)
-    in_brackets = f" ({listed})" if worst else ""
+    if outcome == "budget":
+        return failed.budget_spent()
+    if outcome == "overdetermined" or (outcome == "infeasible" and failed.asks_too_much):
+        return failed.overdetermined()
+    if outcome == "infeasible" and failed.worst:
+        return failed.infeasible()
+    return failed.in_trouble()
 
-    if result.outcome == "budget":
+
+@dataclass(frozen=True, eq=False)
+class _FailedSolve:
+    """What is known of a failed solve, and the error of each way to fail."""
+
+    transcription: Transcription
+    result: NlpResult
+    parameters: Parameters
+    iterate: Trajectory
+
+    @property
+    def problem(self) -> Problem:
+        """That was not solved."""
+        return self.transcription.problem
+
+    @cached_property
+    def limits(self) -> ProgramLimits:
+        """Of the program's columns and rows."""
+        return self.transcription.limits(self.parameters)
+
+    @cached_property
+    def worst(self) -> list[Violation]:
+        """The constraints that are violated most."""
+        return violations(self.transcription, self.result.rows, self.limits)
+
+    @cached_property
+    def listed(self) -> str:
+        """These constraints in words."""
+        return "; ".join(violation.words(self.iterate) for violation in self.worst)
+
+    @property
+    def in_brackets(self) -> str:
+        """The same behind a statement; empty where there are none."""
+        return f" ({self.listed})" if self.worst else ""
+
+    @property
+    def asks_too_much(self) -> bool:
+        """Whether there are more equations than unknowns."""
+        free, equations = counted(self.limits)
+        return equations > free
+
+    def invalid_number(self) -> InvalidNumber:
+        """A value or a derivative is NaN or infinite."""
+        from ocp.nlp.non_finite import non_finite_value  # only when something is wrong
+
+        culprit = non_finite_value(self.problem, self.iterate)
+        what = culprit or "a derivative of the problem is NaN or infinite"
+        return InvalidNumber(
+            f"'{self.problem.name}': {what}; start from a guess where everything is finite, or "
+            "bound the signals that lead there",
+            self.iterate,
+        )
+
+    def unbounded(self) -> Unbounded:
+        """The objective runs away."""
+        value = self.problem.sense * self.result.objective * self.transcription.scales.objective
+        return Unbounded(
+            f"the objective of '{self.problem.name}' ran away to {value:.1e} in "
+            f"{self.result.iterations} iterations: it seems unbounded; bound what it depends on",
+            self.iterate,
+        )
+
+    def budget_spent(self) -> IterationLimit:
+        """Iterations or seconds ran out."""
         return IterationLimit(
-            f"'{name}' used up its budget of iterations or seconds after {count} iterations"
-            f"{in_brackets}; {_of_kinks(transcription.problem)}raise the budget, give a better "
-            "guess or check the scales",
-            iterate,
+            f"'{self.problem.name}' used up its budget of iterations or seconds after "
+            f"{self.result.iterations} iterations{self.in_brackets}; {_of_kinks(self.problem)}"
+            "raise the budget, give a better guess or check the scales",
+            self.iterate,
         )
 
-    free, equations = counted(limits)
-    if result.outcome == "overdetermined" or (result.outcome == "infeasible" and equations > free):
-        missed = f" and does not meet all of them{in_brackets}" if worst else ""
+    def overdetermined(self) -> Overdetermined:
+        """More is prescribed than there are unknowns."""
+        free, equations = counted(self.limits)
+        missed = f" and does not meet all of them{self.in_brackets}" if self.worst else ""
         return Overdetermined(
-            f"'{name}' has {equations} equations for {free} free unknowns on its mesh{missed}: "
-            "more is prescribed than the controls and unknowns can bring about; take back a "
-            f"boundary value, a link or an equation, or add a control{_algebraic(transcription)}",
-            iterate,
+            f"'{self.problem.name}' has {equations} equations for {free} free unknowns on its "
+            f"mesh{missed}: more is prescribed than the controls and unknowns can bring about; "
+            "take back a boundary value, a link or an equation, or add a control"
+            f"{_algebraic(self.transcription)}",
+            self.iterate,
         )
 
-    if result.outcome == "infeasible" and worst:
-        reached = list(_limits_reached(transcription, parameters, iterate))
+    def infeasible(self) -> Infeasible:
+        """The constraints are not met together, as far as the solver sees."""
+        reached = list(_limits_reached(self.transcription, self.parameters, self.iterate))
         return Infeasible(
-            f"no motion was found that meets all constraints of '{name}'; worst: {listed}; "
-            f"{_remedy(worst, reached)} (ocp.relaxed(problem) finds the smallest change), or try "
-            "another guess or ocp.audit(problem); this is no proof that there is none",
-            iterate,
+            f"no motion was found that meets all constraints of '{self.problem.name}'; worst: "
+            f"{self.listed}; {_remedy(self.worst, reached)} (ocp.relaxed(problem) finds the "
+            "smallest change), or try another guess or ocp.audit(problem); this is no proof that "
+            "there is none",
+            self.iterate,
         )
 
-    return NumericalTrouble(
-        f"IPOPT got into numerical trouble on '{name}' after {count} iterations "
-        f"('{result.status}'), {f'with {listed}' if worst else 'all constraints met'}; "
-        f"{_of_kinks(transcription.problem)}state sizes by `scale`, give a better guess, or bound "
-        "what the objective depends on",
-        iterate,
-    )
+    def in_trouble(self) -> NumericalTrouble:
+        """The solver gave up."""
+        of_constraints = f"with {self.listed}" if self.worst else "all constraints met"
+        return NumericalTrouble(
+            f"IPOPT got into numerical trouble on '{self.problem.name}' after "
+            f"{self.result.iterations} iterations ('{self.result.status}'), {of_constraints}; "
+            f"{_of_kinks(self.problem)}state sizes by `scale`, give a better guess, or bound what "
+            "the objective depends on",
+            self.iterate,
+        )
 
 
 def _of_kinks(problem: Problem) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 import time as clock
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from numbers import Integral
 from typing import Any, Literal, get_args
@@ -236,12 +236,7 @@ class Ipopt:
         """
         begin = clock.perf_counter()
         program.prepare()
-        seconds, building = self.seconds, clock.perf_counter() - begin
-        if building > _HARDLY_ANY * seconds:
-            seconds = max(seconds - building, _LEAST_SECONDS)
-        options = _CASADI | self._options(self._complementarity(limits), seconds)
-        if self.linear_solver == "mumps":
-            options["ipopt.mumps_pivot_order"] = _ordering(program)
+        options = self._options_for(program, limits, building=clock.perf_counter() - begin)
         multipliers: dict[str, Array] = {}
         if start.multipliers is not None:
             options |= _WARM_START
@@ -251,6 +246,7 @@ class Ipopt:
         standstill = None
         if self.stall:
             standstill = Standstill(program, limits, parameters, self.tolerance)
+
         with noted_interrupts() as interrupts, kept_solver(program, options) as kept:
             run = WatchedRun(limits, interrupts, Divergence(), standstill, listener)
             with kept.watch.over(run):
@@ -267,19 +263,13 @@ class Ipopt:
         if run.error is not None:
             raise run.error
 
-        status, count = str(statistics["return_status"]), int(statistics["iter_count"])
-        if status == "Invalid_Option":
-            # all other options are typed: the library cannot be loaded
-            raise StatementError(
-                f"IPOPT finds no library with the linear solver '{self.linear_solver}' here; "
-                "install it where the system looks for libraries, or choose mumps"
-            )
-        # a run that never began has none
-        added = statistics.get("iterations", {}).get("regularization_size", ())
+        status, count = self._status(statistics), int(statistics["iter_count"])
         log.debug("IPOPT: %s after %d iterations", status, count)
-
         if run.diverged:
             status = _DIVERGED
+
+        # a run that never began has none
+        added = statistics.get("iterations", {}).get("regularization_size", ())
         result = NlpResult(
             outcome="interrupted" if interrupts.asked else _OUTCOMES.get(status, "failed"),
             status=status,
@@ -295,6 +285,35 @@ class Ipopt:
         if result.outcome not in ("solved", "interrupted") or run.stood_still:
             return _at_best(result, standstill, limits, stopped=interrupts.asked)
         return result
+
+    def _status(self, statistics: Mapping[str, Any]) -> str:
+        """How IPOPT says that it ended.
+
+        Raises
+        ------
+        StatementError
+            There is no such linear solver here.
+        """
+        status = str(statistics["return_status"])
+        if status == "Invalid_Option":
+            # all other options are typed: the library cannot be loaded
+            raise StatementError(
+                f"IPOPT finds no library with the linear solver '{self.linear_solver}' here; "
+                "install it where the system looks for libraries, or choose mumps"
+            )
+        return status
+
+    def _options_for(
+        self, program: Program, limits: ProgramLimits, *, building: float
+    ) -> dict[str, Any]:
+        """All options for a program whose functions took some seconds to build [s]."""
+        seconds = self.seconds
+        if building > _HARDLY_ANY * seconds:
+            seconds = max(seconds - building, _LEAST_SECONDS)
+        options = _CASADI | self._options(self._complementarity(limits), seconds)
+        if self.linear_solver == "mumps":
+            options["ipopt.mumps_pivot_order"] = _ordering(program)
+        return options
 
     def _complementarity(self, limits: ProgramLimits) -> float:
         """The largest product of a slack and its multiplier with which the gap is small enough.
