@@ -33,7 +33,7 @@ from ocp.progress import Progress, shown
 from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.refine import Refinement, refine
-from ocp.refinement.solved_mesh import LOOSER, SolvedMesh
+from ocp.refinement.solved_mesh import SolvedMesh
 from ocp.settings import Settings, first_intervals
 from ocp.solution.solution import Solution
 from ocp.transcription.packing import trajectory_of
@@ -146,7 +146,7 @@ def solve_from(
         if not (settings.refinement.adapts and settings.verify) or meshes.spent(rounds):
             break
         # what holds between the points and not in the replay is off by the dynamics' errors
-        holds = refinement.best.holds(accuracy, LOOSER)
+        holds = refinement.best.is_verifiable(accuracy)
         exact = _costs_the_same(meshes, refinement, checked)
         passed = (checked.verification.passed and exact) or not holds
         if passed and checked.motion.miss <= settings.accuracy.replay:

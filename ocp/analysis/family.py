@@ -43,7 +43,7 @@ from ocp.refinement.policies.moving_mesh import (
     price_of_widths,
 )
 from ocp.refinement.refine import refine
-from ocp.refinement.solved_mesh import LOOSER
+from ocp.refinement.solved_mesh import VERIFIABLE_SLACK
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
 from ocp.solve import first_mesh, solve, solve_from
@@ -428,7 +428,7 @@ class _Walk:
             return True
         if not may_hide(self.base.problem):
             return False
-        iterate, allowed = found.iterate, LOOSER * self.base.settings.accuracy.dynamics
+        iterate, allowed = found.iterate, VERIFIABLE_SLACK * self.base.settings.accuracy.dynamics
         errors = MotionErrors(
             found.program, iterate.trajectory, self.base.evaluator, found.parameters
         )

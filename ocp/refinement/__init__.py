@@ -2,7 +2,8 @@
 
 `refine` is the whole, and `loop` its loop of mesh iterations. `mesh_solver` solves one mesh, in as
 many `attempts` as it takes and within the `budget`. A `solved_mesh` is what the solver finished,
-and `mesh_iteration` its record. `first_round` finds a first motion where the first attempt fails.
+and `mesh_iteration` its record. `first_round` tries other starts on the first mesh, and
+`past_kinks` leads a solver that is lost among kinks, by a loop of its own.
 
 `estimates` say what is wrong with a mesh and where controls jump, `other_controls` what controls
 far away could gain, and `policies` make the next mesh. A refinement rule of one's own is a

@@ -13,7 +13,7 @@ from ocp.refinement.estimates.kink_crossings import NEAR
 from ocp.refinement.impulses import impulse
 from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver
-from ocp.refinement.solved_mesh import LITTLE, LOOSER, SolvedMesh, is_refuted
+from ocp.refinement.solved_mesh import OVERPROMISE, VERIFIABLE_SLACK, SolvedMesh, is_refuted
 from ocp.refinement.unwrapping import lost_angle
 
 Ending = Literal["tolerances", "standstill", "rounds", "failure", "budget"]
@@ -154,7 +154,7 @@ def stands_still(
         Whether the next round would only impose limits at more points: then one more is waited for.
     """
     last, promised = solved[-1], solved[-1].errors.gain
-    leaks, much = last.leak > accuracy.path, promised > LITTLE * accuracy.objective
+    leaks, much = last.leak > accuracy.path, promised > OVERPROMISE * accuracy.objective
     count = _STILL if leaks and not (much or closes_leaks) else _STILL_IN_DOUBT
     latest = solved[-count:]
     # a rough solve that is made again to the tolerance asked for is no second mesh
@@ -163,7 +163,7 @@ def stands_still(
 
     # what leaks of the looser tolerance may be worth, however loosely the optimum is asked for
     objectives = [s.iterate.objective for s in latest]
-    slack = min(accuracy.objective, LOOSER * accuracy.path) * last.iterate.objective_size
+    slack = min(accuracy.objective, VERIFIABLE_SLACK * accuracy.path) * last.iterate.objective_size
     if max(objectives) - min(objectives) > slack:
         return False
     finer = any(s.finer for s in latest[1:])
@@ -173,9 +173,9 @@ def stands_still(
     if (leaks and _leaks_fall(latest)) or _crossings_settle(latest):
         return False
     # a limit that has just begun to leak has had no mesh yet on which that is closed
-    if latest[-2].holds(accuracy, LOOSER) and not last.holds(accuracy, LOOSER):
+    if latest[-2].is_verifiable(accuracy) and not last.is_verifiable(accuracy):
         return False
-    return any(s.holds(accuracy, LOOSER) for s in latest)
+    return any(s.is_verifiable(accuracy) for s in latest)
 
 
 def _leaks_fall(latest: Sequence[SolvedMesh]) -> bool:

@@ -26,7 +26,7 @@ from ocp.refinement.mesh_iteration import MeshIteration, record_of
 from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.policies.movable import most_iterations
 from ocp.refinement.policies.policy import RefinementPolicy
-from ocp.refinement.solved_mesh import LITTLE, LOOSER, SolvedMesh
+from ocp.refinement.solved_mesh import OVERPROMISE, SolvedMesh
 from ocp.refinement.stopped import check_failure
 from ocp.transcription.transcribe import Transcription
 
@@ -178,33 +178,18 @@ def plan_after(
     Interrupted
         The user stopped the solver.
     """
-    solved, rounds, policy = history.solved, history.rounds, planned.policy
-    program, result = found.program, found.result
-    is_solved, examining = result.outcome == "solved", 0.0
-
-    step: _Step | None
-    if is_solved:
-        began = meshes.budget.elapsed
-        last = meshes.examined(program, result, tight=not planned.rough, finer=planned.finer)
-        solved.append(last)
-        rounds.append(record_of(program.mesh, result, last, found.starts))
-        log.info("round %d: %s", len(rounds), rounds[-1])
-        step = _after_solved(solved, policy, accuracy)
-        examining = meshes.budget.elapsed - began
-    else:
-        rounds.append(record_of(program.mesh, result, None))
-        check_failure(meshes, program, result, solved, rounds)
-        if meshes.spent(rounds):
-            return "budget"
-        step = _after_failure(solved, policy, program.mesh, accuracy, rough=planned.rough)
-        if step is None:
-            return "failure"
+    is_solved = found.result.outcome == "solved"
+    after = _after_solved if is_solved else _after_failure
+    step = after(meshes, planned, found, accuracy, history)
+    if not isinstance(step, _Step):
+        return step
 
     # points that close a leak step by step cost little, and are no finer mesh
+    solved, rounds, most = history.solved, history.rounds, planned.policy.rounds
     leaks_closed = planned.leaks_closed + step.closes_leaks
-    over = len(rounds) - history.before >= policy.rounds + min(leaks_closed, policy.rounds)
+    over = len(rounds) - history.before >= most + min(leaks_closed, most)
     if is_solved and _once_more(meshes, solved, step.mesh, accuracy, over=over):
-        step = replace(step, mesh=program.mesh, rough=False, again=True)
+        step = replace(step, mesh=found.program.mesh, rough=False, again=True)
     if step.mesh is None:
         return "tolerances"
     ending = ending_of(
@@ -215,7 +200,7 @@ def plan_after(
         over=over,
         again=step.again,
         closes_leaks=step.closes_leaks,
-        examining=examining,
+        examining=step.examining,
     )
     if ending is not None:
         return ending
@@ -226,7 +211,7 @@ def plan_after(
         start=start,
         policy=step.policy,
         rough=_can_be_rough(meshes) and step.rough,
-        finer=step.mesh.intervals > program.mesh.intervals,
+        finer=step.mesh.intervals > found.program.mesh.intervals,
         leaks_closed=leaks_closed,
     )
 
@@ -253,6 +238,8 @@ class _Step:
     closes_leaks : bool
         Whether the next mesh only imposes limits at more points, and each time less is left over
         them.
+    examining : float
+        What it took to look at the last mesh between its points [s].
     """
 
     mesh: Mesh | None
@@ -260,35 +247,53 @@ class _Step:
     rough: bool = False
     again: bool = False
     closes_leaks: bool = False
+    examining: float = 0.0
 
 
 def _after_solved(
-    solved: Sequence[SolvedMesh], policy: RefinementPolicy, accuracy: Accuracy
-) -> _Step:
-    """The step after a mesh that was solved."""
-    following = policy.next_mesh(solved, accuracy)
+    meshes: MeshSolver,
+    planned: PlannedMesh,
+    found: MeshAnswer,
+    accuracy: Accuracy,
+    history: History,
+) -> _Step | Ending:
+    """The step after a mesh that was solved, once that is in the history."""
+    began, solved, rounds = meshes.budget.elapsed, history.solved, history.rounds
+    program, result = found.program, found.result
+    last = meshes.examined(program, result, tight=not planned.rough, finer=planned.finer)
+    solved.append(last)
+    rounds.append(record_of(program.mesh, result, last, found.starts))
+    log.info("mesh iteration %d: %s", len(rounds), rounds[-1])
+
+    following = planned.policy.next_mesh(solved, accuracy)
     return _Step(
         following,
-        policy,
-        rough=following is not None and _is_far(solved[-1], accuracy),
+        planned.policy,
+        rough=following is not None and _is_far(last, accuracy),
         closes_leaks=_closes_leaks(solved, following),
+        examining=meshes.budget.elapsed - began,
     )
 
 
 def _after_failure(
-    solved: Sequence[SolvedMesh],
-    policy: RefinementPolicy,
-    failed: Mesh,
+    meshes: MeshSolver,
+    planned: PlannedMesh,
+    found: MeshAnswer,
     accuracy: Accuracy,
-    *,
-    rough: bool,
-) -> _Step | None:
-    """The step after a mesh on which the solver failed, if the policy knows one."""
-    recovery = policy.after_failure(solved, failed, accuracy)
+    history: History,
+) -> _Step | Ending:
+    """The step after a mesh on which the solver failed, or what ends the refinement there."""
+    solved, rounds, mesh = history.solved, history.rounds, found.program.mesh
+    rounds.append(record_of(mesh, found.result, None))
+    check_failure(meshes, found.program, found.result, solved, rounds)
+    if meshes.spent(rounds):
+        return "budget"
+
+    recovery = planned.policy.after_failure(solved, mesh, accuracy)
     if recovery is None:
-        return None
-    other, mesh = recovery
-    return _Step(mesh, other, rough=rough)
+        return "failure"
+    other, following = recovery
+    return _Step(following, other, rough=planned.rough)
 
 
 def _gap(solved: Sequence[SolvedMesh], accuracy: Accuracy, *, rough: bool) -> float:
@@ -336,8 +341,8 @@ def _once_more(
 
 def _leaves_more_open(last: SolvedMesh, accuracy: Accuracy) -> bool:
     """Whether what a mesh leaves open is far more than the digits of a rough solve."""
-    much = last.errors.gain > LITTLE * accuracy.objective
-    return much and not last.holds(accuracy, LOOSER)
+    much = last.errors.gain > OVERPROMISE * accuracy.objective
+    return much and not last.is_verifiable(accuracy)
 
 
 def _is_far(last: SolvedMesh, accuracy: Accuracy) -> bool:
@@ -348,10 +353,10 @@ def _is_far(last: SolvedMesh, accuracy: Accuracy) -> bool:
     controls that are a little off leak at other places.
     """
     errors, leak = last.errors, last.errors.excess
-    if errors.gain <= LITTLE * accuracy.objective:
+    if errors.gain <= OVERPROMISE * accuracy.objective:
         phases = zip(last.iterate.trajectory.phases, errors.phases, strict=True)
         leak = max(mean_excess(motion.fractions, of_phase.excess) for motion, of_phase in phases)
-    return max(errors.gain / LITTLE, errors.dynamics, leak) >= _FAR
+    return max(errors.gain / OVERPROMISE, errors.dynamics, leak) >= _FAR
 
 
 def mean_excess(fractions: Array, excess: Sequence[Extremes]) -> float:

@@ -16,7 +16,7 @@ from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.error_estimate import estimate_errors
 from ocp.refinement.estimates.excess_price import is_affordable
 from ocp.refinement.mesh_solver import MeshSolver
-from ocp.refinement.solved_mesh import LOOSER, SolvedMesh, best_of
+from ocp.refinement.solved_mesh import SolvedMesh, best_of
 from ocp.transcription.kernels import evaluated
 from ocp.transcription.packing import trajectory_of
 
@@ -30,11 +30,11 @@ def verifiable(meshes: MeshSolver, solved: Sequence[SolvedMesh], accuracy: Accur
     Without any that holds it is the best one as it is, and so it is on a fixed mesh.
     """
     best = best_of(solved, accuracy)
-    if best.holds(accuracy, LOOSER) or not meshes.settings.refinement.adapts:
+    if best.is_verifiable(accuracy) or not meshes.settings.refinement.adapts:
         return best
     for each in reversed(solved):
         raised = with_raised_peaks(meshes, each, accuracy)
-        if raised is not None and raised.holds(accuracy, LOOSER):
+        if raised is not None and raised.is_verifiable(accuracy):
             return raised
     return best
 

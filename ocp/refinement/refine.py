@@ -28,9 +28,6 @@ from ocp.refinement.estimates.narrow_features import (
     mesh_that_sees,
     narrow_features,
 )
-from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
-from ocp.refinement.first_round.first_motion import first_motion
-from ocp.refinement.first_round.past_kinks import lost_until_now, past_kinks
 from ocp.refinement.loop import (
     History,
     PlannedMesh,
@@ -41,10 +38,12 @@ from ocp.refinement.loop import (
 )
 from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver, Start
-from ocp.refinement.other_controls.promise import other_controls, promised_by
+from ocp.refinement.other_controls.promise import promise_of_others
+from ocp.refinement.past_kinks.first_motion import first_motion
+from ocp.refinement.past_kinks.past_kinks import lost_until_now, past_kinks
 from ocp.refinement.policies.adaptive_mesh import AdaptiveMesh
 from ocp.refinement.raised_peaks import verifiable
-from ocp.refinement.solved_mesh import LOOSER, SolvedMesh, best_of
+from ocp.refinement.solved_mesh import VERIFIABLE_SLACK, SolvedMesh, best_of
 from ocp.refinement.stopped import budget_spent, interrupted
 
 # How often a refinement goes on because its points missed something narrow.
@@ -132,7 +131,7 @@ def refine(
         raise interrupted(meshes.problem, history.solved, accuracy, None) from stop
 
     best = verifiable(meshes, history.solved, accuracy)
-    if ending == "budget" and not best.holds(accuracy, LOOSER):
+    if ending == "budget" and not best.is_verifiable(accuracy):
         raise budget_spent(meshes, history.rounds, best.iterate.trajectory, best)
     return Refinement(best, tuple(history.rounds), ending, lower, features, sighted, timed)
 
@@ -216,13 +215,13 @@ def _with_switches_freed(
         return ending, False
     for _ in range(_FRESH_MESHES):
         best = best_of(history.solved, accuracy)
-        if ending in ("budget", "rounds") or not best.holds(accuracy, LOOSER):
+        if ending in ("budget", "rounds") or not best.is_verifiable(accuracy):
             break
         fresh = on_fresh_mesh(meshes, best.iterate, history.rounds)
         if fresh is None or fresh.better is None:
             return ending, fresh is not None and fresh.refutes
         gone_on, further = _gone_on(meshes, fresh.better, fresh.better.mesh, accuracy, history)
-        if not any(s.holds(accuracy, LOOSER) for s in further):
+        if not any(s.is_verifiable(accuracy) for s in further):
             break
         history.solved.extend(further)
         ending = gone_on
@@ -259,7 +258,7 @@ def _features(
     errors = known or MotionErrors(
         iterate.transcription, iterate.trajectory, meshes.evaluator, iterate.parameters
     )
-    allowed = LOOSER * meshes.settings.accuracy.dynamics
+    allowed = VERIFIABLE_SLACK * meshes.settings.accuracy.dynamics
     slopes = list(missed_slopes(iterate, meshes.evaluator, allowed))
     moving = [slope.feature for slope in slopes if not isinstance(slope.symbol, Constant)]
     of_constants = [slope.feature for slope in slopes if isinstance(slope.symbol, Constant)]
@@ -286,7 +285,7 @@ def _left_saddles(
             # on a fixed mesh a saddle may hold better than what is lower, and is no answer
             history.solved.clear()
         history.solved.extend(further)
-        if not any(s.holds(accuracy, LOOSER) for s in further):
+        if not any(s.is_verifiable(accuracy) for s in further):
             return ending, below.objective
     return ending, None
 
@@ -294,14 +293,12 @@ def _left_saddles(
 def _is_little_beside_others(meshes: MeshSolver, answer: Iterate, below: Iterate) -> bool:
     """Whether a lower motion brings next to nothing of what controls far away promise.
 
-    Where ever faster changes between two valleys gain, every motion is a saddle, and each that is
-    lower has more changes. To follow them would take ever finer meshes and come to no end.
+    Other than a motion on a fresh mesh it is known already, and is judged by what it brings.
     """
-    others = list(other_controls(answer, meshes.evaluator))
-    promised = promised_by(others, answer)
     sense = meshes.problem.sense
     brought = sense * (answer.objective - below.objective) / answer.objective_size
-    return promised > CERTIFIED_GAIN and brought < _LITTLE_OF_OTHERS * promised
+    promised = promise_of_others(answer, meshes.evaluator)
+    return promised > 0.0 and brought < _LITTLE_OF_OTHERS * promised
 
 
 def _may_be_saddle(meshes: MeshSolver, best: SolvedMesh, solved: Sequence[SolvedMesh]) -> bool:

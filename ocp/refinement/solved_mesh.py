@@ -11,13 +11,13 @@ from ocp.refinement.estimates.error_estimate import MeshErrors
 from ocp.refinement.estimates.kink_crossings import NEAR
 from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 
-# Factor by which constraints may miss their tolerance in a round that is good enough to be verified
-# where no better one was found: the slack that the verification has, too.
-LOOSER = 10.0
+# Factor by which constraints may miss their tolerance in a mesh iteration that is good enough to be
+# verified where no better one was found: the slack that the verification has, too.
+VERIFIABLE_SLACK = 10.0
 
-# Times the tolerance, up to which a promised gain is little: it is of first order, and often ten
-# times what is gained.
-LITTLE = 10.0
+# Factor by which a promised gain, which is of first order, is often more than what is gained. Up to
+# so many times the tolerance it is little.
+OVERPROMISE = 10.0
 
 # Part of the tolerance on the objective that such a promise may be worth by what its fall gained,
 # over so many meshes at least: one may have been finer at the wrong place.
@@ -70,6 +70,10 @@ class SolvedMesh:
         dynamics = self.errors.dynamics <= accuracy.dynamics
         return dynamics and self.leak <= slack * accuracy.path
 
+    def is_verifiable(self, accuracy: Accuracy) -> bool:
+        """Whether the motion holds to the slack that the verification has."""
+        return self.holds(accuracy, VERIFIABLE_SLACK)
+
     def meets(self, accuracy: Accuracy) -> bool:
         """Whether the motion holds, and finer controls promise no more than the tolerance."""
         return self.holds(accuracy) and self.errors.gain <= accuracy.objective
@@ -95,7 +99,7 @@ def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
     certificate allows, then those that meet their tolerances. One that leaks less is no answer if
     it lies on a mesh that was too coarse. Without any that holds it is the last round.
     """
-    good = [s for s in solved if s.holds(accuracy, LOOSER)]
+    good = [s for s in solved if s.is_verifiable(accuracy)]
     # where one side of a kink acts beyond it, the objective may gain by that
     good = [s for s in good if s.errors.beyond_kinks <= NEAR] or good
     # values of those that are not solved to the tolerance asked for err by theirs
@@ -140,7 +144,7 @@ def is_refuted(solved: Sequence[SolvedMesh], rounds: int, accuracy: Accuracy) ->
     left, fallen = last.errors.gain, before.errors.gain - last.errors.gain
     if left > 0.5 * before.errors.gain:
         return True
-    if rounds < _TWICE or left > LITTLE * accuracy.objective:
+    if rounds < _TWICE or left > OVERPROMISE * accuracy.objective:
         return False
     gained = abs(before.iterate.objective - last.iterate.objective) / last.iterate.objective_size
     return left * gained <= _WORTH_LITTLE * accuracy.objective * fallen

@@ -13,7 +13,7 @@ from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.raised_peaks import verifiable
-from ocp.refinement.solved_mesh import LOOSER, SolvedMesh, best_of
+from ocp.refinement.solved_mesh import SolvedMesh, best_of
 from ocp.transcription.packing import trajectory_of
 from ocp.transcription.transcribe import Transcription
 
@@ -41,7 +41,7 @@ def check_failure(
     if result.outcome == "interrupted":
         raise interrupted(meshes.problem, solved, accuracy, last)
     if meshes.spent(rounds) and not (
-        solved and verifiable(meshes, solved, accuracy).holds(accuracy, LOOSER)
+        solved and verifiable(meshes, solved, accuracy).is_verifiable(accuracy)
     ):
         raise budget_spent(meshes, rounds, last, solved[-1] if solved else None)
     if not solved:
@@ -81,7 +81,7 @@ def interrupted(
     if solved:
         best = best_of(solved, accuracy)
         finished = best.iterate.trajectory
-        verified = finished if best.holds(accuracy, LOOSER) else None
+        verified = finished if best.is_verifiable(accuracy) else None
     kept = "the best one so far is kept" if verified else "none had met its tolerances"
     return Interrupted(
         f"'{problem.name}' was stopped in mesh iteration {len(solved) + 1}; {kept}",

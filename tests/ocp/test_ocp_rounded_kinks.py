@@ -23,8 +23,8 @@ from ocp import (
 )
 from ocp.numerics.kinks import KinkSurfaces
 from ocp.problem.kinks.surfaces import roundable_kinks
-from ocp.refinement.first_round.past_kinks import PATIENCE
-from ocp.refinement.first_round.rounded_kinks import with_rounded_kinks
+from ocp.refinement.past_kinks.past_kinks import PATIENCE
+from ocp.refinement.past_kinks.rounded_kinks import with_rounded_kinks
 
 x, v = State("x", "m"), State("v", "m/s")
 u = Control("u", "m/s^2")

@@ -20,7 +20,7 @@ from ocp.refinement.estimates.missed_switches import displaced_switches, held_fa
 from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.refinement.mesh_iteration import MeshIteration, record_of
 from ocp.refinement.mesh_solver import MeshSolver
-from ocp.refinement.other_controls.promise import other_controls, promised_by
+from ocp.refinement.other_controls.promise import promise_of_others
 from ocp.transcription.packing import trajectory_of
 
 # Of the range of a signal: what merging intervals may change, at first, and where the solver does
@@ -67,7 +67,8 @@ def on_fresh_mesh(
     """
     phases = range(len(answer.mesh.phases))
     wrong = [_seems_wrong(answer, meshes.evaluator, index) for index in phases]
-    if not any(wrong) or _others_gain(answer, meshes.evaluator):
+    # controls far away would bring more than switches at other times
+    if not any(wrong) or promise_of_others(answer, meshes.evaluator):
         return None
     tried = (
         _solved(meshes, answer, _fresh(answer, meshes.evaluator, wrong, merged), rounds)
@@ -79,14 +80,6 @@ def on_fresh_mesh(
     gained = meshes.problem.sense * (answer.objective - found.objective) / answer.objective_size
     better = found if gained > meshes.settings.accuracy.objective else None
     return FreshMotion(better, refutes=better is None and gained > -CERTIFIED_GAIN)
-
-
-def _others_gain(answer: Iterate, evaluator: Evaluator) -> bool:
-    """Whether controls far away promise a gain, more than switches at other times would bring.
-
-    Where ever faster changes gain, each mesh made anew has more of them, and that comes to no end.
-    """
-    return promised_by(list(other_controls(answer, evaluator)), answer) > CERTIFIED_GAIN
 
 
 def _seems_wrong(answer: Iterate, evaluator: Evaluator, index: int) -> bool:

@@ -118,6 +118,16 @@ def promised_by(found: Sequence[OtherControls], iterate: Iterate) -> float:
     return sum(other.gain for other in found) / iterate.objective_size
 
 
+def promise_of_others(answer: Iterate, evaluator: Evaluator) -> float:
+    """What controls far away promise, relative to the objective; 0 if a certificate lets it pass.
+
+    Where ever faster changes between two valleys gain, each motion that is looked for beside an
+    answer has more of them than the one before. To follow them would come to no end.
+    """
+    promised = promised_by(list(other_controls(answer, evaluator)), answer)
+    return promised if promised > CERTIFIED_GAIN else 0.0
+
+
 def others_remark(found: Sequence[OtherControls], iterate: Iterate) -> str:
     """A sentence on controls that promise more than a certificate lets pass; empty if none do."""
     gain = promised_by(found, iterate)

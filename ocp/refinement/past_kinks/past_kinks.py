@@ -38,18 +38,18 @@ from ocp.refinement.better_motions.saddles import held_still
 from ocp.refinement.budget import Budget
 from ocp.refinement.estimates.kink_crossings import NEAR_WHILE_ROUGH, kink_crossings
 from ocp.refinement.estimates.motion_errors import MotionErrors
-from ocp.refinement.first_round.rounded_kinks import with_rounded_kinks
 from ocp.refinement.first_round.starts import MeshAnswer, MeshRound
 from ocp.refinement.loop import History, refine_meshes
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of, record_of
 from ocp.refinement.mesh_solver import MeshSolver, Start
+from ocp.refinement.past_kinks.rounded_kinks import with_rounded_kinks
 from ocp.refinement.policies.kink_breakpoints import (
     AwaitedCrossings,
     CrossedMesh,
     with_crossings,
     with_sides,
 )
-from ocp.refinement.solved_mesh import LOOSER, SolvedMesh
+from ocp.refinement.solved_mesh import SolvedMesh
 from ocp.transcription.packing import trajectory_of
 from ocp.transcription.scaling import Scales, variations_of
 from ocp.transcription.transcribe import Transcription
@@ -102,7 +102,7 @@ def lost_until_now(
     """Whether a further mesh failed, maybe among kinks, and none before holds."""
     if not (solved and is_lost(result) and may_be_lost(meshes, None)):
         return False
-    return not any(each.holds(accuracy, LOOSER) for each in solved)
+    return not any(each.is_verifiable(accuracy) for each in solved)
 
 
 def past_kinks(
@@ -119,38 +119,74 @@ def past_kinks(
     failed : NlpResult
         What came of it; its iterations are counted on.
     """
-    meshes, spent = this_round.meshes, failed
+    meshes = this_round.meshes
     rounded = _Rounded.of(meshes, program.scales)
     if rounded is None:
         return MeshAnswer(program, failed)
 
-    mesh, starts = _intervals_of(program.mesh), 1
-    most = iterations_of(this_round.before) + failed.iterations + _MOST
+    mesh, tally = _intervals_of(program.mesh), _Tally(this_round, program, failed)
+    most = iterations_of(tally.rounds) + _MOST
     for width in _WIDTHS:
-        before = [*this_round.before, record_of(program.mesh, spent, None)]
-        if meshes.spent(before):
+        if meshes.spent(tally.rounds):
             break
         try:
             rounded_meshes = rounded.meshes(meshes, width, most)
-            motion, rounds = _refined(rounded_meshes, start, mesh, before)
+            motion, rounds = _refined(rounded_meshes, start, mesh, tally.rounds)
         except Interrupted:
             # what was finished until then is of another problem
-            return MeshAnswer(program, replace(spent, outcome="interrupted"), starts)
-        spent = _counted(spent, rounds)
+            tally.failed = replace(tally.failed, outcome="interrupted")
+            break
+        tally.add(rounds)
         if motion is None:
             break
 
-        starts += rounds[0].starts
+        tally.starts += rounds[0].starts
         start, mesh = motion, _intervals_of(held_still(motion))
-        found = _smooth_beside_kinks(this_round, mesh, motion, spent)
+        found = _smooth_beside_kinks(this_round, mesh, motion, tally.failed)
         if found is None:
             break
         log.info("kinks rounded by %g of their sizes led to: %s", width, found.result.status)
         agrees = found.result.outcome == "solved" and _agrees(meshes, found, motion)
         if agrees or found.result.outcome == "interrupted":
-            return replace(found, starts=starts + 1)
-        spent = replace(spent, iterations=found.result.iterations, seconds=found.result.seconds)
-    return MeshAnswer(program, spent, starts)
+            return replace(found, starts=tally.starts + 1)
+        tally.go_on_from(found.result)
+    return MeshAnswer(program, tally.failed, tally.starts)
+
+
+@dataclass(eq=False)
+class _Tally:
+    """What was spent on the way past kinks, which counts for the mesh on which the solver failed.
+
+    Attributes
+    ----------
+    this_round, program : of that mesh.
+    failed : NlpResult
+        What came of it, with all iterations and seconds until now.
+    starts : int
+        Starts that were tried.
+    """
+
+    this_round: MeshRound
+    program: Transcription
+    failed: NlpResult
+    starts: int = 1
+
+    @property
+    def rounds(self) -> list[MeshIteration]:
+        """Records of all mesh iterations until now."""
+        return [*self.this_round.before, record_of(self.program.mesh, self.failed, None)]
+
+    def add(self, rounds: Sequence[MeshIteration]) -> None:
+        """Count mesh iterations of a rounded problem."""
+        self.failed = replace(
+            self.failed,
+            iterations=self.failed.iterations + iterations_of(rounds),
+            seconds=self.failed.seconds + sum(entry.seconds for entry in rounds),
+        )
+
+    def go_on_from(self, result: NlpResult) -> None:
+        """Take over the count of a solve that went on from here."""
+        self.failed = replace(self.failed, iterations=result.iterations, seconds=result.seconds)
 
 
 def _refined(
@@ -271,11 +307,3 @@ def _agrees(meshes: MeshSolver, answer: MeshAnswer, near: Iterate) -> bool:
 def _intervals_of(mesh: Mesh) -> Mesh:
     """The intervals of a mesh alone: what leaks there may not leak in another problem."""
     return Mesh(tuple(replace(phase, movable=(), sides=None) for phase in mesh.phases))
-
-
-def _counted(done: NlpResult, rounds: Sequence[MeshIteration]) -> NlpResult:
-    """What failed first, with the iterations and seconds of further rounds."""
-    seconds = sum(entry.seconds for entry in rounds)
-    return replace(
-        done, iterations=done.iterations + iterations_of(rounds), seconds=done.seconds + seconds
-    )

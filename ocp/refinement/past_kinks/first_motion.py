@@ -6,14 +6,14 @@ import math
 
 from ocp.nlp.result import NlpResult
 from ocp.refinement.first_round.first_answer import first_answer
-from ocp.refinement.first_round.past_kinks import (
+from ocp.refinement.first_round.starts import MeshAnswer, MeshRound
+from ocp.refinement.mesh_solver import Start
+from ocp.refinement.past_kinks.past_kinks import (
     PATIENCE,
     is_lost,
     may_be_lost,
     past_kinks,
 )
-from ocp.refinement.first_round.starts import MeshAnswer, MeshRound
-from ocp.refinement.mesh_solver import Start
 from ocp.transcription.transcribe import Transcription
 
 
