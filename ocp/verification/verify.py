@@ -1,5 +1,31 @@
 """The verdict on an iterate: what its simulation and its values between the points say.
 
+An answer passes if nothing that is compared is more than this. `path`, `dynamics` and `replay` are
+the accuracies that were asked for. All is relative.
+
+======================  ==================  ==================================================
+what is compared        at most             why
+======================  ==================  ==================================================
+missed end state        ``replay``          the promise that a user builds on, with no slack
+excess of the replay    10 ``path``         the solution's own excess, and what its error in
+                                            the dynamics adds to it
+rigorous bound          10 ``path``         the solution's own excess, and a bound that is not
+                                            the maximum itself
+error of the dynamics   10 ``dynamics``     it is met in the intervals that refinement looks
+                                            at; without refinement it tells a coarse mesh
+replayed objective      10 ``replay``       relative to the objective, or to 1e-3 of its scale:
+                                            all states act on it with their misses. Where a
+                                            problem has peaks, 10 ``path`` if that is more:
+                                            they may be exceeded by as much
+costs with kinks        10 ``replay``       of the objective: a control that stands for a
+                                            modulus may be below it between the points
+bounds and links        10 ``replay``       relative to the largest of value, limits and scale:
+                                            as the objective
+worth of the excess     1e-2                of the objective, by the limits' multipliers: what
+                                            is exceeded by a small part of its size may be most
+                                            of what the objective pays for
+======================  ==================  ==================================================
+
 Where a constraint is a polynomial of time, its bound between the points is rigorous. In an interval
 all signals are polynomials of local time. An expression that only adds and multiplies them is one
 too, of a known degree, and a polynomial lies between its least and largest Bernstein coefficient.
@@ -117,37 +143,15 @@ def verify(
 ) -> Verification:
     """Check an iterate and its replay against everything that the problem states.
 
-    ======================  ==================  ==================================================
-    what is compared        at most             why
-    ======================  ==================  ==================================================
-    missed end state        ``replay``          the promise that a user builds on, with no slack
-    excess of the replay    10 ``path``         the solution's own excess, and what its error in
-                                                the dynamics adds to it
-    rigorous bound          10 ``path``         the solution's own excess, and a bound that is not
-                                                the maximum itself
-    error of the dynamics   10 ``dynamics``     it is met in the intervals that refinement looks
-                                                at; without refinement it tells a coarse mesh
-    replayed objective      10 ``replay``       relative to the objective, or to 1e-3 of its scale:
-                                                all states act on it with their misses. Where a
-                                                problem has peaks, 10 ``path`` if that is more:
-                                                they may be exceeded by as much
-    costs with kinks        10 ``replay``       of the objective: a control that stands for a
-                                                modulus may be below it between the points
-    bounds and links        10 ``replay``       relative to the largest of value, limits and scale:
-                                                as the objective
-    worth of the excess     1e-2                of the objective, by the limits' multipliers: what
-                                                is exceeded by a small part of its size may be most
-                                                of what the objective pays for
-    ======================  ==================  ==================================================
-
     Parameters
     ----------
+    iterate : Iterate
     simulated : SimulatedMotion
         Of the iterate's trajectory.
     replay : Trajectory
         The same with the simulated states, see `ocp.verification.simulation.replayed`.
     accuracy : Accuracy
-        What was asked for, see the table. All of it is relative.
+        What was asked for, see the table of this module.
     errors : MotionErrors, optional
         Of the iterate's motion, where they were estimated before.
     """
@@ -180,12 +184,15 @@ def verify(
         far_origins=tuple(far_origins(iterate, evaluator)),
         dynamics=errors.worst_dynamics,
     )
-    boundary = dict(boundary_excesses(iterate, replay, evaluator, dense))
-    worth = worth_of_excess(iterate, errors.excess)
     size = iterate.objective_size if iterate.costs_nothing else abs(iterate.objective)
-    of_kinks = abs(objective - as_solved) / size
-    of_motion = errors.worst_dynamics, worth, of_kinks
-    stated = _reasons(numbers, of_motion, boundary, iterate.objective_size, accuracy)
+    stated = _reasons(
+        numbers,
+        dict(boundary_excesses(iterate, replay, evaluator, dense)),
+        accuracy,
+        size=iterate.objective_size,
+        worth=worth_of_excess(iterate, errors.excess),
+        of_kinks=abs(objective - as_solved) / size,
+    )
     lost = [far.sentence for far in numbers.far_origins if not far.error <= WITHIN]
     reasons = tuple(reason for reason in (*stated, *lost) if reason)
     return replace(numbers, passed=not reasons, reasons=reasons)
@@ -208,24 +215,25 @@ def _stated_integrals(
 
 def _reasons(
     numbers: Verification,
-    of_motion: tuple[float, float, float],
     boundary: Mapping[str, float],
-    size: float,
     accuracy: Accuracy,
+    *,
+    size: float,
+    worth: float,
+    of_kinks: float,
 ) -> Iterator[str]:
-    """Why an answer does not pass, an empty string for what does, see the table of `verify`.
+    """Why an answer does not pass, an empty string for what does, see the table of this module.
 
     Parameters
     ----------
-    of_motion : (float, float, float)
-        Error of the dynamics between the points, what the excess there is worth, of the objective,
-        and by how much of it its costs are too small there, see `_stated_integrals`.
     boundary : mapping of str to float
         Excess of the problem's bounds and links, by name.
     size : float
         Of the objective.
+    worth, of_kinks : float
+        What the excess between the points is worth, of the objective, and by how much of it its
+        costs are too small there, see `_stated_integrals`.
     """
-    dynamics, worth, of_kinks = of_motion
     yield _over(numbers.miss, accuracy.replay, "the replay misses the end state by {} of its size")
     yield _over(
         numbers.excess,
@@ -233,7 +241,7 @@ def _reasons(
         "a path constraint or peak of the replay is exceeded by {} of its size",
     )
     yield _over(
-        dynamics,
+        numbers.dynamics,
         _SLACK * accuracy.dynamics,
         "the dynamics, an integral or an equation is off by {} between the points",
     )
