@@ -104,7 +104,7 @@ class Question:
         from studies.arm.config import question_from
         from studies.common.configuration import as_number, key_lines, put, read_toml
 
-        raw = read_toml(options.study) if options.study is not None else {}
+        raw = read_toml(options.study)
         for line in key_lines(self._configuration):
             text = getattr(options, line.key)
             if text is not None:

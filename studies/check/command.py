@@ -163,7 +163,7 @@ def _ask_arm(
     from studies.check.arm import arm_study, check_arm
     from studies.common.configuration import read_toml, toml_text
 
-    raw = read_toml(options.study) if options.study is not None else {}
+    raw = read_toml(options.study)
     study = arm_study(measured, raw, options.stage, options.torque_cap)
     result = check_arm(
         measured,

@@ -227,14 +227,16 @@ def table(name: str, value: Any) -> Mapping[str, Any]:
     return value
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """Read a TOML file.
+def read_toml(path: Path | None) -> dict[str, Any]:
+    """Read a TOML file; no key is stated where no file is given.
 
     Raises
     ------
     StudyError
         If it cannot be read or is no TOML.
     """
+    if path is None:
+        return {}
     try:
         return tomllib.loads(path.read_text("utf-8"))
     except OSError as error:

@@ -73,7 +73,7 @@ def read_study(options: argparse.Namespace) -> MissionStudy:
     from studies.common.configuration import read_toml
     from studies.mission.config import study_from
 
-    raw = read_toml(options.study) if options.study is not None else {}
+    raw = read_toml(options.study)
     put_key_flags(raw, options, FLAGS)
     if options.no_refine:
         raw["refine"] = False

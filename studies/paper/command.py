@@ -62,7 +62,7 @@ def read_study(options: argparse.Namespace) -> PaperStudy:
     from studies.common.configuration import read_toml
     from studies.paper.config import study_from
 
-    raw = read_toml(options.study) if options.study is not None else {}
+    raw = read_toml(options.study)
     put_key_flags(raw, options, FLAGS)
     return study_from(raw)
 

@@ -1,15 +1,20 @@
-"""What fronts and surfaces of the truss are held against: the paper's laws, and their axes."""
+"""What fronts and surfaces of the truss are held against: laws, bounds, and their axes."""
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 
+from studies.common.comparison_table import TableRow
 from studies.pareto.columns import FrontAxis
-from studies.truss.checks import broken_caps
+from studies.truss.checks import broken_caps, table_rows
 from studies.truss.config import TrussStudy
+from studies.truss.limits.bounds import lower_bounds
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import paper_laws
-from studies.truss.quantities import QUANTITIES
+from studies.truss.quantities import OBJECTIVES, QUANTITIES
+
+DRAWN = 21  # durations at which a law is drawn, if the duration is traded; each takes a while
 
 
 def axis_of(name: str) -> FrontAxis:
@@ -20,6 +25,17 @@ def axis_of(name: str) -> FrontAxis:
 def laws_in(truss: TrussStudy, duration: float) -> tuple[Deployment, Deployment]:
     """The paper's laws in a duration [s]."""
     return paper_laws(truss.truss, duration, truss.drive, truss.margin)
+
+
+def compared(
+    truss: TrussStudy, traded: Sequence[str], motions: Sequence[Deployment]
+) -> tuple[tuple[TableRow, ...], dict[str, float]]:
+    """Table of some motions and laws, and the proven bounds of the objectives that are traded."""
+    minimised = [name for name in traded if name in OBJECTIVES]
+    free = dataclasses.replace(truss, minimise=minimised)
+    lowest = lower_bounds(free, None)
+    bounds = {key: bound for key, bound in lowest.items() if key in minimised}
+    return table_rows(free, motions, lowest), bounds
 
 
 def broken_titles(truss: TrussStudy, law: Deployment, limited: Sequence[str]) -> tuple[str, ...]:

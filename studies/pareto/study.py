@@ -22,18 +22,15 @@ from studies.pareto.config import ParetoStudy, configuration_of
 from studies.pareto.continuation import FrontPoint, NotFoundError
 from studies.pareto.envelope import Front, alone
 from studies.pareto.keys import FRONT
-from studies.pareto.laws import axis_of, broken_titles, laws_in
+from studies.pareto.laws import DRAWN, axis_of, broken_titles, compared, laws_in
 from studies.pareto.motions import motion_series
 from studies.pareto.truss import TrussFront
 from studies.pareto.verdict import checks_of_points, front_verdict
 from studies.pareto.words import dominated_law, front_in_words
-from studies.truss.checks import table_rows
-from studies.truss.limits.bounds import lower_bounds
 from studies.truss.motions.deployment import Deployment
-from studies.truss.quantities import OBJECTIVES, QUANTITIES
+from studies.truss.quantities import QUANTITIES
 
 COARSE_POINTS = 6
-CURVE = 21  # durations at which a law is drawn, if the duration is traded; each takes a while
 
 
 def run(study: ParetoStudy, console: Console | None = None) -> Result:
@@ -123,10 +120,8 @@ def result_of(subject: TrussFront, walked: Walked) -> Result:
         _named(front.points[0], f"least {_short(subject.limited)}"),
         _named(front.points[-1], f"least {_short(subject.least)}"),
     ]
-    both = [name for name in (subject.limited, subject.least) if name in OBJECTIVES]
-    free = dataclasses.replace(study.truss, minimise=both)
-    lowest = lower_bounds(free, None)
-    table = table_rows(free, [motion, *ends, *laws], lowest)
+    traded = subject.limited, subject.least
+    table, proven = compared(study.truss, traded, [motion, *ends, *laws])
     also_found = tuple(end.name for end in ends)
 
     return Result(
@@ -141,7 +136,7 @@ def result_of(subject: TrussFront, walked: Walked) -> Result:
         table=table,
         also_found=also_found,
         costs_elsewhere=costs_elsewhere(table, also_found),
-        bounds={key: bound for key, bound in lowest.items() if key in both},
+        bounds=proven,
         verdict=front_verdict(front, stopped),
         checks=checks_of_points(
             "front", [p.y for p in front.points], QUANTITIES[subject.least].title, bounds
@@ -180,7 +175,7 @@ def _places(
     """Where the paper's laws are: curves if the duration is traded."""
     durations = [laws[0].law.duration]
     if subject.limited == "time":
-        durations = np.linspace(front.points[0].x, front.points[-1].x, CURVE).tolist()
+        durations = np.linspace(front.points[0].x, front.points[-1].x, DRAWN).tolist()
     at = [laws_in(subject.truss, duration) for duration in durations]
     return {law.name: [_place(subject, pair[k]) for pair in at] for k, law in enumerate(laws)}
 

@@ -171,7 +171,7 @@ def raw_study(options: argparse.Namespace) -> dict[str, Any]:
     """
     from studies.common.configuration import read_toml
 
-    raw = read_toml(options.study) if options.study is not None else {}
+    raw = read_toml(options.study)
     _apply_flags(raw, options)
     return raw
 

@@ -32,7 +32,7 @@ from studies.arm.replay.full_model import (
 )
 from studies.arm.replay.loads import Loads, loads
 from studies.arm.replay.numerical_floor import numerical_floor
-from studies.arm.replay.sampled import sampled_to
+from studies.arm.replay.sampled import SampledProfile, sampled_to
 from studies.arm.replay.satellite import free_satellite
 from studies.arm.report.profile import (
     accuracy,
@@ -120,26 +120,15 @@ def solve_motion(study: ArmStudy, console: Console, kept: FinishedStarts | None 
     refined = dataclasses.replace(refined, replay=replayed)
     history = loads(replayed)
 
-    # the optimum's own column of the table, then that of the laws beside it
-    # under angle drive the torque is the reaction that the replay finds
-    peaks = refined.motion.peak_torque if study.drive == "torque" else None
-    entries = quantities_of(replayed, history, study.arm, study.pointing_error, peaks)
-    try:
-        entries += optimum_quantities(refined.motion, replayed)
-    except ModelError as error:
-        raise StudyError(str(error)) from error
-    entries += _asked_besides(study, refined, history)
+    # the optimum's own column of the table, then those of the laws beside it
     profile = sampled_to(replayed, study.residual_energy, study.sample_time, study.elements)
-    title = f"residual energy of the profile sampled every {profile.step:.4g} s"
-    entries.append(Metric("sampled_residual_energy", title, "J", profile.residual_energy))
-    laws = {OPTIMUM: entries}
-
+    columns = {OPTIMUM: _column_of_optimum(study, refined, history, profile)}
     beside = [_baseline(stage, name, study.drive, console) for name in LAWS]
     for baseline in beside:
-        laws[baseline.motion.name] = quantities_of(
+        columns[baseline.motion.name] = quantities_of(
             baseline, loads(baseline), study.arm, study.pointing_error
         )
-    rows = table_rows(laws, caps_by_quantity(study))
+    rows = table_rows(columns, caps_by_quantity(study))
 
     # all that the figures show: they are drawn from the result alone
     snapshots = snapshots_of(replayed)
@@ -182,6 +171,28 @@ def solve_motion(study: ArmStudy, console: Console, kept: FinishedStarts | None 
         details=details,
         provenance=provenance(),
     )
+
+
+def _column_of_optimum(
+    study: ArmStudy, refined: Refined, history: Loads, profile: SampledProfile
+) -> list[Metric]:
+    """The quantities of the optimum, also where something is not as planned.
+
+    Raises
+    ------
+    StudyError
+        With what the model says, where it cannot tell one of them.
+    """
+    # under angle drive the torque is the reaction that the replay finds
+    peaks = refined.motion.peak_torque if study.drive == "torque" else None
+    metrics = quantities_of(refined.replay, history, study.arm, study.pointing_error, peaks)
+    try:
+        metrics += optimum_quantities(refined.motion, refined.replay)
+    except ModelError as error:
+        raise StudyError(str(error)) from error
+    metrics += _asked_besides(study, refined, history)
+    title = f"residual energy of the profile sampled every {profile.step:.4g} s"
+    return [*metrics, Metric("sampled_residual_energy", title, "J", profile.residual_energy)]
 
 
 def _why_long(seconds: float, solves: list[float]) -> str:

@@ -10,7 +10,7 @@ from studies.common.comparison_table import costs_elsewhere
 from studies.common.folder import provenance
 from studies.common.result import Result
 from studies.pareto.config import configuration_of
-from studies.pareto.laws import axis_of, broken_titles, laws_in
+from studies.pareto.laws import DRAWN, axis_of, broken_titles, compared, laws_in
 from studies.pareto.motions import motion_series
 from studies.pareto.surface.columns import (
     surface_bounds,
@@ -28,12 +28,7 @@ from studies.pareto.surface.words import (
     surface_verdict,
 )
 from studies.pareto.verdict import checks_of_points
-from studies.truss.checks import table_rows
-from studies.truss.limits.bounds import lower_bounds
 from studies.truss.motions.deployment import Deployment
-from studies.truss.quantities import OBJECTIVES
-
-CURVE = 21  # durations at which a law is drawn, if the duration is traded on each slice
 
 
 def result_of(sliced: TrussSurface, stack: Stack) -> Result:
@@ -44,11 +39,8 @@ def result_of(sliced: TrussSurface, stack: Stack) -> Result:
     bounds = surface_bounds(stack)
     chosen = middle_of(surface)
     laws = laws_in(sliced.alone.truss, chosen.point.motion.deployment.law.duration)
-    minimised = [name for name in pareto.in_order if name in OBJECTIVES]
-    free = dataclasses.replace(study.truss, minimise=minimised)
-    lowest = lower_bounds(free, None)
     motion, *ends = _shown(surface, chosen, axes)
-    table = table_rows(free, [motion, *ends, *laws], lowest)
+    table, proven = compared(study.truss, pareto.in_order, [motion, *ends, *laws])
     also_found = tuple(end.name for end in ends)
 
     return Result(
@@ -63,7 +55,7 @@ def result_of(sliced: TrussSurface, stack: Stack) -> Result:
         table=table,
         also_found=also_found,
         costs_elsewhere=costs_elsewhere(table, also_found),
-        bounds={key: bound for key, bound in lowest.items() if key in minimised},
+        bounds=proven,
         verdict=surface_verdict(stack),
         checks=checks_of_points(
             "surface", [point.point.y for point in surface.points], axes.y.title, bounds
@@ -103,7 +95,7 @@ def _places(
     if axes.z.key == "time":
         durations = list(surface.limits)
     else:
-        durations = np.linspace(low, high, CURVE if high > low else 1).tolist()
+        durations = np.linspace(low, high, DRAWN if high > low else 1).tolist()
     pairs = [laws_in(sliced.alone.truss, duration) for duration in durations]
     return {laws[0].name: [_place(law, axes) for law in laws] for laws in zip(*pairs, strict=True)}
 
