@@ -18,9 +18,16 @@ from models.arm.reduced_simulation import reduced_modes
 
 
 def tied_to_first_modes(model: ReducedArm, poses: Sequence[tuple[float, float]]) -> ReducedArm:
-    """B21 of the same arm and locks, its bulges tied by the first modes at poses (root, elbow).
+    """B21 of the same arm and locks, its bulges tied by the first modes at some poses.
 
     The ties are the least squares over the poses, each mode of unit strain energy.
+
+    Parameters
+    ----------
+    model : ReducedArm
+        Of any variant.
+    poses : sequence of (root, elbow)
+        Joint angles [rad].
     """
     finer = dataclasses.replace(model, variant="B32")
     shapes = []
@@ -34,9 +41,11 @@ def tied_to_first_modes(model: ReducedArm, poses: Sequence[tuple[float, float]])
         )
         shapes.append([modes.get(name, 0.0) for name in COORDINATES])
 
-    of = {name: np.array(shapes)[:, k] for k, name in enumerate(COORDINATES)}
-    big = np.linalg.lstsq(np.stack([of["delta1"], of["psi1"]], axis=1), of["beta1"], rcond=1e-6)[0]
-    small = np.linalg.lstsq(of["delta2"][:, None], of["beta2"], rcond=1e-6)[0]
+    # of each coordinate over the poses, (k,)
+    shape = dict(zip(COORDINATES, np.array(shapes).T, strict=True))
+    others = np.stack([shape["delta1"], shape["psi1"]], axis=1)
+    big = np.linalg.lstsq(others, shape["beta1"], rcond=1e-6)[0]
+    small = np.linalg.lstsq(shape["delta2"][:, None], shape["beta2"], rcond=1e-6)[0]
     return dataclasses.replace(
         model, variant="B21", ties=(float(big[0]), float(big[1]), float(small[0]))
     )

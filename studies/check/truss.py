@@ -170,16 +170,16 @@ def peak_ranges(found: TrussProfile, deployment: Deployment) -> dict[str, PeakRa
 
 
 def _excess(study: TrussStudy, key: str, ranges: Mapping[str, PeakRange]) -> float:
-    """By how much a cap is broken for certain, relative; negative or zero where it is not."""
+    """By how much a cap is broken for certain, relative; 0 where it is not."""
     cap = cap_of(study, key)
     if cap is None or key not in ranges:
         return 0.0
     if key == "least-tension":
         force = ranges["peak-force"].value
-        excess = (cap - ranges[key].high) / force
+        excess, allowed = (cap - ranges[key].high) / force, TENSION
     else:
-        excess = ranges[key].low / cap - 1
-    return excess if excess > (TENSION if key == "least-tension" else CAPS) else 0.0
+        excess, allowed = ranges[key].low / cap - 1, CAPS
+    return excess if excess > allowed else 0.0
 
 
 def _table(

@@ -4,8 +4,11 @@ from types import SimpleNamespace
 
 import pytest
 
+from ocp import Interrupted, SolveFailed
+from studies.arm.questions.sequence import solve as solving
 from studies.arm.questions.sequence.refinement import RefinedSequence
 from studies.arm.questions.sequence.study import check_rest
+from studies.arm.stage import big_arm, small_arm
 from studies.common.exit_codes import ExitCode, StudyError
 
 
@@ -22,3 +25,23 @@ def test_a_sequence_that_no_mesh_resolves_is_not_replayed_more_finely():
 @pytest.mark.parametrize("left", [5e-7, 5e-6])
 def test_a_sequence_near_rest_is_stated(left):
     check_rest(found(left))
+
+
+@pytest.mark.parametrize(
+    ("failure", "said"),
+    [(SolveFailed("none"), StudyError), (Interrupted("stopped"), KeyboardInterrupt)],
+)
+def test_a_stage_alone_that_is_not_found_is_said_in_a_sentence(failure, said, monkeypatch):
+    """What was found of the sequence until then is kept, as the study leaves such a part out."""
+
+    def fail(*_, **__):
+        raise failure
+
+    monkeypatch.setattr(solving, "solve", fail)
+    monkeypatch.setattr(solving, "stage_alone", lambda *_: None)
+    case = SimpleNamespace(first=big_arm(), second=small_arm(), moving_time=20.0)
+    with pytest.raises(said) as caught:
+        solving.alone(case, cap=10.0)
+    if said is StudyError:
+        assert str(caught.value).startswith("no motion of the big arm alone was found")
+        assert caught.value.exit_code is ExitCode.NOT_SOLVED

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -165,7 +166,7 @@ def solved_from(
     StudyError
         If the solver finds no motion.
     """
-    try:
+    with _failures_of("sequence"):
         solution = solve(
             stated.problem,
             settings=settings(iterations=iterations),
@@ -174,22 +175,34 @@ def solved_from(
             constants=stated.constants(weight, aims),
             progress=progress,
         )
-    except Interrupted as error:
-        raise KeyboardInterrupt from error
-    except OcpError as error:
-        raise StudyError(
-            f"no sequence was found: {in_words(error)}", ExitCode.NOT_SOLVED
-        ) from error
     return OptimalSequence(stated, solution, weight)
 
 
 def alone(case: Sequence, cap: float, progress: Progress | None = None) -> tuple[float, float]:
-    """Least durations of both stages under a cap, each a problem of its own [s]."""
+    """Least durations of both stages under a cap [N m], each a problem of its own [s].
+
+    Raises
+    ------
+    StudyError
+        If the solver finds no motion of a stage.
+    """
     durations = []
     stages = (case.first, SEQUENCE_INTERVALS[0]), (case.second, SEQUENCE_INTERVALS[2])
     for stage, intervals in stages:
         stated = stage_alone(stage, cap, case.moving_time)
         mesh = stage_mesh("time", intervals)
-        solution = solve(stated, settings=settings(), mesh=mesh, progress=progress)
+        with _failures_of(f"motion of the {stage.name} arm alone"):
+            solution = solve(stated, settings=settings(), mesh=mesh, progress=progress)
         durations.append(solution.trajectory.phases[0].end)
     return durations[0], durations[1]
+
+
+@contextmanager
+def _failures_of(what: str) -> Iterator[None]:
+    """Say of what a solve has failed, and let Ctrl-C end the study."""
+    try:
+        yield
+    except Interrupted as error:
+        raise KeyboardInterrupt from error
+    except OcpError as error:
+        raise StudyError(f"no {what} was found: {in_words(error)}", ExitCode.NOT_SOLVED) from error
