@@ -59,6 +59,34 @@ class Requirement:
     expression: Callable[[TrussParameters], Any]
     at_rest: bool = False
 
+    @classmethod
+    def at_least(
+        cls,
+        title: str,
+        unit: str,
+        key: str,
+        limit: float,
+        expression: Callable[[TrussParameters], Any],
+        *,
+        at_rest: bool = False,
+    ) -> Requirement:
+        """A number that may not be less than its limit."""
+        return cls(title, unit, key, limit, True, expression, at_rest)
+
+    @classmethod
+    def at_most(
+        cls,
+        title: str,
+        unit: str,
+        key: str,
+        limit: float,
+        expression: Callable[[TrussParameters], Any],
+        *,
+        at_rest: bool = False,
+    ) -> Requirement:
+        """A number that may not be more than its limit."""
+        return cls(title, unit, key, limit, False, expression, at_rest)
+
     def bound(self, truss: TrussParameters) -> Bound:
         """The same for the problem of a truss with unknowns."""
         lower, upper = (self.limit, math.inf) if self.least else (-math.inf, self.limit)
@@ -88,18 +116,20 @@ def _of_the_design(study: CodesignStudy) -> Iterator[Requirement]:
     def stated(limit: float | None, number: Callable[[TrussParameters], Any]) -> float:
         return float(number(truss)) if limit is None else limit
 
-    yield Requirement(
-        "link per crank", "1", "truss.link", LEAST_RATIO, True, lambda t: t.link / t.crank
+    yield Requirement.at_least(
+        "link per crank", "1", "truss.link", LEAST_RATIO, lambda t: t.link / t.crank
     )
     holding = stated(design.holding_force, _holding_force)
-    yield Requirement("holding force", "N", "design.holding_force", holding, True, _holding_force)
+    yield Requirement.at_least(
+        "holding force", "N", "design.holding_force", holding, _holding_force
+    )
     stroke = stated(design.stroke, _stroke)
-    yield Requirement("stroke of the rope", "m", "design.stroke", stroke, False, _stroke)
+    yield Requirement.at_most("stroke of the rope", "m", "design.stroke", stroke, _stroke)
 
     # the bars and the folded cross-bars are no part of what is free
     height = design.stowed_height or truss.bar_length
-    yield Requirement(
-        "stowed height", "m", "design.stowed_height", height, False, _room_of_the_sliders
+    yield Requirement.at_most(
+        "stowed height", "m", "design.stowed_height", height, _room_of_the_sliders
     )
 
 
@@ -115,34 +145,18 @@ def _at_rest(study: CodesignStudy) -> Iterator[Requirement]:
         forces = bar_forces(t, DEPLOYED, 0.0, 0.0, _holding_force(t), "taut")
         return ca.mmax(ca.vertcat(*forces))
 
-    yield Requirement(
-        "tension of the stowed rope",
-        "N",
-        "caps.least_tension",
-        caps.least_tension,
-        True,
-        least_pull,
-        True,
-    )
+    title = "tension of the stowed rope"
+    least = caps.least_tension
+    yield Requirement.at_least(title, "N", "caps.least_tension", least, least_pull, at_rest=True)
     if caps.force is not None:
-        yield Requirement(
-            "rope force of the open truss",
-            "N",
-            "caps.force",
-            caps.force,
-            False,
-            _holding_force,
-            True,
+        title = "rope force of the open truss"
+        yield Requirement.at_most(
+            title, "N", "caps.force", caps.force, _holding_force, at_rest=True
         )
     if caps.bar_force is not None:
-        yield Requirement(
-            "largest force in a bar of the open truss",
-            "N",
-            "caps.bar_force",
-            caps.bar_force,
-            False,
-            open_bars,
-            True,
+        title = "largest force in a bar of the open truss"
+        yield Requirement.at_most(
+            title, "N", "caps.bar_force", caps.bar_force, open_bars, at_rest=True
         )
 
 
@@ -175,7 +189,7 @@ def _while_it_creeps(study: CodesignStudy) -> Iterator[Requirement]:
         ("largest force in a bar while it creeps", "bar_force", caps.bar_force, bars),
     ):
         if cap is not None:
-            yield Requirement(title, "N", f"caps.{key}", cap, False, number, True)
+            yield Requirement.at_most(title, "N", f"caps.{key}", cap, number, at_rest=True)
 
 
 def _holding_force(truss: TrussParameters) -> Any:

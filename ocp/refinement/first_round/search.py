@@ -156,6 +156,13 @@ class _FirstMeshSearch:
     unbounded: int = 0
     undefined: int = 0
 
+    def with_run(self, meshes: MeshSolver, last: NlpResult) -> _FirstMeshSearch:
+        """The search with one more start, from which the solver was run."""
+        answers = self.answers
+        if last.outcome == "solved":
+            answers = (*answers, _examined(meshes, self.program, last))
+        return replace(self, answers=answers, last=last, starts=self.starts + 1)
+
     @property
     def seems_undefined(self) -> bool:
         """Whether an expression has had no value from any start, and there were several."""
@@ -188,14 +195,14 @@ def _searched(
         return _settled([*known, *(result.objective for result in found)], agree)
 
     for last in first_round.runs(program, attempts, before.last, agreed=agreed):
+        search = search.with_run(first_round.meshes, last)
         answers = search.answers
-        if last.outcome == "solved":
-            answers = (*answers, _examined(first_round.meshes, program, last))
         no_motion = len(answers) >= _ENOUGH and min(answers, key=_value).dynamics > _NO_MOTION
-        unbounded = search.unbounded + (last.outcome == "unbounded")
-        undefined = search.undefined + (last.outcome == "invalid number")
-        search = _FirstMeshSearch(
-            program, answers, last, search.starts + 1, no_motion, unbounded, undefined
+        search = replace(
+            search,
+            no_motion=no_motion,
+            unbounded=search.unbounded + (last.outcome == "unbounded"),
+            undefined=search.undefined + (last.outcome == "invalid number"),
         )
 
         enough = search.starts >= _CHEAP_STARTS or last.iterations >= limit.cheap
@@ -224,10 +231,7 @@ def _improved(first_round: MeshRound, before: _FirstMeshSearch) -> _FirstMeshSea
         )
         attempts = ((first_round.solver, point) for point in points)
         for last in first_round.runs(program, attempts, search.last, _IMPROVED_WITHIN):
-            answers = search.answers
-            if last.outcome == "solved":
-                answers = (*answers, _examined(meshes, program, last))
-            search = replace(search, answers=answers, last=last, starts=search.starts + 1)
+            search = search.with_run(meshes, last)
         better = min(search.answers, key=_value)
         if better is best or _same(better.value, best.value):
             break
@@ -256,11 +260,11 @@ class _Limit:
         """The limits of a search that begins after what was done."""
         budget = first_round.meshes.budget
         return cls(
-            first_round.meshes,
-            done.iterations + _WORK / program.columns.count,
-            done.iterations + _CHEAP_WORK / program.columns.count,
-            _SHARE * budget.iterations - iterations_of(first_round.before),
-            _SHARE * budget.seconds,
+            meshes=first_round.meshes,
+            iterations=done.iterations + _WORK / program.columns.count,
+            cheap=done.iterations + _CHEAP_WORK / program.columns.count,
+            budget=_SHARE * budget.iterations - iterations_of(first_round.before),
+            seconds=_SHARE * budget.seconds,
         )
 
     def reached(self, iterations: int, starts: int) -> bool:
