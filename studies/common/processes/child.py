@@ -50,7 +50,7 @@ def environment() -> dict[str, str]:
 def ends_with_parent() -> bool:
     """Have this process killed together with who waits for it; False if that one has gone.
 
-    An orphan would work for nobody. Elsewhere than on Linux nobody kills it.
+    An orphan would work for nobody. Elsewhere than on Linux it has to notice that by itself.
     """
     parent = os.getppid()
     if sys.platform == "linux":

@@ -54,7 +54,7 @@ def side_by_side(
     console : Console
         Where lines of progress of all parts go.
     processes : int, optional
-        At once; as many as there are processors by default, and no more than the user allows.
+        At once; by default as many as there are processors, and no more than the user allows.
 
     Raises
     ------
