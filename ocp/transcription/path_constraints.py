@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
@@ -12,6 +12,7 @@ import casadi as ca
 from ocp.problem.functionals import Peak, pieces_over
 from ocp.problem.kinks.epigraph import Epigraph, limited_for_cost
 from ocp.problem.parameters import Parameters
+from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Algebraic, Control, State, Time, resolve
 from ocp.transcription.columns import PhaseColumns
@@ -100,8 +101,17 @@ def path_constraints(
 ) -> tuple[PathConstraint, ...]:
     """All path constraints of a phase, those with rows at the collocation points first."""
     phase = columns.phase
-    constraints = [
-        PathConstraint(
+    with_rows = (*_of_bounds(phase, problem, scales), *_of_peaks(phase, problem, scales))
+    return (
+        *(_with_dependence(constraint, problem) for constraint in with_rows),
+        *_of_signals(columns, scales),
+    )
+
+
+def _of_bounds(phase: Phase, problem: Problem, scales: Scales) -> Iterator[PathConstraint]:
+    """Those that a phase states."""
+    for b in phase.bounds:
+        yield PathConstraint(
             phase=phase.name,
             name=b.name,
             unit=b.unit,
@@ -112,50 +122,57 @@ def path_constraints(
             sampled=True,
             has_stated_scale=b.scale is not None,
             is_equation=b.is_equation,
-            of_controls=not b.is_equation and _is_of_controls(b.expression, problem, phase.name),
-            of_states=_is_of_states(b.expression),
-            has_control=_has_control(b.expression),
             of_cost=limited_for_cost(b, phase, problem.functionals),
         )
-        for b in phase.bounds
-    ]
 
-    constraints += [
-        PathConstraint(
-            phase=phase.name,
-            name=peak.name,
-            unit=peak.unit,
-            expression=expression,
-            lower=-math.inf,
-            upper=0.0,
-            scale=scales.functionals[peak],
-            sampled=True,
-            peak=peak,
-            sign=sign,
-            of_controls=_is_of_controls(expression, problem, phase.name),
-            of_states=_is_of_states(expression),
-            has_control=_has_control(expression),
-        )
-        for peak, expression in pieces_over(problem.peaks, phase.name)
-        for sign in peak.signs
-    ]
 
-    # controls need none: their Bernstein coefficients keep the bounds at all times
-    constraints += [
-        PathConstraint(
-            phase=phase.name,
-            name=signal.name,
-            unit=signal.unit,
-            expression=signal.symbol,
-            lower=signal.lower,
-            upper=signal.upper,
-            scale=scales.signals[signal.name],
-            sampled=False,
-        )
-        for signal in (*columns.states, *columns.algebraics)
-        if signal.is_limited
-    ]
-    return tuple(constraints)
+def _of_peaks(phase: Phase, problem: Problem, scales: Scales) -> Iterator[PathConstraint]:
+    """That no expression is above its peak."""
+    for peak, expression in pieces_over(problem.peaks, phase.name):
+        for sign in peak.signs:
+            yield PathConstraint(
+                phase=phase.name,
+                name=peak.name,
+                unit=peak.unit,
+                expression=expression,
+                lower=-math.inf,
+                upper=0.0,
+                scale=scales.functionals[peak],
+                sampled=True,
+                peak=peak,
+                sign=sign,
+            )
+
+
+def _of_signals(columns: PhaseColumns, scales: Scales) -> Iterator[PathConstraint]:
+    """Bounds of states and algebraic signals, which the program has as limits of its columns.
+
+    Controls need none: their Bernstein coefficients keep the bounds at all times.
+    """
+    for signal in (*columns.states, *columns.algebraics):
+        if signal.is_limited:
+            yield PathConstraint(
+                phase=columns.phase.name,
+                name=signal.name,
+                unit=signal.unit,
+                expression=signal.symbol,
+                lower=signal.lower,
+                upper=signal.upper,
+                scale=scales.signals[signal.name],
+                sampled=False,
+            )
+
+
+def _with_dependence(constraint: PathConstraint, problem: Problem) -> PathConstraint:
+    """The constraint with what its expression depends on."""
+    expression = constraint.expression
+    linear = not constraint.is_equation and _is_of_controls(expression, problem, constraint.phase)
+    return replace(
+        constraint,
+        of_controls=linear,
+        of_states=_is_of_states(expression),
+        has_control=_has_control(expression),
+    )
 
 
 def _is_of_states(expression: ca.SX) -> bool:
