@@ -142,7 +142,7 @@ def solve_nominal(
     """
     if len(stage.moving) > 1:
         raise StudyError("a robust motion takes a stage that turns one joint; give big or small")
-    found = solve_stage(stage, objective="peak-torque", name="nominal", progress=live)
+    found = solve_stage(stage.under(drive), objective="peak-torque", name="nominal", progress=live)
     return refine(found, drive=drive, say=say, live=live).motion
 
 
