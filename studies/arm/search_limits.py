@@ -84,6 +84,7 @@ SEQUENCE_ITERATIONS = 400  # where the small arm must calm what the first lock l
 
 # One motion for a spread of arms
 ROBUST_INTERVALS = (100, 120)  # where the root turns, and where the elbow does
+ROBUST_MESHES = 3  # each twice as fine as the one before, until a replay agrees with the solver
 ROBUST_ITERATIONS = 150
 CAP_CORRECTIONS = 3  # solves at most until the cap holds between the points of the mesh too
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 import pickle
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from models.errors import ModelError
 from studies.arm.config import RobustStudy
 from studies.arm.optimal.motion import angle_joints, torque_joints
 from studies.arm.questions.robust import comparison as robust_study
+from studies.arm.questions.robust import problem as robust_problem
 from studies.arm.questions.robust.draws import draw_series, rates_in_words, rates_of
 from studies.arm.questions.robust.problem import solve_nominal
 from studies.arm.questions.robust.spread import SPREADS, Spread
@@ -123,6 +125,53 @@ def test_half_of_the_drawn_arms_are_left_with_more_than_the_median():
     series = draw_series({"wave": energies})
     half = np.interp(study.allowed_energy, series["wave: draws"].values, series["draws"].values)
     assert half == pytest.approx(0.5, abs=1 / 60)
+
+
+@pytest.mark.parametrize("drive", ["torque", "angle"])
+def test_the_nominal_motion_is_solved_on_the_model_of_its_drive(drive, monkeypatch):
+    stated = []
+    monkeypatch.setattr(
+        robust_problem, "solve_stage", lambda stage, **given: stated.append(stage) or "solved"
+    )
+    monkeypatch.setattr(
+        robust_problem, "refine", lambda found, **given: SimpleNamespace(motion=found)
+    )
+    assert solve_nominal(STAGES["small"], drive) == "solved"
+    # on a given angle the links hardly bulge: tied bulges left 2e-3 J of the small arm
+    assert stated[0].tied == (drive == "torque")
+
+
+@pytest.mark.parametrize(
+    ("left", "intervals"),
+    [
+        ([0.012], 60),  # near what the solver believes
+        ([0.5, 0.012], 120),
+        ([0.5, 0.3, 0.2], 240),  # the finest mesh there is
+        ([0.2, 0.5, 0.3], 60),  # the one that leaves least counts
+        ([0.3, None], 60),  # the solver gives up on a finer one
+    ],
+)
+def test_a_mesh_is_halved_until_a_replay_agrees_with_the_solver(left, intervals, monkeypatch):
+    remaining, console = iter(left), silent()
+
+    def under_cap(sought, count, margin, live):
+        given = next(remaining)
+        if given is None:
+            raise StudyError("no motion")
+        motion = SimpleNamespace(
+            objective=1.0, left=given, solution=count, stated=SimpleNamespace(problem=None)
+        )
+        return motion, margin
+
+    monkeypatch.setattr(robust_problem, "_under_cap", under_cap)
+    monkeypatch.setattr(
+        robust_problem, "worst_of_its_arms", lambda motion, spread, live: motion.left
+    )
+    monkeypatch.setattr(robust_problem, "packed", lambda solution, known: solution)
+    sought = robust_problem._Sought(STAGES["small"], None, SPREADS["angle"], 1.0, 10.0, 0.005)
+    assert robust_problem._solved_robust(sought, 60, console) == (10.0, intervals)
+    assert next(remaining, "none") == "none"  # nothing is solved once both agree
+    assert console.progress_to.getvalue().count("\n") == len(left)  # one line of each mesh
 
 
 def coarse(drive, stage, copies, intervals, monkeypatch):

@@ -10,12 +10,14 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
 from models.arm.driven import DrivenArm
-from ocp import Bound, Interrupted, OcpError, Phase, Problem, Solution, Unknown, solve
+from ocp import Bound, Interrupted, OcpError, Phase, Problem, Solution, Trajectory, Unknown, solve
 from ocp.solution.storage import packed, unpacked
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.optimal.objectives import SMOOTHING, StatedStage
@@ -34,8 +36,8 @@ from studies.arm.questions.robust.copies import (
 )
 from studies.arm.questions.robust.spread import Spread
 from studies.arm.replay.full_model import Drive
-from studies.arm.replay.reduced_model import varied
-from studies.arm.search_limits import CAP_CORRECTIONS, ROBUST_INTERVALS
+from studies.arm.replay.reduced_model import NOMINAL, residuals, varied
+from studies.arm.search_limits import CAP_CORRECTIONS, ROBUST_INTERVALS, ROBUST_MESHES
 from studies.arm.stage import ELBOW, Stage, TorqueCaps
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
@@ -45,6 +47,9 @@ Progress = Callable[[str], None]
 SIZE = 1e-2  # typical sqrt(E_res) [sqrt(J)]
 STILL = 0.05  # of it, below which a residual need not be less
 _RIPPLE = 0.012  # share of the cap by which the torque ripples, per share of torque to spare
+# of the nominal motion's worst sqrt(E_res), by which a replay may exceed what the solver believes:
+# a quarter of what is asked of the robust motion
+APART = 0.05
 _OVERSHOOT = 1.2  # of an excess over the cap, by which the margin grows
 
 
@@ -162,60 +167,120 @@ def solve_robust(
     """
     stage, start = nominal.stage, replayed_motion(nominal)
     peak = float(nominal.peak_torque[stage.moving[0]])
-    each = [(stage, start, spread, share, peak, intervals) for share in shares]
-    answers = side_by_side([Part(_solved_robust, one) for one in each], console)
-    for share, (cap, data) in zip(shares, answers, strict=True):
+    apart = APART * worst_of_its_arms(nominal, spread, console.live)
+    each = [_Sought(stage, start, spread, share, peak, apart) for share in shares]
+    parts = [Part(_solved_robust, (one, intervals)) for one in each]
+    for one, (cap, data) in zip(each, side_by_side(parts, console), strict=True):
         stated = robust_statement(stage, start, spread, cap)
         solution = unpacked(data, known=stated.problem)
         assert isinstance(solution, Solution)
-        yield OptimalMotion(_name(share), stated, solution, SMOOTHING)
+        yield OptimalMotion(one.name, stated, solution, SMOOTHING)
 
 
-def _name(share: float) -> str:
-    return f"robust, {share:g} x peak"
+def worst_of_its_arms(motion: OptimalMotion, spread: Spread, live: Progress) -> float:
+    """Largest sqrt(E_res) [sqrt(J)] on B21 of the arms that a robust motion is made for."""
+    arms = [NOMINAL, *(spread.factors(x, y) for x, y in spread.design)]
+    return float(np.sqrt(residuals(motion.motion(spread.drive), arms, live=live).max()))
 
 
-def _solved_robust(
-    stage: Stage,
-    start: SampledMotion,
-    spread: Spread,
-    share: float,
-    peak: float,
-    intervals: int | None,
-    console: Console,
-) -> tuple[float, bytes]:
-    """Solve `robust_statement` on one mesh: the cap [N m] that was stated, and the solution.
+@dataclass(frozen=True, eq=False)
+class _Sought:
+    """A robust motion to be found.
 
-    A share of the nominal motion's peak torque [N m] holds at the points of the mesh; it is lowered
+    Attributes
+    ----------
+    stage : Stage
+    start : what the solver starts from.
+    spread : Spread
+    share : of the nominal motion's peak torque that it may take.
+    peak : the nominal motion's peak torque [N m].
+    apart : by how much the worst sqrt(E_res) of a replay may exceed what the solver believes
+        [sqrt(J)].
+    """
+
+    stage: Stage
+    start: SampledMotion
+    spread: Spread
+    share: float
+    peak: float
+    apart: float
+
+    @property
+    def name(self) -> str:
+        return f"robust, {self.share:g} x peak"
+
+
+def _solved_robust(sought: _Sought, intervals: int | None, console: Console) -> tuple[float, bytes]:
+    """Solve `robust_statement` on meshes ever finer: the cap [N m] stated, and the solution.
+
+    The solver uses what its mesh does not resolve: on too coarse a one it believes in arms at rest
+    that still swing. So its own arms are replayed, and the mesh is halved until both agree. Each
+    mesh starts from the nominal motion: what was not resolved says nothing of a finer one. The
+    motion that leaves least is taken.
+    """
+    count = intervals or ROBUST_INTERVALS[sought.stage.moving[0] == ELBOW]
+    margin = _RIPPLE * (sought.share - 1.0)
+    least, found = np.inf, None
+
+    for _ in range(ROBUST_MESHES):
+        try:
+            motion, margin = _under_cap(sought, count, margin, console.live)
+        except StudyError as error:
+            if found is None:
+                raise
+            console.progress(f"{sought.name}: a coarser mesh counts: {error}")
+            break
+        left, believed = worst_of_its_arms(motion, sought.spread, console.live), motion.objective
+        console.progress(
+            f"{sought.name}: {count} intervals: worst sqrt(E_res) of its arms {left:.3g}, "
+            f"{SIZE * believed:.3g} for the solver"
+        )
+        if left < least:
+            least, found = left, (motion, _lowered(sought, margin))
+        if left - SIZE * believed <= sought.apart:
+            break
+        count *= 2
+
+    assert found is not None
+    motion, cap = found
+    return cap, packed(motion.solution, known=motion.stated.problem)
+
+
+def _under_cap(
+    sought: _Sought, intervals: int, margin: float, live: Progress
+) -> tuple[OptimalMotion, float]:
+    """The motion on one mesh, and the part by which its cap was lowered.
+
+    A share of the nominal motion's peak torque holds at the points of the mesh; it is lowered
     until it holds between them too. The more torque there is to spare, the more the torque ripples
     below it.
     """
-    joint = stage.moving[0]
-    cap, margin = share * peak, _RIPPLE * (share - 1.0)
-    guess = None
-    mesh = stage_mesh("worst residual", intervals or ROBUST_INTERVALS[joint == ELBOW])
+    stage, cap = sought.stage, sought.share * sought.peak
+    mesh = stage_mesh("worst residual", intervals)
+    guess: Trajectory | None = None
 
     for _ in range(CAP_CORRECTIONS):
-        lowered = cap * (1.0 - margin)
-        stated = robust_statement(stage, start, spread, lowered)
+        used = margin
+        stated = robust_statement(stage, sought.start, sought.spread, _lowered(sought, used))
         try:
             solution = solve(
-                stated.problem,
-                settings=robust_settings(),
-                guess=guess,
-                mesh=mesh,
-                progress=console.live,
+                stated.problem, settings=robust_settings(), guess=guess, mesh=mesh, progress=live
             )
         except Interrupted as error:
             raise KeyboardInterrupt from error
         except OcpError as error:
             raise StudyError(
-                f"no motion '{_name(share)}' of the stage '{stage.name}' was found: {error}",
+                f"no motion '{sought.name}' of the stage '{stage.name}' was found: {error}",
                 ExitCode.NOT_SOLVED,
             ) from error
-        motion = OptimalMotion(_name(share), stated, solution, SMOOTHING)
-        excess = float(motion.peak_torque[joint]) / cap - 1.0
+        motion = OptimalMotion(sought.name, stated, solution, SMOOTHING)
+        excess = float(motion.peak_torque[stage.moving[0]]) / cap - 1.0
         if excess <= 0.0:
             break
-        margin, guess = margin + _OVERSHOOT * excess, motion.trajectory
-    return lowered, packed(solution, known=stated.problem)
+        margin, guess = used + _OVERSHOOT * excess, motion.trajectory
+    return motion, used
+
+
+def _lowered(sought: _Sought, margin: float) -> float:
+    """The cap of the points of the mesh [N m]."""
+    return sought.share * sought.peak * (1.0 - margin)
