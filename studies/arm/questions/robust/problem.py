@@ -218,7 +218,8 @@ def _solved_robust(sought: _Sought, intervals: int | None, console: Console) -> 
     mesh starts from the nominal motion: what was not resolved says nothing of a finer one. The
     motion that leaves least is taken.
     """
-    count = intervals or ROBUST_INTERVALS[sought.stage.moving[0] == ELBOW]
+    elbow = sought.stage.moving[0] == ELBOW
+    count = intervals or ROBUST_INTERVALS[sought.spread.drive][elbow]
     margin = _RIPPLE * (sought.share - 1.0)
     least, found = np.inf, None
 
