@@ -296,8 +296,15 @@ def _remarks(comparison: Comparison, misses: dict[float, float]) -> tuple[str, .
     size, (first, second) = len(comparison.nominal.reduced), comparison.spread.axes
     missed = ", ".join(f"x {mass:g}: {miss:.2g} rad" for mass, miss in misses.items())
     judged = comparison.robust[0].motion.name
+    worse = [
+        f"'{robust.motion.name}' leaves more than the nominal motion, which is the better one for "
+        "this spread"
+        for robust in comparison.robust
+        if max(robust.ratios(comparison.nominal)) > 1.0
+    ]
 
     return (
+        *worse,
         f"worst over +-{WIDTH:.0%} of {first} and of {second}: {size} x {size} arms on B21, "
         f"{FULL} x {FULL} on the full ANCF model",
         "nominal: least peak torque, as of arm solve; robust: least worst residual of "
