@@ -52,18 +52,21 @@ def save(
     folder: ResultsFolder,
     console: Console,
     kinds: Sequence[str] = ("png",),
-) -> None:
-    """Draw figures one by one, each into a file of its name and of each kind.
+) -> int:
+    """Draw figures one by one, each into a file of its name and of each kind; how many there were.
 
     Ctrl-C is acted on between two figures: raised within Matplotlib it can be swallowed.
     """
+    count = 0
     with noted_interrupts() as interrupts:
         for name, figure in figures:
             console.live(f"drawing {name}")
             for kind in kinds:
                 figure.savefig(folder.file(f"{name}.{kind}"), metadata=_METADATA.get(kind))
+            count += 1
             if interrupts.asked:
                 raise KeyboardInterrupt
+    return count
 
 
 def label_axes(panel: Axes, x: str, y: str, fit: bool = True) -> None:

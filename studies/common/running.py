@@ -241,5 +241,6 @@ def draw_into(result: Result, folder: ResultsFolder, draw: Draw, console: Consol
     """Draw all figures of a result into a folder."""
     from studies.common.drawing import save
 
-    save(draw(result), folder, console)
-    console.progress("figures drawn")
+    # some studies have none
+    if save(draw(result), folder, console):
+        console.progress("figures drawn")
