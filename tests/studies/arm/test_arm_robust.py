@@ -142,24 +142,32 @@ def test_the_nominal_motion_is_solved_on_the_model_of_its_drive(drive, monkeypat
 
 
 @pytest.mark.parametrize(
-    ("left", "intervals"),
+    ("left", "intervals", "guesses"),
     [
-        ([0.012], 60),  # near what the solver believes
-        ([0.5, 0.012], 120),
-        ([0.5, 0.3], 120),  # the finest mesh there is
-        ([0.2, 0.5], 60),  # the one that leaves least counts
-        ([0.3, None], 60),  # the solver gives up on a finer one
+        ([0.012], 60, [None]),  # near what the solver believes
+        ([0.05, 0.012], 120, [None, 60]),
+        ([0.5, 0.012], 120, [None, None]),  # more than the nominal motion: no guess
+        ([0.5, 0.3], 120, [None, None]),  # the finest mesh there is
+        ([0.2, 0.5], 60, [None, None]),  # the one that leaves least counts
+        ([0.3, None], 60, [None, None]),  # the solver gives up on a finer one
     ],
 )
-def test_a_mesh_is_halved_until_a_replay_agrees_with_the_solver(left, intervals, monkeypatch):
-    remaining, console = iter(left), silent()
+def test_a_mesh_is_halved_until_a_replay_agrees_with_the_solver(
+    left, intervals, guesses, monkeypatch
+):
+    remaining, console, guessed = iter(left), silent(), []
 
-    def under_cap(sought, count, margin, live):
+    def under_cap(sought, count, margin, guess, live):
         given = next(remaining)
+        guessed.append(guess)
         if given is None:
             raise StudyError("no motion")
         motion = SimpleNamespace(
-            objective=1.0, left=given, solution=count, stated=SimpleNamespace(problem=None)
+            objective=1.0,
+            left=given,
+            trajectory=count,
+            solution=count,
+            stated=SimpleNamespace(problem=None),
         )
         return motion, margin
 
@@ -168,8 +176,9 @@ def test_a_mesh_is_halved_until_a_replay_agrees_with_the_solver(left, intervals,
         robust_problem, "worst_of_its_arms", lambda motion, spread, live: motion.left
     )
     monkeypatch.setattr(robust_problem, "packed", lambda solution, known: solution)
-    sought = robust_problem._Sought(STAGES["small"], None, SPREADS["angle"], 1.0, 10.0, 0.005)
+    sought = robust_problem._Sought(STAGES["small"], None, SPREADS["angle"], 1.0, 10.0, 0.1)
     assert robust_problem._solved_robust(sought, 60, console) == (10.0, intervals)
+    assert guessed == guesses
     assert next(remaining, "none") == "none"  # nothing is solved once both agree
     assert console.progress_to.getvalue().count("\n") == len(left)  # one line of each mesh
 

@@ -167,8 +167,8 @@ def solve_robust(
     """
     stage, start = nominal.stage, replayed_motion(nominal)
     peak = float(nominal.peak_torque[stage.moving[0]])
-    apart = APART * worst_of_its_arms(nominal, spread, console.live)
-    each = [_Sought(stage, start, spread, share, peak, apart) for share in shares]
+    worst = worst_of_its_arms(nominal, spread, console.live)
+    each = [_Sought(stage, start, spread, share, peak, worst) for share in shares]
     parts = [Part(_solved_robust, (one, intervals)) for one in each]
     for one, (cap, data) in zip(each, side_by_side(parts, console), strict=True):
         stated = robust_statement(stage, start, spread, cap)
@@ -194,8 +194,7 @@ class _Sought:
     spread : Spread
     share : of the nominal motion's peak torque that it may take.
     peak : the nominal motion's peak torque [N m].
-    apart : by how much the worst sqrt(E_res) of a replay may exceed what the solver believes
-        [sqrt(J)].
+    worst : sqrt(E_res) that the nominal motion leaves in the arms of the robust one [sqrt(J)].
     """
 
     stage: Stage
@@ -203,7 +202,7 @@ class _Sought:
     spread: Spread
     share: float
     peak: float
-    apart: float
+    worst: float
 
     @property
     def name(self) -> str:
@@ -214,18 +213,18 @@ def _solved_robust(sought: _Sought, intervals: int | None, console: Console) -> 
     """Solve `robust_statement` on meshes ever finer: the cap [N m] stated, and the solution.
 
     The solver uses what its mesh does not resolve: on too coarse a one it believes in arms at rest
-    that still swing. So its own arms are replayed, and the mesh is halved until both agree. Each
-    mesh starts from the nominal motion: what was not resolved says nothing of a finer one. The
-    motion that leaves least is taken.
+    that still swing. So its own arms are replayed, and the mesh is halved until both agree. A finer
+    mesh starts from the motion before, unless that leaves more than the nominal motion: it is then
+    so far off that it says nothing of a finer mesh. The motion that leaves least is taken.
     """
     elbow = sought.stage.moving[0] == ELBOW
     count = intervals or ROBUST_INTERVALS[sought.spread.drive][elbow]
     margin = _RIPPLE * (sought.share - 1.0)
-    least, found = np.inf, None
+    least, found, guess = np.inf, None, None
 
     for _ in range(ROBUST_MESHES):
         try:
-            motion, margin = _under_cap(sought, count, margin, console.live)
+            motion, margin = _under_cap(sought, count, margin, guess, console.live)
         except StudyError as error:
             if found is None:
                 raise
@@ -238,9 +237,9 @@ def _solved_robust(sought: _Sought, intervals: int | None, console: Console) -> 
         )
         if left < least:
             least, found = left, (motion, _lowered(sought, margin))
-        if left - SIZE * believed <= sought.apart:
+        if left - SIZE * believed <= APART * sought.worst:
             break
-        count *= 2
+        count, guess = 2 * count, motion.trajectory if left < sought.worst else None
 
     assert found is not None
     motion, cap = found
@@ -248,7 +247,7 @@ def _solved_robust(sought: _Sought, intervals: int | None, console: Console) -> 
 
 
 def _under_cap(
-    sought: _Sought, intervals: int, margin: float, live: Progress
+    sought: _Sought, intervals: int, margin: float, guess: Trajectory | None, live: Progress
 ) -> tuple[OptimalMotion, float]:
     """The motion on one mesh, and the part by which its cap was lowered.
 
@@ -258,7 +257,6 @@ def _under_cap(
     """
     stage, cap = sought.stage, sought.share * sought.peak
     mesh = stage_mesh("worst residual", intervals)
-    guess: Trajectory | None = None
 
     for _ in range(CAP_CORRECTIONS):
         used = margin
