@@ -19,6 +19,7 @@ from studies.common.result import Result
 from studies.pareto import figures as pareto_figures
 
 _SIZE = 12  # of a title
+_MARKS = ("o", "s", "D")  # of motions on the full model
 
 
 def draw(result: Result) -> Iterator[tuple[str, Figure]]:
@@ -161,13 +162,17 @@ def spread_figure(result: Result) -> Figure:
     figure = Figure(figsize=(11, 4.6), dpi=150, layout="constrained")
     panels = figure.subplots(1, 2, sharey=True)
     for axis, (panel, factor) in enumerate(zip(panels, details["axes"], strict=True)):
-        for name, colour, style in zip(_motions(result), COLOURS, STYLES, strict=False):
-            for model, mark, label in (("B21", style, name), ("full model", "o", None)):
+        looks = zip(_motions(result), COLOURS, STYLES, _MARKS, strict=False)
+        for name, colour, line, mark in looks:
+            for model, shown in (("B21", {"ls": line}), ("full model", {"ls": "", "marker": mark})):
                 count = points[model]
                 values = result.arrays[f"{name}: residual, {model}"].values.reshape(count, count)
                 side = 100 * np.linspace(-details["width"], details["width"], count)
-                # the worst over the other factor
-                panel.semilogy(side, values.max(axis=1 - axis), mark, color=colour, label=label)
+                # the worst over the other factor; marks are open, where they lie on each other
+                worst = values.max(axis=1 - axis)
+                panel.semilogy(side, worst, color=colour, mfc="none", mew=1.5, ms=8, **shown)
+            both = {"ls": line, "marker": mark, "mfc": "none", "mew": 1.5, "ms": 8}
+            panel.semilogy([], [], color=colour, label=name, **both)
         label_axes(panel, f"{factor} off its nominal value [%]", "", fit=False)
     panels[0].set_ylabel("worst $\\sqrt{E_{res}}$ [$\\sqrt{J}$]")
 
@@ -177,7 +182,7 @@ def spread_figure(result: Result) -> Figure:
         loc="outside lower center",
         ncols=3,
         frameon=False,
-        title=f"lines: {reduced} arms on B21; dots: {full} arms on the full model",
+        title=f"lines: {reduced} arms on B21; marks: {full} arms on the full model",
     )
     what = "worst residual after the lock, whatever the other factor is"
     figure.suptitle(f"{_robust_title(result)}: {what}")
