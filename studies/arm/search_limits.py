@@ -83,9 +83,9 @@ SEQUENCE_WINDOW = (0.3, 3.0)  # of the guessed durations, between which the opti
 SEQUENCE_ITERATIONS = 400  # where the small arm must calm what the first lock leaves
 
 # One motion for a spread of arms
-# where the root turns, and where the elbow does; with 120 the elbow's arms on an angle believed in
-# a rest that a replay missed by 0.5 sqrt(J)
-ROBUST_INTERVALS = {"torque": (100, 120), "angle": (100, 200)}
+# where the root turns, and where the elbow does; with 120 and 200 the elbow's arms on an angle
+# believed in a rest that a replay missed by 0.5 and 0.02 sqrt(J)
+ROBUST_INTERVALS = {"torque": (100, 120), "angle": (100, 300)}
 ROBUST_MESHES = 2  # each twice as fine as the one before, until a replay agrees with the solver
 ROBUST_ITERATIONS = 150
 CAP_CORRECTIONS = 3  # solves at most until the cap holds between the points of the mesh too
