@@ -296,6 +296,13 @@ class ReducedArm:
         return ca.Function("arm", [q, v, tau], [self.acceleration(q, v, tau)])
 
     @cached_property
+    def rates(self) -> ca.Function:
+        """Compiled `(state, torque) -> its rates`, of the state (q, v) (2 n,)."""
+        q, v, tau = self._symbols()
+        rates = ca.vertcat(v, self.acceleration(q, v, tau))
+        return ca.Function("rates", [ca.vertcat(q, v), tau], [rates])
+
+    @cached_property
     def energies(self) -> ca.Function:
         """Compiled `(q, v) -> (kinetic, strain)`."""
         q, v, _ = self._symbols()

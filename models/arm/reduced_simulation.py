@@ -15,13 +15,14 @@ import numpy as np
 
 from models.ancf.joints import Free, Torque, breakpoints, law_values
 from models.arm.reduced import ReducedArm
+from models.arm.split_steps import STABLE, split_steps
 from models.arrays import Array
 from models.errors import require
 from models.numerics import interior
 
 Method = Literal["DOP853", "Radau"]
-# Finest tolerances: below 2.3e-14 SciPy warns of rounding, and below 1e-9 rounding in the implicit
-# equations makes steps tiny.
+# Finest tolerances: below 3e-14 rounding is larger than the error, and below 1e-9 rounding in the
+# implicit equations makes steps tiny.
 _FINEST: dict[Method, float] = {"DOP853": 3e-14, "Radau": 1e-9}
 # Modes are elastic if their omega^2 exceeds this share of the highest: rigid motions have zero
 # but for rounding, bending modes more by orders of magnitude.
@@ -67,8 +68,9 @@ def simulate_reduced(
     tolerance : float
         Relative and absolute tolerance of the integrator; 1e-9 at least with "Radau".
     method : Method
-        Of SciPy: "DOP853" is explicit, of order 8, and takes a step for each swing of the fastest
-        mode. "Radau" is implicit, of order 5, and takes fewer where no mode swings.
+        "DOP853" is explicit, of order 8, and takes a step or two for each swing of the fastest
+        mode, see `models.arm.split_steps`. "Radau" is SciPy's, implicit and of order 5, and takes
+        fewer where no mode swings.
 
     Raises
     ------
@@ -76,8 +78,6 @@ def simulate_reduced(
         If the times do not increase, a law is not finite or of another shape, or the integrator
         fails.
     """
-    from scipy.integrate import solve_ivp
-
     times = np.asarray(times, dtype=float)
     require(
         times.ndim == 1 and len(times) >= 2 and bool((np.diff(times) > 0).all()),
@@ -94,26 +94,64 @@ def simulate_reduced(
     history[:, 0] = state
     for window in pairwise(edges):
         asked = (times > window[0]) & (times <= window[1])
-        piece = solve_ivp(
-            _right_hand_side(model, laws, window),
-            window,
-            state,
-            method=method,
-            t_eval=np.unique(np.append(times[asked], window[1])),
-            rtol=tolerance,
-            atol=tolerance,
-        )
-        require(
-            piece.success,
-            f"simulate_reduced: stopped at t = {piece.t[-1]:g} s ({piece.message}); "
-            "raise the tolerance or declare a breakpoint.",
-        )
+        instants = np.unique(np.concatenate(([window[0]], times[asked], [window[1]])))
+        integrate = _explicit if method == "DOP853" else _implicit
+        path = integrate(model, laws, state, instants, tolerance)
         # the end of the window comes last, asked for or not
-        history[:, asked], state = piece.y[:, : asked.sum()], piece.y[:, -1]
+        history[:, asked], state = path[:, 1 : asked.sum() + 1], path[:, -1]
 
     q_all, v_all = history[: model.size], history[model.size :]
     nodes = model.to_nodes(q_all, v_all, 1)[0]
     return ReducedMotion(model, times, q_all, v_all, tip=nodes[12:14], elbow=nodes[4:6])
+
+
+def _explicit(
+    model: ReducedArm, laws: list[Torque | None], state: Array, times: Array, tolerance: float
+) -> Array:
+    """States (2 n, m) at the times of a window, by steps that the fastest mode allows."""
+    fastest = float(reduced_modes(model, state[: model.size])[0][-1])
+    inside = interior(float(times[0]), float(times[-1]))
+    return split_steps(
+        model.rates,
+        state,
+        times,
+        lambda t: _torques(laws, np.clip(t, *inside)),
+        STABLE / (2 * pi * fastest),
+        tolerance,
+    )
+
+
+def _implicit(
+    model: ReducedArm, laws: list[Torque | None], state: Array, times: Array, tolerance: float
+) -> Array:
+    """States (2 n, m) at the times of a window, by SciPy's Radau."""
+    from scipy.integrate import solve_ivp
+
+    window = float(times[0]), float(times[-1])
+    piece = solve_ivp(
+        _right_hand_side(model, laws, window),
+        window,
+        state,
+        method="Radau",
+        t_eval=times,
+        rtol=tolerance,
+        atol=tolerance,
+    )
+    require(
+        piece.success,
+        f"simulate_reduced: stopped at t = {piece.t[-1]:g} s ({piece.message}); "
+        "raise the tolerance or declare a breakpoint.",
+    )
+    return np.asarray(piece.y)
+
+
+def _torques(laws: list[Torque | None], times: Array) -> Array:
+    """Torques (2, m) of both joints at instants inside a window."""
+    given = np.zeros((2, len(times)))
+    for k, law in enumerate(laws):
+        if law is not None:
+            given[k] = law_values(law.torque, times, f"simulate_reduced: the law of joint {k}")
+    return given
 
 
 def _right_hand_side(
@@ -123,26 +161,20 @@ def _right_hand_side(
 
     Buffers spare the conversion of arguments, which takes longer than the evaluation.
     """
-    n = model.size
     first, last = interior(*window)
-    state, torque, acceleration = np.empty(2 * n), np.zeros(2), np.empty(n)
-    buffer, evaluate = model.dynamics.buffer()
-    for k, argument in enumerate((state[:n], state[n:], torque)):
+    state, torque, rates = np.empty(2 * model.size), np.zeros(2), np.empty(2 * model.size)
+    buffer, evaluate = model.rates.buffer()
+    for k, argument in enumerate((state, torque)):
         buffer.set_arg(k, argument.data)
-    buffer.set_res(0, acceleration.data)
+    buffer.set_res(0, rates.data)
 
-    alive = buffer, model.dynamics  # evaluate() does not keep them
+    alive = buffer, model.rates  # evaluate() does not keep them
 
     def rate(t: float, y: Array, _alive: object = alive) -> Array:
         state[:] = y
-        instant = np.array([min(max(t, first), last)])
-        for k, law in enumerate(laws):
-            if law is not None:
-                torque[k] = law_values(
-                    law.torque, instant, f"simulate_reduced: the law of joint {k}"
-                )[0]
+        torque[:] = _torques(laws, np.array([min(max(t, first), last)]))[:, 0]
         evaluate()
-        return np.concatenate((y[n:], acceleration))
+        return rates.copy()
 
     return rate
 

@@ -212,7 +212,7 @@ def test_what_is_released_leads_on_where_the_lock_held_it():
     [
         (lambda t: np.where(t > 1.0, np.nan, 0.0), "is nan at t = 1.* s; return finite numbers"),
         (lambda t: np.zeros(3), "values for 4001 instants; return one for each"),
-        (lambda t: np.zeros(len(t) if len(t) > 1 else 3), "values for 1 instants; return one"),
+        (lambda t: np.zeros(len(t) if len(t) == 4001 else 3), "values for 3072 instants; return"),
     ],
 )
 def test_a_law_that_is_no_number_is_refused(law, words):
