@@ -10,7 +10,8 @@ from typing import Literal
 
 # One stage on one mesh
 INTERVALS = (150, 200)  # where the root alone turns, and where the elbow does
-Attempt = tuple[float, Literal["monotone", "adaptive"]]
+Barrier = Literal["monotone", "adaptive"]  # of IPOPT
+Attempt = tuple[float, Barrier]
 ATTEMPTS: tuple[Attempt, ...] = ((1.0, "adaptive"), (1.5, "monotone"))  # mesh, IPOPT's barrier
 ITERATIONS = 120  # of IPOPT in each attempt
 ROUNDS = 7  # of a refinement, that of the finer mesh not counted
@@ -76,6 +77,7 @@ SLICE_SECONDS = 100.0, 60.0  # that a slice takes, and one of a sketch, with its
 FRONT_SECONDS = 3600.0  # that all slices may take
 
 # Both stages as one problem
+BARRIERS: tuple[Barrier, ...] = ("adaptive", "monotone")  # tried one after the other
 SEQUENCE_INTERVALS = (150, 10, 200)  # of big arm, dwell and small arm
 UNRESOLVED = 10.0  # times the residual allowed, above which no more replays are made
 LONGEST_DWELL = 1000.0  # [s]; its vibration is resolved by the replays, however little it is

@@ -108,7 +108,7 @@ def solve_again(
     stated : StatedStage, optional
         Another problem, such as that of a shorter stage; the motion's own by default.
     multipliers : bool
-        Whether the motion's may start the solver, too, where its problem and weight are alike.
+        Whether the motion's may start the solver, too, where problem, weight and mesh are its own.
     progress : callable, optional
     solver : callable
         In the place of `ocp.solve`, see `finished_solves`.
@@ -118,9 +118,10 @@ def solve_again(
     StudyError
         If the solver finds no motion.
     """
-    # multipliers help where the same weight is asked for again, and mislead where it is another
-    alike = multipliers and stated is None and weight > 0.4 * motion.weight
-    start = motion.solution if alike else motion.trajectory
+    # Multipliers help where only the aim is another: then a few iterations do. On a finer mesh, or
+    # at another weight, most of them are wrong, and a start without any takes fewer iterations.
+    alike = stated is None and weight == motion.weight and intervals == motion.intervals
+    start = motion.solution if multipliers and alike else motion.trajectory
     return _solved(
         motion.name, stated or motion.stated, weight, aim, intervals, start, progress, solver
     )

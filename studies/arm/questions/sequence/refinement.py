@@ -111,7 +111,8 @@ def refine_sequence(
         # what swings as its mesh lets it says nothing of a finer mesh, as for one motion
         astray = finer and not near(from_, residual)
         aims = none if astray else from_.aims
-        alike = weight > 0.4 * from_.solved.weight and not astray
+        # multipliers help where only the aims are others, as for one motion
+        alike = weight == from_.solved.weight and not finer
         start = from_.solved.solution if alike else from_.solved.trajectory
         try:
             found = solved_from(solved.stated, weight, aims, intervals, start, live)

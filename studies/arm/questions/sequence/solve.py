@@ -26,7 +26,12 @@ from studies.arm.questions.sequence.problem import (
     sequence_problem,
     stage_alone,
 )
-from studies.arm.search_limits import ITERATIONS, SEQUENCE_INTERVALS, SEQUENCE_ITERATIONS
+from studies.arm.search_limits import (
+    BARRIERS,
+    ITERATIONS,
+    SEQUENCE_INTERVALS,
+    SEQUENCE_ITERATIONS,
+)
 from studies.arm.stage import ELBOW, ROOT
 from studies.common.exit_codes import ExitCode, StudyError
 
@@ -166,16 +171,27 @@ def solved_from(
     StudyError
         If the solver finds no motion.
     """
-    with _failures_of("sequence"):
-        solution = solve(
-            stated.problem,
-            settings=settings(iterations=iterations),
-            mesh=sequence_mesh(intervals),
-            guess=guess,
-            constants=stated.constants(weight, aims),
-            progress=progress,
-        )
-    return OptimalSequence(stated, solution, weight)
+    failure: StudyError | None = None
+    # A guess is near: the adaptive barrier keeps it so. The monotone one begins as if nothing were
+    # known, and lightly smoothed torques then go astray, or come back after many iterations.
+    for barrier in BARRIERS:
+        try:
+            with _failures_of("sequence"):
+                solution = solve(
+                    stated.problem,
+                    settings=settings(barrier, iterations),
+                    mesh=sequence_mesh(intervals),
+                    guess=guess,
+                    constants=stated.constants(weight, aims),
+                    progress=progress,
+                )
+        except StudyError as error:
+            failure = error
+            continue
+        return OptimalSequence(stated, solution, weight)
+
+    assert failure is not None
+    raise failure
 
 
 def alone(case: Sequence, cap: float, progress: Progress | None = None) -> tuple[float, float]:
