@@ -127,6 +127,11 @@ class StatedStage:
     weight: Constant | None = None
     power: int = 1
 
+    @property
+    def capped(self) -> bool:
+        """Whether a torque has a limit."""
+        return any(np.isfinite(state.upper) for state in self.arm.torque.values())
+
     def constants(self, weight: float, aim: Array | None) -> dict[Constant, float]:
         """Values of the constants at a weight and an aim (2 n,) beside rest, see `aim`."""
         values = {} if aim is None else self.arm.aimed(aim)

@@ -142,7 +142,7 @@ def _solved(
     for finer, barrier in ATTEMPTS:
         if round(finer * intervals) < at_least:
             continue
-        mesh = stage_mesh(stated.objective, round(finer * intervals))
+        mesh = stage_mesh(stated.objective, round(finer * intervals), capped=stated.capped)
         try:
             solution = solver(
                 stated.problem,

@@ -27,9 +27,9 @@ _VIOLATION = 1e-8
 _GRADING = 0.9
 
 
-def stage_mesh(objective: str, intervals: int) -> Mesh:
-    """Mesh of one stage."""
-    even = objective == "smoothest"
+def stage_mesh(objective: str, intervals: int, *, capped: bool = False) -> Mesh:
+    """Mesh of one stage; even where nothing turns the torque at once, neither objective nor cap."""
+    even = objective == "smoothest" and not capped
     return Mesh((uniform(intervals, DEGREE) if even else graded(intervals),))
 
 
