@@ -95,11 +95,13 @@ def least_durations(
     stage: Stage, drive: Drive, cap: float, console: Console
 ) -> list[LeastDuration]:
     """The optimum and every baseline under a drive and a torque cap [N m], side by side."""
+    names = baseline_names(drive)
     parts = [
+        *(Part(of_baseline, (stage, name, drive, cap)) for name in reversed(names)),
         Part(of_optimum, (stage, drive, cap)),
-        *(Part(of_baseline, (stage, name, drive, cap)) for name in baseline_names(drive)),
     ]
-    return list(side_by_side(parts, console))
+    # begun with what takes longest: shapers, whose torque jumps, which are named last
+    return list(side_by_side(parts, console))[::-1]
 
 
 def of_optimum(stage: Stage, drive: Drive, cap: float, console: Console) -> LeastDuration:
