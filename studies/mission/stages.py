@@ -13,11 +13,15 @@ from models.ancf.joints.angles import joint_angles
 from models.truss import least_peak_reaction
 from ocp import AdaptiveMesh, Interrupted, OcpError, Problem, Settings, Solution, peak, solve
 from ocp.arrays import Array
+from ocp.solution.storage import packed, unpacked
 from studies.arm.config import ArmStudy
 from studies.arm.optimal.motion import OptimalMotion
-from studies.arm.optimal.refinement import refine
-from studies.arm.optimal.solve import solve_stage
+from studies.arm.optimal.objectives import StatedStage, problem
+from studies.arm.optimal.refinement import aimed_at_rest, refine
+from studies.arm.optimal.rounds import MISS
+from studies.arm.optimal.solve import solve_again, solve_stage
 from studies.arm.replay.full_model import LockedMotion
+from studies.arm.stage import TorqueCaps
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.mission.config import MissionStudy
@@ -31,10 +35,12 @@ from studies.truss.problem import state
 from studies.truss.quantities import OBJECTIVES, QUANTITIES
 from studies.truss.search.smoothness import first_price
 
+OBJECTIVE = "peak-torque"  # of an arm
 ARMS = {"big arm": "big", "small arm": "small"}
 RING = "ring"
 STAGES = (*ARMS, RING)
 SAMPLES = 1001  # of a stage's histories
+NEAR = 0.05  # relative change of an arm's duration, up to which its mesh and smoothness serve
 ALLOWED = 0.3  # part of the cap on the residual energy that a motion of least torque may leave
 
 
@@ -61,6 +67,28 @@ class Use:
 
 
 @dataclass(frozen=True, eq=False)
+class ArmStart:
+    """A motion of an arm's stage from which those of nearly the same duration begin.
+
+    Attributes
+    ----------
+    duration : of the motion [s].
+    refined_in : duration [s] in which mesh and smoothness were chosen.
+    weight : of the smoothness.
+    solution : as files hold it, without its problem.
+    """
+
+    duration: float
+    refined_in: float
+    weight: float
+    solution: bytes
+
+    def near(self, duration: float) -> bool:
+        """Whether mesh and smoothness are as good for another duration [s]."""
+        return abs(duration / self.refined_in - 1.0) <= NEAR
+
+
+@dataclass(frozen=True, eq=False)
 class StageMotion:
     """The best motion of a stage in a time.
 
@@ -72,6 +100,7 @@ class StageMotion:
     passed : whether its own checks passed.
     history : time [s], angle [rad], torque [N m] or rope force [N], and of the ring its reaction.
     deployment : of the ring; None of an arm.
+    start : of an arm that was refined to the finest mesh tried; None of others.
     """
 
     name: str
@@ -80,6 +109,7 @@ class StageMotion:
     passed: bool
     history: Mapping[str, Array]
     deployment: Deployment | None = None
+    start: ArmStart | None = None
 
     @property
     def utilisation(self) -> float:
@@ -117,31 +147,98 @@ def _torque_cap(study: MissionStudy, name: str) -> float:
     return study.big_torque if ARMS[name] == "big" else study.small_torque
 
 
+def move_from(
+    study: MissionStudy, name: str, duration: float, start: ArmStart, console: Console
+) -> StageMotion:
+    """The same for an arm, from its motion of nearly the same duration.
+
+    Mesh and smoothness are those of that motion. Where the full model does not come to rest so, the
+    stage is moved and refined as if nothing were known.
+
+    Raises
+    ------
+    StudyError
+        If there is none.
+    """
+    known = _stated(study, name, start.duration)
+    solution = unpacked(start.solution, known=known.problem)
+    assert isinstance(solution, Solution)
+    before = OptimalMotion("optimum", known, solution, start.weight)
+    aim = np.zeros(2 * known.stage.model.size)
+    residual = ALLOWED * study.residual_energy
+    try:
+        motion = solve_again(
+            before,
+            weight=start.weight,
+            aim=aim,
+            intervals=before.intervals,
+            stated=_stated(study, name, duration),
+            progress=console.live,
+        )
+        found, _ = aimed_at_rest(motion, aim, residual=residual, live=console.live)
+    except StudyError:
+        return _arm(study, name, duration, console)
+    if not found.still or found.replay.miss > MISS:
+        return _arm(study, name, duration, console)
+    return _arm_motion(
+        study, name, found.motion, found.replay, passed=True, refined_in=start.refined_in
+    )
+
+
+def _stated(study: MissionStudy, name: str, duration: float) -> StatedStage:
+    """The problem of an arm's stage in a time."""
+    slew = ArmStudy(stage=ARMS[name], duration=duration, arm=study.arm).slew
+    return problem(slew.under("torque"), TorqueCaps(), OBJECTIVE)
+
+
 def _arm(study: MissionStudy, name: str, duration: float, console: Console) -> StageMotion:
     """Least peak torque from rest to rest, replayed on the full model and locked there."""
     slew = ArmStudy(stage=ARMS[name], duration=duration, arm=study.arm).slew
     motion = solve_stage(
         slew.under("torque"),
-        objective="peak-torque",
+        objective=OBJECTIVE,
         intervals=study.intervals or None,
         progress=console.live,
     )
-    still = True
-    if study.refine:
-        # a refinement is as rough as its residual allows, so that little of the cap is allowed
-        residual = ALLOWED * study.residual_energy
-        refined = refine(motion, residual=residual, live=console.live)
-        motion, replayed = refined.motion, refined.replay
-        still = refined.still and refined.settled
-    else:
-        replayed = motion.replay()
+    if not study.refine:
+        return _arm_motion(study, name, motion, motion.replay(), passed=True)
+    # a refinement is as rough as its residual allows, so that little of the cap is allowed
+    residual = ALLOWED * study.residual_energy
+    refined = refine(motion, residual=residual, live=console.live)
+    passed = refined.still and refined.settled
+    # where a finer mesh was tried and the full model did not rest, it may in another duration
+    finest = refined.motion.intervals == max(entry.intervals for entry in refined.rounds)
+    return _arm_motion(
+        study,
+        name,
+        refined.motion,
+        refined.replay,
+        passed=passed,
+        refined_in=duration if passed and finest else None,
+    )
 
-    joint = slew.moving[0]
+
+def _arm_motion(
+    study: MissionStudy,
+    name: str,
+    motion: OptimalMotion,
+    replayed: LockedMotion,
+    *,
+    passed: bool,
+    refined_in: float | None = None,
+) -> StageMotion:
+    """What a motion of an arm uses, and where others begin if it was refined."""
+    joint, duration = motion.stage.moving[0], motion.stage.duration
     uses = (
         Use("peak torque", "N m", float(motion.peak_torque[joint]), _torque_cap(study, name)),
         Use("residual energy", "J", replayed.residual_energy, study.residual_energy, study.refine),
     )
-    return StageMotion(name, duration, uses, still, _arm_history(motion, replayed, joint))
+    start = None
+    if refined_in is not None:
+        solution = packed(motion.solution, known=motion.stated.problem)
+        start = ArmStart(duration, refined_in, motion.weight, solution)
+    history = _arm_history(motion, replayed, joint)
+    return StageMotion(name, duration, uses, passed, history, start=start)
 
 
 def _arm_history(motion: OptimalMotion, replayed: LockedMotion, joint: int) -> dict[str, Array]:
@@ -175,11 +272,11 @@ def _ring(study: MissionStudy, duration: float, console: Console) -> StageMotion
     objective = peak(*pieces, name="utilisation", absolute=True)
     if statement.price is not None:
         objective = objective + statement.price.symbol * statement.roughness
-    problem = Problem("ring", statement.phases, minimise=objective, links=statement.links)
+    stated = Problem("ring", statement.phases, minimise=objective, links=statement.links)
 
     try:
         solution: Solution = solve(
-            problem,
+            stated,
             settings=Settings(intervals=20, refinement=AdaptiveMesh(move_breakpoints=False)),
             progress=console.live,
         )

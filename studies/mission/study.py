@@ -29,6 +29,7 @@ from studies.mission.stages import (
     STAGES,
     StageMotion,
     move,
+    move_from,
     rigid_duration,
     ring_history,
 )
@@ -163,7 +164,7 @@ class _FoundMotions:
 
     def _move(self, asked: Sequence[tuple[str, float]]) -> None:
         new = [one for one in asked if one not in self.known]
-        motions = side_by_side([Part(move, (self.study, *one)) for one in new], self.console)
+        motions = side_by_side([self._part(*one) for one in new], self.console)
         for (name, duration), motion in zip(new, motions, strict=True):
             self.latest[name] = self.known[name, duration] = motion
             self.curves[name].known[duration] = motion.utilisation
@@ -171,6 +172,13 @@ class _FoundMotions:
                 self.whole.update(self.latest)
             share, most = 100 * motion.utilisation, motion.governing.title
             self.console.progress(f"{name} in {duration:.5g} s: {share:.4g} % ({most})")
+
+    def _part(self, name: str, duration: float) -> Part:
+        """Finds a motion, from the latest one of the stage where that is near."""
+        latest = self.latest.get(name)
+        if latest is None or latest.start is None or not latest.start.near(duration):
+            return Part(move, (self.study, name, duration))
+        return Part(move_from, (self.study, name, duration, latest.start))
 
 
 def _mission(

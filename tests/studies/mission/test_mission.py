@@ -23,7 +23,16 @@ from studies.mission import MissionStudy, stages, study_from
 from studies.mission import study as work
 from studies.mission.config import as_dictionary, as_toml
 from studies.mission.split import EQUAL, StageCurve, durations_at_the_caps, equal_split
-from studies.mission.stages import RING, StageMotion, Use, move, ring_history
+from studies.mission.stages import (
+    ALLOWED,
+    RING,
+    ArmStart,
+    StageMotion,
+    Use,
+    move,
+    move_from,
+    ring_history,
+)
 from studies.mission.vibration import arm_response
 from studies.report import words
 from studies.truss.motions.laws import paper_laws
@@ -307,3 +316,28 @@ def test_what_an_unrefined_arm_leaves_is_checked_but_shares_out_no_time() -> Non
     motion = StageMotion("big arm", 8.0, (torque, left), True, {})
     assert motion.governing is torque
     assert motion.utilisation == 0.4
+
+
+@pytest.mark.slow
+def test_a_neighbour_of_a_refined_motion_of_an_arm_is_as_good_as_one_refined_by_itself() -> None:
+    study = study_from({})
+    first = move(study, "small arm", 14.7, Console())
+    assert first.start is not None
+    assert first.start.near(14.5)
+    assert not first.start.near(13.0)
+    found = move_from(study, "small arm", 14.5, first.start, Console())
+    alone = move(study, "small arm", 14.5, Console())
+    assert found.passed
+    # what half the smoothness and half the interval may change is a per cent
+    assert found.utilisation == pytest.approx(alone.utilisation, rel=2e-3)
+    assert found.uses[1].value <= ALLOWED * study.residual_energy
+    assert found.start.refined_in == 14.7
+
+
+def test_no_motion_begins_from_one_of_another_duration() -> None:
+    found = work._FoundMotions(study_from({}), Console())
+    start = ArmStart(9.0, 9.0, 1e-6, b"")
+    found.latest["big arm"] = StageMotion("big arm", 9.0, (), True, {}, start=start)
+    assert found._part("big arm", 9.4).function is move_from
+    assert found._part("big arm", 9.6).function is move
+    assert found._part("small arm", 9.0).function is move
