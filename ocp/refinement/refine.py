@@ -28,6 +28,7 @@ from ocp.refinement.estimates.narrow_features import (
     mesh_that_sees,
     narrow_features,
 )
+from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.refinement.loop import (
     History,
     PlannedMesh,
@@ -38,7 +39,12 @@ from ocp.refinement.loop import (
 )
 from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver, Start
-from ocp.refinement.other_controls.promise import promise_of_others
+from ocp.refinement.other_controls.points_there import mesh_with_points_there
+from ocp.refinement.other_controls.promise import (
+    other_controls,
+    promise_of_other_valleys,
+    promised_by,
+)
 from ocp.refinement.past_kinks.first_motion import first_motion
 from ocp.refinement.past_kinks.past_kinks import lost_until_now, past_kinks
 from ocp.refinement.policies.adaptive_mesh import AdaptiveMesh
@@ -48,6 +54,9 @@ from ocp.refinement.stopped import budget_spent, interrupted
 
 # How often a refinement goes on because its points missed something narrow.
 _SIGHTS = 4
+
+# How often a refinement goes on because other controls are better between its points.
+_SHORT_CHANGES = 3
 
 # Meshes made anew, one after the other, to free switches
 _FRESH_MESHES = 3
@@ -125,6 +134,7 @@ def refine(
     try:
         ending = _refine_past_kinks(meshes, start, mesh, accuracy, history)
         ending, features, sighted = _seen(meshes, accuracy, history, ending)
+        ending = _with_short_changes(meshes, accuracy, history, ending)
         ending, timed = _with_switches_freed(meshes, accuracy, history, ending)
         ending, lower = _left_saddles(meshes, accuracy, history, ending)
     except KeyboardInterrupt as stop:
@@ -197,6 +207,33 @@ def _seen(
             break
         history.solved[:] = further
     return ending, features, sighted
+
+
+def _with_short_changes(
+    meshes: MeshSolver, accuracy: Accuracy, history: History, ending: Ending
+) -> Ending:
+    """Go on while other controls of the same valley are better between the points; the ending.
+
+    What was solved before is dropped: as good an answer on a mesh without these points is none.
+    """
+    for _ in range(_SHORT_CHANGES):
+        best = best_of(history.solved, accuracy)
+        if ending in ("budget", "rounds") or not meshes.settings.refinement.adapts:
+            break
+        if not best.is_verifiable(accuracy) or meshes.spent(history.rounds):
+            break
+        others = list(other_controls(best.iterate, meshes.evaluator))
+        nearby = [other for other in others if other.one_valley and not other.vanished]
+        if not promised_by(nearby, best.iterate) > CERTIFIED_GAIN:
+            break
+        names = [phase.name for phase in meshes.problem.phases]
+        mesh = mesh_with_points_there(held_still(best.iterate), nearby, names)
+        gone_on, further = _gone_on(meshes, best.iterate, mesh, accuracy, history)
+        if not any(s.is_verifiable(accuracy) for s in further):
+            break
+        history.solved[:] = further
+        ending = gone_on
+    return ending
 
 
 def _with_switches_freed(
@@ -297,7 +334,7 @@ def _is_little_beside_others(meshes: MeshSolver, answer: Iterate, below: Iterate
     """
     sense = meshes.problem.sense
     brought = sense * (answer.objective - below.objective) / answer.objective_size
-    promised = promise_of_others(answer, meshes.evaluator)
+    promised = promise_of_other_valleys(answer, meshes.evaluator)
     return promised > 0.0 and brought < _LITTLE_OF_OTHERS * promised
 
 

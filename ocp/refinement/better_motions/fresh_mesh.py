@@ -20,7 +20,7 @@ from ocp.refinement.estimates.missed_switches import displaced_switches, held_fa
 from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.refinement.mesh_iteration import MeshIteration, record_of
 from ocp.refinement.mesh_solver import MeshSolver
-from ocp.refinement.other_controls.promise import promise_of_others
+from ocp.refinement.other_controls.promise import promise_of_other_valleys
 from ocp.transcription.packing import trajectory_of
 
 # Of the range of a signal: what merging intervals may change, at first, and where the solver does
@@ -68,7 +68,7 @@ def on_fresh_mesh(
     phases = range(len(answer.mesh.phases))
     wrong = [_seems_wrong(answer, meshes.evaluator, index) for index in phases]
     # controls far away would bring more than switches at other times
-    if not any(wrong) or promise_of_others(answer, meshes.evaluator):
+    if not any(wrong) or promise_of_other_valleys(answer, meshes.evaluator):
         return None
     tried = (
         _solved(meshes, answer, _fresh(answer, meshes.evaluator, wrong, merged), rounds)

@@ -137,7 +137,7 @@ def between_valleys(iterate: Iterate, evaluator: Evaluator, index: int) -> Array
     held = _held_by_sides(iterate, index)
     others = None
     if held.any() and iterate.scheme.informative_multipliers:
-        others = others_of_phase(iterate, evaluator, index, beside(held))
+        others = others_of_phase(iterate, evaluator, index, beside(held), valleys_only=True)
     if others is None or others.vanished:
         return np.zeros(held.size)
     of_intervals = others.of_intervals(motion.intervals) / iterate.objective_size

@@ -178,7 +178,8 @@ def with_other_controls(
     """
     found = trajectory_of(program, result.x, meshes.parameters)
     iterate = iterate_of(program, result, found)
-    others = list(other_controls(iterate, meshes.evaluator))
+    # in the valley of the motion itself a start leads nowhere else
+    others = list(other_controls(iterate, meshes.evaluator, valleys_only=True))
     if promised_by(others, iterate) > _PROMISED:
         guess = initial_guess(meshes.problem, meshes.parameters, found)
         phases = dict(guess.phases)

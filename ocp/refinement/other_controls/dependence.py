@@ -84,6 +84,20 @@ class ControlDependence:
         return tuple(places), ca.Function("limits", self.inputs[:3], ca.cse(outputs))
 
     @cached_property
+    def tied(self) -> tuple[int, ...]:
+        """Numbers of linear constraints that tie tried signals to each other by states or by time.
+
+        A cost above a power is tied to the force by the speed.
+        """
+        signals, time = self.inputs[:2]
+        columns = [i for i in range(signals.numel()) if i not in self.columns]
+        along = ca.vertcat(signals[columns], time)
+        slopes = ca.jacobian(self.path, self.tried)
+        shared = [i for i in range(self.path.numel()) if slopes[i, :].nnz() > 1]
+        several = [i for i in shared if is_linear(self.path[i], self.tried)]
+        return tuple(i for i in several if ca.depends_on(self.path[i], along))
+
+    @cached_property
     def curved(self) -> tuple[int, ...]:
         """Numbers of the constraints that are not linear."""
         every = range(self.path.numel())

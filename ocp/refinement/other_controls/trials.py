@@ -25,6 +25,9 @@ from ocp.refinement.unwrapping import possible_periods
 _ALONE = 33
 _TOGETHER = 64
 
+# and of each control where there is no other valley to be found
+_ONE_VALLEY = 9
+
 # Times that the bracket of a valley is narrowed, by the golden section: to a hundredth of a step
 _SECTIONS = 10
 _GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
@@ -58,6 +61,8 @@ class ControlTrials:
         First and last value of each control that is tried.
     turns : sequence of sequence of float
         For each control, possible periods of the rates, such as a whole turn of an angle.
+    one_valley : bool
+        Whether the Hamiltonian and all limits are convex in the controls.
     """
 
     function: ca.Function
@@ -70,6 +75,7 @@ class ControlTrials:
     limits: Array
     ranges: Array
     turns: Sequence[Sequence[float]]
+    one_valley: bool
 
     @classmethod
     def of(
@@ -79,6 +85,8 @@ class ControlTrials:
         index: int,
         points: tuple[Integers, Array],
         costates: Array,
+        *,
+        one_valley: bool,
     ) -> ControlTrials:
         """Those at points of phase number `index`.
 
@@ -105,6 +113,7 @@ class ControlTrials:
             limits=limits,
             ranges=_ranges(limits, motion[:, dependence.columns], sizes),
             turns=[list(possible_periods(rates, signal)) for signal in tried],
+            one_valley=one_valley,
         )
 
     @property
@@ -132,7 +141,7 @@ class ControlTrials:
         for along in (False, True) if several else (False,):
             for j in range(count):
                 yield from self._alone(j, along=along)
-            if count > 1:
+            if count > 1 and not self.one_valley:
                 for point in np.random.default_rng(0).random((_TOGETHER, count)):
                     controls = np.tile(first + point * (last - first), (len(own), 1))
                     yield self._tried(controls, None, along=along)
@@ -142,11 +151,13 @@ class ControlTrials:
         for turn in (sign * period for period in self.turns[j] for sign in (1.0, -1.0)):
             yield self._with_one(j, self.own[:, j] + turn, along=along)
         first, last = self.ranges[j]
-        values, found = np.linspace(first, last, _ALONE), []
+        values, found = np.linspace(first, last, _ONE_VALLEY if self.one_valley else _ALONE), []
         for value in values:
             controls, hamiltonian = self._with_one(j, value, along=along)
             found.append(hamiltonian)
             yield controls, hamiltonian
+        if self.one_valley:
+            return
         yield from self._to_the_bottom(j, values, np.array(found), along=along)
 
     def _to_the_bottom(
