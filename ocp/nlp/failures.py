@@ -192,8 +192,9 @@ class _FailedSolve:
         """Iterations or seconds ran out."""
         return IterationLimit(
             f"'{self.problem.name}' used up its budget of iterations or seconds after "
-            f"{self.result.iterations} iterations{self.in_brackets}; {_of_kinks(self.problem)}"
-            "raise the budget, give a better guess or check the scales",
+            f"{self.result.iterations} iterations{self.in_brackets}; "
+            f"{remedy_for_kinks(self.problem)}raise the budget, give a better guess or check the "
+            "scales",
             self.iterate,
         )
 
@@ -226,14 +227,17 @@ class _FailedSolve:
         return NumericalTrouble(
             f"IPOPT got into numerical trouble on '{self.problem.name}' after "
             f"{self.result.iterations} iterations ('{self.result.status}'), {of_constraints}; "
-            f"{_of_kinks(self.problem)}state sizes by `scale`, give a better guess, or bound what "
-            "the objective depends on",
+            f"{remedy_for_kinks(self.problem)}state sizes by `scale`, give a better guess, or "
+            "bound what the objective depends on",
             self.iterate,
         )
 
 
-def _of_kinks(problem: Problem) -> str:
-    """What has kinks, which a solver of smooth problems may not get past; empty if nothing."""
+def remedy_for_kinks(problem: Problem) -> str:
+    """What has kinks, which a solver of smooth problems may not get past, and what to do.
+
+    Ends with "or", as other remedies follow. Empty if nothing has kinks.
+    """
     for what, operations in kinks_of(problem):
         return (
             f"{what} has a kink, by {' and '.join(operations)}: {_as_integral(problem, what)}state "

@@ -5,7 +5,19 @@ from __future__ import annotations
 import casadi as ca
 import pytest
 
-from ocp import Control, Ipopt, Phase, Problem, Settings, SolveFailed, State, collocate
+from ocp import (
+    AdaptiveMesh,
+    Control,
+    Ipopt,
+    Phase,
+    Problem,
+    Settings,
+    SolveFailed,
+    State,
+    Unverified,
+    collocate,
+    solve,
+)
 from ocp.numerics.kinks import kinked_operations
 
 x, v = State("x", "m"), State("v", "m/s")
@@ -45,3 +57,12 @@ def test_what_has_a_kink_is_named_with_a_remedy(problem, words):
 
 def test_where_all_is_smooth_nothing_is_said_of_kinks():
     assert "kink" not in complaint(burn(u**4))
+
+
+def test_an_answer_that_does_not_pass_names_it_too():
+    stop = 50 * ca.fmax(0, x - 0.6)
+    phase = Phase("stop", {x: v, v: u - stop}, {x: 0, v: 0}, {x: 0.62, v: 0.2}, end=3.0)
+    problem = Problem("stop", phase, minimise=phase.integral(u**2))
+    coarse = Settings(intervals=2, refinement=AdaptiveMesh(rounds=1))
+    with pytest.raises(Unverified, match="the rate of 'v' has a kink, by fmax: state both sides"):
+        solve(problem, settings=coarse)
