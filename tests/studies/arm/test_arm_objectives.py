@@ -270,7 +270,7 @@ def test_both_stages_in_one_problem_come_near_the_rigid_bound():
     assert 1.0 < max(solved.peaks) / case.rigid_bound < 1.06
     assert solved.durations[0] == pytest.approx(case.first.duration, abs=0.5)
     assert sum(solved.durations) == pytest.approx(208.0, abs=1e-6)
-    assert replay_sequence(solved).at_end < 1e-7
+    assert replay_sequence(solved.law).at_end < 1e-7
 
 
 def test_a_latch_that_is_missed_fails():

@@ -61,12 +61,12 @@ def sequence():
     replayed = partial(sequence_replay.replay_sequence, elements=3, settings=coarse)
 
     def refined(solved, *, residual, **_):
-        return RefinedSequence(solved, replayed(solved), (), residual, 0.0)
+        return RefinedSequence(solved, replayed(solved.law), (), residual, 0.0)
 
     with (
         mock.patch.object(study, "solve_sequence", partial(solve_sequence, intervals=(40, 5, 50))),
         mock.patch.object(study, "refine_sequence", refined),
-        mock.patch.object(study, "replay_sequence", lambda solved, *_: replayed(solved)),
+        mock.patch.object(study, "replay_sequence", lambda law, *_: replayed(law)),
         mock.patch.object(profile, "steps_for", return_value=coarse),
     ):
         question = SequenceStudy(total=19.8, dwell=1.0, sample_time=0.05)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
@@ -11,7 +12,7 @@ from scipy.interpolate import CubicHermiteSpline, CubicSpline
 from models.ancf.joints import Torque, joint_rates
 from ocp.arrays import Array
 from studies.arm.questions.sequence.replay import SequenceReplay, replay_drives
-from studies.arm.questions.sequence.solve import OptimalSequence
+from studies.arm.questions.sequence.solve import SequenceLaw
 from studies.arm.replay import sampled
 from studies.arm.replay.full_model import LockedMotion, steps_for
 from studies.arm.replay.loads import loads
@@ -45,18 +46,18 @@ class SampledSequence:
         return float(self.times[1])
 
 
-def sampled_to(solved: OptimalSequence, residual: float, step: float | None) -> SampledSequence:
+def sampled_to(law: SequenceLaw, residual: float, step: float | None) -> SampledSequence:
     """The profile at a sample time [s], or at the longest of `STEPS` that keeps a residual [J].
 
     Where none keeps it, at the shortest.
     """
-    big, dwell, _ = durations = solved.durations
+    big, dwell, _ = durations = law.durations
     for tried in STEPS if step is None else (step,):
         times = sampled.sample_times(sum(durations), tried)
-        torques = np.array(torques_at(solved, times))
+        torques = np.array(torques_at(law, times))
         root, elbow = (CubicSpline(times, x, bc_type="clamped") for x in torques)
         drives = Torque(_from(root, 0.0)), Torque(_from(elbow, big + dwell))
-        again = replay_drives(solved.case, durations, drives, settings=steps_for(residual))
+        again = replay_drives(law.case, durations, drives, settings=steps_for(residual))
         if again.left <= residual:
             break
     return SampledSequence(times, torques, again)
@@ -64,13 +65,17 @@ def sampled_to(solved: OptimalSequence, residual: float, step: float | None) -> 
 
 def _from(curve: CubicSpline, start: float) -> Callable[[Array], Array]:
     """A torque over the time since its motion began."""
-    return lambda t: np.asarray(curve(t + start))
+    return partial(_shifted, curve, start)
 
 
-def torques_at(solved: OptimalSequence, times: Array) -> tuple[Array, Array]:
+def _shifted(curve: CubicSpline, start: float, t: Array) -> Array:
+    return np.asarray(curve(t + start))
+
+
+def torques_at(law: SequenceLaw, times: Array) -> tuple[Array, Array]:
     """Torques of root and elbow (m,) [N m], zero while their joint is locked."""
-    root, elbow = solved.torques
-    lock, released_at, _ = np.cumsum(solved.durations)
+    root, elbow = law.torques
+    lock, released_at, _ = np.cumsum(law.durations)
     return (
         np.where(times <= lock, root(np.clip(times, 0, lock)), 0.0),
         np.where(times >= released_at, elbow(np.clip(times - released_at, 0, elbow.x[-1])), 0.0),
@@ -100,12 +105,12 @@ def _joint(motion: LockedMotion, k: int, times: Array) -> tuple[Array, Array]:
     return np.asarray(curve(inside)), np.where(times == inside, curve(inside, 1), 0.0)
 
 
-def torque_series(solved: OptimalSequence) -> dict[str, Series]:
+def torque_series(law: SequenceLaw) -> dict[str, Series]:
     """Both torques densely, for the figure."""
     axis = "figure/time"
-    times = np.linspace(0.0, sum(solved.durations), _FIGURE_SAMPLES)
+    times = np.linspace(0.0, sum(law.durations), _FIGURE_SAMPLES)
     arrays = {axis: Series("s", axis, times, "since the release of the root")}
-    for joint, torque in zip(JOINT_NAMES, torques_at(solved, times), strict=True):
+    for joint, torque in zip(JOINT_NAMES, torques_at(law, times), strict=True):
         arrays[f"figure/{joint}_torque"] = Series("N m", axis, torque, f"of the {joint}'s drive")
     return arrays
 

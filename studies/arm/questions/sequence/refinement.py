@@ -95,7 +95,7 @@ def refine_sequence(
     none = np.zeros(2 * case.first.model.size), np.zeros(2 * case.second.model.size)
 
     def tried(solved: OptimalSequence, aims: Aims) -> _TriedSequence:
-        replayed = replay_sequence(solved, settings=steps_for(residual))
+        replayed = replay_sequence(solved.law, settings=steps_for(residual))
         missed = [
             beside_rest(stage, motion.run.before)
             for stage, motion in zip(stages, (replayed.first, replayed.second), strict=True)

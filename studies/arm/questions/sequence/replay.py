@@ -14,7 +14,7 @@ from models.arm.lock import lock_reduced, released
 from models.arm.reduced_simulation import simulate_reduced
 from studies.arm.optimal.objectives import RESIDUAL
 from studies.arm.questions.sequence.problem import Sequence
-from studies.arm.questions.sequence.solve import OptimalSequence
+from studies.arm.questions.sequence.solve import SequenceLaw
 from studies.arm.replay.full_model import (
     ELEMENTS,
     MODES,
@@ -70,10 +70,10 @@ class SequenceReplay:
 
 
 def replay_sequence(
-    solved: OptimalSequence, elements: int = ELEMENTS, settings: StepControl | None = None
+    law: SequenceLaw, elements: int = ELEMENTS, settings: StepControl | None = None
 ) -> SequenceReplay:
     """Both motions on the full model, each from the state that the one before left."""
-    return replay_drives(solved.case, solved.durations, solved.drives, elements, settings)
+    return replay_drives(law.case, law.durations, law.drives, elements, settings)
 
 
 def replay_drives(
@@ -127,10 +127,10 @@ def replay_drives(
     return SequenceReplay(big, small)
 
 
-def replay_reduced(solved: OptimalSequence) -> tuple[float, float]:
+def replay_reduced(law: SequenceLaw) -> tuple[float, float]:
     """Energies right after both locks on B21 [J]."""
-    case, (big_time, dwell, small_time) = solved.case, solved.durations
-    root, elbow = solved.drives
+    case, (big_time, dwell, small_time) = law.case, law.durations
+    root, elbow = law.drives
 
     # big arm, up to the lock of the root
     model = case.first.model

@@ -44,6 +44,31 @@ _DENSE = 40 * 1001  # instants at which a peak is looked for
 
 
 @dataclass(frozen=True, eq=False)
+class SequenceLaw:
+    """What is driven in a sequence, and when: all that its replays need.
+
+    Attributes
+    ----------
+    case : Sequence
+    durations : of big arm, dwell and small arm [s].
+    torques : of root and elbow over the time since their stage began [N m].
+    """
+
+    case: Sequence
+    durations: tuple[float, float, float]
+    torques: tuple[PPoly, PPoly]
+
+    @property
+    def drives(self) -> tuple[Torque, Torque]:
+        """The torques as drives of root and elbow."""
+        root, elbow = self.torques
+        return (
+            torque_joints({ROOT: root}, root.x[-1])[ROOT],
+            torque_joints({ELBOW: elbow}, elbow.x[-1])[ELBOW],
+        )
+
+
+@dataclass(frozen=True, eq=False)
 class OptimalSequence:
     """A solved sequence.
 
@@ -96,13 +121,9 @@ class OptimalSequence:
         return PPoly(law.c, law.x - law.x[0])
 
     @property
-    def drives(self) -> tuple[Torque, Torque]:
-        """The same as drives of root and elbow."""
-        root, elbow = self.torques
-        return (
-            torque_joints({ROOT: root}, root.x[-1])[ROOT],
-            torque_joints({ELBOW: elbow}, elbow.x[-1])[ELBOW],
-        )
+    def law(self) -> SequenceLaw:
+        """What is driven and when."""
+        return SequenceLaw(self.case, self.durations, self.torques)
 
     @property
     def durations(self) -> tuple[float, float, float]:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from models.ancf.integrate import StepControl
 from models.arm.reduced_simulation import reduced_modes
 from studies.arm.config import SequenceStudy, as_dictionary
 from studies.arm.optimal.refinement import AGREE, FLOOR
@@ -23,7 +24,12 @@ from studies.arm.questions.sequence.profile import (
 )
 from studies.arm.questions.sequence.refinement import RefinedSequence, refine_sequence
 from studies.arm.questions.sequence.replay import SequenceReplay, replay_reduced, replay_sequence
-from studies.arm.questions.sequence.solve import OptimalSequence, alone, solve_sequence
+from studies.arm.questions.sequence.solve import (
+    OptimalSequence,
+    SequenceLaw,
+    alone,
+    solve_sequence,
+)
 from studies.arm.replay.full_model import ELEMENTS, followed, steps_for
 from studies.arm.report.quantities import CAP_EXCESS, Metric, table_rows
 from studies.arm.report.traces import Trace
@@ -32,6 +38,7 @@ from studies.arm.stage import ROOT
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.folder import provenance
+from studies.common.processes.side_by_side import Part, side_by_side
 from studies.common.result import Criterion, Result, Verdict
 from studies.common.scene.chain_shapes import shape_series
 
@@ -57,8 +64,13 @@ def find_sequence(study: SequenceStudy, console: Console) -> Result:
     check_rest(found)
     solved, settings = found.solved, steps_for(study.residual_energy)
     console.live("replaying on a finer full model, and sampled")
-    finer = replay_sequence(solved, FINER * ELEMENTS // 2, settings)
-    sampled = sampled_to(solved, study.residual_energy, study.sample_time)
+    law = solved.law
+    parts = [
+        Part(_finer, (law, settings)),
+        Part(_sampled, (law, study.residual_energy, study.sample_time)),
+        Part(_on_B21, (law,)),
+    ]
+    finer, sampled, on_B21 = side_by_side(parts, console)
 
     # what goes on swinging after the last lock
     small_time = solved.durations[2]
@@ -66,7 +78,7 @@ def find_sequence(study: SequenceStudy, console: Console) -> Result:
     replayed = dataclasses.replace(found.replay, second=followed(found.replay.second, after))
 
     beside, left_out = _beside(study, solved, console)
-    arrays = profile_series(sampled, replayed) | torque_series(solved)
+    arrays = profile_series(sampled, replayed) | torque_series(law)
     arrays |= load_series(replayed, solved.durations)
     for motion in (replayed.first, replayed.second):
         arrays |= Trace.of(motion).series()
@@ -76,7 +88,7 @@ def find_sequence(study: SequenceStudy, console: Console) -> Result:
         question=study.question,
         configuration=as_dictionary(study),
         arrays=arrays,
-        table=table_rows({"optimum": [*_facts(found, sampled), *beside]}),
+        table=table_rows({"optimum": [*_facts(found, sampled, on_B21), *beside]}),
         bounds={"rigid arm of this time, best split: peak torque [N m]": solved.rigid_bound},
         verdict=_verdict(found),
         checks=_criteria(study, found, finer, sampled),
@@ -93,6 +105,23 @@ def find_sequence(study: SequenceStudy, console: Console) -> Result:
         },
         provenance=provenance(),
     )
+
+
+def _finer(law: SequenceLaw, settings: StepControl, console: Console) -> SequenceReplay:
+    """Its replay with half as many elements again."""
+    return replay_sequence(law, FINER * ELEMENTS // 2, settings)
+
+
+def _sampled(
+    law: SequenceLaw, residual: float, step: float | None, console: Console
+) -> SampledSequence:
+    """Its profile."""
+    return sampled_to(law, residual, step)
+
+
+def _on_B21(law: SequenceLaw, console: Console) -> tuple[float, float]:
+    """What both locks leave on B21 [J]."""
+    return replay_reduced(law)
 
 
 def check_rest(found: RefinedSequence) -> None:
@@ -239,10 +268,11 @@ def _verified(name: str, unit: str, value: float, limit: float, excess: float = 
     return Criterion(name, unit, float(value), float(limit), held, sentence)
 
 
-def _facts(found: RefinedSequence, sampled: SampledSequence) -> list[Metric]:
+def _facts(
+    found: RefinedSequence, sampled: SampledSequence, on_B21: tuple[float, float]
+) -> list[Metric]:
     """Times, torques and what the locks leave."""
     solved, replayed = found.solved, found.replay
-    on_B21 = replay_reduced(solved)
     case, bound = solved.case, solved.rigid_bound
     big, dwell, small = solved.durations
     root, elbow = solved.peaks
@@ -329,7 +359,7 @@ def _without_rest(
         smoothing=solved.weight,
         progress=console.live,
     )
-    at_lock, at_end = replay_reduced(freed)
+    at_lock, at_end = replay_reduced(freed.law)
 
     head = "no rest at the first lock"
     quantities = [
