@@ -16,6 +16,7 @@ from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import duration_multiplier
 from ocp.problem.functionals import BoundaryValue, End, PhaseTime
 from ocp.problem.symbols import TIME, Between
+from ocp.refinement.better_motions.held_crossings import held_crossing
 from ocp.refinement.estimates.promised_gain import promised_gain
 from ocp.refinement.estimates.switch_detection import control_jumps
 from ocp.refinement.other_controls.promise import other_controls, others_remark, promised_by
@@ -45,6 +46,15 @@ def optimality_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
                 allowed.gain,
                 "what moving breakpoints promises to gain by its changes, to first order, relative "
                 "to the objective",
+            )
+        if promised := held_crossing(iterate, evidence.evaluator, index):
+            yield Condition(
+                f"crossings of kinks in '{principle.name}'",
+                promised,
+                allowed.crossings,
+                "what moving one by 1 % of the phase promises to gain, relative to the objective, "
+                "by the Hamiltonian's means before and behind it: a breakpoint may hold it at a "
+                "wrong time, and another number of intervals tells",
             )
 
     # other schemes have multipliers that meet the principle on any mesh, see `finer_mesh`

@@ -55,6 +55,9 @@ class Tolerances:
         controls, by other breakpoints where a path constraint acts, or beside a saddle. It is ten
         times the default of a solve, because such a promise is of first order, and often ten times
         what is gained.
+    crossings : float
+        What moving the crossing of a raised kink by 1 % of its phase promises to gain, relative to
+        the objective. The gain itself is far less, as the promise falls to nothing on the way.
     steps : float
         Step of a rate, integrand or constraint whose time depends on the motion, relative to its
         largest value: what is left where two branches are meant to be one function.
@@ -83,6 +86,7 @@ class Tolerances:
     changes: float = 0.5
     concave: float = 1e-6
     gain: float = CERTIFIED_GAIN
+    crossings: float = 2e-4
     steps: float = 1e-6
     peak: float = 1e-5
 

@@ -131,3 +131,15 @@ def dependence_on_controls(iterate: Iterate, evaluator: Evaluator, index: int) -
         return ControlDependence(*hamiltonian.expressions(), columns)
 
     return evaluator.once(("dependence on controls", index, signals, columns), made)
+
+
+def are_tied(iterate: Iterate, evaluator: Evaluator, index: int) -> bool:
+    """Whether several controls share an inequality with states or time in phase number `index`.
+
+    What such controls gain together is no part of `ocp.optimality.control_gains`: there the
+    inequality leaves none of them any room.
+    """
+    dependence = dependence_on_controls(iterate, evaluator, index)
+    paths = hamiltonian_of(evaluator, iterate.transcription, index).paths
+    constraints = iterate.transcription.constraints[index]
+    return any(not constraints[paths[place]].is_equation for place in dependence.tied)

@@ -26,7 +26,11 @@ from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import duration_multiplier, phase_costates
 from ocp.problem.display import with_unit
 from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
-from ocp.refinement.other_controls.dependence import dependence_on_controls, tried_signals
+from ocp.refinement.other_controls.dependence import (
+    are_tied,
+    dependence_on_controls,
+    tried_signals,
+)
 from ocp.refinement.other_controls.trials import ControlTrials, evaluations
 
 # Gauss points of an interval, and evaluations of the Hamiltonian in all: on fine meshes fewer
@@ -210,7 +214,7 @@ def others_of_phase(
         return None
     # a straight Hamiltonian has its least at an end of what straight limits leave, and neighbours
     # tell of it, unless limits leave a control no room alone
-    tied = not valleys_only and _are_tied(iterate, evaluator, index)
+    tied = not valleys_only and are_tied(iterate, evaluator, index)
     if dependence.is_straight and not (vanished or tied):
         return None
     intervals, tau, weights = _points_of(np.flatnonzero(where), len(tried))
@@ -257,18 +261,6 @@ def others_of_phase(
         vanished=vanished,
         one_valley=one_valley,
     )
-
-
-def _are_tied(iterate: Iterate, evaluator: Evaluator, index: int) -> bool:
-    """Whether several controls share an inequality with states or time in a phase.
-
-    What such controls gain together is no part of `ocp.optimality.control_gains`: there the
-    inequality leaves none of them any room.
-    """
-    dependence = dependence_on_controls(iterate, evaluator, index)
-    paths = hamiltonian_of(evaluator, iterate.transcription, index).paths
-    constraints = iterate.transcription.constraints[index]
-    return any(not constraints[paths[place]].is_equation for place in dependence.tied)
 
 
 def _points_of(intervals: Integers, controls: int) -> tuple[Integers, Array, Array]:
