@@ -52,7 +52,7 @@ def _draw_angles(panel: Axes, result: Result, stages: Sequence[Mapping[str, Any]
         name = stage["stage"]
         angle = np.degrees(result.arrays[f"{name.replace(' ', '_')}_angle"].values)
         panel.plot(time, angle, color=colour, label=f"{name}: {stage['duration']:.4g} s")
-    label_axes(panel, "time [s]", "joint or deployment angle [deg]")
+    label_axes(panel, "time [s]", "joint, ring angle [deg]")
     _legend_above(panel)
 
 
@@ -81,9 +81,11 @@ def _draw_vibration(panel: Axes, result: Result) -> None:
     for name in ("optimal", "Bezier", "Step5"):
         colour, style = look("optimum" if name == "optimal" else name)
         tip = 1e3 * result.arrays[f"tip/{name}"].values
-        panel.plot(axis, tip, style, color=colour, lw=1.2, label=f"ring by {name}")
+        law = "the optimum" if name == "optimal" else name
+        panel.plot(axis, tip, style, color=colour, lw=1.2, label=f"ring by {law}")
     label_axes(panel, "time since the ring's start [s]", "tip across the arm [mm]")
-    panel.axvline(result.details["stages"][-1]["duration"], color="0.5", lw=0.8)
+    # it ends below the legend
+    panel.axvline(result.details["stages"][-1]["duration"], ymax=0.83, color="0.5", lw=0.8)
     panel.set_title("the arm shaken by the ring (grey line: the ring has stopped)", fontsize=10)
     panel.legend(frameon=False, loc="upper right", ncols=3)
     low, high = panel.get_ylim()
