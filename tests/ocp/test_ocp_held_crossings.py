@@ -67,7 +67,7 @@ def test_a_step_of_means_is_seen() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("intervals", [33, 40])
 def test_a_held_crossing_is_freed(intervals: int) -> None:
-    """It was certified at 5.10122 from 40 intervals; a motion of 5.101149 is known."""
+    """It was certified at 5.10122 from 40 intervals; a motion of 5.1011486 is known."""
     found = solve(swing_up(), settings=Settings(intervals=intervals))
-    assert found.objective == pytest.approx(5.1011486, rel=1e-6)
+    assert found.objective == pytest.approx(5.1011486, rel=1e-5)
     assert certify(found).passed
