@@ -64,6 +64,14 @@ def test_any_other_choice_stays_as_it_is(stated):
     assert same_everywhere(written, stated)
 
 
+def test_a_signal_that_is_never_negative_may_be_a_factor():
+    stated = ca.if_else(force > 0, power, 0)
+    written = with_larger_ones(stated, [force, speed], [1])
+    assert ca.OP_FMAX in operations(written)
+    both = ca.Function("both", [force, speed], [stated, written])
+    assert all(float(a) == float(b) for a, b in (both(f, 2.0) for f in (-3.0, 0.0, 3.0)))
+
+
 def test_values_that_are_real_for_some_numbers_only():
     stated = ca.if_else(ca.sqrt(force) > speed, ca.sqrt(force), speed)
     assert ca.OP_FMAX in operations(with_larger_ones(stated, [force, speed]))

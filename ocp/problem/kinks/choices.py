@@ -4,13 +4,13 @@
 (see `ocp.problem.kinks.raised`).
 
 A choice by ``g > 0`` between a and b is ``fmax(a, b)`` where ``a - b = m g`` with a positive number
-m, and ``fmin(a, b)`` with a negative one. That is tested at random points. Of smooth expressions it
-then holds everywhere.
+m, and ``fmin(a, b)`` with a negative one. The number may come with a signal that is never negative.
+That is tested at random points. Of smooth expressions it then holds everywhere.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -44,21 +44,26 @@ class _Term:
     value: int
 
 
-def with_larger_ones(expression: ca.SX, symbols: Sequence[ca.SX]) -> ca.SX:
+def with_larger_ones(
+    expression: ca.SX, symbols: Sequence[ca.SX], never_negative: Iterable[int] = ()
+) -> ca.SX:
     """A scalar expression in which such choices are the larger or the lesser of two values.
 
     Parameters
     ----------
     symbols : sequence of SX
         All that it depends on.
+    never_negative : iterable of int
+        Which of them are never negative.
     """
     graph = graph_of([expression], symbols)
     if all(instruction.operation not in _COMPARISONS for instruction in graph.instructions):
         return expression
+    factors = [ca.SX(1), *(symbols[i] for i in never_negative)]
     written = dict[int, ca.SX]()
     for place in range(len(graph.instructions)):
         choice = _choice(graph, place)
-        larger = _larger(graph, symbols, *choice) if choice else None
+        larger = _larger(graph, symbols, factors, *choice) if choice else None
         if larger is not None:
             written[place] = larger
     instead = {place: (lambda _, value=value: value) for place, value in written.items()}
@@ -101,16 +106,27 @@ def _term(graph: ExpressionGraph, place: int) -> _Term | None:
 
 
 def _larger(
-    graph: ExpressionGraph, symbols: Sequence[ca.SX], term: _Term, other: int | None
+    graph: ExpressionGraph,
+    symbols: Sequence[ca.SX],
+    factors: Sequence[ca.SX],
+    term: _Term,
+    other: int | None,
 ) -> ca.SX | None:
-    """The larger or the lesser of both values of a choice, if it is one of these."""
+    """The larger or the lesser of both values of a choice, if it is one of these.
+
+    Parameters
+    ----------
+    factors : sequence of SX
+        What the numbers may come with.
+    """
     places = (term.value, term.less, term.more, *([] if other is None else [other]))
     first, less, more, *rest = ExpressionGraph(graph.instructions, places).rebuilt(symbols)
     second = rest[0] if rest else ca.SX(0)
-    factor = _constant_factor(first - second, more - less)
-    if not factor:
+    numbers = (_constant_factor(first - second, factor * (more - less)) for factor in factors)
+    number = next(filter(None, numbers), None)
+    if number is None:
         return None
-    return ca.fmax(first, second) if factor > 0 else ca.fmin(first, second)
+    return ca.fmax(first, second) if number > 0 else ca.fmin(first, second)
 
 
 def _constant_factor(expression: ca.SX, of: ca.SX) -> float | None:

@@ -29,6 +29,7 @@ from ocp.problem.display import text_of, unit_of
 from ocp.problem.functionals import Integral
 from ocp.problem.kinks.choices import with_larger_ones
 from ocp.problem.kinks.epigraph import Epigraph, VectorSize, epigraphs, with_limits
+from ocp.problem.kinks.signal_factors import with_signals_inside
 from ocp.problem.kinks.time_factors import constant_value, sign_of_factor
 from ocp.problem.kinks.vector_sizes import SizeOfVector, sizes_of_vectors
 from ocp.problem.phase import Phase, kept_alive
@@ -39,6 +40,7 @@ from ocp.problem.symbols import (
     Signal,
     Symbol,
     is_limited,
+    is_number,
     resolve,
 )
 
@@ -235,7 +237,9 @@ def _without_kinks(
     """The integrand with a control in place of each kink that only costs; None if it has none."""
     symbols = resolve(integral.expression, integral.name)
     bare = [symbol.symbol for symbol in symbols]
-    graph = graph_of([with_larger_ones(integral.expression, bare)], bare)
+    positive = [i for i, symbol in enumerate(symbols) if _is_never_negative(symbol)]
+    larger = with_larger_ones(integral.expression, bare, positive)
+    graph = graph_of([with_signals_inside(larger, bare, positive)], bare)
     kinks = list[_Kink]()
     vectors = sizes_of_vectors(graph, symbols, phase.bounds)
     for place, own in _costly(graph, symbols, phase, sign, vectors):
@@ -263,6 +267,11 @@ def _without_kinks(
 
     made = {place: (lambda _, new=new: new) for place, new in instead.items()}
     return graph.rebuilt(bare, made)[0]
+
+
+def _is_never_negative(symbol: Symbol) -> bool:
+    """Whether a limit keeps a signal from being negative."""
+    return isinstance(symbol, Signal) and is_number(symbol.lower) and symbol.lower >= 0
 
 
 def _sides(graph: ExpressionGraph, place: int, sign: int) -> Iterator[tuple[int, int]]:
