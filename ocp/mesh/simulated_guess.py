@@ -20,7 +20,7 @@ from ocp.numerics.columnwise import called
 from ocp.problem.parameters import Parameters
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
-from ocp.problem.symbols import TIME, Between
+from ocp.problem.symbols import TIME, Between, Symbol
 
 # draws, steps of a phase, and the most switches of a control in it
 _DRAWS = 512
@@ -30,6 +30,12 @@ _MOST_SWITCHES = 8
 _ON_BOUNDS = 0.7
 # typical sizes of a state beyond which a draw has run away
 _FAR = 1e4
+
+# Newton steps to algebraic signals at the start of a draw, and from one stage to the next. The
+# motion is a guess: what is left of an equation is for the solver.
+_FROM_GUESS, _FROM_STAGE = 12, 2
+# as many as are solved for in closed form
+_MOST_ALGEBRAICS = 6
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -43,7 +49,7 @@ class SimulatedGuess:
     fractions : (m + 1,)
         Of the phase.
     states, controls : mapping of str to (m + 1,), of str to (m,)
-        States at the fractions, controls between them.
+        States and algebraic signals at the fractions, controls between them.
     """
 
     start: float
@@ -70,7 +76,8 @@ class _Draws:
     ----------
     ends : (2, K)
         Initial and final time of each draw [s].
-    states : (m + 1, n_x, K)
+    states : (m + 1, n_x + n_z, K)
+        And algebraic signals.
     controls : (m, n_u, K)
     last : (K,)
         The step at which each draw ends.
@@ -95,7 +102,8 @@ def simulated_guesses(
 ) -> list[InitialGuess]:
     """Guesses in the order of how closely they come to the prescribed values.
 
-    None where a phase has algebraic signals, or a motion cannot be simulated from its start.
+    None where a motion cannot be simulated from its start, or equations are not as many as the
+    algebraic signals that they determine.
 
     Parameters
     ----------
@@ -106,7 +114,7 @@ def simulated_guesses(
     count : int
         How many are wanted.
     """
-    if any(problem.algebraics.values()):
+    if not all(_can_be_simulated(problem, phase) for phase in problem.phases):
         return []
     unknowns = [stated.unknowns[u.name] for u in problem.unknowns]
     numbers = np.array([*unknowns, *parameters.values.values()], dtype=float)
@@ -138,7 +146,10 @@ def _guess(problem: Problem, phase: Phase, drawn: _Draws, k: int) -> PhaseGuess:
         start=float(start),
         end=float(start + (end - start) * last / _STEPS),
         fractions=np.linspace(0.0, 1.0, last + 1),
-        states={s.name: drawn.states[: last + 1, i, k] for i, s in enumerate(phase.states)},
+        states={
+            s.name: drawn.states[: last + 1, i, k]
+            for i, s in enumerate((*phase.states, *problem.algebraics[phase.name]))
+        },
         controls={name: drawn.controls[:last, i, k] for i, name in enumerate(names)},
     )
 
@@ -161,15 +172,23 @@ def _drawn(
     u = _controls(problem, phase, parameters, own, sizes, random)
 
     h = (ends[1] - ends[0]) / _STEPS
-    step, states = _step(problem, phase).map(_DRAWS), [x.T]
     of_all = np.tile(numbers, (_DRAWS, 1))
+    equations = _Equations.of(problem, phase, parameters)
+    algebraics = problem.algebraics[phase.name]
+    states = [x.T]
+    if algebraics:
+        guessed = own.at_fractions(np.array([0.0]))
+        z = np.tile([float(guessed[a.name][0]) for a in algebraics], (_DRAWS, 1))
+        (z,) = called(equations.solved(_FROM_GUESS).map(_DRAWS), x.T, z, u[0].T, ends[0], of_all)
+        states = [np.hstack([x.T, z])]
+    step = _step(problem, phase, equations).map(_DRAWS)
     # a draw that runs away is infinite, and left out
     for i in range(_STEPS):
         states += called(step, states[-1], u[i].T, ends[0] + i * h, h, of_all)
     motion = np.stack(states).transpose(0, 2, 1)
 
     # a value that is none counts as one that has run away
-    scale = np.array([sizes[s.name] for s in phase.states])[None, :, None]
+    scale = np.array([sizes[s.name] for s in (*phase.states, *algebraics)])[None, :, None]
     with np.errstate(over="ignore"):
         away = np.nan_to_num(np.abs(motion) / scale, nan=np.inf).max(axis=1)
         miss = _misses(phase, parameters, np.nan_to_num(motion), scale)
@@ -258,29 +277,84 @@ def _controls(
     return np.stack(signals, axis=1) if signals else np.zeros((_STEPS, 0, _DRAWS))
 
 
-def _step(problem: Problem, phase: Phase) -> ca.Function:
-    """One step of the classical Runge-Kutta method.
+def _can_be_simulated(problem: Problem, phase: Phase) -> bool:
+    """Whether a phase has no algebraic signals, or few, and as many equations."""
+    algebraics = len(problem.algebraics[phase.name])
+    equations = sum(bound.is_equation for bound in phase.bounds)
+    return not algebraics or equations == algebraics <= _MOST_ALGEBRAICS
 
-    ``(x, u, t, h, unknowns and constants) -> x``, with `h` the length of the step [s].
+
+@dataclass(frozen=True, eq=False, repr=False)
+class _Equations:
+    """What determines the algebraic signals of a phase.
+
+    Attributes
+    ----------
+    inputs : list of SX
+        States, algebraic signals, controls, time, unknowns and constants.
+    residuals : SX (n_z,)
+        That are zero.
     """
-    x = ca.vertcat(*[s.symbol for s in phase.states])
-    t, h = TIME.symbol, ca.SX.sym("h")
-    inputs = [
-        x,
-        ca.vertcat(*[c.symbol for c in problem.controls[phase.name]], ca.SX(0, 1)),
-        t,
-        ca.vertcat(*[s.symbol for s in (*problem.unknowns, *problem.constants)], ca.SX(0, 1)),
-    ]
-    rates = ca.densify(ca.vertcat(*phase.dynamics.values()))
-    rate = ca.Function("rate", inputs, ca.cse([rates]))
-    u, numbers = inputs[1], inputs[3]
 
-    k1 = rate(x, u, t, numbers)
-    k2 = rate(x + 0.5 * h * k1, u, t + 0.5 * h, numbers)
-    k3 = rate(x + 0.5 * h * k2, u, t + 0.5 * h, numbers)
-    k4 = rate(x + h * k3, u, t + h, numbers)
+    inputs: list[ca.SX]
+    residuals: ca.SX
+
+    @classmethod
+    def of(cls, problem: Problem, phase: Phase, parameters: Parameters) -> _Equations:
+        """Those of a phase, whose limits agree."""
+
+        def column(symbols: Sequence[Symbol]) -> ca.SX:
+            return ca.vertcat(*[s.symbol for s in symbols], ca.SX(0, 1))
+
+        inputs = [
+            column(phase.states),
+            column(problem.algebraics[phase.name]),
+            column(problem.controls[phase.name]),
+            TIME.symbol,
+            column((*problem.unknowns, *problem.constants)),
+        ]
+        residuals = [
+            bound.expression - parameters.bound_limits[phase.name, bound.name][0]
+            for bound in phase.bounds
+            if bound.is_equation
+        ]
+        return cls(inputs, ca.densify(ca.vertcat(*residuals, ca.SX(0, 1))))
+
+    def solved(self, steps: int) -> ca.Function:
+        """Algebraic signals after so many Newton steps: ``inputs -> z``."""
+        x, z, u, t, numbers = self.inputs
+        slopes = ca.jacobian(self.residuals, z)
+        newton = ca.Function("newton", self.inputs, [z - ca.solve(slopes, self.residuals)])
+        after = z
+        for _ in range(steps):
+            after = newton(x, after, u, t, numbers)
+        return ca.Function("solved", self.inputs, [after])
+
+
+def _step(problem: Problem, phase: Phase, equations: _Equations) -> ca.Function:
+    """One step of the classical Runge-Kutta method, with algebraic signals from stage to stage.
+
+    ``(states and algebraic signals, u, t, h, unknowns and constants) -> the same, later``, with `h`
+    the length of the step [s].
+    """
+    x, z, u, t, numbers = equations.inputs
+    rates = ca.densify(ca.vertcat(*phase.dynamics.values()))
+    rate = ca.Function("rate", equations.inputs, ca.cse([rates]))
+    solved = equations.solved(_FROM_STAGE) if z.numel() else None
+    h = ca.SX.sym("h")
+
+    def stage(at: ca.SX, near: ca.SX, time: ca.SX) -> tuple[ca.SX, ca.SX]:
+        own = near if solved is None else solved(at, near, u, time, numbers)
+        return rate(at, own, u, time, numbers), own
+
+    k1, z1 = stage(x, z, t)
+    k2, z2 = stage(x + 0.5 * h * k1, z1, t + 0.5 * h)
+    k3, z3 = stage(x + 0.5 * h * k2, z2, t + 0.5 * h)
+    k4, z4 = stage(x + h * k3, z3, t + h)
     following = x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-    return ca.Function("step", [x, u, t, h, numbers], [ca.densify(following)])
+    last = z4 if solved is None else solved(following, z4, u, t + h, numbers)
+    both = ca.densify(ca.vertcat(following, last))
+    return ca.Function("step", [ca.vertcat(x, z), u, t, h, numbers], [both])
 
 
 def _misses(phase: Phase, parameters: Parameters, motion: Array, scale: Array) -> Array:

@@ -284,25 +284,57 @@ def test_what_is_out_of_reach_stays_so_and_is_called_unproven():
         solve(Problem("too far", phase, minimise=phase.integral(u**2)))
 
 
-def test_a_phase_with_algebraic_signals_is_not_simulated():
-    x, z = State("x"), Algebraic("z")
-    phase = Phase("a", {x: z}, {x: 0}, end=1.0, bounds=[Bound("e", z - x, lower=1, upper=1)])
+def test_algebraic_signals_follow_their_equations_in_a_simulated_guess():
+    # z = (x - 2 u)^(1/3) from an equation that is not linear, after a guess that is far off
+    x, z, u = State("x"), Algebraic("z"), Control("u", lower=1, upper=2)
+    cube = Bound("cube", z**3 + 2 * u - x, lower=0, upper=0)
+    phase = Phase("a", {x: z}, {x: -1}, end=1.0, bounds=[cube], guess={z: -3.0})
     problem = Problem("dae", phase, minimise=phase.at_end(x))
     parameters = parameters_of(problem)
     stated = initial_guess(problem, parameters)
-    random = np.random.default_rng(0)
-    assert simulated_guesses(problem, parameters, stated, {"x": 1, "z": 1}, 2, random) == []
+    sizes, random = {"x": 1, "z": 1, "u": 1}, np.random.default_rng(0)
+    guesses = simulated_guesses(problem, parameters, stated, sizes, 2, random)
+    assert len(guesses) == 2
+    for guess in guesses:
+        motion = guess.phases["a"]
+        # at the ends of the steps, where they are not interpolated
+        steps = np.linspace(0, 1, 161)
+        values = motion.at_fractions(steps)
+        held = motion.at_fractions(steps - 1e-9)["u"]  # controls of the step before
+        cubes = np.cbrt(values["x"] - 2 * held)
+        assert values["z"][1:] == pytest.approx(cubes[1:], abs=1e-4)
 
 
-def test_waves_alone_are_tried_where_a_phase_has_algebraic_signals():
-    # the pendulum once more, its angular acceleration by an equation
-    q, w, u = State("q", "rad"), State("w", "rad/s"), Control("u", "rad/s^2")
-    a = Algebraic("a", "rad/s^2")
-    newton = Bound("newton", a - u + 9.81 * ca.sin(q), lower=0, upper=0)
-    swing = Phase("swing", {q: w, w: a}, {q: 0, w: 0}, {q: np.pi, w: 0}, end=6.0, bounds=[newton])
-    solution = solve(Problem("pendulum", swing, minimise=swing.integral(u**2)))
-    assert solution.mesh_iterations[0].starts >= 2
-    assert solution.verification.passed
+def test_a_phase_with_fewer_equations_than_algebraic_signals_is_not_simulated():
+    x, y, z = State("x"), Algebraic("y"), Algebraic("z")
+    sums = Bound("e", z + y - x, lower=1, upper=1)
+    phase = Phase("a", {x: z}, {x: 0}, end=1.0, bounds=[sums])
+    problem = Problem("dae", phase, minimise=phase.at_end(x) + phase.integral(y**2))
+    parameters = parameters_of(problem)
+    stated = initial_guess(problem, parameters)
+    sizes, random = {"x": 1, "y": 1, "z": 1}, np.random.default_rng(0)
+    assert simulated_guesses(problem, parameters, stated, sizes, 2, random) == []
+
+
+def test_a_pendulum_with_the_force_of_its_rod_as_an_equation_is_swung_up():
+    # the bearing's friction grows with that force; by substitution the same problem has no equation
+    q, w, u = State("q", "rad"), State("w", "rad/s"), Control("u", "rad/s^2", lower=-2, upper=2)
+    rod = Algebraic("rod", "m/s^2")
+    force = w**2 + 9.81 * ca.cos(q)
+
+    def least(rod, bounds):
+        swing = Phase(
+            "swing",
+            {q: w, w: u - 9.81 * ca.sin(q) - 0.01 * rod * w},
+            {q: 0, w: 0},
+            {q: np.pi, w: 0},
+            end=Between(0.5, 10),
+            bounds=bounds,
+        )
+        return solve(Problem("pendulum", swing, minimise=swing.end_time)).objective
+
+    by_equation = least(rod, [Bound("balance", rod - force, lower=0, upper=0)])
+    assert by_equation == pytest.approx(least(force, []), rel=1e-6)
 
 
 def test_rows_missed_by_thousands_of_sizes_for_long_have_diverged():

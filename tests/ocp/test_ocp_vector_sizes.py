@@ -201,7 +201,7 @@ def test_limits_far_above_what_is_used_are_refused_and_a_scale_is_not():
         cost = ca.norm_2(vector(thrust)) + ca.sumsqr(vector(thrust)) / 2
         return Problem("least", phase, minimise=phase.integral(cost))
 
-    with pytest.raises(Unverified, match="state a scale="):
+    with pytest.raises(Unverified, match="for a vector state the scale= of its controls"):
         solve(problem(lower=-1e4, upper=1e4))
     stated, limited = (
         solve(problem(**options))
