@@ -353,7 +353,8 @@ def peak(
     absolute : bool
         Take the largest absolute value.
     scale : float or None
-        Typical size [unit]. It is derived from the guess if None.
+        Typical size [unit]. It is derived from the guess if None. Where it is stated, an excess is
+        a part of it or of the peak, whichever is larger.
 
     Raises
     ------

@@ -139,6 +139,7 @@ def _of_peaks(phase: Phase, problem: Problem, scales: Scales) -> Iterator[PathCo
                 upper=0.0,
                 scale=scales.functionals[peak],
                 sampled=True,
+                has_stated_scale=peak.scale is not None,
                 peak=peak,
                 sign=sign,
             )

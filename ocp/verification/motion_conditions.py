@@ -78,8 +78,8 @@ def _replayed_values(
         "part of its size",
     )
     for peak, (name, stated, dense) in zip(iterate.problem.peaks, verification.peaks, strict=True):
-        # a peak of zero has the size of what it might be
-        size = max(abs(stated), _OF_A_SCALE * iterate.scales.functionals[peak])
+        # a peak of zero has the size that is stated, or of what it might be
+        size = max(abs(stated), peak.scale or _OF_A_SCALE * iterate.scales.functionals[peak])
         yield Condition(
             f"peak '{name}'",
             abs(dense - stated) / size,

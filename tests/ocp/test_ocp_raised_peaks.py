@@ -2,9 +2,12 @@
 
 import re
 
+import casadi as ca
+import numpy as np
 import pytest
 
 from ocp import (
+    TIME,
     AdaptiveMesh,
     Bound,
     Control,
@@ -14,6 +17,7 @@ from ocp import (
     Settings,
     State,
     Unverified,
+    certify,
     solve,
 )
 from ocp.refinement.estimates.excess_price import is_affordable
@@ -53,6 +57,25 @@ def test_a_peak_that_leaks_is_raised_and_the_answer_is_no_better_than_the_optimu
     remark = r"its peaks count as high as they are .* costs (\S+) of"
     cost = float(re.search(remark, found.verdict)[1])
     assert cost == pytest.approx(found.objective / reported.objective - 1, rel=0.5)
+
+
+def test_a_peak_that_comes_to_zero_needs_the_size_that_matters():
+    # the control takes the whole gust, so that nothing moves
+    x, v = State("x", "m"), State("v", "m/s")
+    u = Control("u", "m/s^2", lower=-3, upper=3)
+    gust = 2.0 * ca.exp(-(((TIME - 1.3) / 0.15) ** 2))
+
+    def held(**options):
+        phase = Phase("p", {x: v, v: u + gust - 0.5 * v}, {x: 0, v: 0}, {x: 0, v: 0}, end=4.0)
+        cost = phase.peak(x, absolute=True, **options) + 0.01 * phase.integral(u**2)
+        return solve(Problem("held", phase, minimise=cost))
+
+    with pytest.raises(Unverified, match="state scale= of the Bound or peak"):
+        held()
+    found = held(scale=0.01)
+    # the integral of the square of the gust, whose tails are cut by less than 1e-15
+    assert found.objective == pytest.approx(0.04 * 0.15 * np.sqrt(np.pi / 2), rel=1e-6)
+    assert certify(found).passed
 
 
 def test_what_peaks_may_cost_keeps_a_certificate_true():
