@@ -56,7 +56,7 @@ def arm():
 
 
 def sequence():
-    """In a tenth of the paper's time, on a coarse mesh, with a coarse replay that sees much left."""
+    """In a tenth of the time, on a coarse mesh, with a coarse replay that sees much left."""
     coarse = StepControl(1e-5)
     replayed = partial(sequence_replay.replay_sequence, elements=3, settings=coarse)
 
