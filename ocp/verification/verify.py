@@ -238,8 +238,8 @@ def _reasons(
     yield _over(
         numbers.excess,
         _SLACK * accuracy.path,
-        "a path constraint or peak of the replay is exceeded by {} of its size; where that is next "
-        "to nothing, state scale= of the Bound or peak, a size that matters",
+        "a path constraint or peak of the replay is exceeded by {} of its size; if its value is "
+        "nearly zero, state scale= of the Bound or peak, the size that matters",
     )
     yield _over(
         numbers.dynamics,

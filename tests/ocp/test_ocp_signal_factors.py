@@ -8,6 +8,7 @@ from ocp import Control, Phase, Problem, State, certify, solve
 from ocp.problem.kinks.signal_factors import with_signals_inside
 
 force, speed, mass = symbols = [ca.SX.sym(name) for name in ("force", "speed", "mass")]
+SIGNALS = [0, 1, 2]
 POSITIVE = [1, 2]  # speed and mass
 
 
@@ -42,7 +43,7 @@ def same_everywhere(one, other):
     ids=str,
 )
 def test_a_factor_that_is_never_negative_goes_inside(stated, operation):
-    written = with_signals_inside(stated, symbols, POSITIVE)
+    written = with_signals_inside(stated, symbols, SIGNALS, POSITIVE)
     assert top(written) == operation
     assert same_everywhere(written, stated)
 
@@ -59,12 +60,21 @@ def test_a_factor_that_is_never_negative_goes_inside(stated, operation):
     ids=str,
 )
 def test_any_other_factor_stays_where_it_is(stated):
-    assert with_signals_inside(stated, symbols, POSITIVE) is stated
+    assert with_signals_inside(stated, symbols, SIGNALS, POSITIVE) is stated
 
 
 def test_without_a_sign_nothing_is_made_anew():
     stated = ca.fmax(0, force) * speed
-    assert with_signals_inside(stated, symbols, []) is stated
+    assert with_signals_inside(stated, symbols, SIGNALS, []) is stated
+
+
+def test_a_square_needs_no_limit_and_a_factor_that_is_no_signal_stays_outside():
+    stated = ca.fabs(force) * speed**2
+    assert top(with_signals_inside(stated, symbols, SIGNALS, [])) == "fmax"
+    # as of time, or of constants
+    assert with_signals_inside(stated, symbols, [0], []) is stated
+    # nor is a kink of what is no signal made one of a signal
+    assert with_signals_inside(stated, symbols, [1], [1]) is stated
 
 
 @pytest.mark.parametrize(

@@ -237,9 +237,10 @@ def _without_kinks(
     """The integrand with a control in place of each kink that only costs; None if it has none."""
     symbols = resolve(integral.expression, integral.name)
     bare = [symbol.symbol for symbol in symbols]
-    positive = [i for i, symbol in enumerate(symbols) if _is_never_negative(symbol)]
+    signals = [i for i, symbol in enumerate(symbols) if isinstance(symbol, Signal)]
+    positive = [i for i in signals if _is_never_negative(symbols[i])]
     larger = with_larger_ones(integral.expression, bare, positive)
-    graph = graph_of([with_signals_inside(larger, bare, positive)], bare)
+    graph = graph_of([with_signals_inside(larger, bare, signals, positive)], bare)
     kinks = list[_Kink]()
     vectors = sizes_of_vectors(graph, symbols, phase.bounds)
     for place, own in _costly(graph, symbols, phase, sign, vectors):
@@ -269,9 +270,9 @@ def _without_kinks(
     return graph.rebuilt(bare, made)[0]
 
 
-def _is_never_negative(symbol: Symbol) -> bool:
+def _is_never_negative(signal: Signal) -> bool:
     """Whether a limit keeps a signal from being negative."""
-    return isinstance(symbol, Signal) and is_number(symbol.lower) and symbol.lower >= 0
+    return is_number(signal.lower) and bool(signal.lower >= 0)
 
 
 def _sides(graph: ExpressionGraph, place: int, sign: int) -> Iterator[tuple[int, int]]:

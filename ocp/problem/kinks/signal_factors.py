@@ -37,6 +37,10 @@ class _Choice:
         """Times a number, a negative one of which swaps the larger and the lesser."""
         return _Choice(number * self.first, number * self.second, self.is_larger == (number >= 0.0))
 
+    def is_of(self, signals: ca.SX) -> bool:
+        """Whether it depends on signals. Kinks of time alone are at known instants."""
+        return bool(ca.depends_on(ca.vertcat(self.first, self.second), signals))
+
     @property
     def expression(self) -> ca.SX:
         """As CasADi has it."""
@@ -44,24 +48,30 @@ class _Choice:
 
 
 def with_signals_inside(
-    expression: ca.SX, symbols: Sequence[ca.SX], never_negative: Collection[int]
+    expression: ca.SX,
+    symbols: Sequence[ca.SX],
+    signals: Collection[int],
+    never_negative: Collection[int],
 ) -> ca.SX:
     """A scalar expression in which such factors stand inside the larger or the lesser of two.
+
+    Factors of numbers and of time stay outside: they need no control of their own.
 
     Parameters
     ----------
     symbols : sequence of SX
         All that it depends on.
-    never_negative : collection of int
-        Which of them are never negative.
+    signals, never_negative : collection of int
+        Which of them are signals, and which are never negative.
     """
     graph = graph_of([expression], symbols)
-    if not any(i.operation in _CHOICES for i in graph.instructions) or not never_negative:
+    if all(instruction.operation not in _CHOICES for instruction in graph.instructions):
         return expression
     values = ExpressionGraph(graph.instructions, tuple(range(len(graph.instructions)))).rebuilt(
         symbols
     )
     positive = _never_negative(graph, never_negative)
+    moving = ca.vertcat(*[symbols[i] for i in signals], ca.SX(0, 1))
     choices, written = dict[int, _Choice](), dict[int, ca.SX]()
     for place, instruction in enumerate(graph.instructions):
         made = _made(instruction, values, choices)
@@ -69,7 +79,7 @@ def with_signals_inside(
             value = 1 / values[factor] if instruction.operation == "div" else values[factor]
             if value.is_constant():
                 made = choice.scaled(float(value))
-            elif factor in positive:
+            elif factor in positive and choice.is_of(moving) and ca.depends_on(value, moving):
                 made = choice.times(value)
                 written[place] = made.expression
         if made is not None:
