@@ -1,9 +1,9 @@
 """Mesh refinement: solve, estimate the errors between the points, choose the next mesh.
 
-`refine` is the whole, and `loop` its loop of mesh iterations. `mesh_solver` solves one mesh, in as
-many `attempts` as it takes and within the `budget`. A `solved_mesh` is what the solver finished,
-and `mesh_iteration` its record. `first_round` tries other starts on the first mesh, and
-`past_kinks` leads a solver that is lost among kinks, by a loop of its own.
+`refine` is the whole: the `loop` of mesh iterations, and `reviews` of its answer. `mesh_solver`
+solves one mesh, in as many `attempts` as it takes and within the `budget`. A `solved_mesh` is what
+the solver finished, and `mesh_iteration` its record. `first_round` tries other starts on the first
+mesh, and `past_kinks` leads a solver that is lost among kinks, by a loop of its own.
 
 `estimates` say what is wrong with a mesh and where controls jump, `other_controls` what controls
 far away could gain, and `policies` make the next mesh. A refinement rule of one's own is a
@@ -11,6 +11,6 @@ far away could gain, and `policies` make the next mesh. A refinement rule of one
 mesh would help, and `stopped` makes the error of a refinement without an answer.
 
 `unwrapping` takes whole turns out of angles, `raised_peaks` sets peaks to what the motion has
-between its points, `saddles` looks for a lower motion beside a saddle, and `impulses` finds
+between its points, `better_motions` looks for what is lower than an answer, and `impulses` finds
 controls that need a limit.
 """

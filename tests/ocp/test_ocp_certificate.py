@@ -297,7 +297,7 @@ def test_a_stationary_point_that_is_no_minimum_fails(monkeypatch):
     with pytest.raises(Unbounded):
         solve(stated("maximise"))
     # with nothing that leaves it
-    monkeypatch.setattr("ocp.refinement.refine.lower_motion", lambda *_: None)
+    monkeypatch.setattr("ocp.refinement.reviews.left_saddle.lower_motion", lambda *_: None)
     names = {"curvature", "curvature of 'go'", "other controls"}
     assert failed(solve(stated("maximise"))) == names
 

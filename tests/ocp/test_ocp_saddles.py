@@ -169,7 +169,7 @@ def test_saddles_are_not_followed_where_ever_faster_changes_gain() -> None:
 
 def test_a_certificate_refuses_a_saddle(still: Solution, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr("ocp.refinement.refine.lower_motion", lambda *_: None)
+        patch.setattr("ocp.refinement.reviews.left_saddle.lower_motion", lambda *_: None)
         saddle = solve(still.problem, guess=still, constants={PUSH: 20.0})
     assert saddle.objective == pytest.approx(0.0, abs=1e-9)
     refused = [check for check in certify(saddle).checks if not check.passed]

@@ -1,1 +1,1 @@
-"""Motions that are better than an answer of the loop, to go on from: `ocp.refinement.refine`."""
+"""Motions that are better than an answer of the loop, for `ocp.refinement.reviews`."""

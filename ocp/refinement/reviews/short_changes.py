@@ -1,0 +1,26 @@
+"""The review for other controls that are better for a short time, between two points."""
+
+from __future__ import annotations
+
+from ocp.refinement.better_motions.saddles import held_still
+from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
+from ocp.refinement.other_controls.points_there import mesh_with_points_there
+from ocp.refinement.other_controls.promise import other_controls, promised_by
+from ocp.refinement.reviews.finding import Answer, Finding, Onward
+
+
+def short_changes(answer: Answer) -> Finding:
+    """Where controls of the answer's own valley are better, and a mesh with points there.
+
+    As good an answer on a mesh without these points is none.
+    """
+    meshes, iterate = answer.meshes, answer.best.iterate
+    if not (answer.is_settled and meshes.settings.refinement.adapts):
+        return Finding()
+    others = list(other_controls(iterate, meshes.evaluator))
+    nearby = [other for other in others if other.one_valley and not other.vanished]
+    if not promised_by(nearby, iterate) > CERTIFIED_GAIN:
+        return Finding()
+    names = [phase.name for phase in meshes.problem.phases]
+    mesh = mesh_with_points_there(held_still(iterate), nearby, names)
+    return Finding(Onward(iterate, mesh, former="coarser"))

@@ -1,0 +1,52 @@
+"""The review for what is so narrow that the points of an answer do not see it."""
+
+from __future__ import annotations
+
+from ocp.optimality.steps import steps_along
+from ocp.problem.symbols import Constant
+from ocp.refinement.better_motions.saddles import held_still
+from ocp.refinement.estimates.missed_slopes import missed_slopes
+from ocp.refinement.estimates.motion_errors import MotionErrors
+from ocp.refinement.estimates.narrow_features import (
+    NarrowFeature,
+    mesh_that_sees,
+    narrow_features,
+)
+from ocp.refinement.reviews.finding import Answer, Finding, Onward
+from ocp.refinement.solved_mesh import VERIFIABLE_SLACK
+
+
+def unseen_features(answer: Answer) -> Finding:
+    """What is missed, and a mesh that sees it.
+
+    What was solved before is no answer: it holds for a problem without that.
+    """
+    features, of_constants = _features(answer)
+    unseen = (*features, *of_constants)
+    if not (unseen and answer.meshes.settings.refinement.adapts) or _has_steps(answer):
+        return Finding(features=features)
+    iterate = answer.best.iterate
+    mesh = mesh_that_sees(held_still(iterate), unseen)
+    return Finding(Onward(iterate, mesh, former="none"), features)
+
+
+def _has_steps(answer: Answer) -> bool:
+    """Whether something steps where the motion crosses it: no mesh resolves that, and it is told.
+
+    A mesh that begins to resolve what is steep would hide it.
+    """
+    motion, evaluator = answer.best.iterate.trajectory, answer.meshes.evaluator
+    return any(step.unseen for step in steps_along(answer.meshes.problem, motion, evaluator))
+
+
+def _features(answer: Answer) -> tuple[tuple[NarrowFeature, ...], tuple[NarrowFeature, ...]]:
+    """What the points do not see, and what sensitivities alone miss by that."""
+    iterate, evaluator = answer.best.iterate, answer.meshes.evaluator
+    errors = answer.best.errors.of_motion or MotionErrors(
+        iterate.transcription, iterate.trajectory, evaluator, iterate.parameters
+    )
+    allowed = VERIFIABLE_SLACK * answer.meshes.settings.accuracy.dynamics
+    slopes = list(missed_slopes(iterate, evaluator, allowed))
+    moving = [slope.feature for slope in slopes if not isinstance(slope.symbol, Constant)]
+    of_constants = [slope.feature for slope in slopes if isinstance(slope.symbol, Constant)]
+    return (*narrow_features(errors, allowed), *moving), tuple(of_constants)
