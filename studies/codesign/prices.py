@@ -135,7 +135,7 @@ def _of_the_requirements(
     truss = with_symbols(study.deployment.truss, **design)
     for one in held:
         if not one.at_rest and abs(float(one.slack(truss))) <= NEAR:
-            side = "lower" if one.least else "upper"
+            side = "lower" if one.is_least else "upper"
             yield _price(one.title, one.unit, side, one.limit, slopes[f"{one.title} {side}"])
 
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Any
+from typing import Any, Literal
 
 import casadi as ca
 import numpy as np
@@ -46,7 +46,7 @@ class Requirement:
     title, unit : of the number.
     key : where the limit is stated.
     limit : least or largest value [unit].
-    least : whether it is the least one.
+    side : which of the two.
     expression : the number, of a truss or of a stand-in.
     at_rest : whether a limit on the motion implies it, since the motion begins and ends at rest.
     """
@@ -55,54 +55,29 @@ class Requirement:
     unit: str
     key: str
     limit: float
-    least: bool
+    side: Literal["least", "most"]
     expression: Callable[[TrussParameters], Any]
     at_rest: bool = False
 
-    @classmethod
-    def at_least(
-        cls,
-        title: str,
-        unit: str,
-        key: str,
-        limit: float,
-        expression: Callable[[TrussParameters], Any],
-        *,
-        at_rest: bool = False,
-    ) -> Requirement:
-        """A number that may not be less than its limit."""
-        return cls(title, unit, key, limit, True, expression, at_rest)
-
-    @classmethod
-    def at_most(
-        cls,
-        title: str,
-        unit: str,
-        key: str,
-        limit: float,
-        expression: Callable[[TrussParameters], Any],
-        *,
-        at_rest: bool = False,
-    ) -> Requirement:
-        """A number that may not be more than its limit."""
-        return cls(title, unit, key, limit, False, expression, at_rest)
+    @property
+    def is_least(self) -> bool:
+        """Whether the number may not be less than the limit."""
+        return self.side == "least"
 
     def bound(self, truss: TrussParameters) -> Bound:
         """The same for the problem of a truss with unknowns."""
-        lower, upper = (self.limit, math.inf) if self.least else (-math.inf, self.limit)
+        lower, upper = (self.limit, math.inf) if self.is_least else (-math.inf, self.limit)
         return Bound(self.title, self.expression(truss), self.unit, lower=lower, upper=upper)
 
     def slack(self, truss: TrussParameters) -> Any:
         """How far a design is within the limit, relative to its size; negative beyond it."""
         room = self.expression(truss) - self.limit
-        return (room if self.least else -room) / max(abs(self.limit), 1e-3)
+        return (room if self.is_least else -room) / max(abs(self.limit), 1e-3)
 
     @property
     def words(self) -> str:
         """The requirement, as a sentence names it."""
-        return (
-            f"{self.title} of at {'least' if self.least else 'most'} {self.limit:.6g} {self.unit}"
-        )
+        return f"{self.title} of at {self.side} {self.limit:.6g} {self.unit}"
 
 
 def requirements(study: CodesignStudy) -> tuple[Requirement, ...]:
@@ -116,20 +91,20 @@ def _of_the_design(study: CodesignStudy) -> Iterator[Requirement]:
     def stated(limit: float | None, number: Callable[[TrussParameters], Any]) -> float:
         return float(number(truss)) if limit is None else limit
 
-    yield Requirement.at_least(
-        "link per crank", "1", "truss.link", LEAST_RATIO, lambda t: t.link / t.crank
+    yield Requirement(
+        "link per crank", "1", "truss.link", LEAST_RATIO, "least", lambda t: t.link / t.crank
     )
     holding = stated(design.holding_force, _holding_force)
-    yield Requirement.at_least(
-        "holding force", "N", "design.holding_force", holding, _holding_force
+    yield Requirement(
+        "holding force", "N", "design.holding_force", holding, "least", _holding_force
     )
     stroke = stated(design.stroke, _stroke)
-    yield Requirement.at_most("stroke of the rope", "m", "design.stroke", stroke, _stroke)
+    yield Requirement("stroke of the rope", "m", "design.stroke", stroke, "most", _stroke)
 
     # the bars and the folded cross-bars are no part of what is free
     height = design.stowed_height or truss.bar_length
-    yield Requirement.at_most(
-        "stowed height", "m", "design.stowed_height", height, _room_of_the_sliders
+    yield Requirement(
+        "stowed height", "m", "design.stowed_height", height, "most", _room_of_the_sliders
     )
 
 
@@ -147,16 +122,16 @@ def _at_rest(study: CodesignStudy) -> Iterator[Requirement]:
 
     title = "tension of the stowed rope"
     least = caps.least_tension
-    yield Requirement.at_least(title, "N", "caps.least_tension", least, least_pull, at_rest=True)
+    yield Requirement(title, "N", "caps.least_tension", least, "least", least_pull, at_rest=True)
     if caps.force is not None:
         title = "rope force of the open truss"
-        yield Requirement.at_most(
-            title, "N", "caps.force", caps.force, _holding_force, at_rest=True
+        yield Requirement(
+            title, "N", "caps.force", caps.force, "most", _holding_force, at_rest=True
         )
     if caps.bar_force is not None:
         title = "largest force in a bar of the open truss"
-        yield Requirement.at_most(
-            title, "N", "caps.bar_force", caps.bar_force, open_bars, at_rest=True
+        yield Requirement(
+            title, "N", "caps.bar_force", caps.bar_force, "most", open_bars, at_rest=True
         )
 
 
@@ -189,7 +164,7 @@ def _while_it_creeps(study: CodesignStudy) -> Iterator[Requirement]:
         ("largest force in a bar while it creeps", "bar_force", caps.bar_force, bars),
     ):
         if cap is not None:
-            yield Requirement.at_most(title, "N", f"caps.{key}", cap, number, at_rest=True)
+            yield Requirement(title, "N", f"caps.{key}", cap, "most", number, at_rest=True)
 
 
 def _holding_force(truss: TrussParameters) -> Any:
@@ -223,7 +198,7 @@ def check_some_design(study: CodesignStudy, held: Sequence[Requirement]) -> None
         value = float(requirement.expression(with_symbols(study.deployment.truss, **design)))
         kept = [one.words for one in held[1:count] if abs(_slack_at(study, one, design)) <= 1e-4]
         beside = f" beside {' and '.join(kept)}" if kept else ""
-        extreme = "most" if requirement.least else "least"
+        extreme = "most" if requirement.is_least else "least"
         raise StudyError(
             f"no design within {100 * study.design.range:g} % was found with a "
             f"{requirement.words}{beside}: the {extreme} found is {value:.6g} {requirement.unit}; "
