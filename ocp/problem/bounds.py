@@ -96,7 +96,7 @@ def checked_bounds(bounds: Any, where: str) -> tuple[Bound, ...]:
     Raises
     ------
     StatementError
-        When an entry is neither a `Bound` nor a relation.
+        When an entry is neither a `Bound` nor a relation, or bounds a mere number.
     """
     if isinstance(bounds, Bound):
         raise StatementError(
@@ -110,7 +110,19 @@ def checked_bounds(bounds: Any, where: str) -> tuple[Bound, ...]:
             "as [x <= 2]"
         ) from error
     stated = [e if isinstance(e, Bound) else _from_relation(e, where) for e in entries]
-    return tuple(bound for entry in stated for bound in _with_plain_limits(entry))
+    plain = tuple(bound for entry in stated for bound in _with_plain_limits(entry))
+    for bound in plain:
+        _check_depends(bound, where)
+    return plain
+
+
+def _check_depends(bound: Bound, where: str) -> None:
+    """StatementError where nothing that a solver could change is bounded."""
+    if not bound.symbols:
+        raise StatementError(
+            f"the bound '{bound.name}' of {where} is on the number {float(bound.expression):g}, "
+            "which no motion changes; write what is bounded, or take the bound out"
+        )
 
 
 def _with_plain_limits(bound: Bound) -> Iterator[Bound]:

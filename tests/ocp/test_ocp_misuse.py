@@ -398,3 +398,15 @@ def test_functionals_of_a_phase_serve_its_copies():
         found = solve(task(copied, minimise=original.integral(u**2)))
         assert found.objective == pytest.approx(12 / 4**3, rel=1e-8)
     assert task(damped, minimise=damped_again.integral(u**2)).phases == (damped,)
+
+
+@pytest.mark.parametrize("expression", [0 * x, x - x, 3.0])
+def test_a_bound_on_a_mere_number_is_refused(expression: object) -> None:
+    sentence = r"the bound 'room' of phase 'drive' is on the number (0|3), which no motion changes"
+    with pytest.raises(StatementError, match=sentence):
+        drive(bounds=[Bound("room", expression, lower=1.0)])
+    with pytest.raises(StatementError, match="the bound 'room' of problem 'task' is on the number"):
+        task(PUSH, bounds=[Bound("room", expression, lower=1.0)])
+    # a limit that is sought is bounded by a number
+    limited = task(PUSH, bounds=[Bound("room", 3.0, lower=MOST)])
+    assert [bound.symbols for bound in limited.bounds] == [(MOST,)]
