@@ -18,7 +18,7 @@ from models.laws import Law
 from ocp.arrays import Array
 from studies.arm.laws.rigid import feed_forward, joint_motion
 from studies.arm.replay.full_model import Drive
-from studies.arm.replay.reduced_model import ArmEquations, arm_equations, march, runge_kutta
+from studies.arm.replay.reduced_model import ArmEquations, arm_equations, march
 from studies.arm.stage import Stage
 
 _STABLE = 2.2  # step times the fastest mode's angular frequency; the method's limit is 2.8
@@ -80,7 +80,7 @@ def _given(stage: Stage, law: Law, drive: Drive, t: Array) -> Array:
 def _functions(stage: Stage, drive: Drive, arms: int) -> tuple[ca.Function, ca.Function]:
     """One step and the energy left of many arms of the stage; the factors are the same for all."""
     equations = _equations(stage, drive)
-    advance = runge_kutta(equations.rate).map("advance", "serial", arms, [2], [])
+    advance = equations.step.map("advance", "serial", arms, [2], [])
     return advance, equations.energy.map("energy", "serial", arms, [2], [])
 
 

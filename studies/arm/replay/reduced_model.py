@@ -35,7 +35,7 @@ Factors = tuple[float, float, float]
 NOMINAL: Factors = (1.0, 1.0, 1.0)
 STEP = 0.0025  # [s]; stable for the fastest mode of B21, 144 Hz
 STEPS = 16000  # of one arm followed, or more
-_MANY = 100_000  # steps of single arms from which compiled code pays
+_MANY = 15_000  # steps of single arms from which compiled code pays: it takes half a second
 # Periods of the fastest mode beyond which explicit steps take a minute. No mode swings through so
 # slow a motion, so that implicit steps are long, and as exact.
 _MANY_PERIODS = 3e4
@@ -77,13 +77,14 @@ class ArmEquations:
 
     Attributes
     ----------
-    rate : `(y, input, factors) -> dy/dt`; the input is the torque [N m], or the joint's angle with
-        its first two derivatives.
+    step : `(y, inputs, factors, length) -> y` after one step of the method of order 4; the inputs
+        at its start, middle and end are the torque [N m], or the joint's angle with its first two
+        derivatives.
     energy : `(y, input, factors) -> E_res` [J] if the joint locked now.
     start : (n,) y at the start, at rest.
     """
 
-    rate: ca.Function
+    step: ca.Function
     energy: ca.Function
     start: Array
 
@@ -122,7 +123,7 @@ def residuals(
 
     factors = np.array(points).T
     shared = [1, 3]  # the input and the step are the same for all arms
-    advance = runge_kutta(equations.rate).map("advance", "serial", arms, shared, [])
+    advance = equations.step.map("advance", "serial", arms, shared, [])
 
     def each_step() -> Iterator[Array]:
         for k in range(steps):
@@ -156,16 +157,16 @@ def follow(motion: Motion, samples: int) -> ReducedMotion:
     stage, joint = motion.stage, motion.joints[motion.stage.moving[0]]
     if not isinstance(joint, Torque):
         raise ValueError("follow: the motion is not under torque")
-    equations = arm_equations(stage, "torque")
-
     # as many steps from sample to sample as make `STEPS` in all
     each = int(np.ceil(max(STEPS, stage.duration / STEP) / (samples - 1)))
+    equations = arm_equations(stage, "torque", compiled=each * (samples - 1) > _MANY)
+
     half_steps = np.linspace(0.0, stage.duration, 2 * each * (samples - 1) + 1)
     torque = joint.torque(half_steps)
     triples = np.stack((torque[:-1:2], torque[1::2], torque[2::2]), axis=1)
     parts = triples.reshape(samples - 1, 1, -1)
 
-    advance = runge_kutta(equations.rate).mapaccum("follow", each)
+    advance = equations.step.mapaccum("follow", each)
     path = np.empty((len(equations.start), samples))
     path[:, 0] = equations.start
     for k, part in enumerate(parts):
@@ -177,7 +178,7 @@ def follow(motion: Motion, samples: int) -> ReducedMotion:
     return ReducedMotion(stage.model, times, q, v, tip=nodes[12:14], elbow=nodes[4:6])
 
 
-def runge_kutta(rate: ca.Function) -> ca.Function:
+def runge_kutta(rate: ca.Function, compiled: bool = False) -> ca.Function:
     """One step of the classical method of order 4; inputs at its start, middle and end."""
     y, given = ca.MX.sym("y", *rate.size_in(0)), ca.MX.sym("given", rate.size1_in(1), 3)
     factors, step = ca.MX.sym("factors", 3), ca.MX.sym("step")
@@ -186,7 +187,7 @@ def runge_kutta(rate: ca.Function) -> ca.Function:
     third = rate(y + step / 2 * second, given[:, 1], factors)
     fourth = rate(y + step * third, given[:, 2], factors)
     after = y + step / 6 * (first + 2 * second + 2 * third + fourth)
-    return ca.Function("step", [y, given, factors, step], [after])
+    return ca.Function("step", [y, given, factors, step], [after], _options(compiled))
 
 
 def arm_equations(stage: Stage, drive: Drive, compiled: bool = False) -> ArmEquations:
@@ -197,7 +198,7 @@ def arm_equations(stage: Stage, drive: Drive, compiled: bool = False) -> ArmEqua
     stage : Stage
     drive : "torque" or "angle"
     compiled : bool
-        Whether to have the rates compiled, if gcc is at hand.
+        Whether to have the step compiled, if gcc is at hand.
     """
     return _equations(stage.lasting(1.0), drive, compiled)
 
@@ -215,8 +216,9 @@ def _equations(stage: Stage, drive: Drive, compiled: bool) -> ArmEquations:
     rate = ca.vertcat(speed, acceleration)
 
     arguments = [state, given, factors]
+    # compiled as a whole: with the rates alone, a step would take twice as long
     return ArmEquations(
-        rate=ca.Function("rate", arguments, [rate], _options(compiled)),
+        step=runge_kutta(ca.Function("rate", arguments, [rate], {"cse": True}), compiled),
         energy=ca.Function("left", arguments, [_energy(stage, factors, drive, *place)]),
         start=start,
     )
@@ -283,8 +285,7 @@ def _affine(stage: Stage, factors: Any, build: _Mechanics) -> tuple[Any, ...]:
 
 def _options(compiled: bool) -> dict[str, Any]:
     """Options of a function that is evaluated often."""
-    options: dict[str, Any] = {"cse": True}
-    if compiled and shutil.which("gcc"):
-        flags = {"flags": ["-O2"], "directory": f"{tempfile.gettempdir()}/"}
-        options |= {"jit": True, "compiler": "shell", "jit_options": flags}
-    return options
+    if not (compiled and shutil.which("gcc")):
+        return {}
+    flags = {"flags": ["-O2"], "directory": f"{tempfile.gettempdir()}/"}
+    return {"jit": True, "compiler": "shell", "jit_options": flags}
