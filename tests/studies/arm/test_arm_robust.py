@@ -18,16 +18,18 @@ from studies.arm.config import RobustStudy
 from studies.arm.optimal.motion import angle_joints, torque_joints
 from studies.arm.questions.robust import comparison as robust_study
 from studies.arm.questions.robust import problem as robust_problem
+from studies.arm.questions.robust import trials as robust_trials
 from studies.arm.questions.robust.draws import draw_series, rates_in_words, rates_of
 from studies.arm.questions.robust.problem import solve_nominal
 from studies.arm.questions.robust.spread import SPREADS, Spread
 from studies.arm.replay.full_model import Motion, replay
 from studies.arm.replay.reduced_model import reduced_residual, residuals, varied
-from studies.arm.replay.sampled import sampled_to
+from studies.arm.replay.sampled import SampledProfile, sampled_to
 from studies.arm.stage import big_arm, both_arms, small_arm
 from studies.cli import main
 from studies.common.console import silent
 from studies.common.exit_codes import ExitCode, StudyError
+from studies.common.processes.side_by_side import side_by_side
 
 STAGES = {"big": big_arm(0.5), "small": small_arm(0.5)}
 OTHER = (0.7, 1.2, 1.4)  # big stiffness, small stiffness, tip mass
@@ -176,18 +178,54 @@ def test_a_mesh_is_halved_until_a_replay_agrees_with_the_solver(
         robust_problem, "worst_of_its_arms", lambda motion, spread, live: motion.left
     )
     monkeypatch.setattr(robust_problem, "packed", lambda solution, known: solution)
-    sought = robust_problem._Sought(STAGES["small"], None, SPREADS["angle"], 1.0, 10.0, 0.1)
+    sought = robust_problem.SoughtMotion(STAGES["small"], None, SPREADS["angle"], 1.0, 10.0, 0.1)
     assert robust_problem._solved_robust(sought, 60, console) == (10.0, intervals)
     assert guessed == guesses
     assert next(remaining, "none") == "none"  # nothing is solved once both agree
     assert console.progress_to.getvalue().count("\n") == len(left)  # one line of each mesh
 
 
+def test_the_nominal_arm_of_a_map_is_the_one_that_its_samples_are_held_against(monkeypatch):
+    replayed = []
+
+    def replay_(motion, settings=None):
+        replayed.append(motion.stage.arm)
+        return SimpleNamespace(residual_energy=9.0 if settings is None else 4.0)
+
+    def sampled_(exact, residual):
+        assert residual > exact.residual_energy
+        return SampledProfile(exact, None, None, None)
+
+    monkeypatch.setattr(robust_trials, "replay", replay_)
+    monkeypatch.setattr(robust_trials, "sampled_to", sampled_)
+    wave, _ = pushed(STAGES["big"])
+    motion = SimpleNamespace(
+        name="wave",
+        stage=wave.stage,
+        peak_torque=np.array([30.0, 0.0]),
+        motion=lambda drive: dataclasses.replace(wave, drive=drive),
+    )
+    spread = SPREADS["torque"]
+    arms = robust_trials.TriedArms(spread, 2, spread.drawn(3, seed=1))
+    answers = side_by_side(robust_trials.parts_of(motion, arms), silent(), processes=1)
+    said = []
+    found = robust_trials.map_of(motion, arms, answers, said.append)
+
+    assert np.array_equal(found.full, [[2.0, 2.0, 2.0], [2.0, 3.0, 2.0], [2.0, 2.0, 2.0]])
+    assert found.at_nominal == 3.0
+    assert sum(arm == wave.stage.arm for arm in replayed) == 1
+    factors = [*spread.grid(2), *arms.drawn]
+    left = residuals(wave, factors)
+    assert np.concatenate([found.reduced.ravel() ** 2, found.drawn]) == pytest.approx(left)
+    assert "2 x 2 arms" in said[0]
+    assert next(answers, "none") == "none"
+
+
 def coarse(drive, stage, copies, intervals, monkeypatch):
     """Nominal peak [N m] and ratios of the robust motion: few copies, coarse mesh, few arms."""
     spread = Spread(drive, SPREADS[drive].axes, copies)
     monkeypatch.setitem(robust_study.SPREADS, drive, spread)
-    monkeypatch.setattr(robust_study, "FULL", 2)
+    monkeypatch.setattr(robust_trials, "FULL", 2)
     found = robust_study.compare(stage, drive, 4, silent(), intervals=intervals, shares=(1.1,))
     assert found.holds
     assert 1.05 < found.robust[0].peak / found.nominal.peak <= 1.1

@@ -6,86 +6,67 @@ One robust motion may take a tenth more peak torque than the nominal one, the ot
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+import itertools
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from models.ancf.integrate import StepControl
-from ocp.arrays import Array
 from studies.arm.config import RobustStudy, as_dictionary
-from studies.arm.optimal.motion import OptimalMotion
-from studies.arm.optimal.refinement import FLOOR
-from studies.arm.questions.robust.draws import (
-    draw_series,
-    energies_of_draws,
-    rates_in_words,
-    rates_of,
+from studies.arm.questions.robust.draws import draw_series, rates_in_words, rates_of
+from studies.arm.questions.robust.problem import (
+    found_robust,
+    robust_parts,
+    solve_nominal,
+    sought_motions,
 )
-from studies.arm.questions.robust.problem import solve_nominal, solve_robust
 from studies.arm.questions.robust.spread import SPREADS, WIDTH, Spread
-from studies.arm.replay.full_model import Drive, Motion, replay
-from studies.arm.replay.reduced_model import Factors, residuals, varied
-from studies.arm.replay.sampled import SampledProfile, sampled_to
+from studies.arm.questions.robust.trials import (
+    FULL,
+    MASSES,
+    ResidualMap,
+    TriedArms,
+    allowed,
+    map_of,
+    mass_parts,
+    parts_of,
+)
+from studies.arm.replay.full_model import Drive
+from studies.arm.replay.sampled import SampledProfile
 from studies.arm.report.profile import exported_motions, profile_check, profile_series
 from studies.arm.report.quantities import Metric, table_rows
 from studies.arm.stage import JOINT_NAMES, Stage
 from studies.common.comparison_table import costs_elsewhere
 from studies.common.console import Console
 from studies.common.folder import provenance
-from studies.common.processes.side_by_side import Part, side_by_side
+from studies.common.processes.side_by_side import side_by_side
 from studies.common.result import Criterion, Result, Series, Verdict, at_most
 
-Say = Callable[[str], None]
 SHARES = (1.1, 1.0)  # peak torques of the robust motions over the nominal's; the first is judged
 LIMIT = 0.2  # of the nominal's worst sqrt(E_res)
-FULL = 3  # points a side on the full model
-_REPLAY = StepControl(1e-8, stages=7)
-_MASSES = (0.9, 1.1)
 _TORQUE_SAMPLES = 2001
-_MORE = 1.1  # times what a motion leaves, that its samples may leave
-
-
-@dataclass(frozen=True, eq=False)
-class ResidualMap:
-    """What a motion leaves in the arms of the spread.
-
-    Attributes
-    ----------
-    motion : OptimalMotion
-    peak : largest torque [N m].
-    reduced, full : (n, n), (k, k)
-        sqrt(E_res) [sqrt(J)] on B21 and on the full model; the first axis is the first factor's.
-    """
-
-    motion: OptimalMotion
-    peak: float
-    reduced: Array
-    full: Array
-
-    @property
-    def at_nominal(self) -> float:
-        """sqrt(E_res) of the nominal arm on the full model, in the middle of the grid."""
-        middle = len(self.full) // 2
-        return float(self.full[middle, middle])
-
-    def ratios(self, other: ResidualMap) -> tuple[float, float]:
-        """Worst sqrt(E_res) over that of another motion, on B21 and on the full model."""
-        return (
-            float(self.reduced.max() / other.reduced.max()),
-            float(self.full.max() / other.full.max()),
-        )
 
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Nominal and robust motions under one drive; `robust` in the order of `shares`."""
+    """Nominal and robust motions under one drive.
+
+    Attributes
+    ----------
+    stage : Stage
+    spread : Spread
+    nominal : ResidualMap
+    robust : in the order of `shares`.
+    shares : peak torques over the nominal's.
+    misses : angle miss [rad] of the first robust motion with another tip mass, by its factor.
+    """
 
     stage: Stage
     spread: Spread
     nominal: ResidualMap
     robust: tuple[ResidualMap, ...]
     shares: tuple[float, ...]
+    misses: Mapping[float, float]
 
     @property
     def maps(self) -> tuple[ResidualMap, ...]:
@@ -109,6 +90,7 @@ def compare(
     points: int,
     console: Console,
     *,
+    draws: tuple[int, int] = (0, 1),
     intervals: int | None = None,
     shares: tuple[float, ...] = SHARES,
 ) -> Comparison:
@@ -122,6 +104,7 @@ def compare(
         A side of the grid on B21.
     console : Console
         Where lines of progress go.
+    draws : how many arms are drawn for the nominal and the first robust motion, and their seed.
     intervals : of the robust motions' mesh, optional.
     shares : peak torques of the robust motions over the nominal's.
     """
@@ -129,58 +112,25 @@ def compare(
     spread, nominal = SPREADS[drive], solve_nominal(stage, drive, say, live)
     joint = stage.moving[0]
     say(f"{nominal.name} motion: peak torque {nominal.peak_torque[joint]:.5g} N m")
-    motions = [nominal]
-    for robust in solve_robust(nominal, spread, shares, intervals, console):
-        motions.append(robust)
-        say(f"{robust.name} motion: {robust.peak_torque[joint]:.5g} N m")
+    arms = TriedArms(spread, points)
+    judged = dataclasses.replace(arms, drawn=spread.drawn(*draws))
 
-    maps = residual_maps(motions, drive, points, console)
-    return Comparison(stage, spread, maps[0], tuple(maps[1:]), shares)
+    # the nominal motion is replayed by whichever process has found its robust motion
+    sought = sought_motions(nominal, spread, shares, live)
+    parts = [*robust_parts(sought, intervals), *parts_of(nominal, judged)]
+    answers = side_by_side(parts, console)
+    robust = []
+    for one, answer in zip(sought, itertools.islice(answers, len(sought)), strict=True):
+        robust.append(found_robust(one, answer))
+        say(f"{one.name} motion: {robust[-1].peak_torque[joint]:.5g} N m")
+    of_nominal = map_of(nominal, judged, answers, say)
 
-
-def residual_maps(
-    motions: Sequence[OptimalMotion], drive: Drive, points: int, console: Console
-) -> list[ResidualMap]:
-    """What motions leave over the spread, a side of whose grid on B21 has so many points."""
-    parts = [Part(residuals_of, (motion.motion(drive), points)) for motion in motions]
-    return [
-        ResidualMap(motion, float(motion.peak_torque[motion.stage.moving[0]]), *left)
-        for motion, left in zip(motions, side_by_side(parts, console), strict=True)
-    ]
-
-
-def residuals_of(given: Motion, points: int, console: Console) -> tuple[Array, Array]:
-    """sqrt(E_res) of one motion on B21 (n, n) and on the full model (k, k) [sqrt(J)]."""
-    spread, live = SPREADS[given.drive], console.live
-
-    energies = residuals(given, spread.grid(points), live=live)
-    reduced = np.sqrt(energies).reshape(points, points)
-    worst = f"worst sqrt(E_res) {reduced.max():.3e} on B21, {points} x {points} arms"
-    console.progress(f"{given.name}: {worst}")
-
-    full: list[float] = []
-    for factors in spread.grid(FULL):
-        live(f"{given.name}: arm {len(full) + 1} of {FULL**2} on the full model")
-        left = replay(of_arm(given, factors), settings=_REPLAY).residual_energy
-        full.append(float(np.sqrt(left)))
-    worst = f"worst sqrt(E_res) {max(full):.3e} on the full model, {len(full)} arms"
-    console.progress(f"{given.name}: {worst}")
-    return reduced, np.array(full).reshape(FULL, FULL)
-
-
-def of_arm(motion: Motion, factors: Factors) -> Motion:
-    """The same drive on another arm."""
-    other = dataclasses.replace(motion.stage, arm=varied(motion.stage.arm, factors))
-    return dataclasses.replace(motion, stage=other)
-
-
-def mass_misses(motion: OptimalMotion, live: Say) -> dict[float, float]:
-    """Angle miss [rad] at the lock under torque drive with another tip mass, by factor."""
-    given, misses = motion.motion("torque"), {}
-    for mass in _MASSES:
-        live(f"{motion.name}: angle miss with {mass:g} of the tip mass")
-        misses[mass] = replay(of_arm(given, (1.0, 1.0, mass)), settings=_REPLAY).miss
-    return misses
+    tried = list(zip(robust, [judged, *itertools.repeat(arms, len(robust) - 1)], strict=True))
+    parts = [part for motion, these in tried for part in parts_of(motion, these)]
+    answers = side_by_side([*parts, *mass_parts(robust[0])], console)
+    of_robust = tuple(map_of(motion, these, answers, say) for motion, these in tried)
+    misses = dict(zip(MASSES, answers, strict=True))
+    return Comparison(stage, spread, of_nominal, of_robust, shares, misses)
 
 
 def find_robust(study: RobustStudy, console: Console) -> Result:
@@ -191,17 +141,15 @@ def find_robust(study: RobustStudy, console: Console) -> Result:
     StudyError
         If a motion is not found.
     """
-    comparison = compare(study.slew, study.drive, study.points, console)
-    misses = mass_misses(comparison.robust[0].motion, console.live)
-    judged = comparison.robust[0].motion, comparison.nominal.motion
-    left = energies_of_draws(judged, comparison.spread, study, console)
+    comparison = compare(
+        study.slew, study.drive, study.points, console, draws=(study.draws, study.seed)
+    )
 
     # the motion that is judged comes first, what it is compared with after it
     first, *others = comparison.robust
     ordered = (first, comparison.nominal, *others)
-    given = [m.motion.motion(study.drive) for m in ordered]
-    sampled = side_by_side([Part(_sampled, (motion,)) for motion in given], console)
-    profiles = {one.name: profile for one, profile in zip(given, sampled, strict=True)}
+    profiles = {m.motion.name: m.profile for m in ordered}
+    left = {m.motion.name: m.drawn for m in ordered[:2]} if study.draws else {}
     rows = table_rows({m.motion.name: _quantities(m, comparison) for m in ordered})
     return Result(
         kind="robust",
@@ -216,10 +164,13 @@ def find_robust(study: RobustStudy, console: Console) -> Result:
         ),
         checks=(
             *_criteria(comparison),
-            *(profile_check(p, _allowed(p), f"'{name}'") for name, p in profiles.items()),
+            *(
+                profile_check(p, allowed(p.exact.residual_energy), f"'{name}'")
+                for name, p in profiles.items()
+            ),
         ),
         costs_elsewhere=costs_elsewhere(rows),
-        remarks=(*_remarks(comparison, misses), *rates_in_words(left, study)),
+        remarks=(*_remarks(comparison), *rates_in_words(left, study)),
         details={
             "stage": {
                 "duration": comparison.stage.duration,
@@ -230,25 +181,13 @@ def find_robust(study: RobustStudy, console: Console) -> Result:
             "design": comparison.spread.design,
             "points": {"B21": len(comparison.nominal.reduced), "full model": FULL},
             "motions": [_torque_law(m) for m in comparison.maps],
-            "angle_miss_of_tip_mass_rad": misses,
+            "angle_miss_of_tip_mass_rad": comparison.misses,
             "rates": {name: dataclasses.asdict(one) for name, one in rates_of(left, study).items()},
             "profile_of": first.motion.name,
             **exported_motions(profiles),
         },
         provenance=provenance(),
     )
-
-
-def _sampled(given: Motion, console: Console) -> SampledProfile:
-    """Its profile, which leaves the nominal arm with hardly more than the motion itself."""
-    console.live(f"{given.name}: sampled")
-    exact = replay(given)
-    return sampled_to(exact, _MORE * exact.residual_energy + FLOOR)
-
-
-def _allowed(profile: SampledProfile) -> float:
-    """What a sampled motion may leave the nominal arm with [J]."""
-    return _MORE * profile.exact.residual_energy + FLOOR
 
 
 def _profile_series(profiles: Mapping[str, SampledProfile]) -> dict[str, Series]:
@@ -292,9 +231,9 @@ def _criteria(comparison: Comparison) -> tuple[Criterion, ...]:
     return tuple(checks)
 
 
-def _remarks(comparison: Comparison, misses: dict[float, float]) -> tuple[str, ...]:
+def _remarks(comparison: Comparison) -> tuple[str, ...]:
     size, (first, second) = len(comparison.nominal.reduced), comparison.spread.axes
-    missed = ", ".join(f"x {mass:g}: {miss:.2g} rad" for mass, miss in misses.items())
+    missed = ", ".join(f"x {mass:g}: {miss:.2g} rad" for mass, miss in comparison.misses.items())
     judged = comparison.robust[0].motion.name
     worse = [
         f"'{robust.motion.name}' leaves more than the nominal motion, which is the better one for "

@@ -1,46 +1,15 @@
-"""Arms that are drawn from the spread: what motions leave them with, and how often it is too much.
-
-They move on B21, all abreast: the integration is mapped over them.
-"""
+"""Arms that are drawn from the spread: how often motions leave them with too much."""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
 from ocp.arrays import Array
 from studies.arm.config import RobustStudy
-from studies.arm.optimal.motion import OptimalMotion
-from studies.arm.questions.robust.spread import Spread
-from studies.arm.replay.full_model import Motion
-from studies.arm.replay.reduced_model import Factors, residuals
-from studies.common.console import Console
-from studies.common.processes.side_by_side import Part, side_by_side
 from studies.common.rates import Rate, rate
 from studies.common.result import Series
-
-
-def energies_of_draws(
-    motions: Sequence[OptimalMotion], spread: Spread, study: RobustStudy, console: Console
-) -> dict[str, Array]:
-    """E_res [J] of each arm that is drawn, (draws,), by name of the motion; empty without draws."""
-    if study.draws == 0:
-        return {}
-    factors = spread.drawn(study.draws, study.seed)
-    parts = [Part(_left, (motion.motion(study.drive), factors)) for motion in motions]
-    names = [motion.name for motion in motions]
-    return dict(zip(names, side_by_side(parts, console), strict=True))
-
-
-def _left(given: Motion, factors: Sequence[Factors], console: Console) -> Array:
-    """What one motion leaves the arms with [J]."""
-    begin = time.process_time()
-    energies = residuals(given, factors, live=console.live)
-    seconds = time.process_time() - begin
-    console.progress(f"{given.name}: {len(factors)} arms drawn, {seconds:.1f} s of processor")
-    return energies
 
 
 def rates_of(left: Mapping[str, Array], study: RobustStudy) -> dict[str, Rate]:

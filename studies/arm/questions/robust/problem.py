@@ -9,7 +9,7 @@ any other motion.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -41,7 +41,7 @@ from studies.arm.search_limits import CAP_CORRECTIONS, ROBUST_INTERVALS, ROBUST_
 from studies.arm.stage import ELBOW, Stage, TorqueCaps
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
-from studies.common.processes.side_by_side import Part, side_by_side
+from studies.common.processes.side_by_side import Part
 
 Progress = Callable[[str], None]
 SIZE = 1e-2  # typical sqrt(E_res) [sqrt(J)]
@@ -151,30 +151,28 @@ def solve_nominal(
     return refine(found, drive=drive, say=say, live=live).motion
 
 
-def solve_robust(
-    nominal: OptimalMotion,
-    spread: Spread,
-    shares: Sequence[float],
-    intervals: int | None,
-    console: Console,
-) -> Iterator[OptimalMotion]:
-    """The robust motions with shares of the nominal motion's peak torque, found side by side.
-
-    Raises
-    ------
-    StudyError
-        If one is not found.
-    """
+def sought_motions(
+    nominal: OptimalMotion, spread: Spread, shares: Sequence[float], live: Progress
+) -> list[SoughtMotion]:
+    """The robust motions to be found, with shares of the nominal motion's peak torque."""
     stage, start = nominal.stage, replayed_motion(nominal)
     peak = float(nominal.peak_torque[stage.moving[0]])
-    worst = worst_of_its_arms(nominal, spread, console.live)
-    each = [_Sought(stage, start, spread, share, peak, worst) for share in shares]
-    parts = [Part(_solved_robust, (one, intervals)) for one in each]
-    for one, (cap, data) in zip(each, side_by_side(parts, console), strict=True):
-        stated = robust_statement(stage, start, spread, cap)
-        solution = unpacked(data, known=stated.problem)
-        assert isinstance(solution, Solution)
-        yield OptimalMotion(one.name, stated, solution, SMOOTHING)
+    worst = worst_of_its_arms(nominal, spread, live)
+    return [SoughtMotion(stage, start, spread, share, peak, worst) for share in shares]
+
+
+def robust_parts(sought: Sequence[SoughtMotion], intervals: int | None) -> list[Part]:
+    """Parts that find the motions side by side; each raises a StudyError if it finds none."""
+    return [Part(_solved_robust, (one, intervals)) for one in sought]
+
+
+def found_robust(sought: SoughtMotion, answer: tuple[float, bytes]) -> OptimalMotion:
+    """A motion, from what came of its part."""
+    cap, data = answer
+    stated = robust_statement(sought.stage, sought.start, sought.spread, cap)
+    solution = unpacked(data, known=stated.problem)
+    assert isinstance(solution, Solution)
+    return OptimalMotion(sought.name, stated, solution, SMOOTHING)
 
 
 def worst_of_its_arms(motion: OptimalMotion, spread: Spread, live: Progress) -> float:
@@ -184,7 +182,7 @@ def worst_of_its_arms(motion: OptimalMotion, spread: Spread, live: Progress) -> 
 
 
 @dataclass(frozen=True, eq=False)
-class _Sought:
+class SoughtMotion:
     """A robust motion to be found.
 
     Attributes
@@ -209,7 +207,9 @@ class _Sought:
         return f"robust, {self.share:g} x peak"
 
 
-def _solved_robust(sought: _Sought, intervals: int | None, console: Console) -> tuple[float, bytes]:
+def _solved_robust(
+    sought: SoughtMotion, intervals: int | None, console: Console
+) -> tuple[float, bytes]:
     """Solve `robust_statement` on meshes ever finer: the cap [N m] stated, and the solution.
 
     The solver uses what its mesh does not resolve: on too coarse a one it believes in arms at rest
@@ -247,7 +247,7 @@ def _solved_robust(sought: _Sought, intervals: int | None, console: Console) -> 
 
 
 def _under_cap(
-    sought: _Sought, intervals: int, margin: float, guess: Trajectory | None, live: Progress
+    sought: SoughtMotion, intervals: int, margin: float, guess: Trajectory | None, live: Progress
 ) -> tuple[OptimalMotion, float]:
     """The motion on one mesh, and the part by which its cap was lowered.
 
@@ -280,6 +280,6 @@ def _under_cap(
     return motion, used
 
 
-def _lowered(sought: _Sought, margin: float) -> float:
+def _lowered(sought: SoughtMotion, margin: float) -> float:
     """The cap of the points of the mesh [N m]."""
     return sought.share * sought.peak * (1.0 - margin)
