@@ -225,22 +225,21 @@ class _Integrator:
             self.factored = h
 
         times = np.clip(t + h * table.nodes, *self.interior)
+        square, matrix = h**2 * table.square.T, h * table.matrix.T
         drift = z[:, None] + v[:, None] * (h * table.nodes)
         a, N, last_size = a.copy(), N.copy(), np.inf
         floor = _ROUND_OFF / self.settings.tolerance
 
         for _ in range(_ITERATIONS):
             self.steps.iterations += 1
-            stages = drift + h**2 * (a[:n] @ table.square.T)
-            rates = v[:, None] + h * (a[:n] @ table.matrix.T)
+            stages = drift + a[:n] @ square
+            rates = v[:, None] + a[:n] @ matrix
             force, gap = form.residual(times, stages, rates, a, N)
 
             # The axial forces are eliminated from the correction and follow from it.
             da = self._solve(form.axial_load(gap) - force)
-            dz = h**2 * (da[:n] @ table.square.T)
-            strained = dz
-            if form.relaxation:
-                strained = dz + form.relaxation * h * (da[:n] @ table.matrix.T)
+            dz = da[:n] @ square
+            strained = dz + form.relaxation * (da[:n] @ matrix) if form.relaxation else dz
             a += da
             N += form.axial_force_change(strained) - gap
 
@@ -253,7 +252,7 @@ class _Integrator:
                 raise _NoConvergence
             if size * ratio < _NEWTON * max(1e-3, 1 - ratio) or size < floor:
                 self.rate = min(0.5, max(ratio, 1e-3))
-                return a, N, drift[:, -1] - z + h**2 * (a[:n] @ table.square[-1])
+                return a, N, drift[:, -1] - z + a[:n] @ square[:, -1]
             last_size = size
 
         raise _NoConvergence
@@ -261,11 +260,12 @@ class _Integrator:
     def _solve(self, rhs: Array) -> Array:
         """Simplified Newton correction of all stages."""
         table = self.table
-        decoupled = rhs @ table.inverse.T
-        decoupled[:, 0] = self.form.solve(0, decoupled[:, 0].real)
+        decoupled = rhs @ table.decoupling
+        parts = decoupled.view(complex)  # the same numbers
+        parts[:, 0] = self.form.solve(0, parts[:, 0].real)
         for k in range(1, len(table.values)):
-            decoupled[:, k] = self.form.solve(k, decoupled[:, k])
-        return np.asarray((decoupled @ table.joined).real)
+            parts[:, k] = self.form.solve(k, parts[:, k])
+        return np.asarray(decoupled @ table.joining)
 
     def _error(self, v: Array, h: float, a0: Array, a: Array) -> float:
         """Local error over the tolerance: filtered misfit of the stage polynomial at the start."""

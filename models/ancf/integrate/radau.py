@@ -9,7 +9,7 @@ c_s = 1, so the last stage is the end of the step. The order is 2 s - 1, the met
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from math import factorial
 
 import numpy as np
@@ -53,6 +53,20 @@ class RadauIIA:
     def stages(self) -> int:
         """Number of stages s."""
         return len(self.nodes)
+
+    @cached_property
+    def decoupling(self) -> Array:
+        """(s, s + 1): stages to parts along the eigenvectors, real and imaginary by turns.
+
+        So is `joining` (s + 1, s) for the way back: products of real arrays take half the time.
+        """
+        return np.ascontiguousarray(self.inverse.T).view(float)
+
+    @cached_property
+    def joining(self) -> Array:
+        """(s + 1, s), see `decoupling`."""
+        parts = np.stack((self.joined.real, -self.joined.imag), axis=1)
+        return np.asarray(parts.reshape(-1, self.stages))
 
     def weights(self, theta: Array, integrals: int) -> Array:
         """Lagrange polynomials, integrated 0, 1 or 2 times from 0, at `theta` (m,); (m, s)."""

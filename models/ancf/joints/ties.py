@@ -55,7 +55,7 @@ class SlopeTie:
         return LastAsked(self.joint.law)
 
     @cached_property
-    def _held(self) -> Array | None:
+    def held(self) -> Array | None:
         """R(phi) (2, 2) of a locked joint; None of a driven one."""
         if not isinstance(self.joint, Locked):
             return None
@@ -64,11 +64,11 @@ class SlopeTie:
 
     def turned(self, t: Array, a: Array) -> Array:
         """R(phi) a for vectors (2, m) at times (m,)."""
-        return rotate(self.law(t)[0], a) if self._held is None else self._held @ a
+        return rotate(self.law(t)[0], a) if self.held is None else self.held @ a
 
     def turned_back(self, t: Array, b: Array) -> Array:
         """R(-phi) b for vectors (2, m) at times (m,)."""
-        return rotate(-self.law(t)[0], b) if self._held is None else self._held.T @ b
+        return rotate(-self.law(t)[0], b) if self.held is None else self.held.T @ b
 
     def slope_before(self, x: Array) -> Array:
         """The slope a, (2, m), of coordinates (n, m)."""
@@ -86,7 +86,7 @@ class SlopeTie:
 
         # product rule on R(phi) a: ud and udd first hold the parts in which phi stands still
         u, ud, udd = (self.turned(t, y[self.before]) for y in (x, xd, xdd))
-        if self._held is not None:
+        if self.held is not None:
             return u, ud, udd
         n = quarter(u)
         return u, ud + w * n, udd + 2 * w * quarter(ud) + dw * n - w**2 * u
