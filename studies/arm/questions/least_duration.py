@@ -255,7 +255,12 @@ def first_pass(
 
     Near a dip the residual is a parabola of the duration: its bottom is found from three points.
     """
-    tried = {duration: on_full_model(duration) for duration in window}
+    tried = dict[float, LockedMotion | None]()
+    for duration in sorted(set(window)):
+        tried[duration] = on_full_model(duration)
+        if passes(tried[duration], cap):
+            break  # longer ones are not asked for
+
     if not any(passes(done, cap) for done in tried.values()):
         energies = {T: done.residual_energy for T, done in tried.items() if done is not None}
         if len(energies) < len(window):

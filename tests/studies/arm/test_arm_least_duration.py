@@ -73,5 +73,19 @@ def test_first_duration_of_a_dip_between_the_points_of_the_scan():
     assert first_pass(on_full, (8.9, 9.0, 9.1), cap=0.5) is None
 
 
+def test_no_longer_duration_is_replayed_than_one_that_passes():
+    asked = []
+
+    def on_full(T: float) -> Fake:
+        asked.append(T)
+        return Fake(T, 0.5 * RESIDUAL)
+
+    # a dip at the beginning of a scan has nothing before it
+    found = first_pass(on_full, (9.0, 9.0, 9.1), cap=2.0)
+    assert found is not None
+    assert found.at == 9.0
+    assert asked == [9.0]
+
+
 def test_the_floor_is_the_largest_change():
     assert Floor(0.1, 3e-15, 1e-15, 4e-15).energy == pytest.approx(2e-15)
