@@ -81,15 +81,13 @@ def sampled_to(
         name = f"{motion.name}, sampled every {times[1]:.4g} s"
         follows = Motion(name, motion.drive, motion.stage, joints)
 
-        # what is stated of an export is finer than what chooses its steps
+        # what is stated of an export is finer than what chooses its steps, or as fine
         last = tried == STEPS[-1] or step is not None
-        if (
-            not last
-            and replay(follows, elements=elements, settings=rough).residual_energy
-            > _ASKED * residual
-        ):
+        again = replay(follows, elements=elements, settings=SMOOTH if last else rough)
+        if not last and again.residual_energy > _ASKED * residual:
             continue
-        again = replay(follows, elements=elements, settings=SMOOTH)
+        if not last and rough != SMOOTH:
+            again = replay(follows, elements=elements, settings=SMOOTH)
         if again.residual_energy <= residual:
             break
     return SampledProfile(replayed, times, values, again)

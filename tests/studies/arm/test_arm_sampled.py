@@ -1,5 +1,7 @@
 """Motions as drives follow them: samples, joined by a spline, leave what the motion leaves."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,7 @@ from models.ancf.integrate import StepControl
 from models.ancf.joints import Driven, Torque
 from studies.arm.laws.rigid import angle_drives, torque_drives
 from studies.arm.laws.unit_laws import quintic
-from studies.arm.replay.full_model import Motion, replay
+from studies.arm.replay.full_model import SMOOTH, Motion, replay
 from studies.arm.replay.sampled import STEPS, interpolated, sample_times, sampled, sampled_to
 from studies.arm.stage import big_arm
 from studies.check.arm import _through
@@ -29,6 +31,21 @@ def test_samples_leave_what_the_motion_leaves(drive):
     assert profile.step == pytest.approx(STEPS[0], rel=1e-3)  # smooth: the longest will do
     # the torque of the quintic step begins with a slope, which the spline takes away
     assert profile.residual_energy == pytest.approx(done.residual_energy, rel=0.03)
+
+
+@pytest.mark.parametrize(("residual", "replays"), [(1e-6, 2), (1e-8, 1)])
+def test_samples_are_replayed_finely_only_where_they_were_not_yet(residual, replays, monkeypatch):
+    asked = []
+
+    def replay_(motion, elements, settings):
+        asked.append(settings)
+        return SimpleNamespace(residual_energy=0.5 * residual)
+
+    monkeypatch.setattr("studies.arm.replay.sampled.replay", replay_)
+    law = Torque(lambda t: np.sin(np.asarray(t)))
+    sampled_to(SimpleNamespace(motion=Motion("wave", "torque", STAGE, {0: law})), residual)
+    assert len(asked) == replays
+    assert asked[-1] == SMOOTH
 
 
 def test_where_no_step_keeps_the_residual_the_shortest_is_taken(monkeypatch):
