@@ -52,7 +52,7 @@ def _draw_angles(panel: Axes, result: Result, stages: Sequence[Mapping[str, Any]
         name = stage["stage"]
         angle = np.degrees(result.arrays[f"{name.replace(' ', '_')}_angle"].values)
         panel.plot(time, angle, color=colour, label=f"{name}: {stage['duration']:.4g} s")
-    label_axes(panel, "time [s]", "joint, ring angle [deg]")
+    label_axes(panel, "time [s]", "angle of joint or ring [deg]")
     _legend_above(panel)
 
 

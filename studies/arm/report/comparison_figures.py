@@ -141,7 +141,8 @@ def sequence_motion_figure(result: Result) -> Figure:
     # each motion has a time of its own
     starts = dict(zip(traced_laws(result), (0.0, big + dwell), strict=True))
     figure = Figure(figsize=(8.6, 3.8), dpi=150, layout="constrained")
-    for panel, axis in zip(figure.subplots(1, 2), (0, 1), strict=True):
+    panels = figure.subplots(1, 2)
+    for panel, axis in zip(panels, (0, 1), strict=True):
         for point, colour in zip(("tip", "elbow"), COLOURS, strict=False):
             for name, start in starts.items():
                 trace = Trace.read(result, name)
@@ -150,7 +151,7 @@ def sequence_motion_figure(result: Result) -> Figure:
         for lock in (big, big + dwell + small):
             panel.axvline(lock, color="0.5", lw=0.8, ls=":")
         label_axes(panel, "time [s]", f"{'xy'[axis]} [m]")
-        panel.legend(frameon=False)
+    legend_below(figure, panels[0])
     figure.suptitle("Big arm, locked dwell, small arm: motion, locks dotted", fontsize=_SIZE)
     return figure
 

@@ -2,12 +2,14 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from ocp import Interrupted, SolveFailed
 from studies.arm.questions.sequence import solve as solving
 from studies.arm.questions.sequence.refinement import RefinedSequence
 from studies.arm.questions.sequence.study import check_rest
+from studies.arm.report import comparison_figures
 from studies.arm.stage import big_arm, small_arm
 from studies.common.exit_codes import ExitCode, StudyError
 
@@ -45,3 +47,16 @@ def test_a_stage_alone_that_is_not_found_is_said_in_a_sentence(failure, said, mo
     if said is StudyError:
         assert str(caught.value).startswith("no motion of the big arm alone was found")
         assert caught.value.exit_code is ExitCode.NOT_SOLVED
+
+
+def test_both_panels_of_a_sequence_share_one_legend(monkeypatch):
+    times = np.linspace(0.0, 1.0, 5)
+    path = dict.fromkeys(("tip", "elbow"), np.zeros((2, 5)))
+    trace = SimpleNamespace(times=times, path=path)
+    monkeypatch.setattr(comparison_figures, "traced_laws", lambda result: ("big", "small"))
+    monkeypatch.setattr(comparison_figures.Trace, "read", lambda result, name: trace)
+    result = SimpleNamespace(details={"durations": (1.0, 0.5, 1.0)})
+    figure = comparison_figures.sequence_motion_figure(result)
+    assert len(figure.legends) == 1
+    assert [text.get_text() for text in figure.legends[0].texts] == ["tip", "big arm's end"]
+    assert all(panel.get_legend() is None for panel in figure.axes)
