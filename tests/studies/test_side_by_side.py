@@ -87,6 +87,29 @@ def test_answers_come_in_order_however_many_processes_there_are(parts, processes
     assert all(f"line of {x}\n" in told.getvalue() for x in range(4))
 
 
+@pytest.mark.parametrize("processes", [1, 2, 3])
+def test_what_follows_from_parts_comes_behind_them_in_their_order(parts, processes):
+    def further(place, answer):
+        return [Part(parts.square, (place + 1,))] * (answer % 3)
+
+    squares = [Part(parts.square, (x,)) for x in (2, 3, 1)]
+    found = list(side_by_side(squares, silent(), processes, further))
+    assert found == [4, 9, 1, 1, 9]
+
+
+def test_what_follows_from_a_part_begins_before_the_others_are_done(parts, tmp_path):
+    class Obliging(Console):
+        def progress(self, text):
+            if text == "line of 2":
+                (tmp_path / "go").touch()
+
+    def further(place, answer):
+        return [Part(parts.square, (2,))] if place else []
+
+    both = [Part(parts.ask, (str(tmp_path / "go"),)), Part(parts.square, (0,))]
+    assert list(side_by_side(both, Obliging(), 2, further)) == [True, 0, 4]
+
+
 def test_lines_of_progress_are_shown_while_their_part_is_at_work(parts, tmp_path):
     class Obliging(Console):
         def progress(self, text):

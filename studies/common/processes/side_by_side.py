@@ -43,10 +43,17 @@ class Part:
     arguments: tuple[Any, ...]
 
 
+Further = Callable[[int, Any], Sequence[Part]]
+"""From the place of a part and what came of it to parts that follow from it."""
+
+
 def side_by_side(
-    parts: Sequence[Part], console: Console, processes: int | None = None
+    parts: Sequence[Part],
+    console: Console,
+    processes: int | None = None,
+    further: Further | None = None,
 ) -> Generator[Any]:
-    """What comes of each part, in their order.
+    """What comes of each part, in their order, and then of the further parts, in the same order.
 
     Parameters
     ----------
@@ -55,6 +62,8 @@ def side_by_side(
         Where lines of progress of all parts go.
     processes : int, optional
         At once; by default as many as there are processors, and no more than the user allows.
+    further : callable, optional
+        Called here as soon as one of the parts is done; what it gives is done behind them.
 
     Raises
     ------
@@ -65,8 +74,7 @@ def side_by_side(
     """
     workers = min(processes or allowed_processes(), len(parts))
     if workers <= 1:
-        for part in parts:
-            yield part.function(*part.arguments, console)
+        yield from _one_by_one(parts, console, further)
         return
 
     context = multiprocessing.get_context("spawn")
@@ -74,19 +82,57 @@ def side_by_side(
     pool = ProcessPool(workers, context, prepare, (lines,))
     try:
         with pool:
-            with _script_left_out():
-                answers = pool.submit((done_here, (p.function, p.arguments)) for p in parts)
-            for answer in answers:
-                while not futures.wait([answer], timeout=LIVE).done:
-                    _show(lines, console)
-                _show(lines, console)  # a part has sent all its lines before its answer
-                yield answer.result()
+            first = _begun(pool, parts)
+            waiting, followers = dict(enumerate(first)), dict[int, list[futures.Future[Any]]]()
+
+            def follow() -> None:
+                """Begin what follows from the parts that are done by now."""
+                for k in [k for k, answer in waiting.items() if answer.done()]:
+                    done = waiting.pop(k)
+                    if further is not None and done.exception() is None:
+                        followers[k] = _begun(pool, further(k, done.result()))
+
+            for answer in first:
+                yield from _awaited(answer, lines, console, follow)
+            for k in sorted(followers):
+                for answer in followers[k]:
+                    yield from _awaited(answer, lines, console, follow)
     except BrokenProcessPool as broken:
         if broken.__cause__ is not None:  # none has died: what one has sent cannot be read
             raise
         raise _ended(pool.exit_codes()) from broken
     finally:
         lines.close()
+
+
+def _one_by_one(parts: Sequence[Part], console: Console, further: Further | None) -> Generator[Any]:
+    """What comes of the parts and of the further ones, done here."""
+    followers: list[Part] = []
+    for k, part in enumerate(parts):
+        answer = part.function(*part.arguments, console)
+        if further is not None:
+            followers += further(k, answer)
+        yield answer
+    for part in followers:
+        yield part.function(*part.arguments, console)
+
+
+def _begun(pool: ProcessPool, parts: Sequence[Part]) -> list[futures.Future[Any]]:
+    """The parts, handed to the processes."""
+    with _script_left_out():
+        return pool.submit((done_here, (p.function, p.arguments)) for p in parts)
+
+
+def _awaited(
+    answer: futures.Future[Any], lines: Lines, console: Console, meanwhile: Callable[[], None]
+) -> Generator[Any]:
+    """What comes of one part; lines of progress of all are shown until then."""
+    while not futures.wait([answer], timeout=LIVE).done:
+        _show(lines, console)
+        meanwhile()
+    _show(lines, console)  # a part has sent all its lines before its answer
+    meanwhile()
+    yield answer.result()
 
 
 def allowed_processes() -> int:

@@ -9,10 +9,12 @@ import dataclasses
 import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from studies.arm.config import RobustStudy, as_dictionary
+from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.questions.robust.draws import draw_series, rates_in_words, rates_of
 from studies.arm.questions.robust.problem import (
     found_robust,
@@ -39,7 +41,7 @@ from studies.arm.stage import JOINT_NAMES, Stage
 from studies.common.comparison_table import costs_elsewhere
 from studies.common.console import Console
 from studies.common.folder import provenance
-from studies.common.processes.side_by_side import side_by_side
+from studies.common.processes.side_by_side import Part, side_by_side
 from studies.common.result import Criterion, Result, Series, Verdict, at_most
 
 SHARES = (1.1, 1.0)  # peak torques of the robust motions over the nominal's; the first is judged
@@ -115,22 +117,27 @@ def compare(
     arms = TriedArms(spread, points)
     judged = dataclasses.replace(arms, drawn=spread.drawn(*draws))
 
-    # the nominal motion is replayed by whichever process has found its robust motion
-    sought = sought_motions(nominal, spread, shares, live)
-    parts = [*robust_parts(sought, intervals), *parts_of(nominal, judged)]
-    answers = side_by_side(parts, console)
-    robust = []
-    for one, answer in zip(sought, itertools.islice(answers, len(sought)), strict=True):
-        robust.append(found_robust(one, answer))
-        say(f"{one.name} motion: {robust[-1].peak_torque[joint]:.5g} N m")
-    of_nominal = map_of(nominal, judged, answers, say)
+    # each motion is replayed as soon as it is found, the nominal one while the others are sought
+    sought, robust = sought_motions(nominal, spread, shares, live), dict[int, OptimalMotion]()
+    tried = [judged, *itertools.repeat(arms, len(sought) - 1)]
 
-    tried = list(zip(robust, [judged, *itertools.repeat(arms, len(robust) - 1)], strict=True))
-    parts = [part for motion, these in tried for part in parts_of(motion, these)]
-    answers = side_by_side([*parts, *mass_parts(robust[0])], console)
-    of_robust = tuple(map_of(motion, these, answers, say) for motion, these in tried)
-    misses = dict(zip(MASSES, answers, strict=True))
-    return Comparison(stage, spread, of_nominal, of_robust, shares, misses)
+    def replays(k: int, answer: Any) -> list[Part]:
+        if k >= len(sought):
+            return []
+        robust[k] = found_robust(sought[k], answer)
+        say(f"{sought[k].name} motion: {robust[k].peak_torque[joint]:.5g} N m")
+        masses = mass_parts(robust[k]) if k == 0 else []
+        return [*parts_of(robust[k], tried[k]), *masses]
+
+    parts = [*robust_parts(sought, intervals), *parts_of(nominal, judged)]
+    answers = side_by_side(parts, console, further=replays)
+    for _ in sought:
+        next(answers)
+    of_nominal = map_of(nominal, judged, answers, say)
+    of_robust = [map_of(robust[0], judged, answers, say)]
+    misses = {mass: next(answers) for mass in MASSES}
+    of_robust += [map_of(robust[k], tried[k], answers, say) for k in range(1, len(sought))]
+    return Comparison(stage, spread, of_nominal, tuple(of_robust), shares, misses)
 
 
 def find_robust(study: RobustStudy, console: Console) -> Result:
