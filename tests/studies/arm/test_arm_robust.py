@@ -196,6 +196,7 @@ def test_the_nominal_arm_of_a_map_is_the_one_that_its_samples_are_held_against(m
         assert residual > exact.residual_energy
         return SampledProfile(exact, None, None, None)
 
+    monkeypatch.setattr(robust_trials, "_ABREAST", 3)  # more than one group
     monkeypatch.setattr(robust_trials, "replay", replay_)
     monkeypatch.setattr(robust_trials, "sampled_to", sampled_)
     wave, _ = pushed(STAGES["big"])

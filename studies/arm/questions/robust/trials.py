@@ -10,6 +10,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -26,6 +27,8 @@ from studies.common.processes.side_by_side import Part
 
 Say = Callable[[str], None]
 FULL = 3  # points a side on the full model
+# arms on B21 in a group, or more, and groups at most: with a single one all processes but one wait
+_ABREAST, _GROUPS = 500, 8
 _REPLAY = StepControl(1e-8, stages=7)
 MASSES = (0.9, 1.1)
 _MORE = 1.1  # times what a motion leaves, that its samples may leave
@@ -45,6 +48,13 @@ class TriedArms:
     spread: Spread
     points: int
     drawn: Sequence[Factors] = ()
+
+    @property
+    def reduced(self) -> list[Sequence[Factors]]:
+        """All arms on B21, those of the grid first, in groups that move abreast."""
+        arms = (*self.spread.grid(self.points), *self.drawn)
+        abreast = max(_ABREAST, -(-len(arms) // _GROUPS))
+        return [arms[first : first + abreast] for first in range(0, len(arms), abreast)]
 
     @property
     def full(self) -> list[list[Factors]]:
@@ -90,21 +100,18 @@ class ResidualMap:
 def parts_of(motion: OptimalMotion, arms: TriedArms) -> list[Part]:
     """The parts of a motion's map, what takes longest first."""
     given = motion.motion(arms.spread.drive)
-    factors = (*arms.spread.grid(arms.points), *arms.drawn)
     return [
-        Part(_on_reduced_model, (given, factors)),
+        *(Part(_on_reduced_model, (given, group)) for group in arms.reduced),
         Part(_sampled, (given,)),
         *(Part(_on_full_model, (given, row)) for row in arms.full),
     ]
 
 
-def map_of(
-    motion: OptimalMotion, arms: TriedArms, answers: Iterator[object], say: Say
-) -> ResidualMap:
+def map_of(motion: OptimalMotion, arms: TriedArms, answers: Iterator[Any], say: Say) -> ResidualMap:
     """The map, from what comes of `parts_of`, in the same order; no more is taken than that."""
-    energies, profile, *rows = (next(answers) for _ in parts_of(motion, arms))
-    assert isinstance(energies, np.ndarray)
-    assert isinstance(profile, SampledProfile)
+    energies = np.concatenate([next(answers) for _ in arms.reduced])
+    profile = next(answers)
+    rows = [next(answers) for _ in arms.full]
 
     size, joint = arms.points, motion.stage.moving[0]
     reduced = np.sqrt(energies[: size**2]).reshape(size, size)
