@@ -107,23 +107,11 @@ def residuals(
     live : callable, optional
         Receives a line now and then.
     """
-    stage, joint = motion.stage, motion.joints[motion.stage.moving[0]]
+    stage, factors = motion.stage, np.array(points).T
     steps, arms = int(np.ceil(stage.duration / step)), len(points)
-    # a step needs the input at its start, middle and end
-    half_steps = np.linspace(0.0, stage.duration, 2 * steps + 1)
-
-    drive: Drive
-    if isinstance(joint, Torque):
-        drive, inputs = "torque", joint.torque(half_steps)[None]
-    elif isinstance(joint, Driven):
-        drive, inputs = "angle", np.stack(joint.law(half_steps))
-    else:
-        raise ValueError("residuals: the joint is neither under torque nor on an angle")
+    drive, inputs = _given(motion, steps)
     equations = arm_equations(stage, drive, compiled=steps * arms > _MANY)
-
-    factors = np.array(points).T
-    shared = [1, 3]  # the input and the step are the same for all arms
-    advance = equations.step.map("advance", "serial", arms, shared, [])
+    advance = _abreast(equations, arms)
 
     def each_step() -> Iterator[Array]:
         for k in range(steps):
@@ -141,6 +129,43 @@ def residuals(
     )
     energy = equations.energy.map("energy", "serial", arms, [1], [])
     return np.asarray(energy(state, inputs[:, -1], factors).full())[0]
+
+
+def paths(motion: Motion, points: Sequence[Factors], samples: int) -> Array:
+    """States at even instants of arms that share a motion's drive, (m, n, samples).
+
+    A state is (q, v) under torque, and elastic coordinates with their rates on an angle. `points`
+    are as for `residuals`.
+    """
+    stage, factors = motion.stage, np.array(points).T
+    each = int(np.ceil(stage.duration / STEP / (samples - 1)))  # steps from sample to sample
+    steps, arms = each * (samples - 1), len(points)
+    drive, inputs = _given(motion, steps)
+    equations = arm_equations(stage, drive, compiled=steps * arms > _MANY)
+    advance = _abreast(equations, arms)
+
+    path = np.empty((samples, len(equations.start), arms))
+    path[0] = equations.start[:, None]
+    for k in range(samples - 1):
+        now = [inputs[:, 2 * j : 2 * j + 3] for j in range(k * each, (k + 1) * each)]
+        path[k + 1] = march(advance, path[k], now, factors, stage.duration / steps).full()
+    return path.transpose(2, 1, 0)
+
+
+def _given(motion: Motion, steps: int) -> tuple[Drive, Array]:
+    """The drive, and what it gives at starts, middles and ends of even steps, (k, 2 steps + 1)."""
+    joint = motion.joints[motion.stage.moving[0]]
+    half_steps = np.linspace(0.0, motion.stage.duration, 2 * steps + 1)
+    if isinstance(joint, Torque):
+        return "torque", joint.torque(half_steps)[None]
+    if isinstance(joint, Driven):
+        return "angle", np.stack(joint.law(half_steps))
+    raise ValueError(f"{motion.name}: the joint is neither under torque nor on an angle")
+
+
+def _abreast(equations: ArmEquations, arms: int) -> ca.Function:
+    """One step of many arms, for which the inputs and its length are the same."""
+    return equations.step.map("advance", "serial", arms, [1, 3], [])
 
 
 def march(

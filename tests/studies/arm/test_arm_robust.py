@@ -19,11 +19,18 @@ from studies.arm.optimal.motion import angle_joints, torque_joints
 from studies.arm.questions.robust import comparison as robust_study
 from studies.arm.questions.robust import problem as robust_problem
 from studies.arm.questions.robust import trials as robust_trials
+from studies.arm.questions.robust.copies import SampledMotion
 from studies.arm.questions.robust.draws import draw_series, rates_in_words, rates_of
 from studies.arm.questions.robust.problem import solve_nominal
 from studies.arm.questions.robust.spread import SPREADS, Spread
 from studies.arm.replay.full_model import Motion, replay
-from studies.arm.replay.reduced_model import reduced_residual, residuals, varied
+from studies.arm.replay.reduced_model import (
+    arm_equations,
+    paths,
+    reduced_residual,
+    residuals,
+    varied,
+)
 from studies.arm.replay.sampled import SampledProfile, sampled_to
 from studies.arm.stage import big_arm, both_arms, small_arm
 from studies.cli import main
@@ -102,6 +109,38 @@ def test_a_replay_and_its_samples_come_back_from_another_process():
     assert there.exact.residual_energy == profile.exact.residual_energy
     assert there.residual_energy == profile.residual_energy
     assert np.array_equal(there.values[0], profile.values[0])
+
+
+@pytest.mark.parametrize("drive", ["torque", "angle"])
+def test_paths_of_arms_end_where_their_residuals_are_taken(drive):
+    stage = STAGES["big"]
+    motion, run = pushed(stage)
+    if drive == "angle":
+        law = {0: motion.joints[0].torque}
+        motion = Motion("wave", "angle", stage, dict(angle_joints(run, law)))
+    factors = [(1.0, 1.0, 1.0), OTHER]
+    path = paths(motion, factors, 51)
+    equations = arm_equations(stage, drive)
+    assert path.shape == (2, len(equations.start), 51)
+    assert np.array_equal(path[0, :, 0], equations.start)
+    if drive == "torque":
+        assert path[0, :4] == pytest.approx(run.q[:, ::4], abs=1e-5)
+
+    joint = motion.joints[0]
+    last = joint.torque(np.array([0.5])) if drive == "torque" else np.ravel(joint.law(0.5))
+    left = [float(equations.energy(path[k, :, -1], last, factors[k])) for k in range(2)]
+    assert left == pytest.approx(residuals(motion, factors, step=0.0025), rel=1e-9)
+
+
+def test_copies_on_an_angle_start_from_motions_of_their_own():
+    stage, spread = STAGES["big"].under("angle"), SPREADS["angle"]
+    run = pushed(stage)[1]
+    times, size = run.times, 2 * len(DrivenArm(stage.reduced(tied=False)).elastic)
+    own = np.random.default_rng(1).normal(size=(len(spread.design), size, len(times)))
+    start = SampledMotion(times, run.q, run.v, 0 * times, 0 * times, own)
+    phase = robust_problem.robust_statement(stage, start, spread, 40.0).problem.phases[0]
+    of_last = [guess for signal, guess in phase.guess.items() if signal.name.endswith(" of copy 3")]
+    assert np.array_equal([values for _, values in of_last], own[3])
 
 
 def test_a_spread_puts_no_design_on_a_grid():

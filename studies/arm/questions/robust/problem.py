@@ -76,7 +76,7 @@ def robust_statement(stage: Stage, start: SampledMotion, spread: Spread, cap: fl
         if spread.drive == "torque":
             arms.append((other, other_torque_copy(other, drives, start, name)))
         else:
-            arms.append((other, angle_copy(other, start, arm, name)))
+            arms.append((other, angle_copy(other, start, start.own[number], arm, name)))
     phase = _phase(stage, drives, start, [copy for _, copy in arms])
 
     # the worst residual as an unknown above all of them: a maximum is not smooth
@@ -155,7 +155,7 @@ def sought_motions(
     nominal: OptimalMotion, spread: Spread, shares: Sequence[float], live: Progress
 ) -> list[SoughtMotion]:
     """The robust motions to be found, with shares of the nominal motion's peak torque."""
-    stage, start = nominal.stage, replayed_motion(nominal)
+    stage, start = nominal.stage, replayed_motion(nominal, spread)
     peak = float(nominal.peak_torque[stage.moving[0]])
     worst = worst_of_its_arms(nominal, spread, live)
     return [SoughtMotion(stage, start, spread, share, peak, worst) for share in shares]
