@@ -8,6 +8,9 @@ it a solver goes down.
 
 A concave kink, as that of ``-|x|`` at 0, may seem stationary, too: CasADi takes the slope of a
 modulus of zero to be zero. Beside such a point the Lagrangian falls at once.
+
+Where the objective is flat, as ``-x**4`` or ``x y z`` at 0, it has neither slope nor curvature.
+Only values far beside the point tell whether it falls.
 """
 
 from __future__ import annotations
@@ -27,6 +30,14 @@ from ocp.transcription.transcribe import ProgramLimits
 # Random changes of scaled unknowns: small ones stay near, large ones get away where the objective
 # curves little.
 _CHANGES = (1e-3, 3e-2)
+
+# The same beside a flat point, from near which the solver would come back.
+_FAR_CHANGES = (0.1, 1.0)
+
+# Scaled slope of the objective, and multipliers, up to which it is flat: what a solver leaves of
+# zero. And its scaled fall beside such a point that counts.
+_FLAT = 1e-7
+_FALLEN = 1e-9
 
 # Iterations within which the solver is back, or at a lower point. Most take thirty to fifty.
 PATIENCE = 100
@@ -93,15 +104,40 @@ def fall_beside(
     return (lagrangian(point.x) - lowest) / _ASIDE
 
 
+def falls_though_flat(
+    program: Program, point: StartingPoint, limits: ProgramLimits, parameters: Array
+) -> bool:
+    """Whether the objective is flat at a point, and lower far beside it.
+
+    At an optimum of zero, as of a sum of squares, it is flat and nowhere lower.
+
+    Parameters
+    ----------
+    point : StartingPoint
+        With its multipliers.
+    parameters : (n_p,)
+        Values of the problem's constants.
+    """
+    objective, gradient = program.objective_gradient(point.x, parameters)
+    pulls = [np.array(gradient).ravel(), *(point.multipliers or ())]
+    if max(float(np.abs(pull).max(initial=0.0)) for pull in pulls) > _FLAT:
+        return False
+    return any(
+        float(program.oracle(start.x, parameters)[0]) < float(objective) - _FALLEN
+        for pair in starts_beside(point, limits, far=True)
+        for start in pair
+    )
+
+
 def starts_beside(
-    point: StartingPoint, limits: ProgramLimits
+    point: StartingPoint, limits: ProgramLimits, *, far: bool = False
 ) -> Iterator[tuple[StartingPoint, StartingPoint]]:
     """Pairs of starts on both sides of a point, from which a solver leaves a saddle.
 
-    They are the same in every run.
+    They are the same in every run. From a flat point they have to be far.
     """
     random = np.random.default_rng(0)
-    for size in _CHANGES:
+    for size in _FAR_CHANGES if far else _CHANGES:
         change = size * random.standard_normal(point.x.size)
         yield _beside(point, limits, change), _beside(point, limits, -change)
 

@@ -177,6 +177,38 @@ def test_a_certificate_refuses_a_saddle(still: Solution, monkeypatch: pytest.Mon
     assert "beside this one" in refused[0].sentence
 
 
+def flat(power: int) -> Problem:
+    """Most of a power of the way that is gone in a second; the guess is to stay."""
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", lower=-1, upper=1)
+    move = Phase("move", {x: v, v: u}, {x: 0, v: 0}, end=1.0, guess={u: 0.0})
+    return Problem("flat", move, maximise=move.at_end(x) ** power)
+
+
+@pytest.mark.parametrize("power", [2, 3, 4, 6])
+def test_where_neither_slope_nor_curvature_tells_values_do(power: int) -> None:
+    """No step of Newton's leads away from zero: for powers above two, 0 was certified."""
+    found = solve(flat(power))
+    assert found.objective == pytest.approx(0.5**power, rel=1e-6)
+    assert certify(found).passed
+
+
+def test_a_certificate_refuses_a_flat_point(monkeypatch: pytest.MonkeyPatch) -> None:
+    with monkeypatch.context() as patch:
+        patch.setattr("ocp.refinement.refine.lower_motion", lambda *_: None)
+        stays = solve(flat(4))
+    assert stays.objective == pytest.approx(0.0, abs=1e-9)
+    assert [check.name for check in certify(stays).checks if not check.passed] == ["curvature"]
+
+
+def test_an_optimum_of_zero_is_flat_and_needs_no_other_run() -> None:
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2", lower=-1, upper=1)
+    move = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {x: 1}, end=3.0)
+    found = solve(Problem("quiet", move, minimise=move.at_end(v) ** 4))
+    assert found.objective == pytest.approx(0.0, abs=1e-9)
+    assert len(found.mesh_iterations) <= 3
+    assert certify(found).passed
+
+
 def test_beside_a_saddle_the_objective_may_run_away(still: Solution) -> None:
     assert certify(still).passed
     x, u = State("x", "m"), Control("u", "m/s")

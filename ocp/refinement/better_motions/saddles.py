@@ -17,6 +17,7 @@ from ocp.nlp.saddle import (
     PATIENCE,
     added_curvature,
     fall_beside,
+    falls_though_flat,
     starts_beside,
     without_standstill,
 )
@@ -68,7 +69,9 @@ def lower_motion(
     sense = meshes.problem.sense
     least = meshes.settings.accuracy.objective * answer.objective_size
     solver = without_standstill(meshes.settings.solver).within(PATIENCE, math.inf)
-    for pair in starts_beside(point, meshes.limits(program)):
+    limits, parameters = meshes.limits(program), meshes.parameters.vector
+    flat = falls_though_flat(program.program, point, limits, parameters)
+    for pair in starts_beside(point, limits, far=flat):
         # one side may lead to a corner nearby, and the other one far down
         found = [_found(meshes, solver, program, start, rounds) for start in pair]
         below = min(
@@ -90,7 +93,8 @@ def may_be_saddle(
 ) -> bool:
     """Whether a stationary point of a program may be no minimum.
 
-    It is at a concave kink, or IPOPT has to add curvature there: then it is a saddle, or flat.
+    It is at a concave kink, or the objective is flat there and lower elsewhere, or IPOPT has to add
+    curvature: then it is a saddle, or some change leaves the objective as it is.
 
     Parameters
     ----------
@@ -108,6 +112,8 @@ def may_be_saddle(
     # CasADi takes the slope of a modulus of zero to be zero, so that no curvature is asked for
     kinked = bool(kinks_of(meshes.problem))
     if kinked and fall_beside(program.program, point, limits, parameters) > _FALL:
+        return True
+    if falls_though_flat(program.program, point, limits, parameters):
         return True
     return not seems_least and added_curvature(program.program, point, limits, parameters) != 0
 
