@@ -7,8 +7,10 @@ starts``, or ``global`` where a proven bound is met. Then follow remarks.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import islice
 
 from ocp.optimality.iterate import Iterate
+from ocp.optimality.roomy_sizes import roomy_sizes
 from ocp.refinement.estimates.missed_switches import displaced_remark
 from ocp.refinement.estimates.narrow_features import feature_remark
 from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
@@ -68,6 +70,7 @@ def _remarks(meshes: MeshSolver, refinement: Refinement, fitted: Iterate) -> Ite
             f"it is a saddle: a motion beside it reaches {refinement.lower:.6g}, but none was "
             "found there that meets the dynamics and all limits between its points"
         )
+    yield from (far.sentence for far in islice(roomy_sizes(iterate), 1))
     others = list(other_controls(iterate, meshes.evaluator))
     if told := others_remark(others, iterate):
         yield told

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ocp.arrays import Array
-from ocp.mesh.initial_guess import initial_guess
+from ocp.mesh.initial_guess import InitialGuess, initial_guess
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.result import NlpResult
@@ -27,7 +27,16 @@ from ocp.refinement.solved_mesh import SolvedMesh
 from ocp.refinement.unwrapping import unwrapped
 from ocp.settings import Settings
 from ocp.transcription.packing import decision_vector, trajectory_of
-from ocp.transcription.scaling import Scales, oversized, resized, scales_of, vanishes
+from ocp.transcription.scaling import (
+    Scales,
+    goes_somewhere,
+    may_be_roomy,
+    oversized,
+    resized,
+    roomy,
+    scales_of,
+    vanishes,
+)
 from ocp.transcription.transcribe import ProgramLimits, Transcription, transcribe
 
 Start = Iterate | Trajectory | None
@@ -120,9 +129,13 @@ class MeshSolver:
         if start is None:
             return stated
         guess = initial_guess(self.problem, self.parameters, start)
-        if vanishes(stated, guess):
+        if self._is_zero(stated, guess):
             return stated
         return scales_of(self.problem, guess, self.parameters)
+
+    def _is_zero(self, stated: Scales, motion: InitialGuess) -> bool:
+        """Whether a motion is zero next to the sizes of the statement, and asked to go nowhere."""
+        return vanishes(stated, motion) and not goes_somewhere(self.problem, self.parameters)
 
     def _stated_scales(self) -> Scales:
         """Those that the statement alone gives."""
@@ -146,18 +159,24 @@ class MeshSolver:
     def scales_after(self, last: Iterate) -> Scales:
         """Those of a solved mesh, its objective sized by its value; the same if it is near.
 
-        All are taken from the motion where its values are far from the sizes that the guess gave,
-        as those of a motion that was far larger. A motion that vanishes says nothing of sizes.
+        All are taken from the motion where its values are far from the sizes that the guess or
+        limits gave, as those of a motion that was far larger, or of limits that nothing comes near.
+        A motion that vanishes says nothing of sizes.
         """
         found, least = last.scales, 0.0
         outsized = float(np.abs(last.x).max(initial=0.0)) > OUTSIZED
-        if outsized or oversized(last.scales, last.objective):
-            guess = initial_guess(self.problem, self.parameters, last.trajectory)
+        guess = initial_guess(self.problem, self.parameters, last.trajectory)
+        costly = oversized(last.scales, last.objective)
+        far_below = not outsized and may_be_roomy(last.scales, guess)
+        if outsized or costly or far_below:
             tiny = not outsized and vanishes(last.scales, guess)
-            if tiny and vanishes(self._stated_scales(), guess):
+            if tiny and self._is_zero(self._stated_scales(), guess):
                 return last.scales
             of_motion = scales_of(self.problem, guess, self.parameters)
-            found, least = of_motion if outsized or tiny else found, of_motion.objective
+            if outsized or tiny or (far_below and roomy(last.scales, of_motion)):
+                found, least = of_motion, of_motion.objective
+            elif costly:
+                least = of_motion.objective
         return resized(found, last.objective, least)
 
     def starting_point(

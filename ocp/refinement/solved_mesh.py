@@ -10,6 +10,7 @@ from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.error_estimate import MeshErrors
 from ocp.refinement.estimates.kink_crossings import NEAR
 from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
+from ocp.transcription.scaling import roomy
 
 # Factor by which constraints may miss their tolerance in a mesh iteration that is good enough to be
 # verified where no better one was found: the slack that the verification has, too.
@@ -97,9 +98,12 @@ def best_of(solved: Sequence[SolvedMesh], accuracy: Accuracy) -> SolvedMesh:
 
     Of rounds whose objectives are as good, those come first whose controls promise no more than a
     certificate allows, then those that meet their tolerances. One that leaks less is no answer if
-    it lies on a mesh that was too coarse. Without any that holds it is the last round.
+    it lies on a mesh that was too coarse. Without any that holds it is the last round. Errors that
+    are small next to sizes which the last round has shown to be far too large say nothing.
     """
-    good = [s for s in solved if s.is_verifiable(accuracy)]
+    sizes = solved[-1].iterate.scales
+    good = [s for s in solved if not roomy(s.iterate.scales, sizes)]
+    good = [s for s in good if s.is_verifiable(accuracy)]
     # where one side of a kink acts beyond it, the objective may gain by that
     good = [s for s in good if s.errors.beyond_kinks <= NEAR] or good
     # values of those that are not solved to the tolerance asked for err by theirs

@@ -16,7 +16,7 @@ from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Algebraic, Control, State, Time, resolve
 from ocp.transcription.columns import PhaseColumns
-from ocp.transcription.scaling import Scales
+from ocp.transcription.scaling import Scales, near_limits
 
 # Of the largest value of a constraint: a scale that is smaller would ask for more digits than sums
 # of such values have.
@@ -82,7 +82,9 @@ class PathConstraint:
         return parameters.signal_limits[self.name]
 
     def size(self, limits: tuple[float, float], largest: float) -> float:
-        """What an excess is a part of: the largest of the finite limits and the typical value.
+        """What an excess is a part of: the largest of the limits and the typical value.
+
+        A limit that is far beyond all values and the scale does not count.
 
         Parameters
         ----------
@@ -91,9 +93,8 @@ class PathConstraint:
             Largest absolute value on the motion. It is the typical one where no scale is stated,
             and one that is stated counts down to the part of it that rounding leaves exact.
         """
-        finite = [abs(limit) for limit in limits if math.isfinite(limit)]
         typical = max(self.scale, _FINEST * largest) if self.has_stated_scale else largest
-        return max([*finite, typical]) or 1.0
+        return max([*near_limits(limits, max(self.scale, largest)), typical]) or 1.0
 
 
 def path_constraints(

@@ -40,8 +40,15 @@ from ocp.transcription.variations import (
 
 _OFF = 3.0  # factor from which on a solved objective replaces the size taken from the guess
 _FALL = 1e-3  # of its size, to which the objective's falls by a solved value of zero
+# Factor by which a size may be more than a signal has in a motion. Limits of plus and minus 1e4
+# around motions of one were tried on 75 problems, and hid no optimum; those of 1e6 did.
+ROOMY = 1e4
+# Part of a limit from which on a motion counts as one that comes up to it, between the instants at
+# which it is looked at
+_UP_TO = 0.9
 _SOLVED = "value on an earlier mesh"
 _GUESS = "guess"
+_BOUNDS = "bounds"
 _GUESSED_NUMBER = "guess, or middle of its bounds"
 _LONGEST = "longest duration of a phase in the guess"
 
@@ -155,6 +162,68 @@ def vanishes(scales: Scales, motion: InitialGuess) -> bool:
     )
 
 
+def goes_somewhere(problem: Problem, parameters: Parameters) -> bool:
+    """Whether a state is given an end value other than zero: its motion is small at most, not zero.
+
+    However large the sizes are next to it.
+    """
+    return any(_largest_end_value(s, p, parameters) > 0 for p in problem.phases for s in p.states)
+
+
+def may_be_roomy(scales: Scales, motion: InitialGuess) -> bool:
+    """Whether a signal stays far below a size that its limits gave; it may also be zero."""
+    return any(
+        scales.reasons.get(("signal", name)) == _BOUNDS
+        and all(
+            ROOMY * largest_finite(phase.at_fractions(FRACTIONS).get(name, 0.0)) < size
+            for phase in motion.phases.values()
+        )
+        for name, size in scales.signals.items()
+    )
+
+
+def roomy(scales: Scales, of_motion: Scales) -> list[str]:
+    """Signals whose limits gave sizes that are many times those of a motion, as 1e6 may be.
+
+    A signal that is zero in the motion has no size of it, and is not among them.
+    """
+    return [
+        name
+        for name, size in scales.signals.items()
+        if scales.reasons.get(("signal", name)) == _BOUNDS
+        and size > ROOMY * of_motion.signals[name]
+    ]
+
+
+def stated_beyond(
+    scales: Scales, motion: InitialGuess, problem: Problem, parameters: Parameters
+) -> dict[str, float]:
+    """States whose stated size a motion does not come near, with its largest value, by name.
+
+    Only those count that are given an end value: that is what they have to come to at least. Of
+    others the size may tell what matters, whatever the motion has.
+    """
+    found = dict[str, float]()
+    for state in {state for phase in problem.phases for state in phase.states}:
+        given = any(_largest_end_value(state, p, parameters) > 0 for p in problem.phases)
+        values = [
+            largest_finite(phase.at_fractions(FRACTIONS).get(state.name, 0.0))
+            for phase in motion.phases.values()
+        ]
+        if state.scale is not None and given and max(values) < NOTHING * state.scale:
+            found[state.name] = max(values)
+    return found
+
+
+def near_limits(limits: Sequence[float], typical: float) -> list[float]:
+    """Absolute values of the finite limits of something that a motion with such a value may feel.
+
+    A limit of plus and minus 1e6, written for none, says nothing of how large something is.
+    """
+    finite = [abs(limit) for limit in limits if math.isfinite(limit)]
+    return [limit for limit in finite if limit <= ROOMY * typical]
+
+
 def resized(scales: Scales, objective: float, least: float) -> Scales:
     """Scales with the objective's size taken from a solved value, where it was far off.
 
@@ -220,7 +289,7 @@ def _unknown_scales(
         guessed = 0.0 if u.name in unsaid else largest_finite(guess.unknowns[u.name])
         limits = parameters.unknown_limits[u.name] if u.name in unsaid else ()
         of_limits = largest_finite(limits)
-        size, where = (of_limits, "bounds") if of_limits > 0 else (guessed, _GUESSED_NUMBER)
+        size, where = (of_limits, _BOUNDS) if of_limits > 0 else (guessed, _GUESSED_NUMBER)
         scales[u.name], reasons[u.name] = _chosen(u.scale, size, where)
     return scales, reasons
 
@@ -231,17 +300,24 @@ def _own_scale(
     """Size of a signal by what is said of it alone; 0 if nothing is."""
     if signal.scale is not None:
         return signal.scale, "stated"
-    ends = (phase.initial, parameters.initial_values), (phase.final, parameters.final_values)
-    numbers = [
-        values[phase.name, signal.name][0]
-        for stated, values in ends
-        if signal in stated and not isinstance(stated[signal], tuple)
-    ]
-    if max(largest_finite(guess), largest_finite(numbers)) > 0:
-        inner, outer = (largest_finite(guess), _GUESS), (largest_finite(numbers), "boundary values")
+    of_ends = _largest_end_value(signal, phase, parameters)
+    if max(largest_finite(guess), of_ends) > 0:
+        inner, outer = (largest_finite(guess), _GUESS), (of_ends, "boundary values")
         return inner if inner[0] > outer[0] else outer
     size = largest_finite(parameters.signal_limits[signal.name])
-    return size, "bounds" if size > 0 else ""
+    return size, _BOUNDS if size > 0 else ""
+
+
+def _largest_end_value(signal: Signal, phase: Phase, parameters: Parameters) -> float:
+    """The largest absolute value that a signal is given at an end of a phase; 0 if none is."""
+    ends = (phase.initial, parameters.initial_values), (phase.final, parameters.final_values)
+    return largest_finite(
+        [
+            values[phase.name, signal.name][0]
+            for stated, values in ends
+            if signal in stated and not isinstance(stated[signal], tuple)
+        ]
+    )
 
 
 def _along_dynamics(
@@ -304,8 +380,20 @@ def _next_to_nothing(
     signals, _ = _signal_scales(problem, guess, parameters, guessed)
     unknowns, _ = _unknown_scales(problem, guess, parameters, guessed)
     without = {**signals, **unknowns}
-    tiny = {name for name in guessed if sizes[name] < NOTHING * without[name]}
+    # what comes up to a limit of its own is no nothing, however far the other limit is
+    limits = {**parameters.signal_limits, **parameters.unknown_limits}
+    tiny = {
+        name
+        for name in guessed
+        if sizes[name] < NOTHING * without[name]
+        and sizes[name] < _UP_TO * _nearest_limit(limits[name])
+    }
     return tiny - _moving_something(problem, guess, parameters, scales, tiny)
+
+
+def _nearest_limit(limits: Sequence[float]) -> float:
+    """The smallest absolute value of limits that are not zero; infinite without any."""
+    return min((abs(limit) for limit in limits if limit != 0), default=math.inf)
 
 
 def _moving_something(

@@ -12,6 +12,7 @@ import numpy as np
 
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.number_steps import number_remark, number_steps
+from ocp.optimality.roomy_sizes import roomy_sizes
 from ocp.optimality.steps import step_remark, steps_along
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
@@ -20,6 +21,7 @@ from ocp.refinement.estimates.excess_price import worth_of_excess
 from ocp.refinement.estimates.missed_slopes import missed_slopes
 from ocp.refinement.estimates.motion_errors import MotionErrors
 from ocp.refinement.estimates.narrow_features import NarrowFeature, feature_remark, narrow_features
+from ocp.transcription.scaling import ROOMY
 from ocp.verification.conditions import Condition, Evidence
 from ocp.verification.far_origins import WITHIN
 from ocp.verification.simulation import SimulatedMotion, replayed, simulate
@@ -40,6 +42,10 @@ def motion_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condi
         iterate.transcription, iterate.trajectory, evaluator, iterate.parameters
     )
 
+    # what follows is relative to the sizes of the signals
+    for taken in roomy_sizes(iterate):
+        ratio = taken.size / taken.of_motion
+        yield Condition(f"size of '{taken.signal}'", ratio, ROOMY, taken.sentence)
     yield Condition("replay", simulated.miss, allowed.replay, _replay_words(simulated))
     yield from _replayed_values(iterate, verification, allowed)
     yield Condition(

@@ -56,6 +56,7 @@ from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.excess_price import worth_of_excess
 from ocp.refinement.estimates.motion_errors import MotionErrors, dense_peak
 from ocp.transcription.path_constraints import PathConstraint
+from ocp.transcription.scaling import near_limits
 from ocp.verification.far_origins import WITHIN, FarOrigin, far_origins
 from ocp.verification.simulation import SimulatedMotion
 
@@ -300,15 +301,16 @@ def boundary_excesses(
 ) -> Iterator[tuple[str, float]]:
     """Names of the problem's bounds and links, and how far a motion exceeds them, relative.
 
-    The size of each is the largest of its value, its limits and its scale.
+    The size of each is the largest of its value, its limits and its scale. Limits that are far
+    beyond the others do not count.
     """
     for bound in iterate.problem.boundary_constraints:
         value = evaluator.number(trajectory, bound.expression, peaks)
         lower, upper = iterate.parameters.bound_limits["", bound.name]
 
         # a limit of zero has no size of its own, which its scale then gives
-        finite = [abs(limit) for limit in (lower, upper) if np.isfinite(limit)]
-        size = max(abs(value), *finite, iterate.scales.bounds["", bound.name])
+        typical = max(abs(value), iterate.scales.bounds["", bound.name])
+        size = max(typical, *near_limits((lower, upper), typical), 0.0)
         yield bound.name, max(value - upper, lower - value) / size
 
 

@@ -1,0 +1,132 @@
+"""Limits of plus and minus a million, which many write for none, change no answer."""
+
+import casadi as ca
+import pytest
+
+from ocp import (
+    Between,
+    Bound,
+    Control,
+    FixedMesh,
+    Phase,
+    Problem,
+    Settings,
+    State,
+    Unknown,
+    certify,
+    joined,
+    solve,
+)
+
+
+def signals(wide):
+    x, v = State("x", "m", lower=-wide, upper=wide), State("v", "m/s", lower=-wide, upper=wide)
+    return x, v, Control("u", "m/s^2", lower=-wide, upper=wide)
+
+
+def with_a_pause(wide):
+    """A metre in a second from rest to rest, with 0.3 s or more in between without a force."""
+    x, v, u = signals(wide)
+    ends, begins = Between(0, 2, 0.3), Between(0, 2, 0.6)
+    push = Phase("push", {x: v, v: u}, {x: 0, v: 0}, end=ends)
+    coast = Phase("coast", {x: v, v: 0 * v}, start=ends, end=begins)
+    brake = Phase("brake", {x: v, v: u}, final={x: 1, v: 0}, start=begins, end=1.0)
+    return Problem(
+        "pause",
+        (push, coast, brake),
+        minimise=push.integral(u**2) + brake.integral(u**2),
+        links=(*joined(push, coast), *joined(coast, brake)),
+        bounds=[coast.duration >= 0.3],
+    )
+
+
+@pytest.mark.parametrize("wide", [1e3, 1e6, 1e9])
+def test_sizes_of_wide_limits_do_not_hide_the_optimum(wide):
+    """A force moves the end by (1/2 - t) of it: J is one over the integral of (1/2 - t)^2 there.
+
+    By sizes of 1e6, 12.55 was certified.
+    """
+    found = solve(with_a_pause(wide))
+    assert found.objective == pytest.approx(1.5 / (0.5**3 - 0.15**3), rel=1e-6)
+    assert "size" not in found.verdict
+    assert certify(found).passed
+
+
+def test_one_mesh_with_sizes_of_wide_limits_is_not_certified():
+    found = solve(with_a_pause(1e6), settings=Settings(refinement=FixedMesh()))
+    assert "the size of 'x' was taken to be 1e+06 m (bounds), and the motion has 1 m" in (
+        found.verdict
+    )
+    failed = [check.name for check in certify(found).checks if not check.passed]
+    assert "size of 'x'" in failed
+
+
+def test_sizes_that_nothing_tells_are_named():
+    """No number of the statement says how far the pendulum goes: 6,600 was certified for 1.1."""
+    x, v, u = signals(1e9)
+    goal = Unknown("goal", "m", lower=-1e9, upper=1e9)
+    move = Phase(
+        "move", {x: v, v: u - ca.sin(x)}, {x: 0, v: 0}, {v: 0}, end=Between(0.1, 1e4, guess=1)
+    )
+    cost = move.integral(u**2) + move.end_time + (goal - 1) ** 2
+    found = solve(Problem("lost", move, minimise=cost, bounds=[move.at_end(x) == goal]))
+    assert "state a scale= of 'x' that is nearer" in found.verdict
+    assert not certify(found).passed
+
+
+@pytest.mark.parametrize("scale", [1e2, 1e6])
+def test_a_stated_size_that_no_motion_comes_near_is_named(scale):
+    """Van der Pol's oscillator: by sizes of 1e6, 2.997 was certified for 2.9537."""
+    x, y = State("x", scale=scale), State("y", lower=-0.4, scale=scale)
+    u = Control("u")
+    swing = Phase("swing", {x: y, y: -x + y * (1 - x**2) + u}, {x: 1, y: 0}, end=5.0)
+    found = solve(Problem("oscillator", swing, minimise=swing.integral(x**2 + y**2 + u**2)))
+    right = abs(found.objective / 2.9537014 - 1) < 1e-5
+    assert certify(found).passed == right == (scale < 1e4)
+    assert ("the size of 'x' was taken to be 1e+06 (stated)" in found.verdict) == (not right)
+
+
+def test_an_excess_is_no_part_of_a_limit_far_away():
+    """Bryson and Denham's ride with a jerk, below 0.12 m: by parts of 1e6 m it leaked 1e-4."""
+
+    def ride(**lower):
+        x, v, a = State("x", "m", upper=0.12, **lower), State("v", "m/s"), State("a", "m/s^2")
+        jerk = Control("jerk", "m/s^3")
+        phase = Phase(
+            "ride", {x: v, v: a, a: jerk}, {x: 0, v: 1, a: 0}, {x: 0, v: -1, a: 0}, end=1.0
+        )
+        return solve(Problem("ride", phase, minimise=phase.integral(jerk**2)))
+
+    without, found = ride(), ride(lower=-1e6)
+    assert found.objective == pytest.approx(without.objective, rel=1e-6)
+    assert certify(found).passed
+
+
+def test_a_bound_of_one_number_is_no_part_of_a_limit_far_away():
+    x, v, u = State("x", "m"), State("v", "m/s"), Control("u", "m/s^2")
+    move = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {v: 0}, end=1.0)
+    reach = Bound("reach", move.at_end(x) ** 3, "m^3", lower=1.0, upper=1e9)
+    found = solve(Problem("reach", move, minimise=move.integral(u**2), bounds=[reach]))
+    assert found.objective == pytest.approx(12.0, rel=1e-7)
+    assert certify(found).passed
+
+
+def test_a_motion_of_zero_within_limits_is_certified():
+    """Nothing asks for a motion: sizes stay those of the limits."""
+    x, v, u = signals(10.0)
+    stay = Phase("stay", {x: v, v: u - x}, {x: 0, v: 0}, {v: 0}, end=1.0)
+    found = solve(Problem("stay", stay, minimise=1 + stay.integral(u**2 + x**2)))
+    assert found.objective == pytest.approx(1.0, rel=1e-9)
+    assert certify(found).passed
+
+
+def test_a_signal_that_rests_within_its_limits_keeps_its_size():
+    """A load that never sways, beside a cart that moves."""
+    x, v, u = signals(10.0)
+    sway, rate = State("sway", "rad", lower=-1, upper=1), State("rate", "rad/s", lower=-1, upper=1)
+    rates = {x: v, v: u, sway: rate, rate: -sway}
+    move = Phase("move", rates, dict.fromkeys((x, v, sway, rate), 0), {x: 1, v: 0}, end=1.0)
+    found = solve(Problem("rest", move, minimise=move.integral(u**2 + sway**2)))
+    assert found.objective == pytest.approx(12.0, rel=1e-8)
+    assert found.iterate.scales.signals["sway"] == 1.0
+    assert certify(found).passed
