@@ -20,7 +20,7 @@ from ocp.refinement.mesh_iteration import MeshIteration
 from ocp.refinement.mesh_solver import MeshSolver, Start
 from ocp.refinement.past_kinks.loop_past_kinks import loop_past_kinks
 from ocp.refinement.raised_peaks import verifiable
-from ocp.refinement.reviews.finding import Answer, Onward, Review
+from ocp.refinement.reviews.finding import Candidate, Onward, Review
 from ocp.refinement.reviews.held_switches import held_switches
 from ocp.refinement.reviews.left_saddle import left_saddle
 from ocp.refinement.reviews.short_changes import short_changes
@@ -124,7 +124,7 @@ def _reviewed(
     goes, number = [0] * len(_REVIEWS), 0
     while number < len(_REVIEWS):
         (review, most), records = _REVIEWS[number], len(history.rounds)
-        answer = Answer.of(meshes, accuracy, history, refinement.ending)
+        answer = Candidate.of(meshes, accuracy, history, refinement.ending)
         finding = review(answer)
         refinement = replace(
             refinement,
@@ -145,7 +145,7 @@ def _reviewed(
     return refinement
 
 
-def _gone_on(answer: Answer, onward: Onward, refinement: Refinement) -> tuple[Refinement, bool]:
+def _gone_on(answer: Candidate, onward: Onward, refinement: Refinement) -> tuple[Refinement, bool]:
     """The loop once more, from what a review found.
 
     Returns
@@ -166,7 +166,7 @@ def _gone_on(answer: Answer, onward: Onward, refinement: Refinement) -> tuple[Re
     return replace(refinement, ending=ending, lower=None if holds else onward.lower), joins
 
 
-def _further(answer: Answer, onward: Onward) -> tuple[Ending, list[SolvedMesh]]:
+def _further(answer: Candidate, onward: Onward) -> tuple[Ending, list[SolvedMesh]]:
     """How the loop ends from there, and what it solved. Only its records join the history.
 
     A failure or the end of the budget is an ending, as there is an answer already.

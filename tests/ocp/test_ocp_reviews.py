@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from ocp import Control, Phase, Problem, Settings, Solution, State, solve
-from ocp.refinement.reviews.finding import Answer, Finding, Former, Onward, Review
+from ocp.refinement.reviews.finding import Candidate, Finding, Former, Onward, Review
 
 Reviewed = Callable[..., Solution]
 
@@ -30,7 +30,7 @@ def reviewed(monkeypatch: pytest.MonkeyPatch) -> Reviewed:
     return solved
 
 
-def _onward(answer: Answer, former: Former = "as good") -> Onward:
+def _onward(answer: Candidate, former: Former = "as good") -> Onward:
     iterate = answer.best.iterate
     return Onward(iterate, iterate.mesh, former)
 
@@ -38,11 +38,11 @@ def _onward(answer: Answer, former: Former = "as good") -> Onward:
 def test_all_reviews_are_asked_again_about_another_answer(reviewed: Reviewed) -> None:
     asked: list[str] = []
 
-    def content(answer: Answer) -> Finding:
+    def content(answer: Candidate) -> Finding:
         asked.append("content")
         return Finding()
 
-    def finds_once(answer: Answer) -> Finding:
+    def finds_once(answer: Candidate) -> Finding:
         asked.append("finds once")
         return Finding(_onward(answer)) if len(asked) == 2 else Finding()
 
@@ -57,7 +57,7 @@ def test_a_review_that_always_finds_something_leads_onward_so_often(
 ) -> None:
     once = len(reviewed().mesh_iterations)
 
-    def never_content(answer: Answer) -> Finding:
+    def never_content(answer: Candidate) -> Finding:
         return Finding(_onward(answer))
 
     answer = reviewed((never_content, most))
@@ -69,7 +69,7 @@ def test_a_review_that_always_finds_something_leads_onward_so_often(
 def test_former_answers_are_kept_where_they_are_as_good(reviewed: Reviewed, former: Former) -> None:
     known: list[int] = []
 
-    def finds_once(answer: Answer) -> Finding:
+    def finds_once(answer: Candidate) -> Finding:
         known.append(len(answer.history.solved))
         return Finding(_onward(answer, former)) if len(known) == 1 else Finding()
 
@@ -79,7 +79,7 @@ def test_former_answers_are_kept_where_they_are_as_good(reviewed: Reviewed, form
 
 
 def test_a_budget_that_ends_before_a_refinement_goes_on_is_said(reviewed: Reviewed) -> None:
-    def finds(answer: Answer) -> Finding:
+    def finds(answer: Candidate) -> Finding:
         return Finding(_onward(answer))
 
     whole = sum(record.iterations for record in reviewed().mesh_iterations)

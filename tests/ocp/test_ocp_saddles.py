@@ -194,7 +194,7 @@ def test_where_neither_slope_nor_curvature_tells_values_do(power: int) -> None:
 
 def test_a_certificate_refuses_a_flat_point(monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr("ocp.refinement.refine.lower_motion", lambda *_: None)
+        patch.setattr("ocp.refinement.reviews.left_saddle.lower_motion", lambda *_: None)
         stays = solve(flat(4))
     assert stays.objective == pytest.approx(0.0, abs=1e-9)
     assert [check.name for check in certify(stays).checks if not check.passed] == ["curvature"]

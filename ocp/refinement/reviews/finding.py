@@ -25,7 +25,7 @@ as good  kept beside one that holds
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Answer:
+class Candidate:
     """The best motion of a refinement until now.
 
     Attributes
@@ -47,7 +47,9 @@ class Answer:
     best: SolvedMesh
 
     @classmethod
-    def of(cls, meshes: MeshSolver, accuracy: Accuracy, history: History, ending: Ending) -> Answer:
+    def of(
+        cls, meshes: MeshSolver, accuracy: Accuracy, history: History, ending: Ending
+    ) -> Candidate:
         """The best one of a history."""
         return cls(meshes, accuracy, history, ending, best_of(history.solved, accuracy))
 
@@ -99,5 +101,5 @@ class Finding:
     timed: bool = False
 
 
-Review = Callable[[Answer], Finding]
+Review = Callable[[Candidate], Finding]
 """Raises KeyboardInterrupt where the user stops what it tries."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from ocp.refinement.better_motions.fresh_mesh import on_fresh_mesh
 from ocp.refinement.policies.adaptive_mesh import AdaptiveMesh
-from ocp.refinement.reviews.finding import Answer, Finding, Onward
+from ocp.refinement.reviews.finding import Candidate, Finding, Onward
 
 
-def held_switches(answer: Answer) -> Finding:
+def held_switches(answer: Candidate) -> Finding:
     """A better motion on a mesh made anew, if there is one."""
     policy = answer.meshes.settings.refinement
     moves = isinstance(policy, AdaptiveMesh) and policy.move_breakpoints

@@ -10,14 +10,14 @@ from ocp.optimality.iterate import Iterate
 from ocp.refinement.better_motions.saddles import lower_motion, may_be_saddle
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.other_controls.promise import promise_of_other_valleys
-from ocp.refinement.reviews.finding import Answer, Finding, Onward
+from ocp.refinement.reviews.finding import Candidate, Finding, Onward
 from ocp.refinement.solved_mesh import SolvedMesh
 
 # Part of what controls far away promise that a motion beside a saddle has to bring.
 _LITTLE_OF_OTHERS = 0.01
 
 
-def left_saddle(answer: Answer) -> Finding:
+def left_saddle(answer: Candidate) -> Finding:
     """A lower motion beside the answer, if there is one."""
     meshes, iterate = answer.meshes, answer.best.iterate
     if answer.ending == "budget" or not _may_be_saddle(meshes, answer.best, answer.history.solved):

@@ -6,10 +6,10 @@ from ocp.refinement.better_motions.saddles import held_still
 from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.refinement.other_controls.points_there import mesh_with_points_there
 from ocp.refinement.other_controls.promise import other_controls, promised_by
-from ocp.refinement.reviews.finding import Answer, Finding, Onward
+from ocp.refinement.reviews.finding import Candidate, Finding, Onward
 
 
-def short_changes(answer: Answer) -> Finding:
+def short_changes(answer: Candidate) -> Finding:
     """Where controls of the answer's own valley are better, and a mesh with points there.
 
     As good an answer on a mesh without these points is none.

@@ -12,11 +12,11 @@ from ocp.refinement.estimates.narrow_features import (
     mesh_that_sees,
     narrow_features,
 )
-from ocp.refinement.reviews.finding import Answer, Finding, Onward
+from ocp.refinement.reviews.finding import Candidate, Finding, Onward
 from ocp.refinement.solved_mesh import VERIFIABLE_SLACK
 
 
-def unseen_features(answer: Answer) -> Finding:
+def unseen_features(answer: Candidate) -> Finding:
     """What is missed, and a mesh that sees it.
 
     What was solved before is no answer: it holds for a problem without that.
@@ -30,7 +30,7 @@ def unseen_features(answer: Answer) -> Finding:
     return Finding(Onward(iterate, mesh, former="none"), features)
 
 
-def _has_steps(answer: Answer) -> bool:
+def _has_steps(answer: Candidate) -> bool:
     """Whether something steps where the motion crosses it: no mesh resolves that, and it is told.
 
     A mesh that begins to resolve what is steep would hide it.
@@ -39,7 +39,7 @@ def _has_steps(answer: Answer) -> bool:
     return any(step.unseen for step in steps_along(answer.meshes.problem, motion, evaluator))
 
 
-def _features(answer: Answer) -> tuple[tuple[NarrowFeature, ...], tuple[NarrowFeature, ...]]:
+def _features(answer: Candidate) -> tuple[tuple[NarrowFeature, ...], tuple[NarrowFeature, ...]]:
     """What the points do not see, and what sensitivities alone miss by that."""
     iterate, evaluator = answer.best.iterate, answer.meshes.evaluator
     errors = answer.best.errors.of_motion or MotionErrors(
