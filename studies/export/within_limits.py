@@ -24,7 +24,7 @@ from studies.drive.setpoints import SetPoints
 from studies.export.round_trip import Breach, Slack
 from studies.truss.expressions import Reserve
 
-SECONDS = 30.0  # for one motion: what has a solution takes a few
+ITERATIONS = 1000  # for one motion: what has a solution takes up to 200
 KEPT = 1e-5  # of a limit: what the solver may leave beyond it, and the replay of it
 MORE = 1.5  # times what a played motion is above a limit: the next one is another motion
 _OF_A_BREACH = {  # key of the drive, by the name of the limit in a record
@@ -143,7 +143,7 @@ def law_within(
 
     start, forces = bezier_start(study), needs_forces(study)
     statement = state(study, start, weights, forces, reserve=reserve)
-    settings = dataclasses.replace(settings_of(study, forces), seconds=SECONDS)
+    settings = dataclasses.replace(settings_of(study, forces), iterations=ITERATIONS)
     try:
         solution = solve(statement.problem(), settings=settings)
     except OcpError as error:

@@ -22,12 +22,6 @@ PINNED = pinned_bezier(WITH_FRICTION, 140.0)
 BALANCE = 1e-8  # of the motor's work; the quadrature leaves 1e-14
 
 
-@pytest.fixture(autouse=True)
-def patient(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Seconds for each lighter price that a slow machine has, too: they are not what is asked."""
-    monkeypatch.setattr("studies.truss.search.smoothness._SECONDS", 200.0)
-
-
 def least_force(duration: float, mu: float, jerk: str | None, start: str = "bezier") -> BestMotion:
     """Least peak force from one start."""
     raw = {

@@ -33,13 +33,13 @@ SHARE = 2e-5
 _SHARE_OF_WORK = 2e-6
 
 # What is aimed at when the price is lowered, for the motion becomes rougher with it; in how many
-# steps at most; by how much at once, so that the motion before remains a good start; and how long
-# each may take [s].
+# steps at most; by how much at once, so that the motion before remains a good start; and how many
+# iterations each may take: what succeeds takes up to about 350.
 _AIM = 0.5
 _STEPS = 5
 _LARGEST_STEP = 1e-3
 _LEAST_STEP = 0.1
-_SECONDS = 15.0
+_ITERATIONS = 1000
 
 # Relative: a lower price that gains no more than this is low enough.
 _NO_GAIN = 5e-6
@@ -151,11 +151,10 @@ def at_a_light_price(
         price = best.solution.value(statement.price.symbol)
         step = min(max(_AIM * SHARE / best.share, largest), _LEAST_STEP)
         price *= step
-        seconds = min(left(), _SECONDS)
         try:
             lighter = solve(
                 problem,
-                settings=replace(settings, seconds=seconds),
+                settings=replace(settings, iterations=_ITERATIONS, seconds=left()),
                 guess=best.solution,
                 constants={statement.price: price},
                 progress=progress,

@@ -114,10 +114,8 @@ def test_within_limits_the_motion_is_optimised_again(
 
 @pytest.mark.slow
 def test_the_stretch_of_the_rope_is_kept_within_limits(
-    brisk: Result, drive_file: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    brisk: Result, drive_file: Write, tmp_path: Path
 ) -> None:
-    # what a slow machine has, too: seconds are not what is asked
-    monkeypatch.setattr("studies.export.within_limits.SECONDS", 200.0)
     folder = rubbed(brisk, 0.01, tmp_path)
     # along the limit of power the motion found may switch more often than a table has segments
     pvt = ("--to", "pvt", "--step", "0.05")
