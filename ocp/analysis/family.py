@@ -29,7 +29,7 @@ from ocp.problem.parameters import Parameters, parameters_of
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
 from ocp.progress import Progress, shown
-from ocp.refinement.better_motions.saddles import lower_motion, may_be_saddle
+from ocp.refinement.better_motions.saddles import kind_of_stationary, lower_motion
 from ocp.refinement.estimates.missed_slopes import missed_slopes
 from ocp.refinement.estimates.motion_errors import MotionErrors
 from ocp.refinement.estimates.narrow_features import may_hide, narrow_features
@@ -354,11 +354,12 @@ class _Walk:
 
         iterations = result.iterations
         point = StartingPoint.at(result)
-        if may_be_saddle(meshes, program, point, seems_least=result.seems_least):
+        kind = kind_of_stationary(meshes, program, point, seems_least=result.seems_least)
+        if kind != "minimum":
             # beyond a bifurcation a saddle may follow on a neighbour's minimum
             rounds = [record_of(program.mesh, result, None)]
             motion = trajectory_of(program, result.x, meshes.parameters)
-            below = lower_motion(meshes, iterate_of(program, result, motion), rounds)
+            below = lower_motion(meshes, iterate_of(program, result, motion), kind, rounds)
             if below is not None:
                 return self._alone(meshes, below, below.mesh, rounds)
             iterations = iterations_of(rounds)

@@ -9,8 +9,8 @@ it a solver goes down.
 A concave kink, as that of ``-|x|`` at 0, may seem stationary, too: CasADi takes the slope of a
 modulus of zero to be zero. Beside such a point the Lagrangian falls at once.
 
-Where the objective is flat, as ``-x**4`` or ``x y z`` at 0, it has neither slope nor curvature.
-Only values far beside the point tell whether it falls.
+At a degenerate saddle the objective has neither slope nor curvature, as ``-x**4`` or ``x y z`` at
+0. Only values far beside the point tell whether it falls.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from ocp.transcription.transcribe import ProgramLimits
 # curves little.
 _CHANGES = (1e-3, 3e-2)
 
-# The same beside a flat point, from near which the solver would come back.
+# The same beside a degenerate saddle, from near which the solver would come back.
 _FAR_CHANGES = (0.1, 1.0)
 
 # Scaled slope of the objective, and multipliers, up to which it is flat: what a solver leaves of
@@ -104,10 +104,10 @@ def fall_beside(
     return (lagrangian(point.x) - lowest) / _ASIDE
 
 
-def falls_though_flat(
+def is_degenerate_saddle(
     program: Program, point: StartingPoint, limits: ProgramLimits, parameters: Array
 ) -> bool:
-    """Whether the objective is flat at a point, and lower far beside it.
+    """Whether the objective has neither slope nor curvature at a point, and is lower far beside it.
 
     At an optimum of zero, as of a sum of squares, it is flat and nowhere lower.
 
@@ -124,20 +124,20 @@ def falls_though_flat(
         return False
     return any(
         float(program.oracle(start.x, parameters)[0]) < float(objective) - _FALLEN
-        for pair in starts_beside(point, limits, far=True)
+        for pair in starts_beside(point, limits, degenerate=True)
         for start in pair
     )
 
 
 def starts_beside(
-    point: StartingPoint, limits: ProgramLimits, *, far: bool = False
+    point: StartingPoint, limits: ProgramLimits, *, degenerate: bool = False
 ) -> Iterator[tuple[StartingPoint, StartingPoint]]:
     """Pairs of starts on both sides of a point, from which a solver leaves a saddle.
 
-    They are the same in every run. From a flat point they have to be far.
+    They are the same in every run. From a degenerate saddle they have to be far.
     """
     random = np.random.default_rng(0)
-    for size in _FAR_CHANGES if far else _CHANGES:
+    for size in _FAR_CHANGES if degenerate else _CHANGES:
         change = size * random.standard_normal(point.x.size)
         yield _beside(point, limits, change), _beside(point, limits, -change)
 

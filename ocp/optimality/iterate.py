@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -100,6 +100,13 @@ class Iterate:
         """Whether a phase, by its number, has shrunk to the least duration."""
         motion = self.trajectory.phases[index]
         return bool(motion.end - motion.start <= VANISHED * self.scales.time)
+
+    @property
+    def fixed_mesh(self) -> Mesh:
+        """The mesh with its breakpoints where the solver left them, none of which moves."""
+        pairs = zip(self.mesh.phases, self.trajectory.phases, strict=True)
+        phases = [replace(mesh, breakpoints=motion.fractions, movable=()) for mesh, motion in pairs]
+        return replace(self.mesh, phases=tuple(phases))
 
     @cached_property
     def transcription(self) -> Transcription:

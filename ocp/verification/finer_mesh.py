@@ -11,7 +11,6 @@ import math
 from collections.abc import Iterator
 
 from ocp.mesh.mesh import cut_in_two
-from ocp.refinement.better_motions.saddles import held_still
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.settings import Settings
 from ocp.verification.conditions import Condition, Evidence
@@ -39,7 +38,7 @@ def finer_mesh_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[C
     )
 
     # what moves has found its place, and would hide by errors of the mesh what the cuts gain
-    mesh = cut_in_two(held_still(iterate), _SHARE)
+    mesh = cut_in_two(iterate.fixed_mesh, _SHARE)
     program = meshes.next_program(iterate, mesh)
     result = meshes.solve(program, iterate, meshes.settings.solver)
     if result.outcome == "interrupted":

@@ -19,7 +19,7 @@ from ocp.optimality.active_set import limit_distances
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import Multipliers
 from ocp.optimality.multipliers import multipliers as recovered
-from ocp.refinement.better_motions.saddles import lower_motion, may_be_saddle
+from ocp.refinement.better_motions.saddles import kind_of_stationary, lower_motion
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.settings import Settings
 from ocp.verification.conditions import Condition, Evidence
@@ -150,8 +150,9 @@ def curvature_condition(evidence: Evidence, allowed: Tolerances) -> Condition:
     program, point, lower = iterate.transcription, StartingPoint.at(iterate), None
     gain, sentence = 0.0, "motions beside this one gain no more than this part, to second order"
     try:
-        if may_be_saddle(meshes, program, point):
-            lower = lower_motion(meshes, iterate, [])
+        kind = kind_of_stationary(meshes, program, point)
+        if kind != "minimum":
+            lower = lower_motion(meshes, iterate, kind, [])
     except Unbounded:
         gain, sentence = np.inf, "beside this motion the objective runs away"
     else:

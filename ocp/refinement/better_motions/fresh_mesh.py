@@ -16,7 +16,6 @@ from ocp.mesh.trajectory import Evaluator
 from ocp.optimality.iterate import Iterate, iterate_of
 from ocp.optimality.steps import steps_along
 from ocp.refinement.better_motions.held_crossings import held_crossing
-from ocp.refinement.better_motions.saddles import held_still
 from ocp.refinement.estimates.missed_switches import displaced_switches, held_far_away
 from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.refinement.mesh_iteration import MeshIteration, record_of
@@ -127,7 +126,7 @@ def _fresh(answer: Iterate, evaluator: Evaluator, wrong: Sequence[bool], merged:
     # loaded where it is needed: most solves end without
     from ocp.refinement.policies.moving_mesh import movable_mesh
 
-    anew, still = movable_mesh(answer, evaluator, merged), held_still(answer)
+    anew, still = movable_mesh(answer, evaluator, merged), answer.fixed_mesh
     places = range(len(wrong))
     return Mesh(
         tuple((anew if wrong[i] else still).phases[i] for i in places),

@@ -8,16 +8,15 @@ first-order conditions hold at it. Then the solver is run again from points besi
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from typing import Literal
 
 from ocp.errors import Unbounded
-from ocp.mesh.mesh import Mesh
 from ocp.nlp.failures import failure
 from ocp.nlp.saddle import (
     PATIENCE,
     added_curvature,
     fall_beside,
-    falls_though_flat,
+    is_degenerate_saddle,
     starts_beside,
     without_standstill,
 )
@@ -36,9 +35,12 @@ _FALL = 1e-3
 # Scaled violation of the rows up to which a motion counts as one of its mesh.
 _MET = 1e-8
 
+# What a stationary point is, as far as could be told
+Stationary = Literal["minimum", "saddle", "degenerate saddle"]
+
 
 def lower_motion(
-    meshes: MeshSolver, answer: Iterate, rounds: list[MeshIteration]
+    meshes: MeshSolver, answer: Iterate, kind: Stationary, rounds: list[MeshIteration]
 ) -> Iterate | None:
     """A motion on the same mesh whose objective is lower than that of an answer that is a saddle.
 
@@ -47,7 +49,8 @@ def lower_motion(
     Parameters
     ----------
     answer : Iterate
-        For which `may_be_saddle` is true.
+    kind : "saddle" or "degenerate saddle"
+        What `kind_of_stationary` says of it.
     rounds : list of MeshIteration
         Until now. What is tried is appended.
 
@@ -61,17 +64,17 @@ def lower_motion(
     program, point = answer.transcription, StartingPoint.at(answer)
     if any(phase.movable for phase in answer.mesh.phases):
         # where breakpoints lie alters the objective by errors of the mesh alone, up or down
-        program = meshes.next_program(answer, held_still(answer))
+        program = meshes.next_program(answer, answer.fixed_mesh)
         point = meshes.starting_point(program, answer, meshes.limits(program))
-        if not may_be_saddle(meshes, program, point):
+        kind = kind_of_stationary(meshes, program, point)
+        if kind == "minimum":
             return None
 
     sense = meshes.problem.sense
     least = meshes.settings.accuracy.objective * answer.objective_size
     solver = without_standstill(meshes.settings.solver).within(PATIENCE, math.inf)
-    limits, parameters = meshes.limits(program), meshes.parameters.vector
-    flat = falls_though_flat(program.program, point, limits, parameters)
-    for pair in starts_beside(point, limits, far=flat):
+    degenerate = kind == "degenerate saddle"
+    for pair in starts_beside(point, meshes.limits(program), degenerate=degenerate):
         # one side may lead to a corner nearby, and the other one far down
         found = [_found(meshes, solver, program, start, rounds) for start in pair]
         below = min(
@@ -84,17 +87,18 @@ def lower_motion(
     return None
 
 
-def may_be_saddle(
+def kind_of_stationary(
     meshes: MeshSolver,
     program: Transcription,
     point: StartingPoint,
     *,
     seems_least: bool = False,
-) -> bool:
-    """Whether a stationary point of a program may be no minimum.
+) -> Stationary:
+    """What a stationary point of a program is, if it is no minimum.
 
-    It is at a concave kink, or the objective is flat there and lower elsewhere, or IPOPT has to add
-    curvature: then it is a saddle, or some change leaves the objective as it is.
+    It may be a saddle where there is a concave kink, or IPOPT has to add curvature: some change may
+    also leave the objective as it is. At a degenerate saddle the objective is flat, and lower
+    elsewhere.
 
     Parameters
     ----------
@@ -109,20 +113,15 @@ def may_be_saddle(
         The user stopped it.
     """
     limits, parameters = meshes.limits(program), meshes.parameters.vector
+    if is_degenerate_saddle(program.program, point, limits, parameters):
+        return "degenerate saddle"
     # CasADi takes the slope of a modulus of zero to be zero, so that no curvature is asked for
     kinked = bool(kinks_of(meshes.problem))
     if kinked and fall_beside(program.program, point, limits, parameters) > _FALL:
-        return True
-    if falls_though_flat(program.program, point, limits, parameters):
-        return True
-    return not seems_least and added_curvature(program.program, point, limits, parameters) != 0
-
-
-def held_still(answer: Iterate) -> Mesh:
-    """A mesh of the same intervals as an answer has, which do not move."""
-    pairs = zip(answer.mesh.phases, answer.trajectory.phases, strict=True)
-    phases = [replace(mesh, breakpoints=motion.fractions, movable=()) for mesh, motion in pairs]
-    return replace(answer.mesh, phases=tuple(phases))
+        return "saddle"
+    if seems_least or added_curvature(program.program, point, limits, parameters) == 0:
+        return "minimum"
+    return "saddle"
 
 
 def _found(

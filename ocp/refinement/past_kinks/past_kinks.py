@@ -34,7 +34,6 @@ from ocp.problem.parameters import Parameters, parameters_of
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Constant
 from ocp.refinement.accuracy import Accuracy
-from ocp.refinement.better_motions.saddles import held_still
 from ocp.refinement.budget import Budget
 from ocp.refinement.estimates.kink_crossings import NEAR_WHILE_ROUGH, kink_crossings
 from ocp.refinement.estimates.motion_errors import MotionErrors
@@ -141,7 +140,7 @@ def past_kinks(
             break
 
         tally.starts += rounds[0].starts
-        start, mesh = motion, _intervals_of(held_still(motion))
+        start, mesh = motion, _intervals_of(motion.fixed_mesh)
         found = _smooth_beside_kinks(this_round, mesh, motion, tally.failed)
         if found is None:
             break

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from ocp.nlp.result import NEAR
 from ocp.nlp.solver import StartingPoint
 from ocp.optimality.iterate import Iterate
-from ocp.refinement.better_motions.saddles import lower_motion, may_be_saddle
+from ocp.refinement.better_motions.saddles import Stationary, kind_of_stationary, lower_motion
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.other_controls.promise import promise_of_other_valleys
 from ocp.refinement.reviews.finding import Candidate, Finding, Onward
@@ -20,9 +20,12 @@ _LITTLE_OF_OTHERS = 0.01
 def left_saddle(answer: Candidate) -> Finding:
     """A lower motion beside the answer, if there is one."""
     meshes, iterate = answer.meshes, answer.best.iterate
-    if answer.ending == "budget" or not _may_be_saddle(meshes, answer.best, answer.history.solved):
+    if answer.ending == "budget":
         return Finding()
-    below = lower_motion(meshes, iterate, answer.history.rounds)
+    kind = _kind_of(meshes, answer.best, answer.history.solved)
+    if kind == "minimum":
+        return Finding()
+    below = lower_motion(meshes, iterate, kind, answer.history.rounds)
     if below is None or _is_little_beside_others(meshes, iterate, below):
         return Finding()
     # on a fixed mesh a saddle may hold better than what is lower, and is no answer
@@ -30,13 +33,13 @@ def left_saddle(answer: Candidate) -> Finding:
     return Finding(Onward(below, below.mesh, "as good" if adapts else "none", below.objective))
 
 
-def _may_be_saddle(meshes: MeshSolver, best: SolvedMesh, solved: Sequence[SolvedMesh]) -> bool:
-    """Whether the best answer may be no minimum, by what the solver last told on the way to it."""
+def _kind_of(meshes: MeshSolver, best: SolvedMesh, solved: Sequence[SolvedMesh]) -> Stationary:
+    """What the best answer is, with what the solver last told on the way to it."""
     # a mesh solved again takes hardly a step, and tells nothing new
     until = solved[: solved.index(best) + 1]
     told = [s.seems_least for s in until if s.iterations >= NEAR]
     program, point = best.iterate.transcription, StartingPoint.at(best.iterate)
-    return may_be_saddle(meshes, program, point, seems_least=bool(told) and told[-1])
+    return kind_of_stationary(meshes, program, point, seems_least=bool(told) and told[-1])
 
 
 def _is_little_beside_others(meshes: MeshSolver, answer: Iterate, below: Iterate) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from ocp.refinement.better_motions.saddles import held_still
 from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
 from ocp.refinement.other_controls.points_there import mesh_with_points_there
 from ocp.refinement.other_controls.promise import other_controls, promised_by
@@ -22,5 +21,5 @@ def short_changes(answer: Candidate) -> Finding:
     if not promised_by(nearby, iterate) > CERTIFIED_GAIN:
         return Finding()
     names = [phase.name for phase in meshes.problem.phases]
-    mesh = mesh_with_points_there(held_still(iterate), nearby, names)
+    mesh = mesh_with_points_there(iterate.fixed_mesh, nearby, names)
     return Finding(Onward(iterate, mesh, former="coarser"))

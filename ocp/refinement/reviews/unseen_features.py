@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from ocp.optimality.steps import steps_along
 from ocp.problem.symbols import Constant
-from ocp.refinement.better_motions.saddles import held_still
 from ocp.refinement.estimates.missed_slopes import missed_slopes
 from ocp.refinement.estimates.motion_errors import MotionErrors
 from ocp.refinement.estimates.narrow_features import (
@@ -26,7 +25,7 @@ def unseen_features(answer: Candidate) -> Finding:
     if not (unseen and answer.meshes.settings.refinement.adapts) or _has_steps(answer):
         return Finding(features=features)
     iterate = answer.best.iterate
-    mesh = mesh_that_sees(held_still(iterate), unseen)
+    mesh = mesh_that_sees(iterate.fixed_mesh, unseen)
     return Finding(Onward(iterate, mesh, former="none"), features)
 
 
