@@ -21,6 +21,8 @@ from benchmarks.shows.show import Question, Row
 from ocp import Accuracy, Settings
 from studies.common.console import Table, number
 
+_PART = 3  # at most one in so many of the mesh iterations before is wanted
+
 
 @dataclass(frozen=True)
 class Stated:
@@ -55,6 +57,7 @@ class Stated:
         if "optimum" in variant.stated:
             row["optimum"] = variant.value(variant.stated["optimum"])
             row["known to"] = variant.stated.get("optimum_known_to", 0.0)
+        row["rounds before"] = variant.stated.get("rounds_before")
         row["strict"] = [self._strict(variant, tolerance) for tolerance in self.strict]
         return row
 
@@ -70,7 +73,25 @@ class Stated:
         made = [Table(self.LINE, ("problem", *HEAD), lines), counts(rows)]
         if self.strict:
             made.append(_errors(rows))
+        known = [row for row in rows if not row["failure"] and row.get("rounds before")]
+        if known:
+            made.append(_rounds(known))
         return made
+
+
+def _rounds(rows: Sequence[Row]) -> Table:
+    """Mesh iterations without a guess, before and now, those that took most before first."""
+    lines, few = [], 0
+    for row in sorted(rows, key=lambda row: -row["rounds before"]):
+        before, now = row["rounds before"], row["answers"]["none"]["rounds"]
+        few += 0 < _PART * now <= before
+        lines.append((row["problem"], str(before), str(now), f"{now / before:.2f}"))
+    return Table(
+        "Mesh iterations without a guess",
+        ("problem", "before", "now", "part"),
+        lines,
+        (f"at most a third: {few} of {len(rows)}",),
+    )
 
 
 def _errors(rows: Sequence[Row]) -> Table:
