@@ -31,6 +31,8 @@ def test_a_file_that_knows_none_has_no_such_table() -> None:
 
 
 def test_all_shared_limits_know_theirs() -> None:
-    known = [Variant.nominal(name, "shared").stated["rounds_before"] for name in catalogue("shared")]
+    known = [
+        Variant.nominal(name, "shared").stated["rounds_before"] for name in catalogue("shared")
+    ]
     assert len(known) == 24
     assert sum(before >= 10 for before in known) == 16
