@@ -3,7 +3,7 @@
 Tolerances are parts of sizes. A motion of a metre is nothing next to a size of 1e6 m, and so is
 what it is off by. A solve takes sizes from the motion then (`ocp.refinement.mesh_solver`). Where it
 could not, as on a mesh that is solved once, what was checked says nothing, and that is told. So it
-is where such a size was stated, as in another unit, of a state that is given an end value.
+is where such a size was stated, as in another unit: of a signal, or of the objective.
 """
 
 from __future__ import annotations
@@ -14,48 +14,91 @@ from dataclasses import dataclass
 from ocp.mesh.initial_guess import initial_guess
 from ocp.optimality.iterate import Iterate
 from ocp.problem.display import with_unit
-from ocp.transcription.scaling import may_be_roomy, roomy, scales_of, stated_beyond
+from ocp.transcription.far_sizes import (
+    far_below_limits,
+    far_below_stated,
+    of_the_motion,
+    roomy,
+    stated_roomy,
+)
+from ocp.transcription.scaling import (
+    ROOMY,
+    Scales,
+    scales_of,
+    stated_objective,
+    variation_of_objective,
+)
 
 
 @dataclass(frozen=True)
 class RoomySize:
-    """A size of a signal that is far more than the motion has.
+    """A size that is far more than the motion has.
 
     Attributes
     ----------
-    signal, unit, reason : str
-        The reason is where the size comes from, in words.
+    what, unit, reason : str
+        What has this size: a signal in quotation marks, or the objective. The reason is where the
+        size comes from, in words.
     size, of_motion : float
         What was taken, and what the motion says [unit].
+    remedy : str
+        In words.
     """
 
-    signal: str
+    what: str
     unit: str
     reason: str
     size: float
     of_motion: float
+    remedy: str
 
     @property
     def sentence(self) -> str:
         """What is wrong, and the remedy."""
         taken, has = (with_unit(f"{v:.3g}", self.unit) for v in (self.size, self.of_motion))
         return (
-            f"the size of '{self.signal}' was taken to be {taken} ({self.reason}), and the motion "
-            f"has {has}: what was found and checked is exact to parts of that size only; state "
-            f"a scale= of '{self.signal}' that is nearer, or such limits"
+            f"the size of {self.what} was taken to be {taken} ({self.reason}), and the motion "
+            f"has {has}: what was found and checked is exact to parts of that size only; "
+            f"{self.remedy}"
         )
 
 
 def roomy_sizes(iterate: Iterate) -> Iterator[RoomySize]:
-    """Sizes of signals that are far more than the motion of an iterate has."""
+    """Sizes of signals, and of the objective, that are far more than the motion of an iterate has.
+
+    That of the objective is looked at where a size was stated. Others follow what was found.
+    """
     problem, scales = iterate.problem, iterate.scales
     motion = initial_guess(problem, iterate.parameters, iterate.trajectory)
-    found = stated_beyond(scales, motion, problem, iterate.parameters)
-    if may_be_roomy(scales, motion):
-        of_motion = scales_of(problem, motion, iterate.parameters)
-        found |= {name: of_motion.signals[name] for name in roomy(scales, of_motion)}
+    stated = far_below_stated(scales, motion)
+    mute = far_below_limits(scales, motion) | stated
+    whole = stated_objective(scales)
+    if not (mute or whole):
+        return
 
+    of_motion = scales_of(problem, motion, iterate.parameters, mute)
     units = {signal.name: signal.unit for own in problem.signals.values() for signal in own}
-    for name, value in found.items():
-        reason = scales.reasons.get(("signal", name), "")
-        yield RoomySize(name, units[name], reason, scales.signals[name], value)
+    for name in (*stated_roomy(scales, of_motion), *roomy(scales, of_motion)):
+        if of_the_motion(of_motion, name):
+            yield RoomySize(
+                f"'{name}'",
+                units[name],
+                scales.reasons.get(("signal", name), ""),
+                scales.signals[name],
+                of_motion.signals[name],
+                f"state a scale= of '{name}' that is nearer, or such limits",
+            )
+    if stated or whole:
+        yield from _of_the_objective(iterate, of_motion)
+
+
+def _of_the_objective(iterate: Iterate, of_motion: Scales) -> Iterator[RoomySize]:
+    """The size of the objective, where it is far more than its value and its changes."""
+    size = iterate.scales.objective
+    moves = variation_of_objective(iterate.problem, of_motion, iterate.parameters)
+    value = abs(iterate.objective)
+    if size > ROOMY * max(value, moves) > 0.0:
+        reason = iterate.scales.reasons.get(("objective", ""), "")
+        remedy = "state a scale= of the problem that is nearer, or of its signals"
+        # the optimum itself may be zero
+        yield RoomySize("the objective", "1", reason, size, value or moves, remedy)

@@ -26,14 +26,13 @@ from ocp.refinement.mesh_iteration import MeshIteration, iterations_of
 from ocp.refinement.solved_mesh import SolvedMesh
 from ocp.refinement.unwrapping import unwrapped
 from ocp.settings import Settings
+from ocp.transcription.far_sizes import far_below_limits, roomy
 from ocp.transcription.packing import decision_vector, trajectory_of
 from ocp.transcription.scaling import (
     Scales,
     goes_somewhere,
-    may_be_roomy,
     oversized,
     resized,
-    roomy,
     scales_of,
     vanishes,
 )
@@ -47,6 +46,11 @@ LOOSE = 1e-7
 
 # Of the sizes that the guess gave: values beyond are outsized.
 OUTSIZED = 1e4
+
+# Factor by which limits may be more than all else that is known of a signal, if the motion vanishes
+# next to them. Where nothing asks for it but the objective, limits of plus and minus 1000 held a
+# motion of a metre at zero.
+WIDE = 1e2
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -161,19 +165,20 @@ class MeshSolver:
 
         All are taken from the motion where its values are far from the sizes that the guess or
         limits gave, as those of a motion that was far larger, or of limits that nothing comes near.
-        A motion that vanishes says nothing of sizes.
+        These limits say nothing then. A motion that vanishes says nothing of sizes, but where only
+        wide limits tell them, all slopes may have been nothing next to these.
         """
         found, least = last.scales, 0.0
         outsized = float(np.abs(last.x).max(initial=0.0)) > OUTSIZED
         guess = initial_guess(self.problem, self.parameters, last.trajectory)
         costly = oversized(last.scales, last.objective)
-        far_below = not outsized and may_be_roomy(last.scales, guess)
+        far_below = set() if outsized else far_below_limits(last.scales, guess)
         if outsized or costly or far_below:
             tiny = not outsized and vanishes(last.scales, guess)
+            of_motion = scales_of(self.problem, guess, self.parameters, far_below)
             if tiny and self._is_zero(self._stated_scales(), guess):
-                return last.scales
-            of_motion = scales_of(self.problem, guess, self.parameters)
-            if outsized or tiny or (far_below and roomy(last.scales, of_motion)):
+                return of_motion if roomy(last.scales, of_motion, WIDE) else last.scales
+            if outsized or tiny or roomy(last.scales, of_motion):
                 found, least = of_motion, of_motion.objective
             elif costly:
                 least = of_motion.objective

@@ -48,8 +48,10 @@ ROOMY = 1e4
 _UP_TO = 0.9
 _SOLVED = "value on an earlier mesh"
 _GUESS = "guess"
-_BOUNDS = "bounds"
+BOUNDS = "bounds"
 _GUESSED_NUMBER = "guess, or middle of its bounds"
+STATED = "stated"
+NOTHING_KNOWN = "nothing known"
 _LONGEST = "longest duration of a phase in the guess"
 
 
@@ -81,22 +83,37 @@ class Scales:
         )
 
 
-def scales_of(problem: Problem, guess: InitialGuess, parameters: Parameters) -> Scales:
+def scales_of(
+    problem: Problem,
+    guess: InitialGuess,
+    parameters: Parameters,
+    mute: Set[str] = frozenset(),
+) -> Scales:
     """Scales of a problem around a guess.
 
     A guess of next to nothing, which moves next to nothing, is no size: what a solver leaves of
     zero in a motion would make its unknown so large that no tolerance sees its slope.
+
+    Parameters
+    ----------
+    mute : set of str
+        Signals, by name, of which neither a stated size nor their limits say how large they are.
+        They still have no size beyond their limits.
     """
-    scales = _scales_around(problem, guess, parameters, frozenset())
-    nothing = _next_to_nothing(problem, guess, parameters, scales)
-    return _scales_around(problem, guess, parameters, nothing) if nothing else scales
+    scales = _scales_around(problem, guess, parameters, mute, frozenset())
+    nothing = _next_to_nothing(problem, guess, parameters, mute, scales)
+    return _scales_around(problem, guess, parameters, mute, nothing) if nothing else scales
 
 
 def _scales_around(
-    problem: Problem, guess: InitialGuess, parameters: Parameters, unsaid: Set[str]
+    problem: Problem,
+    guess: InitialGuess,
+    parameters: Parameters,
+    mute: Set[str],
+    unsaid: Set[str],
 ) -> Scales:
     """Scales around a guess that says nothing of some signals and unknowns, `unsaid` by name."""
-    signals, why = _signal_scales(problem, guess, parameters, unsaid)
+    signals, why = _signal_scales(problem, guess, parameters, mute, unsaid)
     reasons: dict[tuple[str, Any], str] = {("signal", name): text for name, text in why.items()}
     unknowns, why = _unknown_scales(problem, guess, parameters, unsaid)
     reasons |= {("unknown", name): text for name, text in why.items()}
@@ -149,8 +166,7 @@ def variations_of(
 
 def oversized(scales: Scales, objective: float) -> bool:
     """Whether the objective's size is many times a solved value, and was not stated."""
-    stated = scales.reasons.get(("objective", "")) == "stated"
-    return not stated and _OFF * abs(objective) < scales.objective
+    return not stated_objective(scales) and _OFF * abs(objective) < scales.objective
 
 
 def vanishes(scales: Scales, motion: InitialGuess) -> bool:
@@ -170,49 +186,16 @@ def goes_somewhere(problem: Problem, parameters: Parameters) -> bool:
     return any(_largest_end_value(s, p, parameters) > 0 for p in problem.phases for s in p.states)
 
 
-def may_be_roomy(scales: Scales, motion: InitialGuess) -> bool:
-    """Whether a signal stays far below a size that its limits gave; it may also be zero."""
-    return any(
-        scales.reasons.get(("signal", name)) == _BOUNDS
-        and all(
-            ROOMY * largest_finite(phase.at_fractions(FRACTIONS).get(name, 0.0)) < size
-            for phase in motion.phases.values()
-        )
-        for name, size in scales.signals.items()
-    )
+def stated_objective(scales: Scales) -> bool:
+    """Whether the objective's size was stated."""
+    return scales.reasons.get(("objective", "")) == STATED
 
 
-def roomy(scales: Scales, of_motion: Scales) -> list[str]:
-    """Signals whose limits gave sizes that are many times those of a motion, as 1e6 may be.
-
-    A signal that is zero in the motion has no size of it, and is not among them.
-    """
-    return [
-        name
-        for name, size in scales.signals.items()
-        if scales.reasons.get(("signal", name)) == _BOUNDS
-        and size > ROOMY * of_motion.signals[name]
-    ]
-
-
-def stated_beyond(
-    scales: Scales, motion: InitialGuess, problem: Problem, parameters: Parameters
-) -> dict[str, float]:
-    """States whose stated size a motion does not come near, with its largest value, by name.
-
-    Only those count that are given an end value: that is what they have to come to at least. Of
-    others the size may tell what matters, whatever the motion has.
-    """
-    found = dict[str, float]()
-    for state in {state for phase in problem.phases for state in phase.states}:
-        given = any(_largest_end_value(state, p, parameters) > 0 for p in problem.phases)
-        values = [
-            largest_finite(phase.at_fractions(FRACTIONS).get(state.name, 0.0))
-            for phase in motion.phases.values()
-        ]
-        if state.scale is not None and given and max(values) < NOTHING * state.scale:
-            found[state.name] = max(values)
-    return found
+def variation_of_objective(problem: Problem, scales: Scales, parameters: Parameters) -> float:
+    """How far the objective moves with what it depends on, whatever size was stated of it."""
+    symbols = problem.objective_symbols
+    sizes = scales.functionals, scales.unknowns
+    return boundary_variation(problem.objective, symbols, *sizes, parameters).largest[0]
 
 
 def near_limits(limits: Sequence[float], typical: float) -> list[float]:
@@ -240,7 +223,7 @@ def resized(scales: Scales, objective: float, least: float) -> Scales:
     again = reason == _SOLVED
     found = max(abs(objective), min(least, size if again else _FALL * size))
     near = size / _OFF <= found <= _OFF * size
-    if reason == "stated" or near or (again and found > size) or not math.isfinite(found):
+    if reason == STATED or near or (again and found > size) or not math.isfinite(found):
         return scales
     return replace(scales, objective=found, reasons={**scales.reasons, ("objective", ""): _SOLVED})
 
@@ -248,14 +231,18 @@ def resized(scales: Scales, objective: float, least: float) -> Scales:
 def _chosen(stated: float | None, size: float, reason: str) -> tuple[float, str]:
     """A stated size, else one that was derived, else 1; with its reason."""
     if stated is not None:
-        return stated, "stated"
+        return stated, STATED
     if size > 0 and math.isfinite(size):
         return size, reason
-    return 1.0, "nothing known"
+    return 1.0, NOTHING_KNOWN
 
 
 def _signal_scales(
-    problem: Problem, guess: InitialGuess, parameters: Parameters, unsaid: Set[str]
+    problem: Problem,
+    guess: InitialGuess,
+    parameters: Parameters,
+    mute: Set[str],
+    unsaid: Set[str],
 ) -> tuple[dict[str, float], dict[str, str]]:
     """Sizes of all signals, with reasons; a signal of several phases has its largest."""
     scales: dict[str, float] = {}
@@ -264,7 +251,7 @@ def _signal_scales(
         values = guess.phases[phase.name].at_fractions(FRACTIONS)
         for signal in problem.signals[phase.name]:
             guessed = np.zeros(1) if signal.name in unsaid else values[signal.name]
-            size, reason = _own_scale(signal, phase, guessed, parameters)
+            size, reason = _own_scale(signal, phase, guessed, parameters, signal.name in mute)
             if size > scales.get(signal.name, 0.0):
                 scales[signal.name], reasons[signal.name] = size, reason
 
@@ -275,7 +262,10 @@ def _signal_scales(
     for phase in problem.phases:
         for signal in problem.signals[phase.name]:
             if signal.name not in scales:
-                scales[signal.name], reasons[signal.name] = 1.0, "nothing known"
+                scales[signal.name], reasons[signal.name] = 1.0, NOTHING_KNOWN
+    for name in mute & scales.keys():
+        limit = largest_finite(parameters.signal_limits[name])
+        scales[name] = min(scales[name], limit or math.inf)
     return scales, reasons
 
 
@@ -289,23 +279,23 @@ def _unknown_scales(
         guessed = 0.0 if u.name in unsaid else largest_finite(guess.unknowns[u.name])
         limits = parameters.unknown_limits[u.name] if u.name in unsaid else ()
         of_limits = largest_finite(limits)
-        size, where = (of_limits, _BOUNDS) if of_limits > 0 else (guessed, _GUESSED_NUMBER)
+        size, where = (of_limits, BOUNDS) if of_limits > 0 else (guessed, _GUESSED_NUMBER)
         scales[u.name], reasons[u.name] = _chosen(u.scale, size, where)
     return scales, reasons
 
 
 def _own_scale(
-    signal: Signal, phase: Phase, guess: Array, parameters: Parameters
+    signal: Signal, phase: Phase, guess: Array, parameters: Parameters, mute: bool
 ) -> tuple[float, str]:
     """Size of a signal by what is said of it alone; 0 if nothing is."""
-    if signal.scale is not None:
-        return signal.scale, "stated"
+    if signal.scale is not None and not mute:
+        return signal.scale, STATED
     of_ends = _largest_end_value(signal, phase, parameters)
     if max(largest_finite(guess), of_ends) > 0:
         inner, outer = (largest_finite(guess), _GUESS), (of_ends, "boundary values")
         return inner if inner[0] > outer[0] else outer
-    size = largest_finite(parameters.signal_limits[signal.name])
-    return size, _BOUNDS if size > 0 else ""
+    size = 0.0 if mute else largest_finite(parameters.signal_limits[signal.name])
+    return size, BOUNDS if size > 0 else ""
 
 
 def _largest_end_value(signal: Signal, phase: Phase, parameters: Parameters) -> float:
@@ -366,7 +356,11 @@ def _functional_size(
 
 
 def _next_to_nothing(
-    problem: Problem, guess: InitialGuess, parameters: Parameters, scales: Scales
+    problem: Problem,
+    guess: InitialGuess,
+    parameters: Parameters,
+    mute: Set[str],
+    scales: Scales,
 ) -> Set[str]:
     """Signals and unknowns of which the guess says next to nothing, and that move nothing by it."""
     sizes = {**scales.signals, **scales.unknowns}
@@ -377,7 +371,7 @@ def _next_to_nothing(
     }
     if not guessed:
         return guessed
-    signals, _ = _signal_scales(problem, guess, parameters, guessed)
+    signals, _ = _signal_scales(problem, guess, parameters, mute, guessed)
     unknowns, _ = _unknown_scales(problem, guess, parameters, guessed)
     without = {**signals, **unknowns}
     # what comes up to a limit of its own is no nothing, however far the other limit is

@@ -45,7 +45,7 @@ def motion_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Condi
     # what follows is relative to the sizes of the signals
     for taken in roomy_sizes(iterate):
         ratio = taken.size / taken.of_motion
-        yield Condition(f"size of '{taken.signal}'", ratio, ROOMY, taken.sentence)
+        yield Condition(f"size of {taken.what}", ratio, ROOMY, taken.sentence)
     yield Condition("replay", simulated.miss, allowed.replay, _replay_words(simulated))
     yield from _replayed_values(iterate, verification, allowed)
     yield Condition(
