@@ -37,8 +37,8 @@ class RoomySize:
     Attributes
     ----------
     what, unit, reason : str
-        What has this size: a signal in quotation marks, or the objective. The reason is where the
-        size comes from, in words.
+        What has this size: a signal or unknown in quotation marks, or the objective. The reason is
+        where the size comes from, in words.
     size, of_motion : float
         What was taken, and what the motion says [unit].
     remedy : str
@@ -64,7 +64,7 @@ class RoomySize:
 
 
 def roomy_sizes(iterate: Iterate) -> Iterator[RoomySize]:
-    """Sizes of signals, and of the objective, that are far more than the motion of an iterate has.
+    """Sizes that are far more than the motion of an iterate has: of signals, unknowns, objective.
 
     That of the objective is looked at where a size was stated. Others follow what was found.
     """
@@ -77,15 +77,19 @@ def roomy_sizes(iterate: Iterate) -> Iterator[RoomySize]:
         return
 
     of_motion = scales_of(problem, motion, iterate.parameters, mute)
-    units = {signal.name: signal.unit for own in problem.signals.values() for signal in own}
+    signals = (signal for own in problem.signals.values() for signal in own)
+    units = {symbol.name: symbol.unit for symbol in (*signals, *problem.unknowns)}
+    taken = {**scales.signals, **scales.unknowns}
+    found = {**of_motion.signals, **of_motion.unknowns}
     for name in (*stated_roomy(scales, of_motion), *roomy(scales, of_motion)):
         if of_the_motion(of_motion, name):
+            kind = "signal" if name in scales.signals else "unknown"
             yield RoomySize(
                 f"'{name}'",
                 units[name],
-                scales.reasons.get(("signal", name), ""),
-                scales.signals[name],
-                of_motion.signals[name],
+                scales.reasons.get((kind, name), ""),
+                taken[name],
+                found[name],
                 f"state a scale= of '{name}' that is nearer, or such limits",
             )
     if stated or whole:

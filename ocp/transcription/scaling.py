@@ -49,7 +49,7 @@ _UP_TO = 0.9
 _SOLVED = "value on an earlier mesh"
 _GUESS = "guess"
 BOUNDS = "bounds"
-_GUESSED_NUMBER = "guess, or middle of its bounds"
+GUESSED_NUMBER = "guess, or middle of its bounds"
 STATED = "stated"
 NOTHING_KNOWN = "nothing known"
 _LONGEST = "longest duration of a phase in the guess"
@@ -97,8 +97,8 @@ def scales_of(
     Parameters
     ----------
     mute : set of str
-        Signals, by name, of which neither a stated size nor their limits say how large they are.
-        They still have no size beyond their limits.
+        Signals and unknowns, by name, of which neither a stated size nor their limits say how large
+        they are. They still have no size beyond their limits.
     """
     scales = _scales_around(problem, guess, parameters, mute, frozenset())
     nothing = _next_to_nothing(problem, guess, parameters, mute, scales)
@@ -115,7 +115,7 @@ def _scales_around(
     """Scales around a guess that says nothing of some signals and unknowns, `unsaid` by name."""
     signals, why = _signal_scales(problem, guess, parameters, mute, unsaid)
     reasons: dict[tuple[str, Any], str] = {("signal", name): text for name, text in why.items()}
-    unknowns, why = _unknown_scales(problem, guess, parameters, unsaid)
+    unknowns, why = _unknown_scales(problem, guess, parameters, mute, unsaid)
     reasons |= {("unknown", name): text for name, text in why.items()}
 
     duration = max(phase.end - phase.start for phase in guess.phases.values())
@@ -270,17 +270,24 @@ def _signal_scales(
 
 
 def _unknown_scales(
-    problem: Problem, guess: InitialGuess, parameters: Parameters, unsaid: Set[str]
+    problem: Problem,
+    guess: InitialGuess,
+    parameters: Parameters,
+    mute: Set[str],
+    unsaid: Set[str],
 ) -> tuple[dict[str, float], dict[str, str]]:
     """Sizes of all unknowns, with reasons."""
     scales: dict[str, float] = {}
     reasons: dict[str, str] = {}
     for u in problem.unknowns:
         guessed = 0.0 if u.name in unsaid else largest_finite(guess.unknowns[u.name])
-        limits = parameters.unknown_limits[u.name] if u.name in unsaid else ()
-        of_limits = largest_finite(limits)
-        size, where = (of_limits, BOUNDS) if of_limits > 0 else (guessed, _GUESSED_NUMBER)
-        scales[u.name], reasons[u.name] = _chosen(u.scale, size, where)
+        of_limits = largest_finite(parameters.unknown_limits[u.name])
+        quiet = u.name in mute
+        size, where = guessed, GUESSED_NUMBER
+        if u.name in unsaid and of_limits > 0 and not quiet:
+            size, where = of_limits, BOUNDS
+        size, reasons[u.name] = _chosen(None if quiet else u.scale, size, where)
+        scales[u.name] = min(size, of_limits or math.inf) if quiet else size
     return scales, reasons
 
 
@@ -367,12 +374,12 @@ def _next_to_nothing(
     guessed = {
         name
         for (kind, name), why in scales.reasons.items()
-        if (kind, why) in (("signal", _GUESS), ("unknown", _GUESSED_NUMBER))
+        if (kind, why) in (("signal", _GUESS), ("unknown", GUESSED_NUMBER))
     }
     if not guessed:
         return guessed
     signals, _ = _signal_scales(problem, guess, parameters, mute, guessed)
-    unknowns, _ = _unknown_scales(problem, guess, parameters, guessed)
+    unknowns, _ = _unknown_scales(problem, guess, parameters, mute, guessed)
     without = {**signals, **unknowns}
     # what comes up to a limit of its own is no nothing, however far the other limit is
     limits = {**parameters.signal_limits, **parameters.unknown_limits}

@@ -107,7 +107,7 @@ def mesh_round(
 ):
     """A solved mesh as far as the end of a refinement looks at it."""
     problem = SimpleNamespace(sense=1.0)
-    scales = SimpleNamespace(objective=1.0, signals={}, reasons={})
+    scales = SimpleNamespace(objective=1.0, signals={}, unknowns={}, reasons={})
     iterate = SimpleNamespace(
         objective=objective, scales=scales, problem=problem, objective_size=abs(objective)
     )

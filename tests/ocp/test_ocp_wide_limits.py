@@ -108,6 +108,17 @@ def test_wide_limits_of_a_free_time_that_only_the_objective_asks_for():
     assert certify(found).passed
 
 
+def test_wide_limits_of_unknowns_do_not_hide_the_optimum():
+    """The middles of their limits were their sizes: 7.73 was certified for 2 sqrt(12)."""
+    x, v, u = State("x"), State("v"), Control("u")
+    gear, shift = Unknown("gear", lower=0, upper=1e7), Unknown("shift", lower=0, upper=1e6)
+    move = Phase("move", {x: v, v: u * gear}, {x: 0, v: 0}, {x: 1, v: 0}, end=1.0)
+    cost = move.integral(u**2) + gear**2 + (shift - 1) ** 4
+    found = solve(Problem("geared", move, minimise=cost))
+    assert found.objective == pytest.approx(2 * math.sqrt(12), rel=1e-6)
+    assert certify(found).passed
+
+
 def test_an_excess_is_no_part_of_a_limit_far_away():
     """Bryson and Denham's ride with a jerk, below 0.12 m: by parts of 1e6 m it leaked 1e-4."""
 
