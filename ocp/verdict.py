@@ -111,6 +111,9 @@ def _shortfall(meshes: MeshSolver, refinement: Refinement) -> str:
     # refuted by a finer mesh or not, what is promised is said
     if best.errors.gain > accuracy.objective:
         open_tolerances.append(f"finer controls promise a gain of {best.errors.gain:.0e}")
+    # without such a promise a standstill says nothing of a finer mesh
+    if ending and not meshes.settings.scheme.informative_multipliers:
+        open_tolerances.append("this scheme does not tell what a finer mesh gains")
     return ": ".join(part for part in (ending, "; ".join(open_tolerances)) if part)
 
 

@@ -20,6 +20,7 @@ from ocp.errors import (
 )
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.collapse import RUNAWAY, collapsed
+from ocp.nlp.flat_rows import flat_rows, remedy_for_flat_rows
 from ocp.nlp.result import NlpResult
 from ocp.problem.display import with_unit
 from ocp.problem.integrator_chains import in_equation
@@ -167,6 +168,13 @@ class _FailedSolve:
         free, equations = counted(self.limits)
         return equations > free
 
+    @property
+    def remedies(self) -> str:
+        """What makes a statement hard to solve, and what to do; ends with "or", or is empty."""
+        result, constants = self.result, self.parameters.vector
+        flat = flat_rows(self.transcription, result.x, result.rows, self.limits, constants)
+        return remedy_for_flat_rows(flat) + remedy_for_kinks(self.problem)
+
     def invalid_number(self) -> InvalidNumber:
         """A value or a derivative is NaN or infinite."""
         from ocp.nlp.non_finite import non_finite_value  # only when something is wrong
@@ -193,7 +201,7 @@ class _FailedSolve:
         return IterationLimit(
             f"'{self.problem.name}' used up its budget of iterations or seconds after "
             f"{self.result.iterations} iterations{self.in_brackets}; "
-            f"{remedy_for_kinks(self.problem)}raise the budget, give a better guess or check the "
+            f"{self.remedies}raise the budget, give a better guess or check the "
             "scales",
             self.iterate,
         )
@@ -227,7 +235,7 @@ class _FailedSolve:
         return NumericalTrouble(
             f"IPOPT got into numerical trouble on '{self.problem.name}' after "
             f"{self.result.iterations} iterations ('{self.result.status}'), {of_constraints}; "
-            f"{remedy_for_kinks(self.problem)}state sizes by `scale`, give a better guess, or "
+            f"{self.remedies}state sizes by `scale`, give a better guess, or "
             "bound what the objective depends on",
             self.iterate,
         )

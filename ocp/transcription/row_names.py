@@ -34,6 +34,8 @@ class RowKind:
         Of the unscaled rows.
     size : float
         A scaled residual of 1 is `size` in `unit`.
+    is_stated : bool
+        Whether it is a limit or an equation of the statement, and no rate.
     """
 
     what: str
@@ -42,6 +44,7 @@ class RowKind:
     fractions: Array | None = None
     unit: str = ""
     size: float = 1.0
+    is_stated: bool = False
 
 
 def row_kinds(transcription: Transcription) -> Iterator[RowKind]:
@@ -55,7 +58,8 @@ def row_kinds(transcription: Transcription) -> Iterator[RowKind]:
     bounds = transcription.problem.boundary_constraints
     for bound, row in zip(bounds, rows.boundary, strict=True):
         size = scales.bounds["", bound.name]
-        yield RowKind(f"'{bound.name}'", np.array([row]), unit=bound.unit, size=size)
+        row_of_bound = np.array([row])
+        yield RowKind(f"'{bound.name}'", row_of_bound, unit=bound.unit, size=size, is_stated=True)
 
 
 def _dynamics(
@@ -108,6 +112,7 @@ def _path_constraints(transcription: Transcription, index: int) -> Iterator[RowK
             np.concatenate(fractions),
             constraint.unit,
             constraint.scale,
+            is_stated=True,
         )
 
 

@@ -47,6 +47,12 @@ def program_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Cond
         "the largest violation of a row or bound of the program, scaled",
     )
     yield Condition(
+        "worth of the residuals",
+        _worth_of_residuals(iterate, multipliers),
+        allowed.objective,
+        "what all rows and bounds are off by is worth this part of the objective, to first order",
+    )
+    yield Condition(
         "stationarity",
         float(_lagrangian_slope(iterate, multipliers).max()),
         allowed.stationary,
@@ -76,6 +82,19 @@ def program_conditions(evidence: Evidence, allowed: Tolerances) -> Iterator[Cond
         "costates and other multipliers, as they are shown, differ from those of the program's "
         "rows by this part",
     )
+
+
+def _worth_of_residuals(iterate: Iterate, multipliers: Array) -> float:
+    """What violations of the program are worth by their multipliers, of the objective.
+
+    A square that is to be zero is met to the tolerance where its root is far from zero, and has a
+    multiplier that is as large.
+    """
+    values = np.concatenate([iterate.rows, iterate.x])
+    lower, upper = np.hstack([iterate.limits.rows, iterate.limits.columns])
+    beyond = values - np.clip(values, lower, upper)
+    worth = abs(float(multipliers @ beyond)) * iterate.scales.objective
+    return worth / iterate.objective_size
 
 
 def _shown_difference(shown: Multipliers, program: Multipliers) -> float:

@@ -382,6 +382,20 @@ def test_what_finer_controls_promise_is_a_condition():
     assert named[0].value == pytest.approx(coarse.objective / 30.0 - 1, rel=2)
 
 
+def test_a_standstill_of_a_scheme_without_promises_is_told():
+    """The trapezoidal rule stood still 1.5e-3 below the longest way, and no word was said of it."""
+    x, v, u = State("x"), State("v"), Control("u")
+    fast = Bound("fast", v * (1 + 0.1 * x), upper=1.2)
+    move = Phase("move", {x: v, v: u}, {x: 0, v: 0}, {v: 0}, end=1.0, bounds=[fast])
+    effort = Bound("effort", move.integral(u**2), upper=12.0)
+    problem = Problem("far", move, maximise=move.at_end(x), bounds=[effort])
+    stood = solve(problem, settings=Settings(scheme=Trapezoid()))
+    right = stood.objective == pytest.approx(solve(problem).objective, rel=1e-5)
+    told = "stood still: this scheme does not tell what a finer mesh gains" in stood.verdict
+    assert told or right
+    assert certify(stood).passed == right
+
+
 @pytest.mark.parametrize("scheme", [HermiteSimpson(), Lobatto(3)])
 def test_where_multipliers_tell_nothing_of_finer_controls_a_finer_mesh_is_solved(scheme):
     refined = certify(solve(least_time(), settings=Settings(scheme=scheme)))
