@@ -6,34 +6,54 @@ are right to 1e-3, what a jump of torque leaves is some per cent too small.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from itertools import pairwise
 
 import casadi as ca
 import numpy as np
 
-from models.arm.reduced_simulation import reduced_modes
 from models.laws import Law
 from ocp.arrays import Array
-from studies.arm.laws.rigid import feed_forward, joint_motion
-from studies.arm.replay.full_model import Drive
-from studies.arm.replay.reduced_model import ArmEquations, arm_equations, march
+from studies.arm.laws.rigid import feed_forward, joint_motion, torque_drives
+from studies.arm.replay.full_model import Drive, Motion
+from studies.arm.replay.reduced_model import (
+    NOMINAL,
+    ArmEquations,
+    arm_equations,
+    fastest_rate,
+    march,
+    overdamped,
+    residuals,
+)
 from studies.arm.stage import Stage
 
-_STABLE = 2.2  # step times the fastest mode's angular frequency; the method's limit is 2.8
+_STABLE = 2.2  # step times the fastest mode's rate; the method's limit is 2.6
 _ABREAST = 64  # laws at a time, for memory
 _AWAY = 1e-9  # share of a step by which values at breakpoints are taken inside
 
 
-def left_by_laws(stage: Stage, laws: Sequence[Law], drive: Drive) -> Array:
+def left_by_laws(
+    stage: Stage, laws: Sequence[Law], drive: Drive, live: Callable[[str], None] | None = None
+) -> Array:
     """E_res on B21 [J] of each law (m,) after the lock at its end; one joint turns.
+
+    `live` receives a line now and then, where the laws are followed one by one: those of an arm
+    whose fastest modes are overdamped, by implicit steps.
 
     Raises
     ------
     ModelError
         If the stage turns both joints.
     """
+    if drive == "torque" and overdamped(stage):
+        left = list[float]()
+        for law in laws:
+            if live is not None:
+                live(f"a law of {law.duration:.4g} s on B21, {len(left) + 1} of {len(laws)}")
+            left.append(_alone(stage, law))
+        return np.array(left)
+
     # laws with equally many breakpoints take their steps together
     alike: dict[int, list[int]] = {}
     for place, law in enumerate(laws):
@@ -47,12 +67,19 @@ def left_by_laws(stage: Stage, laws: Sequence[Law], drive: Drive) -> Array:
     return energies
 
 
+def _alone(stage: Stage, law: Law) -> float:
+    """E_res of one law under torque."""
+    longer = stage.lasting(law.duration)
+    motion = Motion("law", "torque", longer, dict(torque_drives(longer, law)))
+    return float(residuals(motion, [NOMINAL])[0])
+
+
 def _abreast(stage: Stage, laws: Sequence[Law], drive: Drive) -> Array:
     """E_res of laws with equally many breakpoints."""
     # equations and step do not depend on the duration: those of 1 s are found again in the cache
     unit, arms = stage.lasting(1.0), len(laws)
     advance, energy = _functions(unit, drive, arms)
-    longest = _longest_step(unit)
+    longest = _STABLE / fastest_rate(unit, drive)
     state, nominal = np.tile(_equations(unit, drive).start[:, None], arms), np.ones(3)
 
     edges = np.array([(0.0, *law.breakpoints, law.duration) for law in laws])
@@ -87,11 +114,3 @@ def _functions(stage: Stage, drive: Drive, arms: int) -> tuple[ca.Function, ca.F
 @lru_cache(maxsize=8)
 def _equations(stage: Stage, drive: Drive) -> ArmEquations:
     return arm_equations(stage, drive, compiled=True)
-
-
-@lru_cache(maxsize=8)
-def _longest_step(stage: Stage) -> float:
-    """Longest stable step [s] for the fastest mode along the stage."""
-    angles = (np.array(stage.start) + share * stage.turn for share in np.linspace(0.0, 1.0, 9))
-    fastest = max(reduced_modes(stage.model, stage.model.at(*a))[0][-1] for a in angles)
-    return float(_STABLE / (2 * np.pi * fastest))

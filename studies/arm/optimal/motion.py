@@ -25,7 +25,7 @@ from studies.arm.optimal.correction import added_to
 from studies.arm.optimal.objectives import StatedStage
 from studies.arm.optimal.phase import ArmPhase, slope_unit
 from studies.arm.replay.full_model import ELEMENTS, MODES, Drive, LockedMotion, Motion, replay
-from studies.arm.replay.reduced_model import follow, method_for, reduced_residual
+from studies.arm.replay.reduced_model import follow, method_for, overdamped, reduced_residual
 from studies.arm.stage import ELBOW, ROOT, Stage
 
 SAMPLES = 2001  # of a replay on B21
@@ -142,8 +142,8 @@ class OptimalMotion:
 
     @cached_property
     def reduced(self) -> ReducedMotion:
-        """Replay on B21 by another integrator, explicit Runge-Kutta steps."""
-        if len(self.stage.moving) > 1:
+        """Replay on B21 by another integrator, explicit Runge-Kutta steps where they are few."""
+        if len(self.stage.moving) > 1 or overdamped(self.stage):
             return self.on(self.stage.model)
         return follow(self.motion("torque"), SAMPLES)
 

@@ -10,6 +10,7 @@ torque and (z, zdot) on a given angle.
 from __future__ import annotations
 
 import dataclasses
+import math
 import shutil
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -25,7 +26,7 @@ from models.arm.driven import DrivenArm
 from models.arm.lock import energy_after_lock, lock_reduced, lock_terms
 from models.arm.parameters import ArmParameters
 from models.arm.reduced import ReducedArm, solve_small
-from models.arm.reduced_simulation import Method, ReducedMotion, reduced_modes
+from models.arm.reduced_simulation import Method, ReducedMotion, reduced_modes, simulate_reduced
 from ocp.arrays import Array
 from studies.arm.replay.full_model import Drive, Motion
 from studies.arm.stage import ELBOW, ROOT, Stage
@@ -33,12 +34,17 @@ from studies.arm.stage import ELBOW, ROOT, Stage
 Factors = tuple[float, float, float]
 """(big stiffness, small stiffness, tip mass) of an arm over the nominal one's."""
 NOMINAL: Factors = (1.0, 1.0, 1.0)
-STEP = 0.0025  # [s]; stable for the fastest mode of B21, 144 Hz
+STEP = 0.0025  # [s], or less where that is not stable
+STABLE = 2.6  # step times rate, in all directions to the left of the imaginary axis
 STEPS = 16000  # of one arm followed, or more
 _MANY = 15_000  # steps of single arms from which compiled code pays: it takes half a second
 # Periods of the fastest mode beyond which explicit steps take a minute. No mode swings through so
 # slow a motion, so that implicit steps are long, and as exact.
 _MANY_PERIODS = 3e4
+# Rate of the fastest mode over its frequency, from which explicit steps take longer than implicit
+# ones: it is that damped.
+_OVERDAMPED = 10.0
+_IMPLICIT = 1e-7  # tolerance of implicit steps
 _OFF = 0.1  # factor less one of the arms that are combined; any would do, as all is affine
 
 
@@ -56,7 +62,10 @@ def varied(arm: ArmParameters, factors: Factors) -> ArmParameters:
 def method_for(model: ReducedArm, angles: tuple[float, float], duration: float) -> Method:
     """Integrator for an optimum on a reduced model that starts at (theta1, theta2) [rad]."""
     fastest = float(reduced_modes(model, model.at(*angles))[0][-1])
-    return "Radau" if fastest * duration > _MANY_PERIODS else "DOP853"
+    overdamped = (
+        _rate(2 * math.pi * fastest, model.parameters) > _OVERDAMPED * 2 * math.pi * fastest
+    )
+    return "Radau" if overdamped or fastest * duration > _MANY_PERIODS else "DOP853"
 
 
 def reduced_residual(stage: Stage, motion: ReducedMotion) -> float:
@@ -92,7 +101,7 @@ class ArmEquations:
 def residuals(
     motion: Motion,
     points: Sequence[Factors],
-    step: float = STEP,
+    step: float | None = None,
     live: Callable[[str], None] | None = None,
 ) -> Array:
     """E_res on B21 [J] at each point, (m,), after the lock.
@@ -102,12 +111,21 @@ def residuals(
     motion : Motion
         Its torque, or its angle, is applied to every arm.
     points : (big stiffness, small stiffness, tip mass) factors of each arm.
-    step : float
-        [s]
+    step : float, optional
+        [s]; the longest that is stable and not above `STEP`, unless stated.
     live : callable, optional
         Receives a line now and then.
     """
     stage, factors = motion.stage, np.array(points).T
+    joint = motion.joints[stage.moving[0]]
+    if isinstance(joint, Torque) and overdamped(stage):
+        left = list[float]()
+        for point in points:
+            if live is not None:
+                live(f"{motion.name}: arm {len(left) + 1} of {len(points)} on B21")
+            left.append(_left_by_implicit_steps(stage, joint, point))
+        return np.array(left)
+    step = step or _stable_step(motion, points)
     steps, arms = int(np.ceil(stage.duration / step)), len(points)
     drive, inputs = _given(motion, steps)
     equations = arm_equations(stage, drive, compiled=steps * arms > _MANY)
@@ -131,6 +149,21 @@ def residuals(
     return np.asarray(energy(state, inputs[:, -1], factors).full())[0]
 
 
+def _left_by_implicit_steps(stage: Stage, joint: Torque, factors: Factors) -> float:
+    """E_res on B21 [J] after the lock, of an arm of some factors whose joint has a torque."""
+    model, k = stage.reduced(varied(stage.arm, factors)), stage.moving[0]
+    motion = simulate_reduced(
+        model,
+        model.at(*stage.start),
+        np.array([0.0, stage.duration]),
+        root=joint if k == ROOT else None,
+        elbow=joint if k == ELBOW else None,
+        tolerance=_IMPLICIT,
+        method="Radau",
+    )
+    return reduced_residual(stage, motion)
+
+
 def paths(motion: Motion, points: Sequence[Factors], samples: int) -> Array:
     """States at even instants of arms that share a motion's drive, (m, n, samples).
 
@@ -138,7 +171,8 @@ def paths(motion: Motion, points: Sequence[Factors], samples: int) -> Array:
     are as for `residuals`.
     """
     stage, factors = motion.stage, np.array(points).T
-    each = int(np.ceil(stage.duration / STEP / (samples - 1)))  # steps from sample to sample
+    step = _stable_step(motion, points)
+    each = int(np.ceil(stage.duration / step / (samples - 1)))  # steps from sample to sample
     steps, arms = each * (samples - 1), len(points)
     drive, inputs = _given(motion, steps)
     equations = arm_equations(stage, drive, compiled=steps * arms > _MANY)
@@ -163,6 +197,47 @@ def _given(motion: Motion, steps: int) -> tuple[Drive, Array]:
     raise ValueError(f"{motion.name}: the joint is neither under torque nor on an angle")
 
 
+def _stable_step(motion: Motion, points: Sequence[Factors]) -> float:
+    """Step [s] of the method of order 4 for a motion of arms of some factors."""
+    angle = isinstance(motion.joints[motion.stage.moving[0]], Driven)
+    return min(STEP, STABLE / fastest_rate(motion.stage, "angle" if angle else "torque", points))
+
+
+def fastest_rate(stage: Stage, drive: Drive, points: Sequence[Factors] = (NOMINAL,)) -> float:
+    """Upper bound of the rates [1/s] of all modes of B21 along a stage, of arms of some factors.
+
+    The rate of a mode is the size of its exponents: its angular frequency, or what is faster in a
+    mode that is damped beyond its critical damping. With more stiffness and less mass all
+    frequencies rise, and a joint that is held raises none above the highest.
+    """
+    stiffest = max(max(big, small) for big, small, _ in points)
+    lightest = min(1.0, *(mass for _, _, mass in points))
+    frequency = _highest_frequency(stage.lasting(1.0), drive) * math.sqrt(stiffest / lightest)
+    return _rate(frequency, stage.arm)
+
+
+def overdamped(stage: Stage) -> bool:
+    """Whether the fastest modes of an arm are damped so much that explicit steps take too long."""
+    return fastest_rate(stage, "torque") > _OVERDAMPED * _highest_frequency(
+        stage.lasting(1.0), "torque"
+    )
+
+
+def _rate(frequency: float, arm: ArmParameters) -> float:
+    """Size [1/s] of the faster exponent of a mode of an angular frequency [rad/s]."""
+    # the damping of the links goes with their stiffness, so that of a mode with its frequency
+    ratio = 0.5 * arm.relaxation_time * frequency
+    return frequency * (ratio + math.sqrt(ratio**2 - 1.0) if ratio > 1.0 else 1.0)
+
+
+@lru_cache(maxsize=8)
+def _highest_frequency(stage: Stage, drive: Drive) -> float:
+    """Angular frequency [rad/s] of the fastest mode of B21 along a stage."""
+    model = stage.model if drive == "torque" else stage.reduced(tied=False)
+    poses = (np.array(stage.start) + share * stage.turn for share in np.linspace(0.0, 1.0, 9))
+    return 2 * math.pi * max(float(reduced_modes(model, model.at(*a))[0][-1]) for a in poses)
+
+
 def _abreast(equations: ArmEquations, arms: int) -> ca.Function:
     """One step of many arms, for which the inputs and its length are the same."""
     return equations.step.map("advance", "serial", arms, [1, 3], [])
@@ -183,7 +258,8 @@ def follow(motion: Motion, samples: int) -> ReducedMotion:
     if not isinstance(joint, Torque):
         raise ValueError("follow: the motion is not under torque")
     # as many steps from sample to sample as make `STEPS` in all
-    each = int(np.ceil(max(STEPS, stage.duration / STEP) / (samples - 1)))
+    step = _stable_step(motion, (NOMINAL,))
+    each = int(np.ceil(max(STEPS, stage.duration / step) / (samples - 1)))
     equations = arm_equations(stage, "torque", compiled=each * (samples - 1) > _MANY)
 
     half_steps = np.linspace(0.0, stage.duration, 2 * each * (samples - 1) + 1)

@@ -34,6 +34,24 @@ def test_laws_abreast_leave_what_each_leaves_alone():
         assert left == pytest.approx(reduced_residual(own, motion), rel=share)
 
 
+@pytest.mark.parametrize("ratio", [0.01, 0.1])
+def test_damped_arms_are_scanned_by_steps_that_their_fastest_mode_stands(ratio):
+    # its fastest mode is damped 1.4 and 14 times beyond critical
+    stage = big_arm(4.0)
+    stage = dataclasses.replace(stage, arm=dataclasses.replace(stage.arm, damping_ratio=ratio))
+    law = quintic(stage.duration)
+    (found,) = left_by_laws(stage, [law], "torque")
+    run = simulate_reduced(
+        stage.model,
+        stage.model.at(*stage.start),
+        np.array([0.0, stage.duration]),
+        root=torque_drives(stage, law)[0],
+        tolerance=1e-8,
+        method="Radau",
+    )
+    assert found == pytest.approx(reduced_residual(stage, run), rel=1e-3)
+
+
 def test_frequencies_that_shapers_are_tuned_to():
     big, small = big_arm(8.6), small_arm(11.2)
     assert free_frequencies(big.lasting(1.0)) == pytest.approx([2.178] * 25, abs=1e-3)

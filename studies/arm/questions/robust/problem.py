@@ -241,7 +241,12 @@ def _solved_robust(
             break
         count, guess = 2 * count, motion.trajectory if left < sought.worst else None
 
-    assert found is not None
+    if found is None:
+        raise StudyError(
+            f"what '{sought.name}' leaves in the arms of the spread cannot be computed, because "
+            "their replay on B21 diverges; give a longer duration, or another arm",
+            ExitCode.NOT_SOLVED,
+        )
     motion, cap = found
     return cap, packed(motion.solution, known=motion.stated.problem)
 
