@@ -13,6 +13,7 @@ from studies.common.exit_codes import StudyError
 from studies.drive.course import Course
 
 DIGITS = 14  # of a time that is a multiple of a step: what a user writes, without its last bit
+MOST_POINTS = 2_000_000  # of a table: a thousand a second for half an hour
 CLOSEST = 0.5  # of an even segment, between two switches of a rounded table
 
 
@@ -62,7 +63,24 @@ class SetPoints:
 
 
 def uniform_times(course: Course, step: float) -> Array:
-    """Times k times `step`, until the course has ended, to `DIGITS` digits of the last one."""
+    """Times k times `step`, until the course has ended, to `DIGITS` digits of the last one.
+
+    Raises
+    ------
+    StudyError
+        If the step is longer than the course, or makes more than `MOST_POINTS` points.
+    """
+    if step > course.duration * (1 + 1e-9):
+        raise StudyError(
+            f"the step of the table is {step:g} s, but the motion lasts {course.duration:g} s; "
+            "take a shorter one"
+        )
+    if course.duration / step > MOST_POINTS:
+        raise StudyError(
+            f"steps of {step:g} s make {course.duration / step:.3g} points of a motion of "
+            f"{course.duration:g} s, and a table may have {MOST_POINTS:.3g}; "
+            f"take {course.duration / MOST_POINTS:.2g} s or more"
+        )
     # a duration that is a multiple but for rounding needs no further point
     last = math.ceil(course.duration / step - 1e-9)
     times = step * np.arange(max(last, 1) + 1, dtype=float)
@@ -92,8 +110,13 @@ def switch_point_times(
     Raises
     ------
     StudyError
-        If the switches alone need more segments, or none may be as long as they would have to be.
+        If the switches alone need more segments, none may be as long as they would have to be, or
+        there are more than `MOST_POINTS`.
     """
+    if segments > MOST_POINTS:
+        raise StudyError(
+            f"{segments + 1} points are more than a table may have, {MOST_POINTS:.3g}; take fewer"
+        )
     edges = np.array(course.switches)
     if rounded and edges.size <= segments + 1:
         edges = _apart(edges, CLOSEST * course.duration / segments)

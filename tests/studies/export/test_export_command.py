@@ -40,6 +40,31 @@ def test_times_of_a_step_have_the_digits_of_the_step(
     assert max(map(len, rows)) <= 3
 
 
+@pytest.mark.parametrize("form", ["csv", "pvt"])
+@pytest.mark.parametrize(
+    ("flag", "value", "said"),
+    [
+        # the table would last as long as its step, and the motion with it
+        ("--step", 100, "the step of the table is 100 s, but the motion lasts 4 s; take a shorter"),
+        ("--step", 1e-7, "steps of 1e-07 s make 4e+07 points of a motion of 4 s, and a table may"),
+        ("--points", 10**8, "100000000 points are more than a table may have, 2e+06; take fewer"),
+    ],
+)
+def test_a_step_fits_the_motion(
+    form: str,
+    flag: str,
+    value: float,
+    said: str,
+    folder: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    file = tmp_path / "table"
+    assert export(folder, "--to", form, flag, value, "--output", file) == 2
+    assert said in complaint(capsys)
+    assert not file.exists()
+
+
 def test_points_lie_on_the_switches(folder: Path, short: Result, tmp_path: Path) -> None:
     file = tmp_path / "switches.csv"
     assert export(folder, "--to", "csv", "--points", 12, "--output", file) == 0
