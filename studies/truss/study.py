@@ -23,6 +23,7 @@ from studies.truss.motions.laws import knots, law_of_result, paper_laws
 from studies.truss.search.best_motion import BestMotion
 from studies.truss.search.motion_search import Search
 
+_AT_THE_SHORTEST = 1e-6  # of the range of durations: a least time so close to its end is that end
 KNOTS = {
     "knot": ("s", "time at which two pieces of the law meet"),
     "knot_angle": ("rad", "deployment angle there"),
@@ -93,6 +94,7 @@ def result_of(study: TrussStudy, best: BestMotion) -> Result:
             *best.remarks,
             *tolerated(study, best.deployment),
             *remarks,
+            *_at_the_shortest(study, duration),
             *peaks,
         ),
         details={**_details(best), **margins.details},
@@ -116,6 +118,19 @@ def _bounds_of_the_table(
     minimised = {name: best.bounds[name] for name in study.objectives if name in best.bounds}
     return {**bounds, "time": best.bounds["time"], **minimised}, (
         f"Bounds of rows that are not minimised are for motions of at most {duration:.6g} s.",
+    )
+
+
+def _at_the_shortest(study: TrussStudy, duration: float) -> tuple[str, ...]:
+    """What to say of a least time that is the shortest stated one."""
+    shortest, longest = study.duration
+    alone = [set(objective) for objective in study.minimise] == [{"time"}]
+    if not alone or duration > shortest + _AT_THE_SHORTEST * (longest - shortest):
+        return ()
+    return (
+        f"The least time is the shortest stated duration, {shortest:g} s: no cap holds it back. "
+        "Many motions take that long, and this is any of them. State a shorter one, caps, or "
+        'what is least among these motions, as minimise = ["time", "peak-force"].',
     )
 
 

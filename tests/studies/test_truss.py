@@ -1,5 +1,6 @@
 """The truss study end to end in a coarse mode, and its parts."""
 
+import dataclasses
 import io
 import json
 import math
@@ -31,6 +32,7 @@ from studies.truss.limits.caps import Caps
 from studies.truss.motions.deployment import Deployment, columns_at, profile
 from studies.truss.motions.laws import knots, pinned_bezier, stored_law
 from studies.truss.search.motion_search import Search
+from studies.truss.study import run
 
 T = 140.0  # s
 D = DEPLOYED - WITH_FRICTION.stowed_angle
@@ -250,6 +252,23 @@ def test_the_stored_law_is_the_one_that_was_found() -> None:
 
 
 JUMPING = constant_acceleration((0.0, 70.0, 140.0), (4 * D / T**2, -4 * D / T**2), math.pi / 2 - D)
+
+
+def test_a_least_time_that_is_the_shortest_stated_one_is_said_to_be_it() -> None:
+    study = study_from(
+        {
+            "minimise": "time",
+            "duration": [8.0, 60.0],
+            "caps": {"jerk": 1.0, "least_tension": "none"},
+            "solver": {"intervals": 10, "starts": ["bezier"]},
+        }
+    )
+    assert any(
+        remark.startswith("The least time is the shortest stated duration, 8 s")
+        for remark in run(study).remarks
+    )
+    held_back = dataclasses.replace(study, duration=(2.0, 60.0))
+    assert not any("shortest stated" in remark for remark in run(held_back).remarks)
 
 
 def test_a_study_in_python_takes_what_toml_takes() -> None:
