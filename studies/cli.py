@@ -149,7 +149,7 @@ COMMANDS: Mapping[str, Command] = {
         "Finds the motion of least peak torque of one arm, and two that leave arms of other "
         "stiffness (torque drive) or stiffness and tip mass (angle drive) as still as can be: "
         "with a tenth more peak torque, and with no more. Replays all over the spread. Exit code "
-        "5 if a tenth more torque does not bring the worst residual to a fifth.",
+        "5 if a tenth more torque brings the worst residual neither to a fifth nor to 2.5e-7 J.",
         arguments="robust.add_arguments",
         run="robust.run",
         loads="studies.arm.study",

@@ -273,6 +273,33 @@ def test_the_nominal_arm_of_a_map_is_the_one_that_its_samples_are_held_against(m
     assert next(answers, "none") == "none"
 
 
+@pytest.mark.parametrize(
+    ("worst", "left", "limit", "holds"),
+    [
+        (1e-2, 1.9e-3, 0.2, True),
+        (1e-2, 2.1e-3, 0.2, False),
+        (2e-4, 1.9e-4, 2.5, True),  # all arms are still, and no motion is asked to be stiller
+        (1e-3, 4.9e-4, 0.5, True),
+        (1e-3, 5.1e-4, 0.5, False),
+    ],
+)
+def test_arms_that_are_still_need_not_be_left_with_less(worst, left, limit, holds):
+    def left_with(root):
+        grid = np.array([[0.1 * root, root]])
+        motion = SimpleNamespace(name="wave")
+        return robust_trials.ResidualMap(motion, 1.0, grid, 0.9 * grid, None, None)
+
+    found = robust_study.Comparison(
+        STAGES["big"], SPREADS["torque"], left_with(worst), (left_with(left),), (1.1,), {}
+    )
+    assert found.limit == pytest.approx(limit)
+    assert found.holds == holds
+    assert robust_study._criteria(found)[0].passed == holds
+    assert any("counts as still" in remark for remark in robust_study._remarks(found)) == (
+        limit > 0.2
+    )
+
+
 def coarse(drive, stage, copies, intervals, monkeypatch):
     """Nominal peak [N m] and ratios of the robust motion: few copies, coarse mesh, few arms."""
     spread = Spread(drive, SPREADS[drive].axes, copies)

@@ -17,6 +17,8 @@ from studies.arm.config import RobustStudy, as_dictionary
 from studies.arm.optimal.motion import OptimalMotion
 from studies.arm.questions.robust.draws import draw_series, rates_in_words, rates_of
 from studies.arm.questions.robust.problem import (
+    SIZE,
+    STILL,
     found_robust,
     robust_parts,
     solve_nominal,
@@ -83,7 +85,13 @@ class Comparison:
             for robust, share in zip(self.robust, self.shares, strict=True)
         ]
         ratios = self.robust[0].ratios(self.nominal)
-        return bool(max(ratios) <= LIMIT and all(within))
+        return bool(max(ratios) <= self.limit and all(within))
+
+    @property
+    def limit(self) -> float:
+        """Largest ratio of the first robust motion: `LIMIT`, or what makes its arms still."""
+        worst = max(float(self.nominal.reduced.max()), float(self.nominal.full.max()))
+        return max(LIMIT, STILL * SIZE / worst)
 
 
 def compare(
@@ -230,7 +238,7 @@ def _criteria(comparison: Comparison) -> tuple[Criterion, ...]:
     """The worst residual of the judged motion, and the caps of all."""
     judged = comparison.robust[0]
     ratio = max(judged.ratios(comparison.nominal))
-    checks = [at_most(f"worst residual of '{judged.motion.name}'", "1", ratio, LIMIT)]
+    checks = [at_most(f"worst residual of '{judged.motion.name}'", "1", ratio, comparison.limit)]
 
     for motion_map, share in zip(comparison.robust, comparison.shares, strict=True):
         name = f"peak torque of '{motion_map.motion.name}'"
@@ -249,8 +257,19 @@ def _remarks(comparison: Comparison) -> tuple[str, ...]:
         if max(robust.ratios(comparison.nominal)) > 1.0
     ]
 
+    still = (
+        [
+            f"an arm counts as still with {(STILL * SIZE) ** 2:.2g} J or less: "
+            f"'{judged}' is asked for that, {comparison.limit:.3g} of the nominal motion's worst "
+            "sqrt(E_res)"
+        ]
+        if comparison.limit > LIMIT
+        else []
+    )
+
     return (
         *worse,
+        *still,
         f"worst over +-{WIDTH:.0%} of {first} and of {second}: {size} x {size} arms on B21, "
         f"{FULL} x {FULL} on the full ANCF model",
         "nominal: least peak torque, as of arm solve; robust: least worst residual of "
