@@ -363,21 +363,23 @@ def _broken_caps(mission: Mission) -> str:
     needed = sum(curve.duration_for(1.0) + mission.study.dwell for curve in mission.curves)
     worst = mission.largest
     over = f"the {worst.name} uses {100 * worst.utilisation:.4g} % of its own"
-    if mission.study.least == "time":
-        return (
-            f"in the least time found, {mission.total:.5g} s, a cap is broken: {over}; ask for "
-            f"--total {needed:.3g} or a little more"
-        )
+    by_time = mission.study.least == "time"
+    found = (
+        f"in the least time found, {mission.total:.5g} s, a cap is broken: {over}"
+        if by_time
+        else f"no split of {mission.total:.5g} s was found that keeps all caps, {over}"
+    )
     if hopeless := [curve.name for curve in mission.curves if curve.least > 1.0 + WITHIN]:
         motion = next(one for one in mission.motions if one.name == hopeless[0])
+        broken = [use.title for use in motion.uses if use.counts and use.share > 1.0 + WITHIN]
+        caps = "caps" if len(broken) > 1 else "cap"
         return (
-            f"no split of {mission.total:.5g} s was found that keeps all caps, {over}; more time "
-            f"does not help the {motion.name}, so raise its cap on the {motion.governing.title}"
+            f"{found}; more time does not help the {motion.name}, so raise its {caps} on the "
+            f"{' and the '.join(broken)}"
         )
-    return (
-        f"no split of {mission.total:.5g} s was found that keeps all caps, {over}; a total of "
-        f"about {needed:.3g} s would do, see --least time"
-    )
+    if by_time:
+        return f"{found}; ask for --total {needed:.3g} or a little more"
+    return f"{found}; a total of about {needed:.3g} s would do, see --least time"
 
 
 def _checks(mission: Mission) -> tuple[Criterion, ...]:
