@@ -237,6 +237,29 @@ def test_a_latch_missed_beside_baselines_fails_the_command(big, monkeypatch, cap
     assert len(missed) == 2  # the baseline's and the optimum's
 
 
+@pytest.mark.parametrize(
+    ("asked", "share", "change", "kind"),
+    [
+        (2.0, 0.5, 0.0, "local"),
+        (0.5, 1.0, 0.0, "local"),  # less was asked for a stiller law, and its own has its share
+        (0.5, 0.5, 0.0, "unverified"),
+        (2.0, 1.0, 0.1, "unverified"),  # a finer mesh changes it
+    ],
+)
+def test_an_optimum_is_judged_beside_its_own_law(big, monkeypatch, asked, share, change, kind):
+    done, _ = big
+    left = done.residual_energy
+    refined = Refined(
+        SimpleNamespace(reduced_energy=0.0), done, (Round(100, 0.0, 0.0, left),), asked * left
+    )
+    pairs = [Pair(done, dataclasses.replace(refined, change=change), share)]
+    monkeypatch.setattr("studies.arm.questions.baselines.compare", lambda *_, **__: pairs)
+    verdict = compare_baselines(BaselinesStudy(), silent(), follow=False).verdict
+    assert verdict.kind == kind
+    if kind == "unverified":
+        assert "beside quintic no optimum was found" in verdict.sentence
+
+
 def test_at_a_slow_pace_an_optimum_has_a_floor_to_stay_under(big, monkeypatch):
     done, _ = big
     refined = Refined(
