@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from time import process_time
 from typing import Any
 
@@ -128,6 +129,8 @@ def solve_motion(study: ArmStudy, console: Console, kept: FinishedStarts | None 
         columns[baseline.motion.name] = quantities_of(
             baseline, loads(baseline), study.arm, study.pointing_error
         )
+    if study.objective == "time":
+        columns = with_duration(columns, stage)
     rows = table_rows(columns, caps_by_quantity(study))
 
     # all that the figures show: they are drawn from the result alone
@@ -171,6 +174,12 @@ def solve_motion(study: ArmStudy, console: Console, kept: FinishedStarts | None 
         details=details,
         provenance=provenance(),
     )
+
+
+def with_duration(columns: Mapping[str, list[Metric]], stage: Stage) -> dict[str, list[Metric]]:
+    """Columns of a table below the least time that was found, in which the laws move, too [s]."""
+    lasting = Metric("duration", "duration", "s", stage.duration)
+    return {name: [lasting, *column] for name, column in columns.items()}
 
 
 def _column_of_optimum(

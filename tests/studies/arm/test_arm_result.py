@@ -15,6 +15,7 @@ from studies.arm.config import (
     as_dictionary,
     question_from,
 )
+from studies.arm.questions.one_motion import with_duration
 from studies.arm.questions.trade_off import _series, read_curves
 from studies.arm.replay.full_model import Motion, replay
 from studies.arm.report.quantities import Metric, table_rows
@@ -68,6 +69,17 @@ def test_every_key_of_every_study_has_a_flag_of_its_own():
     for name, study in zip(commands, (STUDIES[k] for k in (0, 1, 2, 5, 3, 4)), strict=True):
         given = {action.dest for action in build_parser(name)._actions}
         assert {line.key for line in key_lines(type(study))} <= given
+
+
+def test_a_table_of_the_least_time_begins_with_it():
+    columns = {name: [Metric("work", "work", "J", 2.0)] for name in ("optimum", "Bezier")}
+    first, second = table_rows(with_duration(columns, big_arm(7.5)))
+    assert (first.title, first.unit, first.values) == (
+        "duration",
+        "s",
+        {"optimum": 7.5, "Bezier": 7.5},
+    )
+    assert second.key == "work"
 
 
 def test_python_and_toml_state_the_same_study():
