@@ -3,10 +3,12 @@
 import dataclasses
 import math
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from models.truss import DYNAMIC_SET, rope_travel
+from ocp import Problem, Relaxation, relaxed
 from studies.cli import main
 from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
@@ -18,6 +20,7 @@ from studies.truss.limits.caps import CAPPED, Caps, without_cap
 from studies.truss.limits.feasibility import check_feasible, force_cap
 from studies.truss.motions.laws import paper_laws
 from studies.truss.quantities import QUANTITIES
+from studies.truss.search import relaxation
 from studies.truss.search.motion_search import Search
 from studies.truss.study import run
 
@@ -175,3 +178,25 @@ def test_where_nothing_is_found_under_a_torque_speed_curve_the_next_cap_is_relax
     assert relaxed == ["peak-rope-jerk"]
     assert raised.value.exit_code is ExitCode.NOT_SOLVED
     assert "a stronger motor, another gear ratio" in str(raised.value)
+
+
+def test_where_the_truss_begins_and_ends_does_not_give_way(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    kept: list[str] = []
+
+    def noted(problem: Problem, *, keep: list[str], **others: Any) -> Relaxation:
+        kept.extend(keep)
+        return relaxed(problem, keep=keep, **others)
+
+    monkeypatch.setattr(relaxation, "relaxed", noted)
+    study = TrussStudy(
+        minimise="peak-acceleration", duration=5.0, caps=Caps(jerk=1.6, rope_speed=1.5)
+    )
+    found = relaxation.relaxation_in_words(Search(study, Console())._stated("bezier"), str)
+    assert "peak rope speed' from 1.5 to 1.8" in found
+    assert {name.split(": ")[1] for name in kept} == {
+        f"{state} {end}"
+        for state in ("angle", "speed", "acceleration")
+        for end in ("initial", "final")
+    }
