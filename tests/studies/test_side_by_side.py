@@ -159,10 +159,14 @@ def test_a_process_has_one_thread_for_linear_algebra(parts, monkeypatch):
 
 
 SCRIPT = """
+import signal
+
 import side_parts
 from studies.common.console import Console
 from studies.common.processes.side_by_side import Part, side_by_side
 
+# a shell makes its background jobs ignore Ctrl-C, and so what they start, as these tests may be
+signal.signal(signal.SIGINT, signal.default_int_handler)
 print("the script runs")
 parts = [Part(getattr(side_parts, name), arguments) for name, arguments in {parts}]
 print(list(side_by_side(parts, Console(), len(parts))))
