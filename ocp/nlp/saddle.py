@@ -118,15 +118,22 @@ def is_degenerate_saddle(
     parameters : (n_p,)
         Values of the problem's constants.
     """
+    # a multiplier tells at once that something pulls, without an evaluation
+    if any(_pulls(multipliers) for multipliers in point.multipliers or ()):
+        return False
     objective, gradient = program.objective_gradient(point.x, parameters)
-    pulls = [np.array(gradient).ravel(), *(point.multipliers or ())]
-    if max(float(np.abs(pull).max(initial=0.0)) for pull in pulls) > _FLAT:
+    if _pulls(np.array(gradient)):
         return False
     return any(
         float(program.oracle(start.x, parameters)[0]) < float(objective) - _FALLEN
         for pair in starts_beside(point, limits, degenerate=True)
         for start in pair
     )
+
+
+def _pulls(slopes: Array) -> bool:
+    """Whether one of some scaled slopes or multipliers is no zero that a solver left."""
+    return float(np.abs(slopes).max(initial=0.0)) > _FLAT
 
 
 def starts_beside(
