@@ -165,8 +165,9 @@ class MeshSolver:
 
         All are taken from the motion where its values are far from the sizes that the guess or
         limits gave, as those of a motion that was far larger, or of limits that nothing comes near.
-        These limits say nothing then. A motion that vanishes says nothing of sizes, but where only
-        wide limits tell them, all slopes may have been nothing next to these.
+        These limits say nothing then. A motion that vanishes has no sizes, and they stay as they
+        are, unless they come from wide limits: next to those all slopes may have been too small to
+        move it.
         """
         found, least = last.scales, 0.0
         outsized = float(np.abs(last.x).max(initial=0.0)) > OUTSIZED

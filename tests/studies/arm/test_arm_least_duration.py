@@ -17,21 +17,26 @@ from studies.arm.stage import big_arm, small_arm
 
 
 @pytest.mark.slow
+def left_alone(stage, law, **how):
+    """E_res [J] of one law under torque, by another integrator."""
+    motion = simulate_reduced(
+        stage.model,
+        stage.model.at(*stage.start),
+        np.array([0.0, stage.duration]),
+        root=torque_drives(stage, law)[0],
+        **how,
+    )
+    return reduced_residual(stage, motion)
+
+
 def test_laws_abreast_leave_what_each_leaves_alone():
     stage = big_arm(4.0)
     laws = [quintic(4.0), quintic(3.0), linear_torque(4.0)]
     found = left_by_laws(stage, laws, "torque")
     jump = 0.1  # it stirs modes so fast for the steps that these damp them
     for law, left, share in zip(laws, found, (1e-3, 1e-3, jump), strict=True):
-        own = stage.lasting(law.duration)
-        motion = simulate_reduced(
-            own.model,
-            own.model.at(*own.start),
-            np.array([0.0, law.duration]),
-            root=torque_drives(own, law)[0],
-            tolerance=1e-7,
-        )
-        assert left == pytest.approx(reduced_residual(own, motion), rel=share)
+        alone = left_alone(stage.lasting(law.duration), law, tolerance=1e-7)
+        assert left == pytest.approx(alone, rel=share)
 
 
 @pytest.mark.parametrize("ratio", [0.01, 0.1])
@@ -41,15 +46,8 @@ def test_damped_arms_are_scanned_by_steps_that_their_fastest_mode_stands(ratio):
     stage = dataclasses.replace(stage, arm=dataclasses.replace(stage.arm, damping_ratio=ratio))
     law = quintic(stage.duration)
     (found,) = left_by_laws(stage, [law], "torque")
-    run = simulate_reduced(
-        stage.model,
-        stage.model.at(*stage.start),
-        np.array([0.0, stage.duration]),
-        root=torque_drives(stage, law)[0],
-        tolerance=1e-8,
-        method="Radau",
-    )
-    assert found == pytest.approx(reduced_residual(stage, run), rel=1e-3)
+    alone = left_alone(stage, law, tolerance=1e-8, method="Radau")
+    assert found == pytest.approx(alone, rel=1e-3)
 
 
 def test_frequencies_that_shapers_are_tuned_to():
