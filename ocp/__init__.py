@@ -4,10 +4,11 @@ State a problem with `State`, `Control`, `Phase` and `Problem`, hand it to `solv
 `Solution`, which has been refined, replayed by another integrator and checked between its points.
 
 The rooms: `problem` (what the user states), `numerics` (schemes, polynomials, integrators), `mesh`
-(meshes, trajectories, guesses), `transcription` (the nonlinear program), `nlp` (its solvers),
-`optimality` (costates, multipliers, the Hamiltonian), `refinement` (the next mesh), `verification`
-(replay, bounds between the points, certificate), `solution` (what is returned, stored and drawn)
-and `analysis` (sensitivities, several starts, relaxation, families). `solve` leads through them.
+(meshes, trajectories, guesses), `scaling` (typical sizes), `transcription` (the nonlinear program),
+`nlp` (its solvers), `optimality` (costates, multipliers, the Hamiltonian), `refinement` (the next
+mesh), `verification` (replay, bounds between the points, certificate), `solution` (what is
+returned, stored and drawn) and `analysis` (sensitivities, several starts, relaxation, families).
+`solve` leads through them.
 """
 
 from importlib import import_module

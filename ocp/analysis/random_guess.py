@@ -10,9 +10,9 @@ from ocp.mesh.trajectory import Trajectory
 from ocp.mesh.wavy_guess import wavy_guess
 from ocp.problem.parameters import parameters_of
 from ocp.problem.problem import Problem
+from ocp.scaling.automatic import scales_of
 from ocp.settings import Settings, first_intervals
 from ocp.transcription.packing import decision_vector, trajectory_of
-from ocp.transcription.scaling import scales_of
 from ocp.transcription.transcribe import transcribe
 
 

@@ -35,10 +35,11 @@ from ocp.refinement.estimates.motion_errors import MotionErrors
 from ocp.refinement.estimates.narrow_features import narrow_features
 from ocp.refinement.policies.adaptive_mesh import AdaptiveMesh
 from ocp.refinement.policies.policy import FixedMesh
+from ocp.scaling.automatic import scales_of
+from ocp.scaling.scales import Scales
 from ocp.settings import Settings
 from ocp.solution.solution import Solution
 from ocp.solve import check_arguments, solve
-from ocp.transcription.scaling import Scales, scales_of
 
 Side = Literal["lower", "upper"]
 

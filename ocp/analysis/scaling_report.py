@@ -12,7 +12,8 @@ from ocp.problem.functionals import Integral, Peak
 from ocp.problem.parameters import parameters_of
 from ocp.problem.problem import Problem, check_is_problem
 from ocp.problem.symbols import Constant, Signal
-from ocp.transcription.scaling import Scales, scales_of
+from ocp.scaling.automatic import scales_of
+from ocp.scaling.scales import Scales
 
 
 @dataclass(frozen=True)

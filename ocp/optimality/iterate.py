@@ -16,7 +16,7 @@ from ocp.numerics.schemes import Scheme
 from ocp.problem.parameters import Parameters, parameters_of
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import ControlShape
-from ocp.transcription.scaling import Scales
+from ocp.scaling.scales import Scales
 from ocp.transcription.transcribe import ProgramLimits, Transcription, transcribe
 
 # Scaled slope below which an unknown has no influence on a row

@@ -14,20 +14,16 @@ from dataclasses import dataclass
 from ocp.mesh.initial_guess import initial_guess
 from ocp.optimality.iterate import Iterate
 from ocp.problem.display import with_unit
-from ocp.transcription.far_sizes import (
+from ocp.scaling.automatic import scales_of, variation_of_objective
+from ocp.scaling.far_sizes import (
+    ROOMY,
     far_below_limits,
     far_below_stated,
     of_the_motion,
     roomy,
     stated_roomy,
 )
-from ocp.transcription.scaling import (
-    ROOMY,
-    Scales,
-    scales_of,
-    stated_objective,
-    variation_of_objective,
-)
+from ocp.scaling.scales import Scales
 
 
 @dataclass(frozen=True)
@@ -71,16 +67,15 @@ def roomy_sizes(iterate: Iterate) -> Iterator[RoomySize]:
     problem, scales = iterate.problem, iterate.scales
     motion = initial_guess(problem, iterate.parameters, iterate.trajectory)
     stated = far_below_stated(scales, motion)
-    mute = far_below_limits(scales, motion) | stated
-    whole = stated_objective(scales)
-    if not (mute or whole):
+    small = far_below_limits(scales, motion) | stated
+    whole = scales.objective_is_stated
+    if not (small or whole):
         return
 
-    of_motion = scales_of(problem, motion, iterate.parameters, mute)
+    of_motion = scales_of(problem, motion, iterate.parameters, small)
     signals = (signal for own in problem.signals.values() for signal in own)
     units = {symbol.name: symbol.unit for symbol in (*signals, *problem.unknowns)}
-    taken = {**scales.signals, **scales.unknowns}
-    found = {**of_motion.signals, **of_motion.unknowns}
+    taken, found = scales.symbols, of_motion.symbols
     for name in (*stated_roomy(scales, of_motion), *roomy(scales, of_motion)):
         if of_the_motion(of_motion, name):
             kind = "signal" if name in scales.signals else "unknown"

@@ -17,9 +17,9 @@ from ocp.arrays import Array, Integers
 from ocp.mesh.mesh import inside_intervals
 from ocp.optimality.iterate import Iterate
 from ocp.optimality.multipliers import PhaseCostates, costates, put_costates
+from ocp.scaling.scales import Scales
 from ocp.transcription.columns import PhaseColumns
 from ocp.transcription.rows import PathRows
-from ocp.transcription.scaling import Scales
 from ocp.transcription.transcribe import Transcription
 
 # Fraction of a phase within which two added points of a path constraint are the same point

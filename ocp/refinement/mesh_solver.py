@@ -6,10 +6,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
 from ocp.arrays import Array
-from ocp.mesh.initial_guess import InitialGuess, initial_guess
+from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import Mesh
 from ocp.mesh.trajectory import Evaluator, Trajectory
 from ocp.nlp.result import NlpResult
@@ -23,19 +21,13 @@ from ocp.refinement.attempts import with_retries
 from ocp.refinement.budget import Budget
 from ocp.refinement.estimates.error_estimate import estimate_errors
 from ocp.refinement.mesh_iteration import MeshIteration, iterations_of
+from ocp.refinement.sizes_after import is_zero, scales_after
 from ocp.refinement.solved_mesh import SolvedMesh
 from ocp.refinement.unwrapping import unwrapped
+from ocp.scaling.automatic import scales_of
+from ocp.scaling.scales import Scales
 from ocp.settings import Settings
-from ocp.transcription.far_sizes import far_below_limits, roomy
 from ocp.transcription.packing import decision_vector, trajectory_of
-from ocp.transcription.scaling import (
-    Scales,
-    goes_somewhere,
-    oversized,
-    resized,
-    scales_of,
-    vanishes,
-)
 from ocp.transcription.transcribe import ProgramLimits, Transcription, transcribe
 
 Start = Iterate | Trajectory | None
@@ -43,14 +35,6 @@ Start = Iterate | Trajectory | None
 # A mesh that is about to be replaced is solved to this tolerance: the digits beyond are lost with
 # the next mesh. The mesh that meets all tolerances is solved to the tolerance asked for.
 LOOSE = 1e-7
-
-# Of the sizes that the guess gave: values beyond are outsized.
-OUTSIZED = 1e4
-
-# Factor by which limits may be more than all else that is known of a signal, if the motion vanishes
-# next to them. Where nothing asks for it but the objective, limits of plus and minus 1000 held a
-# motion of a metre at zero.
-WIDE = 1e2
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -133,13 +117,9 @@ class MeshSolver:
         if start is None:
             return stated
         guess = initial_guess(self.problem, self.parameters, start)
-        if self._is_zero(stated, guess):
+        if is_zero(self.problem, self.parameters, stated, guess):
             return stated
         return scales_of(self.problem, guess, self.parameters)
-
-    def _is_zero(self, stated: Scales, motion: InitialGuess) -> bool:
-        """Whether a motion is zero next to the sizes of the statement, and asked to go nowhere."""
-        return vanishes(stated, motion) and not goes_somewhere(self.problem, self.parameters)
 
     def _stated_scales(self) -> Scales:
         """Those that the statement alone gives."""
@@ -161,29 +141,8 @@ class MeshSolver:
         )
 
     def scales_after(self, last: Iterate) -> Scales:
-        """Those of a solved mesh, its objective sized by its value; the same if it is near.
-
-        All are taken from the motion where its values are far from the sizes that the guess or
-        limits gave, as those of a motion that was far larger, or of limits that nothing comes near.
-        These limits say nothing then. A motion that vanishes has no sizes, and they stay as they
-        are, unless they come from wide limits: next to those all slopes may have been too small to
-        move it.
-        """
-        found, least = last.scales, 0.0
-        outsized = float(np.abs(last.x).max(initial=0.0)) > OUTSIZED
-        guess = initial_guess(self.problem, self.parameters, last.trajectory)
-        costly = oversized(last.scales, last.objective)
-        far_below = set() if outsized else far_below_limits(last.scales, guess)
-        if outsized or costly or far_below:
-            tiny = not outsized and vanishes(last.scales, guess)
-            of_motion = scales_of(self.problem, guess, self.parameters, far_below)
-            if tiny and self._is_zero(self._stated_scales(), guess):
-                return of_motion if roomy(last.scales, of_motion, WIDE) else last.scales
-            if outsized or tiny or roomy(last.scales, of_motion):
-                found, least = of_motion, of_motion.objective
-            elif costly:
-                least = of_motion.objective
-        return resized(found, last.objective, least)
+        """Sizes for the mesh after a solved one; the same object where they are near enough."""
+        return scales_after(last, self._stated_scales)
 
     def starting_point(
         self, program: Transcription, start: Start | StartingPoint, limits: ProgramLimits

@@ -10,7 +10,7 @@ from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.error_estimate import MeshErrors
 from ocp.refinement.estimates.kink_crossings import NEAR
 from ocp.refinement.estimates.promised_gain import CERTIFIED_GAIN
-from ocp.transcription.far_sizes import roomy
+from ocp.scaling.far_sizes import roomy
 
 # Factor by which constraints may miss their tolerance in a mesh iteration that is good enough to be
 # verified where no better one was found: the slack that the verification has, too.

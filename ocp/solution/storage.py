@@ -379,7 +379,7 @@ def _classes() -> dict[str, Callable[..., Any]]:
     from ocp.problem import bounds, functionals, symbols
     from ocp.problem.kinks import epigraph
     from ocp.refinement import mesh_iteration
-    from ocp.transcription import scaling
+    from ocp.scaling import scales
     from ocp.verification import simulation, verify
 
     listed = (
@@ -392,7 +392,7 @@ def _classes() -> dict[str, Callable[..., Any]]:
         *(piecewise_polynomial.Piece, piecewise_polynomial.PiecewisePolynomial),
         *(mesh.PhaseMesh, mesh.ExtraPoints, mesh.Mesh, trajectory.Evaluator),
         *(trajectory.SignalGroup, trajectory.PhaseTrajectory, trajectory.Trajectory),
-        *(scaling.Scales, iterate.Iterate, mesh_iteration.MeshIteration),
+        *(scales.Scales, iterate.Iterate, mesh_iteration.MeshIteration),
         *(multipliers.PhaseCostates, multipliers.PathMultiplier, multipliers.Multipliers),
         *(simulation.SimulatedPhase, simulation.SimulatedMotion),
         *(verify.Margin, verify.Verification, Solution),

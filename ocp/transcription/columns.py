@@ -25,8 +25,8 @@ from ocp.problem.linear_controls import enters_linearly
 from ocp.problem.phase import Phase
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Algebraic, Between, Control, ControlShape, Signal, State
+from ocp.scaling.scales import Scales
 from ocp.transcription.rows import Limits
-from ocp.transcription.scaling import Scales
 
 _ORDERS = {"constant": 0, "linear": 1, "polynomial": None}
 

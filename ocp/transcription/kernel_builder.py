@@ -19,9 +19,9 @@ from ocp.problem.instants import within
 from ocp.problem.kinks.surfaces import crossable_kinks
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import TIME
+from ocp.scaling.scales import Scales
 from ocp.transcription.columns import Columns, IntervalGroup, PhaseColumns
 from ocp.transcription.kernels import Block, Kernel
-from ocp.transcription.scaling import Scales
 
 
 @dataclass(frozen=True, eq=False, repr=False)

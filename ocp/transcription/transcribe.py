@@ -14,13 +14,13 @@ from ocp.numerics.schemes import Scheme
 from ocp.problem.parameters import Parameters
 from ocp.problem.problem import Problem
 from ocp.problem.symbols import Between, ControlShape
+from ocp.scaling.scales import Scales
 from ocp.transcription.blocks import blocks_of
 from ocp.transcription.columns import Columns, columns_of
 from ocp.transcription.kernel_builder import KernelContext
 from ocp.transcription.kernels import Program
 from ocp.transcription.path_constraints import PathConstraint, path_constraints
 from ocp.transcription.rows import Rows
-from ocp.transcription.scaling import Scales
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -21,7 +21,7 @@ from ocp.refinement.estimates.excess_price import worth_of_excess
 from ocp.refinement.estimates.missed_slopes import missed_slopes
 from ocp.refinement.estimates.motion_errors import MotionErrors
 from ocp.refinement.estimates.narrow_features import NarrowFeature, feature_remark, narrow_features
-from ocp.transcription.scaling import ROOMY
+from ocp.scaling.far_sizes import ROOMY
 from ocp.verification.conditions import Condition, Evidence
 from ocp.verification.far_origins import WITHIN
 from ocp.verification.simulation import SimulatedMotion, replayed, simulate

@@ -55,8 +55,8 @@ from ocp.problem.symbols import TIME
 from ocp.refinement.accuracy import Accuracy
 from ocp.refinement.estimates.excess_price import worth_of_excess
 from ocp.refinement.estimates.motion_errors import MotionErrors, dense_peak
+from ocp.scaling.far_sizes import near_limits
 from ocp.transcription.path_constraints import PathConstraint
-from ocp.transcription.scaling import near_limits
 from ocp.verification.far_origins import WITHIN, FarOrigin, far_origins
 from ocp.verification.simulation import SimulatedMotion
 

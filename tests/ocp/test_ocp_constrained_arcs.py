@@ -34,8 +34,8 @@ from ocp.refinement.estimates.constrained_arcs import (
     stretches_of,
     with_ends,
 )
+from ocp.scaling.automatic import scales_of
 from ocp.transcription.packing import decision_vector, trajectory_of
-from ocp.transcription.scaling import scales_of
 from ocp.transcription.transcribe import transcribe
 
 # of the ride below, with all intervals of the found mesh a quarter as wide: 4.0380750 by halves

@@ -23,8 +23,8 @@ from ocp.nlp.solver import StartingPoint
 from ocp.optimality.iterate import iterate_of
 from ocp.optimality.multipliers import costates, put_costates
 from ocp.problem.parameters import parameters_of
+from ocp.scaling.automatic import scales_of
 from ocp.transcription.packing import decision_vector, trajectory_of
-from ocp.transcription.scaling import scales_of
 from ocp.transcription.transcribe import transcribe
 from ocp.verification.minimum_principle import active_set_changes
 

@@ -20,8 +20,8 @@ from ocp.mesh.initial_guess import guess_by_lines, initial_guess
 from ocp.mesh.mesh import PhaseMesh, uniform
 from ocp.numerics.schemes import Gauss, HermiteSimpson, Radau
 from ocp.problem.parameters import parameters_of
+from ocp.scaling.automatic import scales_of
 from ocp.transcription.packing import decision_vector, trajectory_of
-from ocp.transcription.scaling import scales_of
 from ocp.transcription.transcribe import transcribe
 
 START, END = 2.0, 6.0

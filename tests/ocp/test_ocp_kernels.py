@@ -11,8 +11,8 @@ from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import ExtraPoints, PhaseMesh, uniform
 from ocp.numerics.schemes import Gauss, HermiteSimpson, Lobatto, Radau
 from ocp.problem.parameters import parameters_of
+from ocp.scaling.automatic import scales_of
 from ocp.transcription.kernels import Block, Kernel, Program
-from ocp.transcription.scaling import scales_of
 from ocp.transcription.transcribe import transcribe
 
 ROUND_OFF = 1e-13  # the same sums in another order

@@ -23,8 +23,9 @@ from ocp import (
 )
 from ocp.mesh.initial_guess import initial_guess
 from ocp.problem.parameters import parameters_of
-from ocp.transcription.scaling import resized, scales_of
-from ocp.transcription.variations import Variation
+from ocp.refinement.sizes_after import resized
+from ocp.scaling.automatic import scales_of
+from ocp.scaling.variations import Variation
 
 
 def scales_around_the_guess(problem):

@@ -18,8 +18,8 @@ from ocp.mesh.initial_guess import initial_guess
 from ocp.mesh.mesh import Mesh, uniform
 from ocp.nlp.solver import StartingPoint
 from ocp.problem.parameters import parameters_of
+from ocp.scaling.automatic import scales_of
 from ocp.transcription.packing import decision_vector
-from ocp.transcription.scaling import scales_of
 from ocp.transcription.transcribe import transcribe
 
 FUNCTIONS = ("oracle", "objective_gradient", "constraint_jacobian", "lagrangian_hessian")

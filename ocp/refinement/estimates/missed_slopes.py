@@ -34,7 +34,7 @@ from ocp.optimality.multipliers import phase_costates
 from ocp.problem.symbols import TIME, Constant, Signal, Unknown
 from ocp.refinement.estimates.dense_panels import OF_PANEL, DensePanels, finite, panels_of_phase
 from ocp.refinement.estimates.narrow_features import NarrowFeature, is_smooth, may_hide
-from ocp.transcription.scaling import Scales
+from ocp.scaling.scales import Scales
 from ocp.transcription.transcribe import Transcription
 
 # Part of the slope's modulus over an interval, or over all phases for a constant, that a miss has

@@ -43,7 +43,8 @@ from ocp.refinement.first_round.starts import (
     finer_mesh,
     simulated,
 )
-from ocp.refinement.mesh_solver import OUTSIZED, MeshSolver
+from ocp.refinement.mesh_solver import MeshSolver
+from ocp.refinement.sizes_after import OUTSIZED
 from ocp.transcription.packing import trajectory_of
 from ocp.transcription.transcribe import Transcription
 

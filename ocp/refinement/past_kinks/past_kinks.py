@@ -49,8 +49,9 @@ from ocp.refinement.policies.kink_breakpoints import (
     with_sides,
 )
 from ocp.refinement.solved_mesh import SolvedMesh
+from ocp.scaling.automatic import variations_of
+from ocp.scaling.scales import Scales
 from ocp.transcription.packing import trajectory_of
-from ocp.transcription.scaling import Scales, variations_of
 from ocp.transcription.transcribe import Transcription
 
 # Iterations after which a first mesh of a problem with kinks counts as lost among them.

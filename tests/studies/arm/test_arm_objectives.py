@@ -14,7 +14,7 @@ from models.arm.reduced import ReducedArm
 from ocp import NumericalTrouble
 from ocp.mesh.initial_guess import initial_guess
 from ocp.problem.parameters import parameters_of
-from ocp.transcription.scaling import scales_of
+from ocp.scaling.automatic import scales_of
 from studies.arm.config import SequenceStudy
 from studies.arm.optimal.objectives import OBJECTIVES, first_duration, problem
 from studies.arm.optimal.refinement import refine

@@ -1,0 +1,75 @@
+"""Sizes that limits or statements gave, and that a motion stays far below.
+
+Limits of plus and minus 1e6, written for none, say nothing of how large a signal or an unknown is.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence, Set
+
+from ocp.mesh.initial_guess import InitialGuess
+from ocp.scaling.scales import Scales
+from ocp.scaling.symbol_sizes import BOUNDS, GUESSED_NUMBER, NOTHING_KNOWN, STATED
+from ocp.scaling.variations import FRACTIONS, largest_finite
+
+# Factor by which a size may be more than a signal has in a motion. Limits of plus and minus 1e4
+# around motions of one were tried on 75 problems, and hid no optimum; those of 1e6 did.
+ROOMY = 1e4
+
+# where sizes come from that limits may have made too large
+_OF_LIMITS = {BOUNDS, GUESSED_NUMBER}
+
+
+def near_limits(limits: Sequence[float], typical: float) -> list[float]:
+    """Absolute values of the finite limits of something that a motion with such a value may feel.
+
+    A limit of plus and minus 1e6, written for none, says nothing of how large something is.
+    """
+    finite = [abs(limit) for limit in limits if math.isfinite(limit)]
+    return [limit for limit in finite if limit <= ROOMY * typical]
+
+
+def far_below_limits(scales: Scales, motion: InitialGuess) -> Set[str]:
+    """Signals and unknowns far below a size that their limits gave; they may also be zero."""
+    return _far_below(scales, motion, _OF_LIMITS)
+
+
+def far_below_stated(scales: Scales, motion: InitialGuess) -> Set[str]:
+    """Signals and unknowns far below a size that was stated; they may also be zero."""
+    return _far_below(scales, motion, {STATED})
+
+
+def roomy(scales: Scales, of_motion: Scales, factor: float = ROOMY) -> list[str]:
+    """Signals and unknowns whose limits gave sizes many times those of a motion, as 1e6 may be."""
+    return _many_times(scales, of_motion, _OF_LIMITS, factor)
+
+
+def stated_roomy(scales: Scales, of_motion: Scales) -> list[str]:
+    """Signals and unknowns whose stated sizes are many times those of a motion."""
+    return _many_times(scales, of_motion, {STATED}, ROOMY)
+
+
+def of_the_motion(scales: Scales, name: str) -> bool:
+    """Whether a size is that of a motion, and does not stand for nothing known."""
+    return all(why != NOTHING_KNOWN for own, _, why in scales.symbols_with_reasons if own == name)
+
+
+def _far_below(scales: Scales, motion: InitialGuess, reasons: Set[str]) -> Set[str]:
+    """Those of a motion that stay far below sizes for which there are such reasons."""
+    phases = [phase.at_fractions(FRACTIONS) for phase in motion.phases.values()]
+
+    def largest(name: str) -> float:
+        if name in motion.unknowns:
+            return largest_finite(motion.unknowns[name])
+        return max(largest_finite(values.get(name, 0.0)) for values in phases)
+
+    given = ((name, size) for name, size, why in scales.symbols_with_reasons if why in reasons)
+    return {name for name, size in given if ROOMY * largest(name) < size}
+
+
+def _many_times(scales: Scales, of_motion: Scales, reasons: Set[str], factor: float) -> list[str]:
+    """Those whose sizes, for which there are such reasons, are many times those of a motion."""
+    sizes = of_motion.symbols
+    given = ((name, size) for name, size, why in scales.symbols_with_reasons if why in reasons)
+    return [name for name, size in given if size > factor * sizes[name]]

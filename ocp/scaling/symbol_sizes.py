@@ -1,0 +1,158 @@
+"""Typical sizes of signals and unknowns: from a statement, a guess, limits or the dynamics."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Set
+from dataclasses import dataclass, field
+
+from ocp.arrays import Array
+from ocp.mesh.initial_guess import InitialGuess
+from ocp.problem.parameters import Interval, Parameters
+from ocp.problem.phase import Phase
+from ocp.problem.problem import Problem
+from ocp.problem.symbols import Signal, Unknown
+from ocp.scaling.variations import FRACTIONS, largest_finite
+
+STATED = "stated"
+GUESS = "guess"
+GUESSED_NUMBER = "guess, or middle of its bounds"
+BOUNDS = "bounds"
+NOTHING_KNOWN = "nothing known"
+
+
+@dataclass(frozen=True, eq=False)
+class SizeSources:
+    """What tells how large signals and unknowns are.
+
+    Attributes
+    ----------
+    problem : Problem
+    guess : InitialGuess
+    parameters : Parameters
+        Limits and end values.
+    without_limits : set of str
+        Names of which neither a stated size nor the limits tell how large they are. The limits
+        still cap their sizes.
+    without_guess : set of str
+        Names of which the guess does not tell how large they are.
+    """
+
+    problem: Problem
+    guess: InitialGuess
+    parameters: Parameters
+    without_limits: Set[str] = field(default_factory=frozenset)
+    without_guess: Set[str] = field(default_factory=frozenset)
+
+    def of_signal(self, signal: Signal, phase: Phase) -> tuple[float, str]:
+        """Size of a signal by what a phase says of it alone, with the reason; 0 if nothing is."""
+        if signal.scale is not None and signal.name not in self.without_limits:
+            return signal.scale, STATED
+        guessed = self._guessed(signal.name, self.guess.phases[phase.name].at_fractions(FRACTIONS))
+        of_ends = largest_end_value(signal, phase, self.parameters)
+        if max(guessed, of_ends) > 0:
+            return (guessed, GUESS) if guessed > of_ends else (of_ends, "boundary values")
+        if signal.name in self.without_limits:
+            return 0.0, ""
+        return self._limit(signal.name), BOUNDS
+
+    def of_unknown(self, unknown: Unknown) -> tuple[float, str]:
+        """Size of an unknown with the reason; 0 if nothing is said of it."""
+        told_by_limits = unknown.name not in self.without_limits
+        if unknown.scale is not None and told_by_limits:
+            return unknown.scale, STATED
+        guessed = self._guessed(unknown.name, self.guess.unknowns)
+        if unknown.name in self.without_guess and told_by_limits:
+            return self._limit(unknown.name), BOUNDS
+        return guessed, GUESSED_NUMBER
+
+    def capped(self, name: str, size: float) -> float:
+        """A size, cut to the largest limit where this does not tell it."""
+        limit = self._limit(name) if name in self.without_limits else 0.0
+        return min(size, limit or math.inf)
+
+    def _guessed(self, name: str, values: Mapping[str, Array | float]) -> float:
+        return 0.0 if name in self.without_guess else largest_finite(values[name])
+
+    def _limit(self, name: str) -> float:
+        return largest_finite(limits_of(name, self.parameters))
+
+
+def signal_sizes(sources: SizeSources) -> tuple[dict[str, float], dict[str, str]]:
+    """Sizes of all signals, with reasons; a signal of several phases has its largest."""
+    problem, sizes, reasons = sources.problem, dict[str, float](), dict[str, str]()
+    for phase in problem.phases:
+        for signal in problem.signals[phase.name]:
+            size, reason = sources.of_signal(signal, phase)
+            if size > sizes.get(signal.name, 0.0):
+                sizes[signal.name], reasons[signal.name] = size, reason
+
+    for phase in problem.phases:
+        of_guess = sources.guess.phases[phase.name]
+        _along_dynamics(phase, of_guess.end - of_guess.start, sizes, reasons)
+
+    for phase in problem.phases:
+        for signal in problem.signals[phase.name]:
+            if signal.name not in sizes:
+                sizes[signal.name], reasons[signal.name] = 1.0, NOTHING_KNOWN
+    return {name: sources.capped(name, size) for name, size in sizes.items()}, reasons
+
+
+def unknown_sizes(sources: SizeSources) -> tuple[dict[str, float], dict[str, str]]:
+    """Sizes of all unknowns, with reasons."""
+    sizes, reasons = dict[str, float](), dict[str, str]()
+    for unknown in sources.problem.unknowns:
+        size, reason = size_or_one(*sources.of_unknown(unknown))
+        sizes[unknown.name], reasons[unknown.name] = sources.capped(unknown.name, size), reason
+    return sizes, reasons
+
+
+def size_or_one(size: float, reason: str) -> tuple[float, str]:
+    """A size with its reason; 1 where nothing is known."""
+    if size > 0 and math.isfinite(size):
+        return size, reason
+    return 1.0, NOTHING_KNOWN
+
+
+def limits_of(name: str, parameters: Parameters) -> Interval:
+    """Limits of a signal or an unknown."""
+    own = parameters.signal_limits
+    return own[name] if name in own else parameters.unknown_limits[name]
+
+
+def largest_end_value(signal: Signal, phase: Phase, parameters: Parameters) -> float:
+    """The largest absolute value that a signal is given at an end of a phase; 0 if none is."""
+    ends = (phase.initial, parameters.initial_values), (phase.final, parameters.final_values)
+    return largest_finite(
+        [
+            values[phase.name, signal.name][0]
+            for stated, values in ends
+            if signal in stated and not isinstance(stated[signal], tuple)
+        ]
+    )
+
+
+def _along_dynamics(
+    phase: Phase, duration: float, sizes: dict[str, float], reasons: dict[str, str]
+) -> None:
+    """Pass sizes down and up where the rate of a state is another signal itself."""
+    links = [
+        (state.name, symbol.name)
+        for state, rate in phase.dynamics.items()
+        if rate.is_symbolic()
+        for symbol in phase.rate_symbols[state]
+        if isinstance(symbol, Signal)
+    ]
+
+    # a motion from rest to rest over a distance of 1 in a time of 1 has a mean speed of 1 and a
+    # peak of about 2
+    for _ in links:
+        for state, rate in links:
+            if state in sizes and rate not in sizes:
+                sizes[rate] = 2.0 * sizes[state] / duration
+                reasons[rate] = f"'{state}' over the duration"
+    for _ in links:
+        for state, rate in links:
+            if rate in sizes and state not in sizes:
+                sizes[state] = 0.5 * sizes[rate] * duration
+                reasons[state] = f"'{rate}' times the duration"
