@@ -12,6 +12,7 @@ from ocp.problem.parameters import parameters_of
 from ocp.refinement.endings import stands_still
 from ocp.refinement.mesh_solver import MeshSolver
 from ocp.refinement.solved_mesh import SolvedMesh, best_of, is_refuted
+from ocp.scaling.scales import Scales
 
 ACCURACY = Accuracy()
 
@@ -107,7 +108,7 @@ def mesh_round(
 ):
     """A solved mesh as far as the end of a refinement looks at it."""
     problem = SimpleNamespace(sense=1.0)
-    scales = SimpleNamespace(objective=1.0, signals={}, unknowns={}, reasons={})
+    scales = Scales({}, {}, {}, {}, time=1.0, objective=1.0)
     iterate = SimpleNamespace(
         objective=objective, scales=scales, problem=problem, objective_size=abs(objective)
     )
