@@ -385,8 +385,10 @@ def _caps_on_expressions(
         if cap is None or left_out or (quantity.needs_forces and net == "by angle"):
             continue
         # what is a number, as the need at rest, is the same for all motions, and is no bound of one
-        moving = [one for one in formulas[key] if not isinstance(one, float)]
-        for name, formula in zip(bound_names(quantity.title, len(moving)), moving, strict=True):
+        moving = formulas[key]
+        if any(isinstance(one, float) for one in moving):
+            moving = tuple(one for one in moving if not isinstance(one, float))
+        for name, formula in zip(_names_of(quantity.title, moving), moving, strict=True):
             if quantity.kind == "least":
                 # where a motion ends in an impulse its inertia's force is no measure of a tension
                 size = static_peak(study.truss).force
@@ -394,6 +396,14 @@ def _caps_on_expressions(
             else:
                 lower = -cap if key in OF_BOTH_SIGNS else -math.inf
                 yield Bound(name, formula, quantity.unit, lower=lower, upper=cap)
+
+
+def _names_of(title: str, formulas: tuple[Any, ...]) -> list[str]:
+    """Names of bounds on the formulas of one quantity: in words where these are named."""
+    fields: tuple[str, ...] = getattr(formulas, "_fields", ())
+    if not fields:
+        return bound_names(title, len(formulas))
+    return [f"{title} ({field.replace('_', ' ')})" for field in fields]
 
 
 def bound_names(title: str, count: int) -> list[str]:

@@ -51,6 +51,8 @@ OBJECTIVES = {
     "peak-factored-force": Quantity(
         "least motor force for the margins", "N", "peak", True, "margin"
     ),
+    "peak-bar-force": Quantity("largest force in a bar", "N", "peak", True),
+    "peak-far-end-tension": Quantity("peak tension at the far end", "N", "peak", True),
 }
 
 QUANTITIES = {
@@ -58,7 +60,5 @@ QUANTITIES = {
     "peak-speed": Quantity("peak angular speed", "rad/s", "peak", False),
     "peak-jerk": Quantity("peak angular jerk", "rad/s^3", "peak", False),
     "peak-motor-speed": Quantity("peak motor speed", "rad/s", "peak", False, "drum_radius"),
-    "peak-bar-force": Quantity("largest force in a bar", "N", "peak", True),
-    "peak-far-end-tension": Quantity("peak tension at the far end", "N", "peak", True),
     "least-tension": Quantity("least tension of all segments", "N", "least", True),
 }

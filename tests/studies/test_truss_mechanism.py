@@ -1,6 +1,7 @@
 """Caps in the mechanism's own terms: rope, motor and arm, whoever states them."""
 
 import dataclasses
+import io
 import math
 from pathlib import Path
 from typing import Any
@@ -14,14 +15,14 @@ from studies.common.console import Console
 from studies.common.exit_codes import ExitCode, StudyError
 from studies.common.result import Result
 from studies.drive import Drive
-from studies.truss.config import TrussStudy, as_dictionary, study_from
+from studies.truss.config import SolverOptions, TrussStudy, as_dictionary, study_from
 from studies.truss.limits.bounds import least_time_of_the_mechanism, lower_bounds
 from studies.truss.limits.caps import CAPPED, Caps, without_cap
 from studies.truss.limits.feasibility import check_feasible, force_cap
 from studies.truss.motions.laws import paper_laws
 from studies.truss.quantities import QUANTITIES
-from studies.truss.search import relaxation
-from studies.truss.search.motion_search import Search
+from studies.truss.search import motion_search, relaxation
+from studies.truss.search.motion_search import CapsMissedError, Search
 from studies.truss.study import run
 
 T = 10.0
@@ -178,6 +179,45 @@ def test_where_nothing_is_found_under_a_torque_speed_curve_the_next_cap_is_relax
     assert relaxed == ["peak-rope-jerk"]
     assert raised.value.exit_code is ExitCode.NOT_SOLVED
     assert "a stronger motor, another gear ratio" in str(raised.value)
+
+
+def test_a_cap_below_the_least_found_ends_the_search_before_its_other_starts(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The cap is above its proven bound of 1.32 m/s, so that nothing is proven."""
+    monkeypatch.setattr(motion_search, "_SOON", 60)
+    study = TrussStudy(
+        minimise="peak-acceleration", duration=5.0, caps=Caps(jerk=1.6, rope_speed=1.75)
+    )
+    told = io.StringIO()
+    search = Search(study, Console(progress_to=told))
+    search.check()
+    with pytest.raises(CapsMissedError, match=r"1\.81\d* m/s is the least found for") as raised:
+        search.run()
+    assert raised.value.exit_code is ExitCode.NOT_SOLVED
+    assert "above its cap of 1.75 m/s" in str(raised.value)
+    assert "no proof" in str(raised.value)
+    assert "of 5 (dwell)" not in told.getvalue()
+
+
+def test_a_cap_above_the_least_found_is_searched_to_the_end(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(motion_search, "_SOON", 10)
+    caps = Caps(jerk=1.6, rope_speed=2.0)
+    options = SolverOptions(starts=("bezier",))
+    study = TrussStudy(minimise="peak-acceleration", duration=5.0, caps=caps, solver=options)
+    told = io.StringIO()
+    values = Search(study, Console(progress_to=told)).run().deployment.values
+    assert "looking for what is the least under the other caps: peak rope speed" in told.getvalue()
+    assert values["peak-rope-speed"] == pytest.approx(2.0, rel=1e-5)
+
+
+def test_bars_are_named_in_bounds() -> None:
+    statement = Search(stated(bar_force=60.0), Console())._stated("bezier")
+    names = {bound.name for phase in statement.phases for bound in phase.bounds}
+    bars = {"link", "outer cross bar", "inner cross bar"}
+    assert {f"largest force in a bar ({bar})" for bar in bars} <= names
 
 
 def test_where_the_truss_begins_and_ends_does_not_give_way(

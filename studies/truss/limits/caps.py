@@ -148,6 +148,8 @@ HARD = (
     "peak-reaction",
     "peak-rope-speed",
     "peak-factored-force",
+    "peak-bar-force",
+    "peak-far-end-tension",
 )
 
 # limit of a drive: the cap that it is

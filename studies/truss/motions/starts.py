@@ -89,9 +89,15 @@ def in_order(names: Sequence[str], switching_force: bool) -> list[str]:
         Whether the rope force jumps between its bounds, as it does in the phase plane: its motion
         is then about the optimum, and comes before all others.
     """
-    first = {KINDS[name]: name for name in reversed(names)}
+    first = first_of_each_kind(names)
     optimum = "phase-plane" if switching_force else None
-    return sorted(names, key=lambda name: (name != optimum, name not in first.values()))
+    return sorted(names, key=lambda name: (name != optimum, name not in first))
+
+
+def first_of_each_kind(names: Sequence[str]) -> tuple[str, ...]:
+    """One start of each kind of `KINDS`, the first one."""
+    first = {KINDS[name]: name for name in reversed(names)}
+    return tuple(name for name in names if name in first.values())
 
 
 def bezier_start(study: TrussStudy) -> StartingMotion:

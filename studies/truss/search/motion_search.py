@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -33,6 +34,8 @@ from studies.truss.limits.feasibility import check_feasible, force_cap
 from studies.truss.motions.deployment import Deployment
 from studies.truss.motions.laws import law_of
 from studies.truss.motions.starts import (
+    KINDS,
+    first_of_each_kind,
     from_neighbour,
     in_order,
     start_from_law,
@@ -69,16 +72,39 @@ STOPPED = "interrupted before a motion was found; the inputs are kept"
 LEAST_LEFT = 0.1  # of the seconds, for what has to follow the starts
 OTHER_START = "without a cap"  # the motion that was found with the least of what the cap is on
 
+# Iterations after which the first start under a cap of `HARD` counts as hard, and the least of what
+# the cap is on is looked for before anything else: 3 to 5 s. Most motions take 100 to 220.
+_SOON = 800
+_CLEARLY = 1e-3  # relative, by which the least that was found has to be above a cap
+
 
 class NoMotionError(Exception):
     """The model takes an unverified answer of the solver for no motion."""
 
 
-class Search:
-    """One study on its way to a result; holds what is computed once and used often."""
+class CapsMissedError(StudyError):
+    """The least found of what a cap is on, under the other caps, is more than that cap."""
 
-    def __init__(self, study: TrussStudy, console: Console, neighbour: Law | None = None) -> None:
+
+class Search:
+    """One study on its way to a result; holds what is computed once and used often.
+
+    Parameters
+    ----------
+    enough : float, optional
+        A value of the first objective that ends the search. Then about the least value is all that
+        is asked: without bounds, and at the first price of the roughness.
+    """
+
+    def __init__(
+        self,
+        study: TrussStudy,
+        console: Console,
+        neighbour: Law | None = None,
+        enough: float | None = None,
+    ) -> None:
         self.study = study
+        self.enough = enough
         self.neighbour = neighbour  # motion of a like study, from which the first start begins
         self.console = console
         self.remarks: list[str] = []
@@ -124,7 +150,7 @@ class Search:
         """Lower bounds by quantity; the phase plane only where it can matter."""
         cap = force_cap(self.study)
         least_time, force = 0.0, None
-        if self.interrupted:  # no more long work
+        if self.interrupted or self.enough is not None:  # no more long work
             return lower_bounds(self.study, None)
 
         try:
@@ -200,7 +226,12 @@ class Search:
             near = from_neighbour(self.neighbour, self.study)
             starts = {near.name: functools.partial(self._stated_from, near), **starts}
         try:
-            return self._best_of(self._audited(starts))
+            first, *_ = starts
+            soon = self._solved_soon(first, starts[first], len(starts)) if self._hardest else None
+            if soon is not None and soon.error is not None:
+                self._check_the_least(soon)
+                soon = None
+            return self._best_of(self._audited(starts, soon))
         except Interrupted as stop:
             raise StudyError(STOPPED, ExitCode.INTERRUPTED) from stop
         except (OcpError, NoMotionError) as error:
@@ -208,9 +239,98 @@ class Search:
                 raise StudyError(STOPPED, ExitCode.INTERRUPTED) from error
             return self._from_the_least_relaxation(names, error)
 
-    def _audited(self, starts: Mapping[str, Callable[[], Problem]]) -> Audit:
-        """What came of starts; those that an earlier run has finished are read."""
-        known = () if self.kept is None else self.kept.names(self._kind)
+    @functools.cached_property
+    def _hardest(self) -> str:
+        """The quantity whose least is looked for where no motion is found; empty for none."""
+        return next((key for key in HARD if cap_on(self.study.caps, self.study.drive, key)), "")
+
+    def _solved_soon(self, name: str, start: Callable[[], Problem], count: int) -> Trial | None:
+        """The first start, where little effort tells; None where that tells nothing.
+
+        Raises
+        ------
+        Interrupted
+            The user stopped it.
+        """
+        if self.kept is not None and name in self.kept.names(self._kind):
+            return None
+        settings = replace(settings_of(self.study, self._with_forces), iterations=_SOON)
+        begin = clock.monotonic()
+
+        def told(line: str) -> None:
+            self.console.live(line.replace("start 1 of 1", f"start 1 of {count}", 1))
+
+        try:
+            found = audit(
+                starts={name: start},
+                settings=settings,
+                value=self._value,
+                seconds=self._some_left(),
+                progress=told,
+            )
+        except Interrupted:
+            raise
+        except OcpError as error:
+            return Trial(name, None, error, math.nan, clock.monotonic() - begin)
+        except StudyError:  # there is no such start, which says nothing of the caps
+            return None
+        (trial,) = found.trials
+        finished = trial.error is None and trial.solved.iterations < _SOON
+        return trial if finished or found.interrupted else None
+
+    def _check_the_least(self, soon: Trial) -> None:
+        """Whether the least found of what the hardest cap is on leaves a motion to look for.
+
+        Raises
+        ------
+        CapsMissedError
+            If that least is more than the cap.
+        Interrupted
+            The user stopped the search for it.
+        """
+        cap, quantity = self._hardest_cap, QUANTITIES[self._hardest]
+        self.console.progress(f"{soon.name}: no motion was found at once")
+        least = self._least
+        if self.interrupted:
+            raise Interrupted(STOPPED)
+        if least is None:
+            return
+        value = least.deployment.values[self._hardest]
+        settled = all(trial.error is None for trial in least.trials)
+        if settled and value > cap * (1 + _CLEARLY):
+            count = len(least.trials)
+            starts = f"{count} start{'s' * (count > 1)}"
+            raise CapsMissedError(
+                f"no motion was found: under the other caps {value:.6g} {quantity.unit} is the "
+                f"least found for the {quantity.title} (local: best of {starts}), above its cap of "
+                f"{cap:g} {quantity.unit}; raise that cap to more than this, or loosen another "
+                f"one{self._curve_in_words}; this is no proof that there is none",
+                ExitCode.NOT_SOLVED,
+            )
+
+    def _stated_from_the_least(self, least: Deployment) -> Callable[[], Problem]:
+        start = start_from_law(OTHER_START, least.law, self.study)
+        return functools.partial(self._stated_from, start)
+
+    @property
+    def _hardest_cap(self) -> float:
+        cap = cap_on(self.study.caps, self.study.drive, self._hardest)
+        assert cap is not None
+        return cap
+
+    def _audited(
+        self, starts: Mapping[str, Callable[[], Problem]], soon: Trial | None = None
+    ) -> Audit:
+        """What came of starts; those that are known, or that an earlier run has finished, are read.
+
+        Parameters
+        ----------
+        soon : Trial, optional
+            What came of the first one already.
+        """
+        names = () if self.kept is None else self.kept.names(self._kind)
+        known = [name for name in names if name in KINDS]  # another one begins where a search ended
+        at_once = {} if soon is None else {soon.name: soon}
         found = audit(
             starts=starts,
             settings=settings_of(self.study, self._with_forces),
@@ -218,15 +338,22 @@ class Search:
             bound_gap=BOUND_MET,
             value=self._value,
             same=SAME_BASIN,
-            enough=lambda trials: starts_agree(list(starts), trials, SAME_BASIN),
+            enough=lambda trials: self._enough(list(starts), trials),
             failures=(StudyError,),
             seconds=self._some_left(),
-            known={name: functools.partial(self._earlier, name) for name in known},
+            known={**{name: functools.partial(self._earlier, name) for name in known}, **at_once},
             progress=self.console.live,
             finished=lambda trial: self._finished(trial, len(starts), trial.name in known),
         )
         self.interrupted = self.interrupted or found.interrupted
         return found
+
+    def _enough(self, names: Sequence[str], trials: Sequence[Trial]) -> bool:
+        """Whether no further start is needed."""
+        last = trials[-1]
+        if self.enough is not None and last.error is None and last.value <= self.enough:
+            return True
+        return starts_agree(names, trials, SAME_BASIN)
 
     @property
     def _left(self) -> float:
@@ -339,7 +466,8 @@ class Search:
             verified = optimum.solution.verification.passed
             beaten = best is not None and optimum.value * (1 - share) > best
             light = share <= SHARE and share_is_all(statement)
-            if light or beaten or not verified or self.interrupted:
+            good_enough = self.interrupted or self.enough is not None
+            if light or beaten or not verified or good_enough:
                 smoothed.append(optimum)
                 continue
 
@@ -423,21 +551,18 @@ class Search:
             If that fails too: with the least relaxation found, and the error of the first start.
         """
         tried = max(self._started, 1)
-        key = next((key for key in HARD if cap_on(self.study.caps, self.study.drive, key)), "")
-        needed = "the relaxed problem was not solved either"
-        least = self._least_found(key) if key else None
+        key, needed = self._hardest, "the relaxed problem was not solved either"
+        least = self._least if key else None
         if least is not None:
-            cap, quantity = cap_on(self.study.caps, self.study.drive, key), QUANTITIES[key]
-            value, name = least.values[key], quantity.title
-            assert cap is not None
+            cap, quantity = self._hardest_cap, QUANTITIES[key]
+            value, name = least.deployment.values[key], quantity.title
             needed = (
-                f"the least {name} found under the other caps is {value:.6g} {quantity.unit} "
-                f"(local: from one start): raise its cap to that, or loosen another one"
+                f"under the other caps {value:.6g} {quantity.unit} is the least found for the "
+                f"{name} (local): raise its cap to that, or loosen another one"
             )
             if value <= cap and not self.interrupted:
-                start = start_from_law(OTHER_START, least.law, self.study)
                 try:
-                    again = {OTHER_START: functools.partial(self._stated_from, start)}
+                    again = {OTHER_START: self._stated_from_the_least(least.deployment)}
                     return self._best_of(self._audited(again))
                 except (OcpError, NoMotionError):
                     needed = f"a motion with a {name} of {value:.6g} {quantity.unit} meets the caps"
@@ -445,9 +570,7 @@ class Search:
             self.console.progress("no motion was found: looking for the least relaxation")
             needed = relaxation_in_words(self._stated("bezier"), self.console.live) or needed
 
-        if cap_on(self.study.caps, self.study.drive, CURVE):
-            needed += "; the torque-speed curve holds there too: a stronger motor, another gear "
-            needed += "ratio or a longer duration asks less of it"
+        needed += self._curve_in_words
         starts = f"{len(names)} start{'s' * (len(names) > 1)}"
         if tried < len(names):  # the budget ended before the others
             starts = f"{tried} of {starts}, as the seconds ended; raise --seconds to try more"
@@ -457,27 +580,48 @@ class Search:
             ExitCode.INTERRUPTED if self.interrupted else ExitCode.NOT_SOLVED,
         ) from error
 
-    def _least_found(self, key: str) -> Deployment | None:
-        """The motion with the least of a capped quantity under the other caps, from one start.
-
-        A search of its own: `ocp.relaxed` answers at once, but on a fixed mesh it is 0.2 to 1.5 %
-        off, and on an adapting one it takes far longer than this.
-        """
-        seconds = self._some_left()
-        title = QUANTITIES[key].title
-        self.console.progress(f"no motion was found: looking for the least {title} instead")
-        uncapped = replace(
-            without_cap(self.study, key),
-            minimise=key,
-            solver=replace(self.study.solver, starts=("bezier",), seconds=seconds),
+    @property
+    def _curve_in_words(self) -> str:
+        """What to say of the torque-speed curve where another cap is the one to raise."""
+        if cap_on(self.study.caps, self.study.drive, CURVE) is None:
+            return ""
+        return (
+            "; the torque-speed curve holds there too: a stronger motor, another gear ratio or a "
+            "longer duration asks less of it"
         )
-        search = Search(uncapped, self.console)
+
+    @functools.cached_property
+    def _least(self) -> BestMotion | None:
+        """The motion with the least of the hardest cap under the other caps; None if none is found.
+
+        A search of its own, from one start of each kind: `ocp.relaxed` answers at once, but on a
+        fixed mesh it is 0.2 to 1.5 % off, and on an adapting one it takes far longer than this.
+
+        Raises
+        ------
+        CapsMissedError
+            If the other caps alone are missed.
+        """
+        title = QUANTITIES[self._hardest].title
+        self.console.progress(f"looking for what is the least under the other caps: {title}")
+        options = self.study.solver
+        starts = first_of_each_kind(options.starts)
+        uncapped = replace(
+            without_cap(self.study, self._hardest),
+            minimise=self._hardest,
+            solver=replace(options, starts=starts, seconds=self._some_left()),
+        )
+        enough = self._hardest_cap * (1 + _CLEARLY)
+        search = Search(uncapped, self.console, enough=enough)
         try:
-            found = search.run().deployment
+            found = search.run()
             self.interrupted = search.interrupted
             return found
         except (Interrupted, KeyboardInterrupt):
             self.interrupted = True
+        except CapsMissedError as missed:
+            sentence = f"without the cap on the {title}, too, {missed}"
+            raise CapsMissedError(sentence, missed.exit_code) from missed
         except StudyError as error:
             self.interrupted = error.exit_code is ExitCode.INTERRUPTED
         except OcpError:

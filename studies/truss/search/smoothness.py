@@ -73,7 +73,11 @@ def first_price(
 
     # a share of what the peak is at least, so that it costs no larger share of the peak
     least = lower_bounds(study, None)
-    force = least["peak-force"] = max(force for _, force, _ in end_forces(study.truss))
+    ends = end_forces(study.truss)
+    force = least["peak-force"] = max(force for _, force, _ in ends)
+    # neighbours and net only add to what a rope does to the bars
+    least["peak-bar-force"] = force
+    least["peak-far-end-tension"] = max(force * share for _, force, share in ends)
     if study.drive is not None and study.drive.drum_radius is not None:
         torque = float(motor_torque(study.drive, force, 0.0))
         least["peak-motor-torque"] = torque
