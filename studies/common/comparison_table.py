@@ -25,6 +25,7 @@ class TableRow:
     minimised : whether it is an objective.
     better : whether less or more of it is better.
     broken_by : names of the laws that break the cap.
+    negligible : so little of it is as good as none.
     """
 
     key: str
@@ -36,6 +37,7 @@ class TableRow:
     minimised: bool = False
     better: Better = "neither"
     broken_by: tuple[str, ...] = ()
+    negligible: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -106,8 +108,9 @@ def _cost(row: TableRow, also_found: Sequence[str]) -> Cost | None:
     best = values[baseline]
     larger, smaller = (value, best) if row.better == "less" else (best, value)
 
-    if larger <= 0.0 or sign * value <= sign * best:
+    if larger <= row.negligible or sign * value <= sign * best:
         return None
+    smaller = max(smaller, row.negligible)
     ratio = larger / smaller if smaller > 0.0 else math.inf
     if ratio <= WORSE:
         return None

@@ -220,6 +220,13 @@ def test_costs_are_those_above_ten_percent_the_dearest_first() -> None:
     assert "beyond any ratio" in costs[0].sentence
 
 
+def test_what_is_as_good_as_none_is_no_cost() -> None:
+    small = dataclasses.replace(row("loss", "less", own=2e-10, a=1e-13), negligible=1e-6)
+    assert costs_elsewhere((small,)) == ()
+    (cost,) = costs_elsewhere((dataclasses.replace(small, values={"own": 3e-6, "a": 1e-13}),))
+    assert cost.ratio == pytest.approx(3.0)
+
+
 def test_a_cost_of_what_should_be_large_is_a_part() -> None:
     (cost,) = costs_elsewhere((row("tension", "more", own=0.5, a=2.0, b=4.0),))
     assert cost.ratio == 8.0

@@ -11,6 +11,7 @@ import numpy as np
 from ocp.arrays import Array
 from studies.arm.config import ArmDescription, ArmStudy
 from studies.arm.optimal.motion import OptimalMotion
+from studies.arm.optimal.objectives import RESIDUAL
 from studies.arm.optimal.refinement import AGREE, Refined, agreement
 from studies.arm.optimal.rounds import MISS, SAME
 from studies.arm.replay.full_model import LockedMotion
@@ -50,6 +51,7 @@ class Metric:
     key, title, unit : what it is.
     value : nan where it is not defined.
     better : whether less or more of it is better.
+    negligible : so little of it is as good as none.
     """
 
     key: str
@@ -57,6 +59,7 @@ class Metric:
     unit: str
     value: float
     better: Better = "less"
+    negligible: float = 0.0
 
 
 def table_rows(
@@ -85,6 +88,7 @@ def table_rows(
             values=values[key],
             cap=caps.get(key),
             better=quantity.better,
+            negligible=quantity.negligible,
         )
         for key, quantity in first.items()
     )
@@ -112,7 +116,13 @@ def quantities_of(
     """
     peaks = replayed.peak_torque if peak_torque is None else peak_torque
     return [
-        Metric("residual_energy", "residual energy", "J", replayed.residual_energy),
+        Metric(
+            "residual_energy",
+            "residual energy",
+            "J",
+            replayed.residual_energy,
+            negligible=RESIDUAL,
+        ),
         Metric("angle_miss", "angle miss at the lock", "rad", replayed.miss),
         _settling(replayed, pointing_error),
         *_on_the_satellite(history),
@@ -158,7 +168,7 @@ def _on_the_satellite(history: Loads) -> list[Metric]:
 
 def _in_the_lock(replayed: LockedMotion, history: Loads) -> list[Metric]:
     """What the lock strikes."""
-    lock = replayed.run.engagement
+    lock, antenna = replayed.run.engagement, replayed.motion.stage.arm.tip_mass
     force = float(np.hypot(*history.force_impulse))
     # the joints' impulses have a sign, so that less of them is not better
     joints = [
@@ -168,9 +178,21 @@ def _in_the_lock(replayed: LockedMotion, history: Loads) -> list[Metric]:
         for joint, impulse in zip(JOINT_NAMES, lock.impulse, strict=True)
     ]
     return [
-        Metric("lock_force_impulse", "lock impulse of the root's force", "N s", force),
+        Metric(
+            "lock_force_impulse",
+            "lock impulse of the root's force",
+            "N s",
+            force,
+            negligible=math.sqrt(2 * antenna * RESIDUAL),  # the antenna's, with that energy
+        ),
         *joints,
-        Metric("lost_energy", "kinetic energy lost in the lock", "J", lock.lost_energy),
+        Metric(
+            "lost_energy",
+            "kinetic energy lost in the lock",
+            "J",
+            lock.lost_energy,
+            negligible=RESIDUAL,
+        ),
     ]
 
 
