@@ -72,7 +72,7 @@ class Question:
         from studies.common.finished import FinishedStarts
 
         if self.goes_on:
-            take_up(options, self.add_arguments)
+            take_up(options, self.add_arguments, self.kind)
         study = self.read(options)
         opened: list[FinishedStarts] = []  # the folder is known when it is opened
         configuration = as_dictionary(study)

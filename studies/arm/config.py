@@ -229,6 +229,13 @@ class ArmStudy(StageStudy):
                 f"sample_time is {self.sample_time:g} s, more than the stage's "
                 f"{self.slew.duration:g} s; give less"
             )
+        # four coordinates a node of either link, less the six that the two locks fix
+        most = 8 * (self.elements + 1) - 6
+        if self.modes > most:
+            raise StudyError(
+                f"modes is {self.modes}, but the locked arm has {most} with {self.elements} "
+                "elements a link; give no more than these, or more elements"
+            )
 
     @property
     def caps(self) -> TorqueCaps:

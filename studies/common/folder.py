@@ -17,7 +17,7 @@ from studies.common.exit_codes import ExitCode, StudyError
 
 DEFAULT_PARENT = Path("results")
 OUR_MARK = "provenance.json"
-INPUT_FILE = "input.toml"
+INPUT_FILE, RESULT_FILE = "input.toml", "result.json"
 PROGRAM = "antenna-ocp"
 # what a system says of a disk without naming a file
 OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EROFS, errno.EFBIG)
@@ -124,20 +124,39 @@ def unwritable(folder: Path, error: OSError, again: str) -> StudyError:
     )
 
 
-def resumed_results(path: Path) -> Path:
+def resumed_results(path: Path, kind: str) -> Path:
     """The folder of a run that was stopped.
+
+    Parameters
+    ----------
+    kind : of study, such as "truss", that goes on there.
 
     Raises
     ------
     StudyError
-        If there is none that could go on.
+        If there is none that could go on, or one of another kind.
     """
     if not (path / OUR_MARK).is_file() or not (path / INPUT_FILE).is_file():
         raise StudyError(
             f"{path} is no results folder with an {INPUT_FILE} from which a study could go on; "
             "give the folder of a study that was stopped"
         )
+    found = _kind_of(path)
+    if found not in ("", kind):
+        raise StudyError(
+            f"{path} has the results of another command (kind '{found}' instead of '{kind}'), "
+            "which this one would replace; give the folder of a study of its own that was stopped"
+        )
     return path
+
+
+def _kind_of(path: Path) -> str:
+    """The kind of study whose results a folder has; empty where that is not to be read."""
+    try:
+        record = json.loads((path / RESULT_FILE).read_text("utf-8"))
+    except (OSError, ValueError):
+        return ""
+    return str(record.get("kind", "")) if isinstance(record, dict) else ""
 
 
 def _first_free(parent: Path, name: str) -> Path:

@@ -20,10 +20,10 @@ import numpy as np
 from ocp.arrays import Array
 from studies.common.comparison_table import Cost, TableRow
 from studies.common.exit_codes import ExitCode, StudyError, quoted
-from studies.common.folder import OUR_MARK, PROGRAM, plain
+from studies.common.folder import OUR_MARK, PROGRAM, RESULT_FILE, plain
 
 SCHEMA = 1  # raised when a field changes its meaning or disappears
-RESULT_FILE, ARRAYS_FILE = "result.json", "arrays.npz"
+ARRAYS_FILE = "arrays.npz"
 PARTS = ("arrays", "table", "verdict", "checks")  # what a study adds while it runs
 
 VerdictKind = Literal[

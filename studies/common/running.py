@@ -52,7 +52,9 @@ def add_resume_flag(parser: argparse.ArgumentParser) -> None:
 
 
 def take_up(
-    options: argparse.Namespace, add_arguments: Callable[[argparse.ArgumentParser], None]
+    options: argparse.Namespace,
+    add_arguments: Callable[[argparse.ArgumentParser], None],
+    kind: str,
 ) -> None:
     """Let a study go on in its folder: what it asks is there, and nothing else may be said.
 
@@ -62,6 +64,8 @@ def take_up(
         Its `study` becomes the file in the folder, if there is something to go on with.
     add_arguments : callable
         Of the command, whose defaults tell what was said.
+    kind : str
+        Of study, which the folder has to be of.
 
     Raises
     ------
@@ -82,7 +86,7 @@ def take_up(
                 f"--resume goes on with the study in {options.resume}, and takes no other words, "
                 f"but {what} is given; leave it out"
             )
-    options.study = resumed_results(options.resume) / INPUT_FILE
+    options.study = resumed_results(options.resume, kind) / INPUT_FILE
 
 
 def folder_path(text: str) -> Path:

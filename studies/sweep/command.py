@@ -132,8 +132,15 @@ def _open(path: Path, study: SweepStudy) -> ResultsFolder:
         If it is somebody else's or cannot be written.
     """
     from studies.common.configuration import toml_text
-    from studies.common.folder import INPUT_FILE, OUR_MARK, ResultsFolder, open_results, provenance
-    from studies.common.result import RESULT_FILE, Result
+    from studies.common.folder import (
+        INPUT_FILE,
+        OUR_MARK,
+        RESULT_FILE,
+        ResultsFolder,
+        open_results,
+        provenance,
+    )
+    from studies.common.result import Result
     from studies.sweep.cases.store import AGAIN, FOLDER, write_whole
     from studies.sweep.config import as_dictionary
 

@@ -101,7 +101,7 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
     from studies.truss.search.motion_search import Search
     from studies.truss.study import result_of
 
-    take_up(options, add_arguments)
+    take_up(options, add_arguments, "truss")
     study = read_study(options, console)
     search = Search(study, console)
 

@@ -85,3 +85,14 @@ def test_resume_takes_no_other_words(tmp_path: Path, capsys) -> None:
     assert "takes no other words, but --drive is given" in capsys.readouterr().err
     assert main(words) == ExitCode.BAD_INPUT
     assert "no results folder with an input.toml" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", [("arm", "solve"), ("truss",)])
+def test_resume_leaves_the_results_of_another_command_alone(
+    command, tmp_path: Path, capsys
+) -> None:
+    for name, text in (("input.toml", ""), ("provenance.json", "{}")):
+        (tmp_path / name).write_text(text)
+    (tmp_path / "result.json").write_text('{"kind": "check"}')
+    assert main([*command, "--resume", str(tmp_path)]) == ExitCode.BAD_INPUT
+    assert "has the results of another command (kind 'check'" in capsys.readouterr().err

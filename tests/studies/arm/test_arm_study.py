@@ -147,6 +147,7 @@ def test_the_command_writes_what_reproduces_it(tmp_path: Path):
             "damping_ratio is -0.1; give a finite",
         ),
         (["--elements", "2", "--modes", "5"], ExitCode.BAD_INPUT, "too coarse for .* at least 4"),
+        (["--modes", "67"], ExitCode.BAD_INPUT, "modes is 67, but the locked arm has 66 with 8 el"),
         (["--elements", "2.5"], ExitCode.BAD_INPUT, "elements is 2.5; give a whole number"),
         (["--sample-time", "9"], ExitCode.BAD_INPUT, "more than the stage's 8.6 s"),
         (["--duration", "-3"], ExitCode.BAD_INPUT, "duration is -3; give a finite positive number"),
