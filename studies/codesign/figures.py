@@ -62,7 +62,7 @@ def _draw_design(panel: Axes, result: Result) -> None:
             f"{found:.4g} {UNITS[name]}",
             (found / stated, place),
             textcoords="offset points",
-            xytext=(0, 10),
+            xytext=(0, 13),  # above the tick
             ha="center",
         )
     label_axes(panel, "part of the stated value [-]", "")

@@ -32,6 +32,7 @@ PLANS = 8  # of a stop, which take a moment each
 ASIDE = 1e-3  # of a lower limit: what a table adds changes with its motion
 MORE_TENSION = 1.2  # times what is missing: the ringing changes with the motion
 RECORD = ".record.json"  # behind the name of the file that it belongs to
+MANY = 50_000  # points, of which about so many a second are written and played
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -122,7 +123,7 @@ def run(options: argparse.Namespace, console: Console) -> ExitCode:
     if options.to in ("segments", "c99"):
         content, record = _curve(source, course, drive, options)
     elif options.to in ("csv", "json", "mat", "parquet"):
-        content, record = _columns(source, course, drive, stated, options)
+        content, record = _columns(source, course, drive, stated, options, console)
     else:
         content, record = _table(source, course, drive, options, console)
     return _hand_over(content, record, options, console)
@@ -192,11 +193,11 @@ def _table(
     source: Source, course: Course, drive: Drive, options: argparse.Namespace, console: Console
 ) -> tuple[str, RoundTrip]:
     """The table of a drive, read back and played; optimised again where that is asked for."""
-    content, record = _written(source, course, drive, options)
+    content, record = _written(source, course, drive, options, console)
     if not record.breaches:
         return content, record
     if _partial(options):
-        return _planned_again(source, drive, options, record)
+        return _planned_again(source, drive, options, record, console)
     if not options.within_limits:
         raise _refusal(record, "; --within-limits optimises the motion again inside the limits")
     if source.truss is None or course.signal == "angle":
@@ -216,7 +217,7 @@ def _table(
         source = with_law(source, law_within(source.result, drive, limits, tension))
 
         course = _course(source, drive, options)
-        content, record = _written(source, course, drive, options)
+        content, record = _written(source, course, drive, options, console)
         if not record.breaches:
             return content, record
         inside = nearer(inside, record.breaches)
@@ -224,7 +225,11 @@ def _table(
 
 
 def _planned_again(
-    source: Source, drive: Drive, options: argparse.Namespace, record: RoundTrip
+    source: Source,
+    drive: Drive,
+    options: argparse.Namespace,
+    record: RoundTrip,
+    console: Console,
 ) -> tuple[str, RoundTrip]:
     """The table of a stop, or of what follows it, planned inside lower limits.
 
@@ -247,7 +252,7 @@ def _planned_again(
             course = _course(source, inside, options)
         except StudyError:  # the lower limits leave no such course
             break
-        content, record = _written(source, course, drive, options)
+        content, record = _written(source, course, drive, options, console)
         if not record.breaches:
             return content, record
     tried = "" if inside is drive else ", with lower limits of the plan, too"
@@ -256,13 +261,14 @@ def _planned_again(
 
 
 def _written(
-    source: Source, course: Course, drive: Drive, options: argparse.Namespace
+    source: Source, course: Course, drive: Drive, options: argparse.Namespace, console: Console
 ) -> tuple[str, RoundTrip]:
     from studies.export.formats import TABLES, tabulated
     from studies.export.round_trip import round_trip
 
     form = TABLES[options.to]
     points = tabulated(course, options.to, drive, _spacing(options))
+    _told(console, "writing, reading back and playing", len(points.times))
     content = form.write(points, _about(source, course, options), drive.ropes)
 
     # what was written is what the drive gets, its digits included
@@ -340,7 +346,12 @@ def _in_float(segments: Segments, course: Course, options: argparse.Namespace) -
 
 
 def _columns(
-    source: Source, course: Course, drive: Drive, stated: bool, options: argparse.Namespace
+    source: Source,
+    course: Course,
+    drive: Drive,
+    stated: bool,
+    options: argparse.Namespace,
+    console: Console,
 ) -> tuple[str | bytes, RoundTrip | None]:
     """The whole profile at the times that are asked for.
 
@@ -358,10 +369,13 @@ def _columns(
         times = switch_point_times(course, spacing.points - 1)
     else:
         times = np.minimum(uniform_times(course, spacing.step or drive.period), course.duration)
+    _told(console, "evaluating", len(times))
     columns = with_rests(source, drive).rows(times)
     if not stated:
+        _told(console, "writing", len(times))
         return _columns_of(source.result, columns, options), None
 
+    _told(console, "playing", len(times))
     points = sampled(course, times, drive.count(course.unit))
     record = round_trip(course, points, drive, None, source.truss, source.result)
     if record.breaches:
@@ -369,7 +383,14 @@ def _columns(
     result, columns = with_set_points(source.result, columns, course, points, drive)
     about = {"column that is played": SET_POINT.format(signal=course.signal)}
     record = dataclasses.replace(record, values={**about, **record.values})
+    _told(console, "writing", len(times))
     return _columns_of(result, columns, options), record
+
+
+def _told(console: Console, what: str, count: int) -> None:
+    """Say what is done with many points, which takes seconds."""
+    if count > MANY:
+        console.progress(f"{what} {count} points")
 
 
 def _columns_of(

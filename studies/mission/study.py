@@ -424,14 +424,14 @@ def _remarks(mission: Mission) -> list[str]:
             if m.duration >= c.floor
         ]
         why = (
-            f"more time helps the {' and the '.join(slow)} no further"
+            f"more time hardly helps the {' and the '.join(slow)}"
             if slow
             else "the search for the split ended before they were alike"
         )
         remarks.insert(0, f"The stages do not use their caps alike: {said}; {why}.")
 
     for curve, motion in zip(mission.curves, mission.motions, strict=True):
-        slope = curve.slope(motion.duration)
+        slope = curve.slope(math.nextafter(motion.duration, math.inf))  # of what more time gives
         remarks.append(f"1 % more time for the {curve.name} lowers what it uses by {-slope:.3g} %.")
     remarks.append(
         "The rotation of the antenna about the big arm, between its stage and the small arm's, is "

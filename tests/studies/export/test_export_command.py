@@ -13,7 +13,7 @@ from studies.common import columns as text
 from studies.common.columns import Dialect
 from studies.common.result import Result
 from studies.drive.drum import Drum
-from studies.export import binary
+from studies.export import binary, command
 from tests.studies.export.command_line import complaint, export, rubbed
 
 Write = Callable[[str], Path]
@@ -63,6 +63,20 @@ def test_a_step_fits_the_motion(
     assert export(folder, "--to", form, flag, value, "--output", file) == 2
     assert said in complaint(capsys)
     assert not file.exists()
+
+
+@pytest.mark.parametrize("form", ["csv", "pvt"])
+def test_many_points_are_told(
+    form: str,
+    folder: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(command, "MANY", 8)
+    export(folder, "--to", form, "--step", 0.5, "--output", tmp_path / "many")
+    assert "writing" in (told := capsys.readouterr().err)
+    assert "9 points" in told
 
 
 def test_points_lie_on_the_switches(folder: Path, short: Result, tmp_path: Path) -> None:
